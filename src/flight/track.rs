@@ -1,0 +1,79 @@
+//! What a path file says, before it is bound to a database.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Result;
+
+/// Horizontal position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Horizontal {
+    /// WGS 84 longitude and latitude (geodetic), degrees.
+    LonLat(f64, f64),
+    /// Metres in the database's CRS (x east, y north).
+    Xy(f64, f64),
+}
+
+/// What an altitude is measured from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AltitudeMode {
+    /// Mean sea level (the database's datum).
+    Msl,
+    /// The ground below.
+    Agl,
+    /// The WGS 84 ellipsoid; EGM96 is subtracted.
+    Ellipsoid,
+}
+
+/// Altitude, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Altitude {
+    /// Metres.
+    pub metres: f64,
+    /// From what.
+    pub mode: AltitudeMode,
+}
+
+/// One fix of a track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// Seconds since the first fix, increasing.
+    pub time: f64,
+    /// Where.
+    pub horizontal: Horizontal,
+    /// How high.
+    pub altitude: Altitude,
+    /// Clockwise from true north, degrees, if the file gives it.
+    pub yaw: Option<f64>,
+    /// Nose up, degrees, if given.
+    pub pitch: Option<f64>,
+    /// Right wing down, degrees, if given.
+    pub roll: Option<f64>,
+    /// Horizontal field of view, degrees, if given.
+    pub hfov: Option<f64>,
+}
+
+/// A path file's content.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// The file.
+    pub path: PathBuf,
+    /// Format for people: `CSV`, `JSBSim CSV`, `KML gx:Track`, `GPX`, `IGC`.
+    pub format: &'static str,
+    /// At least one fix, times strictly increasing.
+    pub fixes: Vec<Fix>,
+    /// What was assumed or dropped, as sentences.
+    pub notes: Vec<String>,
+}
+
+/// What the user says about columns that a file leaves open.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// Altitude mode where the file does not state one.
+    pub altitude_mode: Option<AltitudeMode>,
+}
+
+/// Reads a path file; the format follows from content and extension.
+pub fn read_track(path: &Path, options: &ReadOptions) -> Result<Track> {
+    let _ = (path, options);
+    todo!()
+}

@@ -1,0 +1,124 @@
+//! Geometry of the voxel grid: levels, pages, and the code of heights.
+
+use glam::DVec2;
+
+/// Side ratio between a level and the next coarser one (the patent's 1, 4, 16, 64).
+pub const RADIX: u32 = 4;
+/// Levels 1, 4, 16 and 64 are in every database.
+pub const MIN_LEVELS: u8 = 4;
+/// Voxels along the side of a whole page; pages at the east and north edge are clipped.
+pub const PAGE_SIDE: u32 = 256;
+/// A further level is added while the coarsest one is wider than this, in voxels.
+const COARSEST_SIDE: u32 = 512;
+
+/// Names a page: `level` index (0 = level 1, 1 = level 4, …) and page column and row, counted from
+/// the south-west.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PageId {
+    /// Level index: side of its voxels is `4^level` units.
+    pub level: u8,
+    /// Page column, counted eastward.
+    pub px: u32,
+    /// Page row, counted northward.
+    pub py: u32,
+}
+
+/// The grid of the gaming area. Voxel (i, j) of level index `l` covers
+/// `origin + spacing·4^l·[i, i+1) × [j, j+1)`, i eastward, j northward; its post is its centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Voxels of level 1 eastward, ≥ 1.
+    pub nx: u32,
+    /// Voxels of level 1 northward, ≥ 1.
+    pub ny: u32,
+    /// Side of a level-1 voxel (the unit), metres, finite, > 0.
+    pub spacing: f64,
+    /// South-west corner of the area, metres in the database's CRS.
+    pub origin: DVec2,
+}
+
+impl Grid {
+    /// How many levels a grid of this size has.
+    pub fn level_count(&self) -> u8 {
+        let mut levels = MIN_LEVELS;
+        while self.dims(levels - 1).0.max(self.dims(levels - 1).1) > COARSEST_SIDE {
+            levels += 1;
+        }
+        levels
+    }
+
+    /// Side of a voxel of level index `level`, in units (1, 4, 16, …).
+    pub fn side_units(level: u8) -> u32 {
+        RADIX.pow(u32::from(level))
+    }
+
+    /// Side of a voxel of level index `level`, metres.
+    pub fn side(&self, level: u8) -> f64 {
+        self.spacing * f64::from(Self::side_units(level))
+    }
+
+    /// Voxels (eastward, northward) of level index `level`.
+    pub fn dims(&self, level: u8) -> (u32, u32) {
+        let side = Self::side_units(level);
+        (self.nx.div_ceil(side), self.ny.div_ceil(side))
+    }
+
+    /// Pages (eastward, northward) of level index `level`.
+    pub fn page_dims(&self, level: u8) -> (u32, u32) {
+        let (nx, ny) = self.dims(level);
+        (nx.div_ceil(PAGE_SIDE), ny.div_ceil(PAGE_SIDE))
+    }
+
+    /// Voxels (eastward, northward) of a page, without its apron; `None` if there is no such page.
+    pub fn page_size(&self, id: PageId) -> Option<(u32, u32)> {
+        let (pages_x, pages_y) = self.page_dims(id.level);
+        let (nx, ny) = self.dims(id.level);
+        (id.px < pages_x && id.py < pages_y)
+            .then(|| ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE)))
+    }
+
+    /// North-east corner of the area, metres in the database's CRS.
+    pub fn far_corner(&self) -> DVec2 {
+        self.origin + DVec2::new(f64::from(self.nx), f64::from(self.ny)) * self.spacing
+    }
+
+    /// Whether a horizontal position lies in the area.
+    pub fn contains(&self, position: DVec2) -> bool {
+        let far = self.far_corner();
+        position.cmpge(self.origin).all() && position.cmple(far).all()
+    }
+}
+
+/// How heights are stored in 16 bits: `height = offset + scale · code`; code 0 says that there is
+/// no surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeightCode {
+    /// Metres per step, finite, > 0.
+    pub scale: f64,
+    /// Height of code 0, metres, finite.
+    pub offset: f64,
+}
+
+impl HeightCode {
+    /// The code that says: no surface here, rays pass.
+    pub const EMPTY: u16 = 0;
+
+    /// The finest code that holds `low..=high` metres (both finite, `low <= high`).
+    pub fn spanning(low: f64, high: f64) -> Self {
+        let scale = ((high - low) / 65534.0).max(1.0e-4);
+        Self { scale, offset: low - scale }
+    }
+
+    /// Nearest code of a height in metres; NaN is [`Self::EMPTY`], heights outside are clamped.
+    pub fn encode(&self, height: f64) -> u16 {
+        if height.is_nan() {
+            return Self::EMPTY;
+        }
+        ((height - self.offset) / self.scale).round().clamp(1.0, 65535.0) as u16
+    }
+
+    /// Height in metres, or `None` where there is no surface.
+    pub fn decode(&self, code: u16) -> Option<f64> {
+        (code != Self::EMPTY).then(|| self.offset + self.scale * f64::from(code))
+    }
+}

@@ -1,0 +1,74 @@
+//! The header: what a database is, before any page is read.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Grid, HeightCode};
+
+/// Identity of a database: BLAKE3 over what it says, independent of page order on disk.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ContentHash(pub [u8; 32]);
+
+impl std::fmt::Display for ContentHash {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl std::fmt::Debug for ContentHash {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ContentHash({self})")
+    }
+}
+
+/// Everything that is known when a database is opened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Header {
+    /// Format version of the file.
+    pub version: u32,
+    /// The voxel grid.
+    pub grid: Grid,
+    /// Levels stored, ≥ 4.
+    pub level_count: u8,
+    /// How heights are coded.
+    pub heights: HeightCode,
+    /// Lowest and highest surface, metres above the vertical datum.
+    pub height_range: (f64, f64),
+    /// Identity of the content.
+    pub content_hash: ContentHash,
+    /// Provenance and reference systems.
+    pub metadata: Metadata,
+}
+
+/// Reference systems and provenance; stored as JSON.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Metadata {
+    /// Name of the coordinate reference system, or `local` for plain metres.
+    pub crs_name: String,
+    /// EPSG code of it, where it has one.
+    pub crs_epsg: Option<u32>,
+    /// PROJ definition of it; `None` for local metres.
+    pub crs_proj: Option<String>,
+    /// What heights are measured from, e.g. `EGM96 mean sea level`.
+    pub vertical_datum: String,
+    /// Rasters in order; a voxel's source id is an index into this list.
+    pub sources: Vec<SourceRecord>,
+    /// What was assumed or repaired while building, as sentences.
+    pub notes: Vec<String>,
+    /// Share of level-1 voxels whose source had no data, 0…1 (filled ones included).
+    pub void_share: f64,
+    /// Share of level-1 voxels without any surface, 0…1.
+    pub empty_share: f64,
+    /// Program and version that wrote the file.
+    pub writer: String,
+}
+
+/// One input raster.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SourceRecord {
+    /// File name, without folders.
+    pub file: String,
+    /// `elevation` or `imagery`.
+    pub role: String,
+    /// What the file is, e.g. `GeoTIFF int16 3601x3601, EPSG:4326, EGM96 heights, metres`.
+    pub description: String,
+}
