@@ -6,8 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
+use super::fixed_header::{FixedHeader, Section};
 use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, header as at};
-use super::header::{FixedHeader, Section};
 use super::page::largest_page;
 use super::{
     AlignedBytes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageEntry,

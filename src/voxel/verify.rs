@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use super::header::FixedHeader;
+use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
     APRON, Directory, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource, PageStore,
