@@ -63,7 +63,8 @@ impl VerifyReport {
     }
 }
 
-/// Checks everything, on all cores. Problems are collected, not returned as errors; an error is only an interruption.
+/// Checks everything, on all cores. Problems are collected, not returned as errors; the only error is
+/// an interruption.
 pub fn verify<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> Result<VerifyReport> {
     let directory = store.directory();
     let mut problems = check_pages(store, observer)?;
