@@ -8,7 +8,7 @@
 //!   attributes       : majorities over 4×4
 //! ```
 //!
-//! Maximum mipmaps after Tevs, Ihrke and Seidel (I3D 2008), section 3; FORMAT.md says why
+//! Maximum mipmaps after Tevs, Ihrke and Seidel (I3D 2008); FORMAT.md says why
 //! the bounds are dilated, and what they do not bound. The apron is one coarse voxel, 4 finer ones, and so contains the ring. Every result follows
 //! from integers alone, hence does not depend on threads or order.
 
