@@ -98,7 +98,7 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
         let knots = [(0.0, 0.0), (90.0, 7.0), (240.0, 34.0), (400.0, 84.0), (580.0, 150.0), (800.0, 235.0), (1200.0, 340.0)];
         curve(&knots, beyond) * (1.0 + 0.25 * fractal(along / 330.0, across / 330.0, 2, SEED + 3))
     };
-    let relief = highest(side, rim(x, y, beyond));
+    let relief = highest(side, rim(x, y, beyond, if offset > 0.0 { 0.58 } else { 0.40 }));
     let wildness = smooth(25.0, 230.0, relief);
     let spurs = if offset > 0.0 { 34.0 } else { 22.0 };
     let gullies = spurs * smooth(0.0, 90.0, relief) * fractal(x / 170.0, y / 170.0, 3, SEED + 10);
@@ -107,11 +107,14 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
     (relief + (gullies + crags + grain) * smooth(0.0, 30.0, relief)).max(0.0)
 }
 
-/// Mountains around the area, open only where the valley leaves through a gorge.
-fn rim(x: f64, y: f64, beyond: f64) -> f64 {
-    let unit = |v: f64| (v / (SIDE / 2.0) - 1.0).powi(4);
-    let radius = (unit(x) + unit(y)).sqrt().sqrt() + 0.05 * fractal(x / 420.0, y / 420.0, 3, SEED + 40);
-    let height = 400.0 * smooth(0.55, 0.93, radius) - 150.0 * smooth(0.94, 1.06, radius);
+/// Mountains around the area, open only where the valley leaves through a gorge; they begin to rise at `foot`
+/// of the way from the middle to the edge.
+fn rim(x: f64, y: f64, beyond: f64, foot: f64) -> f64 {
+    let unit = |v: f64| (v / (SIDE / 2.0) - 1.0).abs().powi(3);
+    let wander = 0.13 * fractal(x / 520.0, y / 520.0, 4, SEED + 40);
+    let radius = (unit(x) + unit(y)).cbrt();
+    let peaks = 1.0 + 0.28 * fractal(x / 380.0, y / 380.0, 3, SEED + 45);
+    let height = 350.0 * peaks * smooth(foot, 0.95, radius + wander) - 110.0 * smooth(0.95, 1.08, radius);
     height * smooth(-20.0, 150.0, beyond)
 }
 
@@ -123,14 +126,14 @@ fn highest(a: f64, b: f64) -> f64 {
 /// Steepens two bands of height into walls where the noise says so, mostly on the left side.
 fn cliffs(pixel: usize, relief: f64, offset: f64) -> f64 {
     let (x, y) = centre(pixel);
-    let wander = 26.0 * fractal(x / 210.0, y / 210.0, 4, SEED + 50);
-    let here = fractal(x / 300.0, y / 300.0, 2, SEED + 60) + if offset > 0.0 { 0.75 } else { -0.25 };
+    let wander = 24.0 * fractal(x / 210.0, y / 210.0, 5, SEED + 50) + 15.0 * ridged(x / 48.0, y / 48.0, 3, SEED + 55);
+    let here = fractal(x / 300.0, y / 300.0, 2, SEED + 60) + if offset > 0.0 { 0.75 } else { -0.55 };
     let wall = |bottom: f64, top: f64, height: f64| {
         let t = (height - bottom) / (top - bottom);
         if !(0.0..1.0).contains(&t) {
             return height;
         }
-        let steep = smooth(0.46, 0.62, t);
+        let steep = 0.55 * smooth(0.36, 0.48, t) + 0.45 * smooth(0.56, 0.68, t);
         mix(bottom, top, mix(t, 0.75 * steep + 0.25 * t, smooth(0.0, 0.5, here)))
     };
     let lower = wall(62.0 + wander, 138.0 + wander, relief);

@@ -45,9 +45,9 @@ pub fn carve(terrain: &mut Terrain) -> Water {
 fn outside_at(pixel: usize, river: &Near) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);
-    let half = 8.5 + 2.5 * fractal(x / 70.0, y / 70.0, 2, 510);
+    let half = 8.5 + 4.0 * fractal(x / 75.0, y / 75.0, 3, 510);
     let middle = (LAKE.0 + LAKE.1) / 2.0;
     let (du, dv) = (along - middle, across - centre_line(middle) + 0.12 * (along - middle));
-    let radius = ((du / 108.0).powi(2) + (dv / 72.0).powi(2)).sqrt() + 0.16 * fractal(x / 80.0, y / 80.0, 3, 520);
+    let radius = ((du / 108.0).powi(2) + (dv / 72.0).powi(2)).sqrt() + 0.34 * fractal(x / 95.0, y / 95.0, 4, 520);
     (river.distance[pixel] - half).min((radius - 1.0) * 80.0)
 }
