@@ -41,7 +41,7 @@ pub fn place(roads: &[Road], water: &Water) -> Vec<Building> {
                     buildings.push(building);
                 }
             }
-            k += 3;
+            k += 2;
         }
     }
     buildings
@@ -53,10 +53,14 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
     let length = (b.0 - a.0).hypot(b.1 - a.1);
     let turn = 0.16 * (pick(0) - 0.5);
     let (c, s) = ((b.0 - a.0) / length, (b.1 - a.1) / length);
-    let along = (c - turn * s, s + turn * c);
-    let along = { let l = along.0.hypot(along.1); (along.0 / l, along.1 / l) };
+    let longer = 1.0f64.hypot(turn);
+    let along = ((c - turn * s) / longer, (s + turn * c) / longer);
     let barn = pick(1) < 0.14;
-    let half = if barn { (9.0 + 4.0 * pick(2), 5.8 + 1.5 * pick(3)) } else { (6.2 + 3.0 * pick(2), 5.0 + 1.2 * pick(3)) };
+    let half = if barn {
+        (9.0 + 4.0 * pick(2), 5.8 + 1.5 * pick(3))
+    } else {
+        (6.2 + 3.0 * pick(2), 5.0 + 1.2 * pick(3))
+    };
     let gable = pick(4) < 0.35;
     let axis = if gable { (-along.1, along.0) } else { along };
     let depth = if gable { half.0 } else { half.1 };
@@ -81,7 +85,15 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
 
 fn church() -> Building {
     let (x, y) = area_from_valley(-318.0, centre_line(-318.0) - 112.0);
-    Building { x, y, axis: (0.94, 0.342), half: (12.0, 5.5), eaves: 9.0, roof: 5.5, material: Material::RoofSlate }
+    Building {
+        x,
+        y,
+        axis: (0.94, 0.342),
+        half: (12.0, 5.5),
+        eaves: 9.0,
+        roof: 5.5,
+        material: Material::RoofSlate,
+    }
 }
 
 fn tower() -> Building {
@@ -99,9 +111,9 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
         return false;
     }
     let Some(pixel) = around(building.x, building.y, 0.0).next() else { return false };
-    let density = 1.25 - crate::roads::in_village(pixel);
+    let density = 1.36 - crate::roads::in_village(pixel);
     let clear = others.iter().all(|other| {
-        (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 1.0
+        (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 3.0
     });
     clear
         && uniform((building.x * 8.0) as i64, (building.y * 8.0) as i64, 720) < density
@@ -110,7 +122,12 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
 }
 
 /// Draws the buildings: heights onto `surface`, roofs into `paint` (material and shade by pixel).
-pub fn draw(buildings: &[Building], ground: &[f64], surface: &mut [f64], mut paint: impl FnMut(usize, Material, f64)) {
+pub fn draw(
+    buildings: &[Building],
+    ground: &[f64],
+    surface: &mut [f64],
+    mut paint: impl FnMut(usize, Material, f64),
+) {
     for building in buildings {
         let base = sample(ground, building.x, building.y);
         for pixel in around(building.x, building.y, building.half.0.hypot(building.half.1) + SPACING) {
