@@ -91,7 +91,7 @@ impl Scene<'_> {
         if let Some(wood) = self.wood_at(pixel, grain) {
             return wood;
         }
-        let village = roads::in_village(pixel);
+        let village = roads::village_radius(pixel);
         if village < 1.0 + 0.1 * grain && self.terrain.relief[pixel] < 40.0 {
             return self.garden_at(x, y, grain);
         }
@@ -139,7 +139,7 @@ impl Scene<'_> {
             * smooth(-0.25, 0.2, gradient(x / 90.0, y / 90.0, SEED + 13));
         if patch + favour + stream < 0.12
             || roads::outside(self.roads, pixel) < 7.0
-            || roads::in_village(pixel) < 1.25
+            || roads::village_radius(pixel) < 1.25
             || self.water.outside[pixel] < 4.0
         {
             return None;
@@ -319,7 +319,7 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) {
             || roads::outside(scene.roads, middle) < 6.0
             || scene.steep[middle] > 0.9
             || pick(2) > sparse
-            || roads::in_village(middle) < 1.1
+            || roads::village_radius(middle) < 1.1
             || !bears_trees(scene.at(middle).material)
         {
             continue;

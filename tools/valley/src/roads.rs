@@ -113,8 +113,8 @@ pub fn outside(roads: &[Road], pixel: usize) -> f64 {
     roads.iter().map(|road| road.near.distance[pixel] - road.half).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a pixel lies within a place's bounds in valley coordinates, for buildings and gardens.
-pub fn in_village(pixel: usize) -> f64 {
+/// How far from the village's middle a pixel lies: 0 there, 1 at the rim of its ellipse, more outside.
+pub fn village_radius(pixel: usize) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);
     (((along + 310.0) / 190.0).powi(2) + ((across - centre_line(along) + 155.0) / 95.0).powi(2)).sqrt()

@@ -111,7 +111,7 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
         return false;
     }
     let Some(pixel) = around(building.x, building.y, 0.0).next() else { return false };
-    let density = 1.36 - crate::roads::in_village(pixel);
+    let density = 1.36 - crate::roads::village_radius(pixel);
     let clear = others.iter().all(|other| {
         (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 3.0
     });
