@@ -12,6 +12,8 @@ mod transform;
 mod undulation;
 mod units;
 mod wkt;
+mod wkt_names;
+mod wkt_system;
 
 pub use crs::Crs;
 pub use datum::{VerticalCrs, VerticalDatum, VerticalShift};
