@@ -20,3 +20,6 @@ pub use datum::{VerticalCrs, VerticalDatum, VerticalShift};
 pub use geokeys::{GeoKeys, parse_geokeys};
 pub use transform::{GridNorth, Transform, grid_convergence};
 pub use undulation::egm96_undulation;
+#[cfg(test)]
+#[cfg(test)]
+mod tests;

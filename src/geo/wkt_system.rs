@@ -104,6 +104,7 @@ fn projected(node: &Node) -> Result<Crs, String> {
     if let Some(crs) = ready_made(node).filter(|crs| !crs.is_geographic()) {
         return Ok(crs);
     }
+    check_axes(node)?;
     let base = node.child(&GEOGRAPHIC).ok_or_else(|| format!("the WKT has no geographic part; {REPAIR}"))?;
     let conversion = node.child(&["CONVERSION"]).unwrap_or(node);
     let named = conversion.child(&["PROJECTION", "METHOD"]);
@@ -118,6 +119,20 @@ fn projected(node: &Node) -> Result<Crs, String> {
         definition.set_metres_per_unit(unit);
     }
     Ok(Crs::by_definition(&definition.to_string(), &text)?.named(node.name()))
+}
+
+/// Refuses axes that run west (and with it south). South alone is usual at the poles, where both axes leave the centre.
+fn check_axes(node: &Node) -> Result<(), String> {
+    let west = node.children(&["AXIS"]).find(|axis| {
+        axis.items.iter().any(|item| matches!(item, Item::Word(word) if word.eq_ignore_ascii_case("west")))
+    });
+    match west {
+        None => Ok(()),
+        Some(axis) => Err(format!(
+            "the axis '{}' runs west, and only axes to the east and north are read; {CONVERT}",
+            shortened(axis.name())
+        )),
+    }
 }
 
 /// Parameters in degrees and metres. `angle`: degrees per unit, `length`: metres per unit where a parameter does not say it.
