@@ -192,6 +192,7 @@ proptest! {
         words.truncate(words.len() - cut);
         if let Ok(GeoKeys { crs: Some(crs), .. }) = parse_geokeys(&words, &doubles, &ascii)
             && let Ok(transform) = Transform::new(&crs, &Crs::wgs84())
+            && !transform.is_identity()
         {
             for (x, y) in [(0.0, 0.0), (5e5, 5e6), (-1e7, 1e7)] {
                 if let Some((longitude, latitude)) = transform.apply(x, y) {
