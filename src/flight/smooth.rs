@@ -12,6 +12,8 @@ const REACH: f64 = 3.0;
 pub(super) const DENSE: f64 = 2.0;
 /// Of the weights, in fix intervals.
 const SIGMA_INTERVALS: f64 = 1.5;
+/// On each side of a fix; evenly spaced, five lie within three σ.
+const MOST_NEIGHBOURS: usize = 32;
 
 /// Median interval, seconds; `None` for a single fix.
 pub(super) fn median_interval(times: &[f64]) -> Option<f64> {
@@ -31,8 +33,9 @@ pub(super) fn smoothed(times: &[f64], points: &[DVec3], interval: f64) -> Option
 
 fn smoothed_fix(times: &[f64], points: &[DVec3], index: usize, sigma: f64) -> DVec3 {
     let (time, point) = (times[index], points[index]);
-    let first = times.partition_point(|&other| other < time - 3.0 * sigma);
-    let end = times.partition_point(|&other| other <= time + 3.0 * sigma);
+    let first =
+        times.partition_point(|&other| other < time - 3.0 * sigma).max(index.saturating_sub(MOST_NEIGHBOURS));
+    let end = times.partition_point(|&other| other <= time + 3.0 * sigma).min(index + MOST_NEIGHBOURS);
     if end - first < 4 {
         return point; // a parabola would pass through all of them
     }
@@ -70,8 +73,11 @@ mod tests {
             assert!((*before - after).length() < 1e-6);
         }
         let noise = |i: usize| 2.0 * (((i * 7919) % 101) as f64 / 50.0 - 1.0);
-        let noisy: Vec<DVec3> =
-            exact.iter().enumerate().map(|(i, &p)| p + DVec3::new(noise(i), noise(i + 31), noise(i + 57))).collect();
+        let noisy: Vec<DVec3> = exact
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| p + DVec3::new(noise(i), noise(i + 31), noise(i + 57)))
+            .collect();
         let error = |points: &[DVec3]| {
             points.iter().zip(&exact).map(|(a, b)| (*a - *b).length_squared()).sum::<f64>().sqrt()
         };
