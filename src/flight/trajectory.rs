@@ -179,9 +179,6 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
     if track.fixes.is_empty() {
         return fail("the track has no fix");
     }
-    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| !(pair[0].time < pair[1].time)) {
-        return fail("the times of the track do not start at 0 and increase");
-    }
     let finite = |fix: &Fix| {
         let (x, y) = match fix.horizontal {
             Horizontal::LonLat(x, y) | Horizontal::Xy(x, y) => (x, y),
@@ -193,6 +190,9 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
     };
     if !track.fixes.iter().all(finite) {
         return fail("the track holds a number that is not finite, or a field of view outside 0…180 degrees");
+    }
+    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| pair[0].time >= pair[1].time) {
+        return fail("the times of the track do not start at 0 and increase");
     }
     Ok(())
 }

@@ -90,8 +90,7 @@ fn left_turns_bank_left_and_level_does_not() {
 
 #[test]
 fn straight_climb_has_the_pitch_of_its_slope() {
-    let flight =
-        local((0..30).map(|t| f64::from(t)).map(|t| fix(t, -40.0 * t, 0.0, 100.0 + 10.0 * t)).collect());
+    let flight = local((0..30).map(f64::from).map(|t| fix(t, -40.0 * t, 0.0, 100.0 + 10.0 * t)).collect());
     for t in [0.0, 0.3, 7.77, 29.0] {
         let pose = flight.pose_at(t);
         assert!((pose.attitude.pitch - (0.25_f64).atan().to_degrees()).abs() < 1e-9);
