@@ -258,7 +258,7 @@ fn damaged_files_give_an_error_or_a_sound_track() {
     let crs = Crs::from_epsg(32632).unwrap();
     let mut dice = Dice(2026);
     let mut accepted = 0;
-    for round in 0..2000 {
+    for round in 0..600 {
         let (name, text) = samples[round % samples.len()];
         let bytes = mutated(text, &mut dice);
         let name = if dice.below(4) == 0 { "flight" } else { name };
@@ -272,7 +272,7 @@ fn damaged_files_give_an_error_or_a_sound_track() {
         }
         assert_flies(&track, &crs);
     }
-    assert!((100..1900).contains(&accepted), "{accepted} of 2000 were accepted: the mutations test nothing");
+    assert!((50..550).contains(&accepted), "{accepted} of 600 were accepted: the mutations test nothing");
 }
 
 /// Bound to a system on Earth, a track gives an error or finite poses.
