@@ -6,7 +6,11 @@ pub mod frame;
 pub mod geo;
 pub mod modeling;
 pub mod progress;
+pub mod raymarch;
+pub mod render;
+pub mod sensor;
 pub mod space;
+pub mod subimage;
 pub mod voxel;
 
 pub use error::{Error, Result};

@@ -1,0 +1,66 @@
+//! Which level is seen at which distance.
+
+use crate::voxel::Grid;
+
+/// The bands of ground distance in which each level is marched, for one eye and field of view.
+///
+/// A voxel of level L fills one pixel at `TH_L = L / A_PIX` (Hughes patent: 611, 2445, 9778, 39114
+/// units for 640 pixels over 60°), and level L is seen beyond it. What is compared with `TH_L` is
+/// `max(ground distance, height of the eye above the highest surface)`: never more than the range,
+/// so that no level is too coarse, and, for one eye, a function of ground distance alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelBands {
+    /// Ground distance where level index `l` begins, metres; ascending.
+    starts: Vec<f64>,
+    /// Finest level in use.
+    finest: u8,
+}
+
+impl LevelBands {
+    /// Bands for pixels of `pixel_angle` radians, seen from `clearance` metres above the highest
+    /// surface (negative: below it). `detail` scales the thresholds: 2 keeps each level twice as far.
+    pub fn new(grid: &Grid, level_count: u8, pixel_angle: f64, clearance: f64, detail: f64) -> Self {
+        let threshold = |level: u8| if level == 0 { 0.0 } else { detail * grid.side(level) / pixel_angle };
+        let finest = (0..level_count).rev().find(|&level| threshold(level) <= clearance).unwrap_or(0);
+        let starts =
+            (0..level_count).map(|level| if level <= finest { 0.0 } else { threshold(level) }).collect();
+        Self { starts, finest }
+    }
+
+    /// Only level 1, at any distance.
+    pub fn finest_only() -> Self {
+        Self { starts: vec![0.0], finest: 0 }
+    }
+
+    /// Level indices with the ground distances (metres) between which they are seen, nearest first.
+    pub fn iter(&self) -> impl Iterator<Item = (u8, f64, f64)> + '_ {
+        (self.finest..self.starts.len() as u8).map(|level| {
+            let level_index = usize::from(level);
+            let end = self.starts.get(level_index + 1).copied().unwrap_or(f64::INFINITY);
+            (level, self.starts[level_index], end)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn thresholds_are_the_patents() {
+        let grid = Grid { nx: 100_000, ny: 100_000, spacing: 1.0, origin: DVec2::ZERO };
+        let pixel_angle = 60_f64.to_radians() / 640.0;
+        let bands = LevelBands::new(&grid, 5, pixel_angle, 0.0, 1.0);
+        let starts: Vec<f64> = bands.iter().map(|(_, start, _)| start.round()).collect();
+        assert_eq!(starts, [0.0, 2445.0, 9778.0, 39114.0, 156_454.0]);
+    }
+
+    #[test]
+    fn a_high_eye_sees_no_fine_level() {
+        let grid = Grid { nx: 100_000, ny: 100_000, spacing: 1.0, origin: DVec2::ZERO };
+        let bands = LevelBands::new(&grid, 4, 60_f64.to_radians() / 640.0, 3000.0, 1.0);
+        assert_eq!(bands.iter().next().map(|(level, start, _)| (level, start)), Some((1, 0.0)));
+    }
+}

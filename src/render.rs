@@ -1,0 +1,176 @@
+//! One frame: the picture of section 2 of the design, as code.
+//!
+//! ```text
+//! camera ──▶ subimages ──march──▶ range ──filter──▶ surface samples ──sensor──▶ radiance
+//!                                                                        │
+//!                                        frame ◀── haze, sky ◀── merge ◀─┘
+//! ```
+
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use crate::error::Result;
+use crate::frame::{Atmosphere, Frame};
+use crate::raymarch::{
+    Contact, GridRay, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column,
+};
+use crate::sensor::{Sun, VisualSensor};
+use crate::space::Camera;
+use crate::subimage::{Farm, Subimage};
+use crate::voxel::{Header, PageSource};
+
+/// How a frame is rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderOptions {
+    /// Which surface is seen.
+    pub surface: Surface,
+    /// Meteorological visibility, metres, > 0; `None` follows from the size of the area.
+    pub visibility: Option<f64>,
+    /// Where the sun stands.
+    pub sun: Sun,
+    /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel.
+    pub detail: f64,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self { surface: Surface::Smooth, visibility: None, sun: Sun::default(), detail: 1.0 }
+    }
+}
+
+impl RenderOptions {
+    /// The visibility that is used for a database, metres: what was asked for, else 40 km, or half
+    /// the longer side of an area so large that it would drown in haze.
+    pub fn visibility_over(&self, header: &Header) -> f64 {
+        let grid = header.grid;
+        let longer_side = f64::from(grid.nx.max(grid.ny)) * grid.spacing;
+        self.visibility.unwrap_or(40_000.0_f64.max(0.5 * longer_side))
+    }
+}
+
+/// Time that a frame took in each stage, summed over the workers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StageTimes {
+    /// Finding the range of each pixel.
+    pub march: Duration,
+    /// Filtering the surface and applying the sensor.
+    pub shade: Duration,
+    /// Merging, haze and sky (wall time).
+    pub image: Duration,
+}
+
+/// A frame and what it cost.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    /// The picture.
+    pub frame: Frame,
+    /// What each stage took.
+    pub times: StageTimes,
+}
+
+/// Pixels of one subimage, `[column][row]`; `None` = sky.
+struct SubimagePixels {
+    pixels: Vec<Option<(SurfaceSample, Vec3)>>,
+    march: Duration,
+    shade: Duration,
+}
+
+/// Renders what `camera` sees. The frame has the same bits for any number of workers.
+///
+/// # Errors
+/// A page that is damaged.
+pub fn render_frame<S: PageSource>(
+    source: &S,
+    camera: &Camera,
+    options: &RenderOptions,
+    farm: &Farm,
+) -> Result<Rendered> {
+    let subimages =
+        farm.render(camera.width, |subimage| render_subimage(source, camera, options, subimage))?;
+    let mut times = StageTimes {
+        march: subimages.iter().map(|subimage| subimage.march).sum(),
+        shade: subimages.iter().map(|subimage| subimage.shade).sum(),
+        image: Duration::ZERO,
+    };
+    let started = Instant::now();
+    let mut frame = merge(camera, &subimages);
+    add_air(&mut frame, &Atmosphere::new(options.visibility_over(source.header())), farm);
+    times.image = started.elapsed();
+    Ok(Rendered { frame, times })
+}
+
+fn render_subimage<S: PageSource>(
+    source: &S,
+    camera: &Camera,
+    options: &RenderOptions,
+    subimage: Subimage,
+) -> Result<SubimagePixels> {
+    let columns = subimage.first_column..subimage.first_column + subimage.columns;
+    let started = Instant::now();
+    let mut marcher = Marcher::new(source, level_bands(source.header(), camera, options), options.surface);
+    let contacts: Vec<Vec<Option<Contact>>> =
+        columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
+    let marched = Instant::now();
+
+    let mut filter = SurfaceFilter::new(source, camera.pixel_angle());
+    let sensor = VisualSensor::new(options.sun);
+    let grid = source.header().grid;
+    let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
+    for (column, contacts) in columns.zip(&contacts) {
+        for (row, contact) in contacts.iter().enumerate() {
+            let Some(contact) = contact else {
+                pixels.push(None);
+                continue;
+            };
+            let direction = camera.direction(f64::from(column) + 0.5, row as f64 + 0.5);
+            let sample = filter.sample(&GridRay::new(&grid, camera.pose.eye, direction), contact)?;
+            pixels.push(Some((sample, sensor.radiance(&sample))));
+        }
+    }
+    Ok(SubimagePixels { pixels, march: marched - started, shade: marched.elapsed() })
+}
+
+/// The bands of distance in which `camera` sees each level.
+pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) -> LevelBands {
+    let clearance = camera.pose.eye.z - header.height_range.1;
+    LevelBands::new(&header.grid, header.level_count, camera.pixel_angle(), clearance, options.detail)
+}
+
+/// Puts the subimages' columns side by side.
+fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
+    let mut frame = Frame::sky(*camera);
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let pixels = subimages.iter().flat_map(|subimage| &subimage.pixels);
+    for (index, pixel) in pixels.enumerate() {
+        let (column, row) = (index / height, index % height);
+        if let Some((sample, radiance)) = pixel {
+            let target = row * width + column;
+            frame.colour[target] = radiance.to_array();
+            frame.range[target] = sample.range as f32;
+            frame.normal[target] = sample.normal.to_array();
+            frame.level[target] = sample.level;
+            frame.id[target] = Frame::pixel_id(sample.attributes);
+        }
+    }
+    frame
+}
+
+/// Adds haze before the ground and fills the rest with sky.
+fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
+    let camera = frame.camera;
+    let range = &frame.range;
+    let width = camera.width as usize;
+    farm.rows(&mut frame.colour, width, |row, line| {
+        for (column, colour) in line.iter_mut().enumerate() {
+            let range = range[row * width + column];
+            let seen = if range.is_finite() {
+                atmosphere.haze(Vec3::from_array(*colour), range)
+            } else {
+                let up = camera.direction(column as f64 + 0.5, row as f64 + 0.5).z;
+                atmosphere.sky(up as f32)
+            };
+            *colour = seen.to_array();
+        }
+    });
+}

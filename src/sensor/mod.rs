@@ -1,0 +1,5 @@
+//! Sensors: from a surface sample to radiance.
+
+mod visual;
+
+pub use visual::{Sun, VisualSensor};

@@ -1,0 +1,90 @@
+//! The visual sensor: imagery shaded by the sun from the height gradient.
+
+use glam::Vec3;
+
+use crate::raymarch::SurfaceSample;
+
+/// Direction to the sun.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sun {
+    /// Clockwise from grid north, degrees.
+    pub azimuth: f64,
+    /// Above the horizon, degrees, 0 < elevation ≤ 90.
+    pub elevation: f64,
+}
+
+impl Default for Sun {
+    /// A mid-morning sun in the south-east.
+    fn default() -> Self {
+        Self { azimuth: 135.0, elevation: 40.0 }
+    }
+}
+
+impl Sun {
+    /// Unit vector to the sun, world axes.
+    pub fn direction(&self) -> Vec3 {
+        let (sin_azimuth, cos_azimuth) = self.azimuth.to_radians().sin_cos();
+        let (sin_elevation, cos_elevation) = self.elevation.to_radians().sin_cos();
+        Vec3::new(
+            (sin_azimuth * cos_elevation) as f32,
+            (cos_azimuth * cos_elevation) as f32,
+            sin_elevation as f32,
+        )
+    }
+}
+
+/// Share of the light on level ground that comes from the sky.
+const SKY_SHARE: f32 = 0.35;
+
+/// Shades imagery so that level ground keeps its colour, whatever the sun's elevation: photographs
+/// already hold the light of their hour.
+#[derive(Debug, Clone, Copy)]
+pub struct VisualSensor {
+    to_sun: Vec3,
+}
+
+impl VisualSensor {
+    /// A sensor under `sun`.
+    pub fn new(sun: Sun) -> Self {
+        Self { to_sun: sun.direction() }
+    }
+
+    /// Radiance towards the eye, linear Rec. 709, 1 = display white.
+    ///
+    /// Lambert's law for the sun, and a uniform sky that a slope sees less of (half of it on a wall).
+    pub fn radiance(&self, sample: &SurfaceSample) -> Vec3 {
+        let direct = sample.normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
+        let sky = 0.5 + 0.5 * sample.normal.z;
+        sample.albedo * (SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::voxel::Attributes;
+
+    fn sample(normal: Vec3) -> SurfaceSample {
+        SurfaceSample {
+            range: 1.0,
+            level: 0,
+            albedo: Vec3::new(0.2, 0.3, 0.4),
+            normal,
+            attributes: Attributes::default(),
+        }
+    }
+
+    #[test]
+    fn level_ground_keeps_its_colour() {
+        let sensor = VisualSensor::new(Sun { azimuth: 200.0, elevation: 12.0 });
+        assert!((sensor.radiance(&sample(Vec3::Z)) - Vec3::new(0.2, 0.3, 0.4)).length() < 1e-6);
+    }
+
+    #[test]
+    fn slopes_towards_the_sun_are_brighter() {
+        let sensor = VisualSensor::new(Sun { azimuth: 90.0, elevation: 40.0 });
+        let east = sensor.radiance(&sample(Vec3::new(0.5, 0.0, 0.75_f32.sqrt())));
+        let west = sensor.radiance(&sample(Vec3::new(-0.5, 0.0, 0.75_f32.sqrt())));
+        assert!(east.x > 0.2 && west.x < 0.2);
+    }
+}
