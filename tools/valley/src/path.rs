@@ -1,0 +1,103 @@
+//! The flight: down the valley over the river, past the village, across the road, left over the ridge.
+//!
+//! Height: the highest surface within [`BESIDE`] of every point of the line, plus a clearance; then the maximum
+//! over [`AHEAD`] before and behind; then averaged over no more than that, which cannot fall below the first.
+
+use std::fmt::Write;
+
+use crate::geotiff::ORIGIN;
+use crate::grid::{around, spline};
+use crate::terrain::{area_from_valley, centre_line};
+
+/// Metres per second.
+const SPEED: f64 = 55.0;
+/// Metres between points of the line while it is being made.
+const STEP: f64 = 5.0;
+/// Seconds between rows of the file.
+const INTERVAL: f64 = 0.5;
+/// Half the width of the swath that must be cleared, metres.
+const BESIDE: f64 = 35.0;
+/// Points before and behind that a height holds for.
+const AHEAD: usize = 22;
+/// Least height above everything in the swath, metres.
+pub const CLEARANCE: f64 = 34.0;
+
+/// A place on the flight: metres in the area, metres above the sea.
+pub type Place = (f64, f64, f64);
+
+/// Places half a second apart.
+pub fn fly(surface: &[f64]) -> Vec<Place> {
+    let line = even(&spline(&knots(), 1.0), STEP);
+    let floor: Vec<f64> = line.iter().map(|&(x, y)| highest_around(surface, x, y) + CLEARANCE).collect();
+    let window = |values: &[f64], k: usize, reach: usize| {
+        values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())].to_vec()
+    };
+    let held: Vec<f64> =
+        (0..floor.len()).map(|k| window(&floor, k, AHEAD).into_iter().fold(f64::MIN, f64::max)).collect();
+    // Two averages over half the reach each: a triangular kernel, no kinks in the climb.
+    let mean = |values: &[f64]| -> Vec<f64> {
+        (0..values.len())
+            .map(|k| {
+                let part = window(values, k, AHEAD / 2);
+                part.iter().sum::<f64>() / part.len() as f64
+            })
+            .collect()
+    };
+    let heights = mean(&mean(&held));
+    let stride = SPEED * INTERVAL / STEP;
+    (0..)
+        .map(|row| f64::from(row) * stride)
+        .take_while(|&at| at <= (line.len() - 1) as f64)
+        .map(|at| {
+            let k = (at as usize).min(line.len() - 2);
+            let t = at - k as f64;
+            let blend = |a: f64, b: f64| a + (b - a) * t;
+            (
+                blend(line[k].0, line[k + 1].0),
+                blend(line[k].1, line[k + 1].1),
+                blend(heights[k], heights[k + 1]),
+            )
+        })
+        .collect()
+}
+
+fn knots() -> Vec<(f64, f64)> {
+    let valley = |along: f64, offset: f64| area_from_valley(along, centre_line(along) + offset);
+    vec![
+        valley(-760.0, 20.0), valley(-640.0, 25.0), valley(-520.0, -5.0), valley(-400.0, -35.0), valley(-280.0, -45.0),
+        valley(-160.0, -30.0), valley(-40.0, 0.0), area_from_valley(75.0, -175.0), area_from_valley(165.0, -80.0),
+        area_from_valley(220.0, 40.0), area_from_valley(240.0, 170.0), area_from_valley(245.0, 300.0), area_from_valley(255.0, 430.0),
+    ]
+}
+
+/// Points of a line at even distances.
+fn even(line: &[(f64, f64)], step: f64) -> Vec<(f64, f64)> {
+    let mut points = vec![line[0]];
+    let mut walked = 0.0;
+    for pair in line.windows(2) {
+        let (dx, dy) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
+        let length = dx.hypot(dy);
+        while points.len() as f64 * step <= walked + length {
+            let t = (points.len() as f64 * step - walked) / length;
+            points.push((pair[0].0 + t * dx, pair[0].1 + t * dy));
+        }
+        walked += length;
+    }
+    points
+}
+
+/// The highest surface within the swath.
+pub fn highest_around(surface: &[f64], x: f64, y: f64) -> f64 {
+    around(x, y, BESIDE).map(|pixel| surface[pixel]).fold(f64::MIN, f64::max)
+}
+
+/// The file's text: seconds, easting, northing, height above the sea.
+pub fn to_csv(places: &[Place]) -> String {
+    let mut text = String::from("t,x_m,y_m,alt_msl_m\n");
+    for (row, (x, y, height)) in places.iter().enumerate() {
+        let time = row as f64 * INTERVAL;
+        writeln!(text, "{time:.1},{:.2},{:.2},{height:.2}", ORIGIN.0 + x, ORIGIN.1 + y)
+            .expect("writing to a string cannot fail");
+    }
+    text
+}

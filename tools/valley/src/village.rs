@@ -1,0 +1,130 @@
+//! Buildings: rectangles beside the lanes, with roofs that rise in steps to the ridge, and a church.
+
+use crate::grid::{SIZE, SPACING, around, centre, sample};
+use crate::noise::uniform;
+use crate::palette::Material;
+use crate::roads::Road;
+use crate::terrain::{area_from_valley, centre_line};
+use crate::water::Water;
+
+/// One building.
+pub struct Building {
+    x: f64,
+    y: f64,
+    /// Unit vector along the ridge.
+    axis: (f64, f64),
+    /// Half the length and half the width, metres.
+    half: (f64, f64),
+    eaves: f64,
+    /// Rise from the eaves to the ridge.
+    roof: f64,
+    material: Material,
+}
+
+impl Building {
+    /// Coordinates along and across the ridge.
+    fn local(&self, x: f64, y: f64) -> (f64, f64) {
+        let (dx, dy) = (x - self.x, y - self.y);
+        (dx * self.axis.0 + dy * self.axis.1, dy * self.axis.0 - dx * self.axis.1)
+    }
+}
+
+/// Places about sixty buildings where none overlaps another, a road or water.
+pub fn place(roads: &[Road], water: &Water) -> Vec<Building> {
+    let mut buildings = vec![church(), tower()];
+    for (number, road) in roads.iter().enumerate().take(4) {
+        let mut k = 3;
+        while k + 3 < road.line.len() {
+            for side in [1.0, -1.0] {
+                let building = beside(road, k, side, (number * 1000 + k) as i64);
+                if fits(&building, &buildings, roads, water) {
+                    buildings.push(building);
+                }
+            }
+            k += 3;
+        }
+    }
+    buildings
+}
+
+fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
+    let pick = |salt: u64| uniform(seed, side as i64, 700 + salt);
+    let (a, b) = (road.line[k - 2], road.line[k + 2]);
+    let length = (b.0 - a.0).hypot(b.1 - a.1);
+    let turn = 0.16 * (pick(0) - 0.5);
+    let (c, s) = ((b.0 - a.0) / length, (b.1 - a.1) / length);
+    let along = (c - turn * s, s + turn * c);
+    let along = { let l = along.0.hypot(along.1); (along.0 / l, along.1 / l) };
+    let barn = pick(1) < 0.14;
+    let half = if barn { (9.0 + 4.0 * pick(2), 5.5 + 1.5 * pick(3)) } else { (5.5 + 2.8 * pick(2), 4.2 + 1.2 * pick(3)) };
+    let gable = pick(4) < 0.35;
+    let axis = if gable { (-along.1, along.0) } else { along };
+    let depth = if gable { half.0 } else { half.1 };
+    let setback = side * (road.half + 4.0 + depth + 7.0 * pick(5));
+    let material = match (barn, (pick(6) * 10.0) as u32) {
+        (true, 0..5) => Material::RoofMetal,
+        (_, 0..4) => Material::RoofTile,
+        (_, 4..7) => Material::RoofTileDark,
+        (_, 7..9) => Material::RoofSlate,
+        _ => Material::RoofWood,
+    };
+    Building {
+        x: road.line[k].0 - setback * along.1,
+        y: road.line[k].1 + setback * along.0,
+        axis,
+        half,
+        eaves: if barn { 5.0 } else { 4.5 + 2.5 * pick(7) },
+        roof: 0.62 * half.1,
+        material,
+    }
+}
+
+fn church() -> Building {
+    let (x, y) = area_from_valley(-318.0, centre_line(-318.0) - 112.0);
+    Building { x, y, axis: (0.94, 0.342), half: (12.0, 5.5), eaves: 9.0, roof: 5.5, material: Material::RoofSlate }
+}
+
+fn tower() -> Building {
+    let church = church();
+    let (x, y) = (church.x - 15.0 * church.axis.0, church.y - 15.0 * church.axis.1);
+    Building { x, y, half: (4.0, 4.0), eaves: 21.0, roof: 8.0, ..church }
+}
+
+fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water) -> bool {
+    let reach = building.half.0.hypot(building.half.1);
+    let margin = 2.0 * SPACING + reach;
+    if !(margin..SIZE as f64 * SPACING - margin).contains(&building.x)
+        || !(margin..SIZE as f64 * SPACING - margin).contains(&building.y)
+    {
+        return false;
+    }
+    let Some(pixel) = around(building.x, building.y, 0.0).next() else { return false };
+    let density = 1.25 - crate::roads::in_village(pixel);
+    let clear = others.iter().all(|other| {
+        (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 1.0
+    });
+    clear
+        && uniform((building.x * 8.0) as i64, (building.y * 8.0) as i64, 720) < density
+        && water.outside[pixel] > reach + 8.0
+        && crate::roads::outside(roads, pixel) > building.half.1 + 1.5
+}
+
+/// Draws the buildings: heights onto `surface`, roofs into `paint` (material and shade by pixel).
+pub fn draw(buildings: &[Building], ground: &[f64], surface: &mut [f64], mut paint: impl FnMut(usize, Material, f64)) {
+    for building in buildings {
+        let base = sample(ground, building.x, building.y);
+        for pixel in around(building.x, building.y, building.half.0.hypot(building.half.1)) {
+            let (x, y) = centre(pixel);
+            let (u, v) = building.local(x, y);
+            if u.abs() > building.half.0 || v.abs() > building.half.1 {
+                continue;
+            }
+            let towards_ridge = 1.0 - v.abs() / building.half.1;
+            let stepped = ((towards_ridge * 3.0).floor() + 0.5) / 3.0;
+            surface[pixel] = base + building.eaves + building.roof * stepped;
+            let (x, y) = (building.x as i64, building.y as i64);
+            let lit = if v * building.axis.0 > 0.0 { 0.12 } else { -0.08 };
+            paint(pixel, building.material, lit + 0.25 * (uniform(x, y, 730) - 0.5));
+        }
+    }
+}
