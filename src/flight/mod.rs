@@ -1,7 +1,25 @@
 //! Trajectories: path files, interpolation, attitude.
+//!
+//! ```text
+//! path file ──read_track──▶ Track (fixes, as the file says) ──Trajectory::bind──▶ pose_at(seconds)
+//! ```
 
+mod angles;
+mod csv;
+mod gpx;
+mod ground;
+mod igc;
+mod kml;
+mod motion;
+mod raw;
+mod read;
+mod smooth;
+mod spline;
+mod timestamp;
 mod track;
 mod trajectory;
+mod xml;
 
-pub use track::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track, read_track};
+pub use read::read_track;
+pub use track::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track};
 pub use trajectory::{BindOptions, Trajectory};

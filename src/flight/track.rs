@@ -1,8 +1,6 @@
 //! What a path file says, before it is bound to a database.
 
-use std::path::{Path, PathBuf};
-
-use crate::error::Result;
+use std::path::PathBuf;
 
 /// Horizontal position.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,10 +68,4 @@ pub struct Track {
 pub struct ReadOptions {
     /// Altitude mode where the file does not state one.
     pub altitude_mode: Option<AltitudeMode>,
-}
-
-/// Reads a path file; the format follows from content and extension.
-pub fn read_track(path: &Path, options: &ReadOptions) -> Result<Track> {
-    let _ = (path, options);
-    todo!()
 }

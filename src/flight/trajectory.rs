@@ -1,55 +1,353 @@
 //! A track bound to a database: a pose for any time.
+//!
+//! ```text
+//! fixes ──▶ positions in the CRS, heights above the datum       (AGL: ground below; ellipsoid: − EGM96 undulation)
+//!       ──▶ smoothed lightly, if a receiver recorded them       (smooth.rs)
+//!       ──▶ spline                                              (spline.rs)
+//!       ──▶ lifted over the ground, if asked                    (ground.rs)
+//! attitude: slerp of what the file gives (angles.rs); the rest from the smoothed motion (motion.rs)
+//! ```
+//!
+//! Which fixes are smoothed: those in longitude and latitude, at most two seconds apart at the median, of a file that does
+//! not give full attitude. Such a file comes from a receiver, whose jitter would shake the picture; files with attitude
+//! come from simulators and inertial systems, files in metres from programs, and theirs pass through every fix.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::Track;
-use crate::error::Result;
-use crate::geo::Crs;
-use crate::space::Pose;
+use super::angles::{Orientations, Samples};
+use super::motion::Motion;
+use super::spline::Spline;
+use super::track::{AltitudeMode, Fix, Horizontal, Track};
+use super::{ground, smooth};
+use crate::error::{Error, Result};
+use crate::geo::{Crs, Transform, egm96_undulation};
+use crate::space::{Attitude, Pose};
+
+/// Seconds that the last frame may lie behind the last fix: clocks of path files are not finer than a microsecond, and
+/// seconds since 1970 in a double are good to a quarter of one.
+const CLOCK: f64 = 1e-6;
 
 /// How a track becomes a trajectory.
 #[derive(Debug, Clone, Copy)]
 pub struct BindOptions {
     /// Derived attitude is without bank.
     pub level: bool,
-    /// Horizontal field of view where the track gives none, degrees.
+    /// Horizontal field of view where the track gives none, degrees, 0 < hfov < 180.
     pub hfov: f64,
-    /// Least height above ground, metres; lower fixes are raised. `None`: as the file says.
+    /// Least height above ground, metres; where the path is lower it is raised, between fixes too. `None`: as the file
+    /// says.
     pub clearance: Option<f64>,
 }
 
 /// A pose for any time between start and end.
 #[derive(Debug, Clone)]
-pub struct Trajectory {}
+pub struct Trajectory {
+    spline: Spline,
+    attitude: AttitudeSource,
+    hfov: Option<Samples>,
+    default_hfov: f64,
+    notes: Vec<String>,
+}
+
+/// Where attitude comes from.
+#[derive(Debug, Clone)]
+enum AttitudeSource {
+    /// All three angles are in the file.
+    Given(Orientations),
+    /// Some are; the rest follows from motion.
+    Derived { motion: Motion, given: Given, level: bool },
+}
+
+/// Angles in the file, degrees; yaw from grid north.
+#[derive(Debug, Clone)]
+struct Given {
+    yaw: Option<Samples>,
+    pitch: Option<Samples>,
+    roll: Option<Samples>,
+}
 
 impl Trajectory {
     /// Binds a track to a database's CRS; `ground` gives the surface height (metres) below a position of that CRS,
     /// `None` outside the area or where there is no surface.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] if track and CRS do not fit (longitudes and a local database), or the path neither moves
+    /// nor gives a yaw; [`Error::Invalid`] with time and position if a fix has no place in the CRS or no ground below it.
     pub fn bind(
         track: &Track,
         crs: &Crs,
         ground: &dyn Fn(DVec2) -> Option<f64>,
         options: &BindOptions,
     ) -> Result<Self> {
-        let _ = (track, crs, ground, options);
-        todo!()
+        check(track, options)?;
+        let times: Vec<f64> = track.fixes.iter().map(|fix| fix.time).collect();
+        let interval = smooth::median_interval(&times).unwrap_or(0.0);
+        let mut notes = Vec::new();
+        let placement = Placement::new(track, crs)?;
+        let mut points = placement.horizontal()?;
+        let given = placement.given_angles(&points, &mut notes);
+        let full = given.yaw.is_some() && given.pitch.is_some() && given.roll.is_some();
+        let recorded = !full && matches!(track.fixes[0].horizontal, Horizontal::LonLat(..));
+        if recorded {
+            smooth_recorded(&times, &mut points, interval, &mut notes);
+        }
+        placement.heights(&mut points, ground)?;
+        let above_ground = |fix: &Fix| fix.altitude.mode == AltitudeMode::Agl;
+        if recorded && !track.fixes.iter().any(above_ground) {
+            smooth_heights(&times, &mut points, interval);
+        }
+        let mut spline = Spline::through(times.clone(), points);
+        if let Some(lifted) = ground::lift(&spline, &least_heights(track, options.clearance), ground) {
+            spline = lifted.spline;
+            notes.push(format!("The path was raised over the ground by up to {:.1} m.", lifted.most));
+        }
+        let attitude = if let (Some(yaw), Some(pitch), Some(roll)) = (&given.yaw, &given.pitch, &given.roll) {
+            let at = |time| Attitude { yaw: yaw.at(time), pitch: pitch.at(time), roll: roll.at(time) };
+            AttitudeSource::Given(Orientations::new(&times, at))
+        } else {
+            let motion = Motion::along(&spline, &times, interval);
+            if given.yaw.is_none() && !motion.moves && times.len() > 1 {
+                return Err(Error::Configuration(format!(
+                    "{}: the path never moves and gives no heading; add a yaw_deg column",
+                    track.path.display()
+                )));
+            }
+            notes.extend(derived_note(&given, &motion, options.level));
+            AttitudeSource::Derived { motion, given, level: options.level }
+        };
+        let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
+        Ok(Self { spline, attitude, hfov, default_hfov: options.hfov, notes })
     }
+
     /// Length, seconds.
     pub fn duration(&self) -> f64 {
-        todo!()
+        self.spline.duration()
     }
-    /// Frames at `fps`: numbers 1 … count; frame n is at (n − 1)/fps seconds.
+
+    /// Frames at `fps` > 0: numbers 1 … count; frame n is at (n − 1)/fps seconds. The last frame is not later than the
+    /// last fix, up to the microsecond that clocks are good to. At least 1.
     pub fn frame_count(&self, fps: f64) -> u64 {
-        let _ = fps;
-        todo!()
+        // A float converts saturating, NaN to 0.
+        ((self.duration() + CLOCK) * fps) as u64 + 1
     }
-    /// Pose at `seconds` after the start, clamped to the trajectory.
+
+    /// Pose at `seconds` after the start, clamped to the trajectory. Yaw is 0…360; orientation is continuous in time.
     pub fn pose_at(&self, seconds: f64) -> Pose {
-        let _ = seconds;
-        todo!()
+        let seconds = if seconds.is_nan() { 0.0 } else { seconds.clamp(0.0, self.duration()) };
+        Pose {
+            eye: self.spline.position(seconds),
+            attitude: self.attitude_at(seconds),
+            hfov: self.hfov.as_ref().map_or(self.default_hfov, |hfov| hfov.at(seconds)),
+        }
     }
+
     /// What was derived or assumed, as sentences.
     pub fn notes(&self) -> &[String] {
-        todo!()
+        &self.notes
+    }
+
+    fn attitude_at(&self, seconds: f64) -> Attitude {
+        match &self.attitude {
+            AttitudeSource::Given(orientations) => orientations.at(seconds),
+            AttitudeSource::Derived { motion, given, level } => {
+                let derived = motion.at(&self.spline, seconds);
+                let bank = if *level { 0.0 } else { derived.bank };
+                let or = |samples: &Option<Samples>, value: f64| samples.as_ref().map_or(value, |s| s.at(seconds));
+                Attitude {
+                    yaw: or(&given.yaw, derived.heading).rem_euclid(360.0),
+                    pitch: or(&given.pitch, derived.pitch),
+                    roll: or(&given.roll, bank),
+                }
+            }
+        }
     }
 }
+
+/// Tracks may be made by programs: what `read_track` promises is checked here.
+fn check(track: &Track, options: &BindOptions) -> Result<()> {
+    let fail = |what: &str| Err(Error::invalid(&track.path, what));
+    if !(options.hfov > 0.0 && options.hfov < 180.0) {
+        return Err(Error::Configuration(format!("--hfov {} is not between 0 and 180 degrees", options.hfov)));
+    }
+    if let Some(clearance) = options.clearance.filter(|clearance| !clearance.is_finite()) {
+        return Err(Error::Configuration(format!("--clearance {clearance} is no height in metres")));
+    }
+    if track.fixes.is_empty() {
+        return fail("the track has no fix");
+    }
+    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| !(pair[0].time < pair[1].time)) {
+        return fail("the times of the track do not start at 0 and increase");
+    }
+    let finite = |fix: &Fix| {
+        let (x, y) = match fix.horizontal {
+            Horizontal::LonLat(x, y) | Horizontal::Xy(x, y) => (x, y),
+        };
+        let angles = [fix.yaw, fix.pitch, fix.roll, fix.hfov];
+        [fix.time, x, y, fix.altitude.metres].iter().all(|value| value.is_finite())
+            && angles.iter().flatten().all(|value| value.is_finite())
+            && fix.hfov.is_none_or(|hfov| hfov > 0.0 && hfov < 180.0)
+    };
+    if !track.fixes.iter().all(finite) {
+        return fail("the track holds a number that is not finite, or a field of view outside 0…180 degrees");
+    }
+    Ok(())
+}
+
+/// Puts fixes into a database's system.
+struct Placement<'a> {
+    track: &'a Track,
+    crs: &'a Crs,
+    /// From and to WGS 84; `None` in a local system.
+    earth: Option<(Transform, Transform)>,
+}
+
+impl<'a> Placement<'a> {
+    fn new(track: &'a Track, crs: &'a Crs) -> Result<Self> {
+        if crs.is_local() {
+            if track.fixes.iter().any(|fix| matches!(fix.horizontal, Horizontal::LonLat(..))) {
+                return Err(Error::Configuration(format!(
+                    "{}: the path gives longitudes and latitudes, but the database has local metres without a place on \
+                     Earth; give the path in x_m and y_m columns, or build the database with --crs",
+                    track.path.display()
+                )));
+            }
+            return Ok(Self { track, crs, earth: None });
+        }
+        let wgs84 = Crs::wgs84();
+        let earth = (Transform::new(&wgs84, crs)?, Transform::new(crs, &wgs84)?);
+        Ok(Self { track, crs, earth: Some(earth) })
+    }
+
+    /// Positions in the CRS, metres; z is 0.
+    fn horizontal(&self) -> Result<Vec<DVec3>> {
+        let place = |fix: &Fix| match (fix.horizontal, &self.earth) {
+            (Horizontal::Xy(x, y), _) => Ok(DVec3::new(x, y, 0.0)),
+            (Horizontal::LonLat(longitude, latitude), Some((from_wgs84, _))) => from_wgs84
+                .apply(longitude, latitude)
+                .filter(|(x, y)| x.is_finite() && y.is_finite())
+                .map(|(x, y)| DVec3::new(x, y, 0.0))
+                .ok_or_else(|| self.nowhere(fix)),
+            (Horizontal::LonLat(..), None) => Err(self.nowhere(fix)),
+        };
+        self.track.fixes.iter().map(place).collect()
+    }
+
+    fn nowhere(&self, fix: &Fix) -> Error {
+        let what = format!("{}: this position has no place in the database's system {}", at(fix), self.crs.name());
+        Error::invalid(&self.track.path, what)
+    }
+
+    /// Fills in z, metres above the database's datum.
+    fn heights(&self, points: &mut [DVec3], ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<()> {
+        for (fix, point) in self.track.fixes.iter().zip(points) {
+            let metres = fix.altitude.metres;
+            point.z = match fix.altitude.mode {
+                AltitudeMode::Msl => metres,
+                AltitudeMode::Agl => {
+                    let surface = ground(point.truncate()).filter(|height| height.is_finite());
+                    let surface = surface.ok_or_else(|| {
+                        let what = format!(
+                            "{}: there is no ground below this fix, so its height above ground means nothing; give \
+                             altitudes above sea level (alt_msl_m), or cut the path to the database's area",
+                            at(fix)
+                        );
+                        Error::invalid(&self.track.path, what)
+                    })?;
+                    surface + metres
+                }
+                AltitudeMode::Ellipsoid => metres - self.undulation(fix)?,
+            };
+        }
+        Ok(())
+    }
+
+    fn undulation(&self, fix: &Fix) -> Result<f64> {
+        match (fix.horizontal, &self.earth) {
+            (Horizontal::LonLat(longitude, latitude), _) => Ok(egm96_undulation(longitude, latitude)),
+            (Horizontal::Xy(x, y), Some((_, to_wgs84))) => {
+                let (longitude, latitude) = to_wgs84.apply(x, y).ok_or_else(|| self.nowhere(fix))?;
+                Ok(egm96_undulation(longitude, latitude))
+            }
+            (Horizontal::Xy(..), None) => Err(Error::Configuration(format!(
+                "{}: altitudes above the ellipsoid need a place on Earth, but the database has local metres; give \
+                 alt_msl_m or alt_agl_m",
+                self.track.path.display()
+            ))),
+        }
+    }
+
+    /// Angles of the file. Yaw is turned from true to grid north.
+    fn given_angles(&self, points: &[DVec3], notes: &mut Vec<String>) -> Given {
+        let fixes = &self.track.fixes;
+        let grid_yaw = |(fix, point): (&Fix, &DVec3)| {
+            (fix.time, fix.yaw.map(|yaw| yaw - convergence(self.crs, point.x, point.y)))
+        };
+        let given = Given {
+            yaw: Samples::angles(fixes.iter().zip(points).map(grid_yaw)),
+            pitch: Samples::new(fixes.iter().map(|fix| (fix.time, fix.pitch))),
+            roll: Samples::angles(fixes.iter().map(|fix| (fix.time, fix.roll))),
+        };
+        for (name, samples) in [("yaw", &given.yaw), ("pitch", &given.pitch), ("roll", &given.roll)] {
+            let missing = samples.as_ref().map_or(0, |samples| fixes.len() - samples.len());
+            if missing > 0 {
+                notes.push(format!("{missing} fixes without {name} take it from their neighbours."));
+            }
+        }
+        given
+    }
+}
+
+/// Degrees from true to grid north, clockwise.
+fn convergence(crs: &Crs, x: f64, y: f64) -> f64 {
+    if crs.is_local() { 0.0 } else { crate::geo::grid_convergence(crs, x, y) }
+}
+
+fn at(fix: &Fix) -> String {
+    match fix.horizontal {
+        Horizontal::LonLat(longitude, latitude) => {
+            format!("at {:.3} s, longitude {longitude}, latitude {latitude}", fix.time)
+        }
+        Horizontal::Xy(x, y) => format!("at {:.3} s, x {x}, y {y}", fix.time),
+    }
+}
+
+fn smooth_recorded(times: &[f64], points: &mut Vec<DVec3>, interval: f64, notes: &mut Vec<String>) {
+    if let Some(smoothed) = smooth::smoothed(times, points, interval) {
+        *points = smoothed;
+        notes.push("Recorded positions were smoothed by at most 3 m, since the file gives no full attitude.".into());
+    }
+}
+
+fn smooth_heights(times: &[f64], points: &mut [DVec3], interval: f64) {
+    let heights: Vec<DVec3> = points.iter().map(|point| DVec3::Z * point.z).collect();
+    if let Some(smoothed) = smooth::smoothed(times, &heights, interval) {
+        for (point, height) in points.iter_mut().zip(smoothed) {
+            point.z = height.z;
+        }
+    }
+}
+
+/// Height above ground that each fix asks for.
+fn least_heights(track: &Track, clearance: Option<f64>) -> Vec<Option<f64>> {
+    let least = |fix: &Fix| {
+        let own = (fix.altitude.mode == AltitudeMode::Agl).then_some(fix.altitude.metres);
+        match (own, clearance) {
+            (Some(own), Some(clearance)) => Some(own.max(clearance)),
+            (own, clearance) => own.or(clearance),
+        }
+    };
+    track.fixes.iter().map(least).collect()
+}
+
+fn derived_note(given: &Given, motion: &Motion, level: bool) -> Option<String> {
+    let bank = if level { "bank (level)" } else { "bank" };
+    let names = [("heading", &given.yaw), ("pitch", &given.pitch), (bank, &given.roll)];
+    let derived: Vec<&str> =
+        names.iter().filter(|(_, samples)| samples.is_none()).map(|(name, _)| *name).collect();
+    (motion.moves && !derived.is_empty()).then(|| {
+        format!("Derived from the motion, smoothed over {:.1} s: {}.", motion.sigma(), derived.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests;

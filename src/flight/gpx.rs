@@ -1,0 +1,135 @@
+//! GPX 1.0 and 1.1: the points of all tracks, in the file's order.
+//!
+//! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level. Routes and waypoints carry no times of
+//! flight and are not flown.
+
+use super::raw::{RawFix, Reading, Source};
+use super::timestamp::unix_seconds;
+use super::track::{Altitude, AltitudeMode, Horizontal};
+use super::xml::{Place, Step, attribute, walk};
+use crate::error::{Error, Result};
+
+/// A track point while its element is open.
+struct Point {
+    line: u64,
+    depth: usize,
+    longitude: f64,
+    latitude: f64,
+    elevation: Option<f64>,
+    time: Option<f64>,
+}
+
+/// Points so far, and what was met on the way.
+#[derive(Default)]
+struct Points {
+    open: Option<Point>,
+    fixes: Vec<RawFix>,
+    segments: usize,
+    without_elevation: usize,
+    routes_or_waypoints: bool,
+}
+
+pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
+    let mut points = Points::default();
+    walk(source, text, |place, step| points.visit(source, place, step))?;
+    let mut notes = Vec::new();
+    if points.fixes.is_empty() {
+        return Err(points.nothing_to_fly(source));
+    }
+    if points.segments > 1 {
+        notes.push(format!("{} track segments were joined into one flight.", points.segments));
+    }
+    if points.without_elevation > 0 {
+        notes.push(format!("{} points without elevation were dropped.", points.without_elevation));
+    }
+    if source.options.altitude_mode.is_none() {
+        notes.push("Elevations are taken as metres above mean sea level, as GPX defines them.".into());
+    }
+    Ok(Reading { format: "GPX", fixes: points.fixes, notes })
+}
+
+impl Points {
+    fn visit(&mut self, source: &Source<'_>, place: Place<'_>, step: Step<'_>) -> Result<()> {
+        match (place.name, step) {
+            ("trkseg", Step::Open(_)) => self.segments += 1,
+            ("rtept" | "wpt", Step::Open(_)) => self.routes_or_waypoints = true,
+            ("trkpt", Step::Open(start)) => {
+                let degrees = |name: &str| {
+                    let text = attribute(start, name);
+                    let value = text.as_deref().and_then(|text| text.trim().parse::<f64>().ok());
+                    value.filter(|value| value.is_finite()).ok_or_else(|| {
+                        let found = text.map_or("is missing".into(), |text| format!("is {text:?}"));
+                        source.at_line(place.line, format!("{name} of this trkpt {found}; write decimal degrees"))
+                    })
+                };
+                self.open = Some(Point {
+                    line: place.line,
+                    depth: place.depth,
+                    longitude: degrees("lon")?,
+                    latitude: degrees("lat")?,
+                    elevation: None,
+                    time: None,
+                });
+            }
+            ("trkpt", Step::Close(_)) => self.close(source)?,
+            ("ele", Step::Close(text)) => {
+                if let Some(point) = self.child(place) {
+                    point.elevation = Some(number(source, place, text)?);
+                }
+            }
+            ("time", Step::Close(text)) => {
+                if let Some(point) = self.child(place) {
+                    point.time = Some(unix_seconds(text).ok_or_else(|| {
+                        source.at_line(
+                            place.line,
+                            format!("time {text:?} is no ISO 8601 date and time; write e.g. 2026-05-01T12:00:00Z"),
+                        )
+                    })?);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The open point, if `place` is its direct child (extensions have elements of the same names).
+    fn child(&mut self, place: Place<'_>) -> Option<&mut Point> {
+        self.open.as_mut().filter(|point| place.depth == point.depth + 1)
+    }
+
+    fn close(&mut self, source: &Source<'_>) -> Result<()> {
+        let Some(point) = self.open.take() else { return Ok(()) };
+        let time = point.time.ok_or_else(|| {
+            source.at_line(
+                point.line,
+                "this trkpt has no time, and without times there is no speed; record with times, or write a CSV with \
+                 a time_s column",
+            )
+        })?;
+        let Some(metres) = point.elevation else {
+            self.without_elevation += 1;
+            return Ok(());
+        };
+        let mode = source.options.altitude_mode.unwrap_or(AltitudeMode::Msl);
+        let horizontal = Horizontal::LonLat(point.longitude, point.latitude);
+        self.fixes.push(RawFix::positioned(point.line, time, horizontal, Altitude { metres, mode }));
+        Ok(())
+    }
+
+    fn nothing_to_fly(&self, source: &Source<'_>) -> Error {
+        let (what, remedy) = if self.without_elevation > 0 {
+            ("no track point has an elevation (ele)", "write a CSV with an alt_agl_m column")
+        } else if self.routes_or_waypoints {
+            ("there are waypoints or routes but no track (trk), and so no times", "export a recorded track")
+        } else {
+            ("there is no track point (trkpt)", "export a recorded track")
+        };
+        Error::unsupported(source.path, what, remedy)
+    }
+}
+
+fn number(source: &Source<'_>, place: Place<'_>, text: &str) -> Result<f64> {
+    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
+        source.at_line(place.line, format!("{} {text:?} is no finite number; write metres, with a point", place.name))
+    })
+}

@@ -1,0 +1,180 @@
+//! A once differentiable curve through fixes at uneven times.
+//!
+//! Cubic Hermite pieces; the tangents make the difference.
+//!
+//! - *Horizontally*: the derivative of the parabola through three neighbours (Catmull and Rom 1974, for uneven times),
+//!   never longer than three times the slower of the two chords. That bound is Fritsch and Carlson's, applied to the
+//!   vector's length so that it does not depend on where north is; it keeps the eye in place where two fixes are equal.
+//! - *Vertically*: Fritsch and Butland 1984 (the weighted harmonic mean of the two slopes, 0 at an extremum). Between two
+//!   fixes the height then stays between theirs: a spline that overshoots would dip into the hill that the flight has
+//!   just cleared.
+
+use glam::{DVec2, DVec3};
+
+#[derive(Debug, Clone)]
+pub(super) struct Spline {
+    /// Seconds, increasing.
+    times: Vec<f64>,
+    points: Vec<DVec3>,
+    /// Metres per second.
+    tangents: Vec<DVec3>,
+}
+
+impl Spline {
+    /// `times` strictly increase and are as many as `points`; at least one.
+    pub fn through(times: Vec<f64>, points: Vec<DVec3>) -> Self {
+        let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let chords: Vec<DVec3> =
+            points.windows(2).zip(&steps).map(|(pair, &step)| (pair[1] - pair[0]) / step).collect();
+        let tangents = (0..points.len()).map(|index| tangent(index, &steps, &chords)).collect();
+        Self { times, points, tangents }
+    }
+
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    pub fn duration(&self) -> f64 {
+        self.times.last().copied().unwrap_or(0.0)
+    }
+
+    /// Metres; before the first and after the last fix the eye rests there.
+    pub fn position(&self, seconds: f64) -> DVec3 {
+        let Some((index, step, u)) = self.locate(seconds) else { return self.points[0] };
+        let (a, b) = (self.points[index], self.points[index + 1]);
+        let (m, n) = (self.tangents[index] * step, self.tangents[index + 1] * step);
+        // Hermite in the form a + …, so that large coordinates lose nothing where a = b.
+        let rise = b - a;
+        a + u * (m + u * ((3.0 * rise - 2.0 * m - n) + u * (m + n - 2.0 * rise)))
+    }
+
+    /// Metres per second.
+    pub fn velocity(&self, seconds: f64) -> DVec3 {
+        let Some((index, step, u)) = self.locate(seconds) else { return DVec3::ZERO };
+        let rise = self.points[index + 1] - self.points[index];
+        let (m, n) = (self.tangents[index] * step, self.tangents[index + 1] * step);
+        (m + u * (2.0 * (3.0 * rise - 2.0 * m - n) + u * 3.0 * (m + n - 2.0 * rise))) / step
+    }
+
+    /// Piece, its length in seconds and the place in it (0…1); `None` if there is only one fix.
+    fn locate(&self, seconds: f64) -> Option<(usize, f64, f64)> {
+        let last_piece = self.times.len().checked_sub(2)?;
+        let index = self.times.partition_point(|&time| time <= seconds).saturating_sub(1).min(last_piece);
+        let step = self.times[index + 1] - self.times[index];
+        Some((index, step, ((seconds - self.times[index]) / step).clamp(0.0, 1.0)))
+    }
+}
+
+fn tangent(index: usize, steps: &[f64], chords: &[DVec3]) -> DVec3 {
+    match (index.checked_sub(1).map(|before| (steps[before], chords[before])), steps.get(index)) {
+        (None, None) => DVec3::ZERO,
+        (None, Some(&step)) => end_tangent((step, chords[0]), steps.get(1).map(|&next| (next, chords[1]))),
+        (Some(before), None) => {
+            end_tangent(before, index.checked_sub(2).map(|earlier| (steps[earlier], chords[earlier])))
+        }
+        (Some((step_before, before)), Some(&step_after)) => {
+            let after = chords[index];
+            let weight = step_before / (step_before + step_after);
+            let parabola = before.truncate().lerp(after.truncate(), weight);
+            bounded(parabola, before.truncate(), after.truncate())
+                .extend(harmonic_slope((step_before, before.z), (step_after, after.z)))
+        }
+    }
+}
+
+/// At an end: the parabola through the three last fixes, or the chord if there are but two.
+fn end_tangent((step, chord): (f64, DVec3), inner: Option<(f64, DVec3)>) -> DVec3 {
+    let Some((inner_step, inner_chord)) = inner else { return chord };
+    let parabola = chord + (chord - inner_chord) * (step / (step + inner_step));
+    let climb = if parabola.z * chord.z <= 0.0 { 0.0 } else { parabola.z.abs().min(3.0 * chord.z.abs()) };
+    bounded(parabola.truncate(), chord.truncate(), chord.truncate()).extend(climb.copysign(chord.z))
+}
+
+fn bounded(tangent: DVec2, before: DVec2, after: DVec2) -> DVec2 {
+    tangent.clamp_length_max(3.0 * before.length().min(after.length()))
+}
+
+fn harmonic_slope((step_before, before): (f64, f64), (step_after, after): (f64, f64)) -> f64 {
+    if before * after <= 0.0 {
+        return 0.0;
+    }
+    let weight_before = 2.0 * step_after + step_before;
+    let weight_after = 2.0 * step_before + step_after;
+    (weight_before + weight_after) / (weight_before / before + weight_after / after)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(fixes: &[(f64, DVec3)]) -> Spline {
+        Spline::through(fixes.iter().map(|fix| fix.0).collect(), fixes.iter().map(|fix| fix.1).collect())
+    }
+
+    #[test]
+    fn passes_through_fixes_and_is_straight_on_a_line() {
+        let line = |t: f64| DVec3::new(5e5 + 40.0 * t, 4e6 - 30.0 * t, 100.0 + 2.0 * t);
+        let times = [0.0, 1.0, 1.5, 4.0, 9.0];
+        let spline = curve(&times.map(|t| (t, line(t))));
+        for step in 0..=90 {
+            let t = f64::from(step) / 10.0;
+            assert!((spline.position(t) - line(t)).length() < 1e-6, "at {t}");
+            assert!((spline.velocity(t) - DVec3::new(40.0, -30.0, 2.0)).length() < 1e-6, "at {t}");
+        }
+    }
+
+    #[test]
+    fn velocity_is_the_derivative_and_continuous() {
+        let spline = curve(&[0.0, 1.0, 1.2, 3.0, 7.0, 8.0].map(|t: f64| {
+            (t, DVec3::new(50.0 * t.sin(), 30.0 * t, 10.0 * (1.7 * t).cos()))
+        }));
+        let h = 1e-6;
+        for step in 1..80 {
+            let t = 0.1 * f64::from(step) + 0.013;
+            if t + h >= spline.duration() {
+                break;
+            }
+            let numeric = (spline.position(t + h) - spline.position(t - h)) / (2.0 * h);
+            assert!((numeric - spline.velocity(t)).length() < 1e-4, "at {t}");
+        }
+        for knot in [1.0, 1.2, 3.0, 7.0] {
+            assert!((spline.velocity(knot - 1e-9) - spline.velocity(knot + 1e-9)).length() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn height_never_leaves_the_range_of_its_two_fixes() {
+        let heights = [100.0, 100.0, 300.0, 300.0, 120.0, 125.0, 90.0];
+        let fixes: Vec<_> =
+            heights.iter().enumerate().map(|(i, &z)| (i as f64 * 2.0, DVec3::new(i as f64, 0.0, z))).collect();
+        let spline = curve(&fixes);
+        for (pair, k) in heights.windows(2).zip(0..) {
+            for step in 0..=20 {
+                let z = spline.position(2.0 * f64::from(k) + 0.1 * f64::from(step)).z;
+                assert!(z >= pair[0].min(pair[1]) - 1e-9 && z <= pair[0].max(pair[1]) + 1e-9, "{z} of {pair:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn rests_where_two_fixes_are_equal() {
+        let stop = DVec3::new(100.0, 0.0, 10.0);
+        let spline = curve(&[
+            (0.0, DVec3::new(0.0, 0.0, 10.0)),
+            (1.0, DVec3::new(50.0, 10.0, 10.0)),
+            (2.0, stop),
+            (60.0, stop),
+            (61.0, DVec3::new(150.0, 50.0, 10.0)),
+        ]);
+        for t in [2.0, 10.0, 59.9] {
+            assert_eq!(spline.position(t), stop);
+        }
+    }
+
+    #[test]
+    fn a_single_fix_stands_still() {
+        let spline = curve(&[(0.0, DVec3::ONE)]);
+        assert_eq!(spline.position(5.0), DVec3::ONE);
+        assert_eq!(spline.velocity(5.0), DVec3::ZERO);
+    }
+}
