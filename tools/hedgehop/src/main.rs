@@ -3,8 +3,10 @@
 mod area;
 mod args;
 mod commands;
+mod contact_sheet;
 mod exit;
 mod interrupt;
+mod output;
 mod plot;
 mod progress;
 mod sequence;

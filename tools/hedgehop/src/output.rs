@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -16,11 +16,9 @@ use hedgehop::space::Camera;
 use hedgehop::voxel::Header;
 use hedgehop::{Error, Result};
 use serde_json::Value;
-use tempfile::NamedTempFile;
 
 use crate::area;
 use crate::args::Size;
-use crate::exit::STDOUT;
 use crate::sequence::Shot;
 
 /// Name and version that outputs carry.
@@ -149,33 +147,19 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// All frames in one y4m stream: standard output, or a file that appears when it is whole.
+/// All frames in one y4m stream.
 #[derive(Debug)]
-pub struct Stream {
-    writer: Mutex<Y4mWriter<Sink>>,
+pub struct Stream<W: Write> {
+    writer: Mutex<Y4mWriter<W>>,
     name: PathBuf,
-    file: Option<NamedTempFile>,
 }
 
-type Sink = BufWriter<Box<dyn Write + Send>>;
-
-impl Stream {
-    /// Opens the stream and writes its header.
-    pub fn open(pattern: &FramePattern, size: Size, rate: FrameRate) -> Result<Self> {
-        let (name, file) = if pattern.is_standard_output() {
-            (PathBuf::from(STDOUT), None)
-        } else {
-            let target = pattern.path(1);
-            (target.clone(), Some(temporary(&target)?))
-        };
-        let target: Box<dyn Write + Send> = match &file {
-            None => Box::new(io::stdout()),
-            Some(file) => Box::new(file.reopen().map_err(|error| Error::io(&name, "write it", error))?),
-        };
-        let writer =
-            Y4mWriter::new(BufWriter::new(target), (size.width, size.height), rate, Chroma::default())
-                .map_err(|error| Error::io(&name, "write it", error))?;
-        Ok(Self { writer: Mutex::new(writer), name, file })
+impl<W: Write> Stream<W> {
+    /// Writes the header of a stream that errors call `name`.
+    pub fn new(target: W, name: &Path, size: Size, rate: FrameRate) -> Result<Self> {
+        Y4mWriter::new(target, (size.width, size.height), rate, Chroma::default())
+            .map(|writer| Self { writer: Mutex::new(writer), name: name.to_owned() })
+            .map_err(|error| Error::io(name, "write it", error))
     }
 
     /// Appends one frame.
@@ -184,15 +168,21 @@ impl Stream {
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
         writer.write(&picture).map_err(|error| Error::io(&self.name, "write it", error))
     }
-
-    /// Completes the stream; a file takes its name.
-    pub fn finish(self) -> Result<()> {
-        todo!()
-    }
 }
 
-fn temporary(target: &Path) -> Result<NamedTempFile> {
-    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", error))?;
-    NamedTempFile::new_in(folder).map_err(|error| Error::io(target, "create it", error))
+/// Standard output without a buffer that keeps the end of a frame, and an error, to itself.
+#[derive(Debug)]
+pub struct Stdout;
+
+impl Write for Stdout {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut stdout = io::stdout().lock();
+        stdout.write_all(bytes)?;
+        stdout.flush()?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stdout().flush()
+    }
 }

@@ -28,7 +28,7 @@ pub struct Shot {
 }
 
 /// What renders.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Sequence<'a, S> {
     /// The database.
     pub source: &'a S,

@@ -7,11 +7,11 @@
 //! ```
 //! Worker counts are interleaved, so that a machine that slows down slows all of them.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hedgehop::frame::{Frame, FrameRate, FrameSet};
+use hedgehop::frame::atomic::write_bytes;
+use hedgehop::frame::{Frame, FrameInfo, FrameRate, FrameSet, encode_frame};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, StageTimes, render_frame};
@@ -24,6 +24,7 @@ use serde::Serialize;
 use crate::args;
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
 use crate::view::{self, FlightArgs, LookArgs};
@@ -140,13 +141,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
-        write(file, &svg)?;
+        write_bytes(file, svg.as_bytes())?;
     }
     let json = format!("{}\n", serde_json::to_string_pretty(&report).unwrap_or_default());
     match args.json.as_deref() {
         Some(file) if file == Path::new("-") => exit::print(&json)?,
         Some(file) => {
-            write(file, &json)?;
+            write_bytes(file, json.as_bytes())?;
             exit::print(&table(&report))?;
         }
         None => exit::print(&table(&report))?,
@@ -156,10 +157,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     } else {
         Err(Failure::Unforeseen("frames differ between numbers of workers; this is a bug in hedgehop".into()))
     }
-}
-
-fn write(file: &Path, text: &str) -> Result<()> {
-    fs::write(file, text).map_err(|error| Error::io(file, "write", error))
 }
 
 fn plan(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<(Vec<u64>, Vec<(u64, Camera)>)> {
@@ -253,7 +250,7 @@ fn pass(
         stages: StageTimes::default(),
         hashes: Vec::with_capacity(cameras.len()),
     };
-    for (_, camera) in cameras {
+    for (number, camera) in cameras {
         if reporter.cancelled() {
             return Err(Error::Interrupted("nothing was measured".into()));
         }
@@ -263,11 +260,30 @@ fn pass(
         pass.stages.march += rendered.times.march;
         pass.stages.shade += rendered.times.shade;
         pass.stages.image += rendered.times.image;
-        pass.encode += encode(&rendered.frame)?;
+        pass.encode += encode(&rendered.frame, *number)?;
         pass.hashes.push(hash(&rendered.frame));
         reporter.advance(1);
     }
     Ok(pass)
+}
+
+/// Time to make a PNG in memory.
+fn encode(frame: &Frame, number: u64) -> Result<Duration> {
+    let info = FrameInfo {
+        frame: number,
+        seconds: 0.0,
+        database_hash: String::new(),
+        database_file: String::new(),
+        crs_name: String::new(),
+        vertical_datum: String::new(),
+        settings_digest: String::new(),
+        writer: WRITER.to_owned(),
+    };
+    let begun = Instant::now();
+    let bytes = encode_frame(Path::new("bench.png"), frame, &info)?;
+    let elapsed = begun.elapsed();
+    std::hint::black_box(bytes);
+    Ok(elapsed)
 }
 
 /// A hash of all planes, bit by bit.

@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hedgehop::frame::{FramePattern, FrameRate};
+use hedgehop::frame::atomic::write_bytes;
+use hedgehop::frame::video::check_video;
+use hedgehop::frame::{FramePattern, FrameRate, FrameSet};
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, NodataFill, build};
-use hedgehop::progress::Observer;
-use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
-use crate::args::{self, Size};
+use crate::args::{self, Size, Workers};
 use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
@@ -30,9 +30,11 @@ const IMAGERY: (&str, &[u8]) = ("valley-imagery.tif", include_bytes!("../../../.
 const PATH: (&str, &[u8]) = ("valley-path.csv", include_bytes!("../../../../data/valley-path.csv"));
 
 const SIZE: Size = Size { width: 640, height: 360 };
-/// Frames that the demo renders at most: ten seconds of film, and well under a minute on two cores.
-const MOST_FRAMES: u64 = 120;
-const FRAMES_PER_SECOND: u32 = 12;
+/// Ten seconds of film; with the build, well under a minute on two cores.
+const FRAMES: u64 = 120;
+const FRAMES_PER_SECOND: &str = "12";
+/// Field of view, degrees.
+const HFOV: f64 = 65.0;
 /// Memory of the build, bytes; the valley needs far less.
 const MEMORY: u64 = 256 << 20;
 /// Frames on the contact sheet: four in a row.
@@ -80,8 +82,16 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         report.bytes as f64 / 1e6,
         report.seconds
     ))?;
-    fly(folder, &area, &reporter)?;
-    exit::print(&next(folder, &area)?)?;
+
+    let flight = flight(folder, &area)?;
+    let done = render::fly(&flight, &PageFile::open(&area)?, &reporter)?;
+    exit::print(&format!("3. {}", done.sentence(&flight)))?;
+    let sheet = sheet(folder, &done.files)?;
+    exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
+    if let Some(film) = &flight.video {
+        exit::print(&format!("5. wrote the film {}\n", film.display()))?;
+    }
+    exit::print(&next(folder, &area, flight.video.is_some()))?;
     Ok(())
 }
 
@@ -107,6 +117,65 @@ fn options(folder: &Path, area: &Path) -> BuildOptions {
     }
 }
 
-fn fly(folder: &Path, area: &Path, reporter: &Reporter) -> Outcome {
-    todo!()
+/// The flight as `hedgehop render` would fly it.
+fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
+    let film = folder.join("valley.mp4");
+    Ok(render::Args {
+        area: area.to_owned(),
+        output: FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?,
+        fps: FRAMES_PER_SECOND.parse()?,
+        frames: Some(FrameSet::all(FRAMES)),
+        skip_existing: false,
+        // Without ffmpeg there is no film, which the demo says at its end.
+        video: check_video(&film).is_ok().then_some(film),
+        workers: Workers { jobs: None },
+        flight: FlightArgs {
+            path: Some(folder.join(PATH.0)),
+            eye: None,
+            eye_lonlat: false,
+            ypr: None,
+            alt_mode: None,
+            level: false,
+            clearance: None,
+            hfov: HFOV,
+            size: SIZE,
+        },
+        look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
+        progress: Mode::Auto,
+    })
+}
+
+fn sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
+    let chosen: Vec<PathBuf> = contact_sheet::spread(frames.len(), SHEET_FRAMES)
+        .into_iter()
+        .filter_map(|index| frames.get(index).cloned())
+        .collect();
+    let sheet = folder.join("contact-sheet.png");
+    write_bytes(&sheet, &contact_sheet::png(&chosen, SHEET_COLUMNS)?)?;
+    Ok(sheet)
+}
+
+/// Commands to go on with; each works as it stands.
+fn next(folder: &Path, area: &Path, has_film: bool) -> String {
+    let (area, path) = (area.display(), folder.join(PATH.0));
+    let path = path.display();
+    let film = if has_film {
+        String::new()
+    } else {
+        format!(
+            "  (no film: ffmpeg is not installed; once it is:)\n  hedgehop render {area} --path {path} -o {0} --skip-existing --video {1}\n",
+            folder.join("frames").join("####.png").display(),
+            folder.join("valley.mp4").display()
+        )
+    };
+    format!(
+        "Next:\n{film}  \
+         hedgehop info {area}\n  \
+         hedgehop render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
+         hedgehop render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
+         hedgehop bench {area} --path {path}\n  \
+         hedgehop build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
+        blocks = folder.join("blocks-####.png").display(),
+        haze = folder.join("haze-####.png").display()
+    )
 }

@@ -1,21 +1,27 @@
 //! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use hedgehop::frame::atomic::write_with;
+use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
+use hedgehop::render::RenderOptions;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
+use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
+use serde_json::{Value, json};
 
 use crate::args::Workers;
-use crate::exit::{self, Outcome};
+use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
-use crate::output::{Film, Files, Stream};
+use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
-use crate::sequence::{Flown, Sequence};
+use crate::sequence::Sequence;
 use crate::view::{self, FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
@@ -97,7 +103,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 impl Done {
-    fn sentence(&self, args: &Args) -> String {
+    /// What was done, for people.
+    pub fn sentence(&self, args: &Args) -> String {
         let size = args.flight.size;
         let megapixels = self.rendered as f64 * f64::from(size.width) * f64::from(size.height) / 1e6;
         // A flight that took no measurable time has no rate to speak of.
@@ -121,32 +128,122 @@ impl Done {
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> {
     let begun = Instant::now();
-    let is_stream = args.output.target() == Target::Y4m;
-    check_combination(args, is_stream)?;
+    check_combination(args)?;
     let cameras = plan(args, source, reporter)?;
     let farm = Farm::new(args.workers.count())?;
     let options = args.look.options();
-    let encoders = if is_stream { 1 } else { farm.workers().div_ceil(WORKERS_PER_ENCODER) };
+    let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let sequence = Sequence { source, options: &options, farm: &farm, encoders };
-    let done = |files, flown: &Flown, kept| Done {
-        files,
-        rendered: flown.finished.len(),
-        kept,
-        seconds: begun.elapsed().as_secs_f64(),
+    let (files, rendered) = if args.output.target() == Target::Y4m {
+        let stream = Sequence { encoders: 1, ..sequence };
+        (vec![args.output.path(1)], fly_stream(args, &stream, &cameras, reporter)?)
+    } else {
+        let origin = Origin {
+            area: &args.area,
+            header: source.header(),
+            path: args.flight.path.as_deref(),
+            fps: args.fps,
+            settings: settings(args, source.header(), &options),
+        };
+        let files = Files::new(origin, &args.output);
+        let rendered = fly_files(args, &sequence, &files, &cameras, reporter)?;
+        (cameras.iter().map(|(number, _)| files.path(*number)).collect(), rendered)
     };
-    if is_stream {
-        let stream = Stream::open(&args.output, args.flight.size, args.fps)?;
-        let flown = sequence.fly(&cameras, &|shot| stream.write(&shot), reporter);
-        stream.finish(flown.end.is_ok())?;
-        let done = done(vec![args.output.path(1)], &flown, 0);
-        return flown.end.map(|()| done);
+    if let Some(film) = &args.video {
+        encode_video(files.iter().cloned(), args.fps, film, reporter)?;
     }
-    let files = Files::new(args, source, &options);
-    let (kept, wanted) = files.divide(cameras, args.skip_existing, reporter)?;
+    Ok(Done { files, rendered, kept: cameras.len() - rendered, seconds: begun.elapsed().as_secs_f64() })
+}
+
+/// Refuses before the first frame what would fail after the last one.
+fn check_combination(args: &Args) -> Result<()> {
+    let is_stream = args.output.target() == Target::Y4m;
+    if is_stream && args.skip_existing {
+        return Err(Error::Configuration(
+            "--skip-existing needs frames in files; a y4m stream is always written whole".into(),
+        ));
+    }
+    match &args.video {
+        Some(_) if is_stream => Err(Error::Configuration(
+            "--video is made from frames in files; write them with -o frames/####.png".into(),
+        )),
+        Some(film) => check_video(film),
+        None => Ok(()),
+    }
+}
+
+/// Frame numbers and cameras of everything asked for, rising.
+fn plan(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Vec<(u64, Camera)>> {
+    let trajectory = args.flight.bind(source, reporter)?;
+    let count = trajectory.frame_count(args.fps.per_second());
+    let frames = args.frames.clone().unwrap_or_else(|| FrameSet::all(count));
+    frames.check_within(count)?;
+    let poses: Vec<_> =
+        frames.iter().map(|number| (number, trajectory.pose_at(args.fps.seconds_at(number)))).collect();
+    view::cameras(&args.area, source, &poses, args.flight.size, reporter)
+}
+
+/// Everything that decides the pictures besides database and path.
+fn settings(args: &Args, header: &Header, options: &RenderOptions) -> Value {
+    let (flight, look) = (&args.flight, &args.look);
+    json!({
+        "renderer": WRITER,
+        "fps": args.fps.to_string(),
+        "size_px": [flight.size.width, flight.size.height],
+        "hfov_deg": flight.hfov,
+        "level": flight.level,
+        "clearance_m": flight.clearance,
+        "alt_mode": flight.alt_mode.map(|mode| format!("{mode:?}").to_lowercase()),
+        "surface": format!("{:?}", look.surface).to_lowercase(),
+        "visibility_m": options.visibility_over(header),
+        "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
+        "detail": options.detail,
+    })
+}
+
+/// Returns how many frames were rendered.
+fn fly_files(
+    args: &Args,
+    sequence: &Sequence<'_, PageFile>,
+    files: &Files<'_>,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<usize> {
+    let is_kept =
+        |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
+    let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().copied().partition(is_kept);
     let flown = sequence.fly(&wanted, &|shot| files.write(&shot), reporter);
-    // What went wrong comes first, unless nothing did.
-    let listed = files.list(&kept, &flown.finished, &wanted);
-    flown.end.as_ref().map_or(Ok(()), |_| Ok::<(), Error>(()))?;
-    let done = done(files.paths(), &flown, kept.len());
-    flown.end.and(listed).map(|()| done)
+    whole.extend(wanted.iter().filter(|(number, _)| flown.finished.contains(number)));
+    whole.sort_unstable_by_key(|(number, _)| *number);
+    let listed = files.list(&whole);
+    // What ended the flight explains more than what then happened to the list.
+    flown.end?;
+    listed?;
+    Ok(flown.finished.len())
+}
+
+fn fly_stream(
+    args: &Args,
+    sequence: &Sequence<'_, PageFile>,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<usize> {
+    let size = args.flight.size;
+    if args.output.is_standard_output() {
+        let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
+        let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);
+        return flown.end.map(|()| flown.finished.len());
+    }
+    let file = args.output.path(1);
+    let mut outcome = Ok(0);
+    let written = write_with(&file, |target| {
+        outcome = Stream::new(target, &file, size, args.fps).and_then(|stream| {
+            let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);
+            flown.end.map(|()| flown.finished.len())
+        });
+        // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
+        outcome.as_ref().map(drop).map_err(|_| io::Error::other("unfinished"))
+    });
+    let rendered = outcome?;
+    written.map(|()| rendered)
 }
