@@ -76,7 +76,10 @@ pub fn description(header: &Header) -> Result<String> {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {name:<9} {value}");
     };
-    row("size", format!("{:.2} x {:.2} km, {} x {} voxels of {} m", size.x, size.y, grid.nx, grid.ny, grid.spacing));
+    row(
+        "size",
+        format!("{:.2} x {:.2} km, {} x {} voxels of {} m", size.x, size.y, grid.nx, grid.ny, grid.spacing),
+    );
     row("extents", extents(header)?);
     row(
         "heights",
@@ -96,7 +99,10 @@ pub fn description(header: &Header) -> Result<String> {
         ),
     );
     for (index, source) in metadata.sources.iter().enumerate() {
-        row(if index == 0 { "sources" } else { "" }, format!("{index}: {} {}: {}", source.role, source.file, source.description));
+        row(
+            if index == 0 { "sources" } else { "" },
+            format!("{index}: {} {}: {}", source.role, source.file, source.description),
+        );
     }
     for (index, note) in metadata.notes.iter().enumerate() {
         row(if index == 0 { "notes" } else { "" }, note.clone());

@@ -28,7 +28,9 @@ impl std::fmt::Display for Size {
 pub fn size(text: &str) -> Result<Size, String> {
     let sides = text.split_once(['x', 'X']).map(|(w, h)| (w.trim().parse(), h.trim().parse()));
     match sides {
-        Some((Ok(width), Ok(height))) if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) => {
+        Some((Ok(width), Ok(height)))
+            if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) =>
+        {
             Ok(Size { width, height })
         }
         _ => Err(format!("want WIDTHxHEIGHT in pixels, each 1 to {MAX_SIDE}, such as 1280x720")),

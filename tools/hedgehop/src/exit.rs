@@ -145,9 +145,8 @@ mod tests {
 
     #[test]
     fn only_a_closed_standard_output_is_silent() {
-        let broken = |path: &str| {
-            Failure::Error(Error::io(path, "write", io::Error::from(io::ErrorKind::BrokenPipe)))
-        };
+        let broken =
+            |path: &str| Failure::Error(Error::io(path, "write", io::Error::from(io::ErrorKind::BrokenPipe)));
         assert_eq!(broken(STDOUT).code(), PIPE_CLOSED);
         assert_eq!(broken(STDOUT).sentence(), None);
         assert_eq!(broken("film.mp4").code(), IO);

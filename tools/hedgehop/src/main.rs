@@ -23,7 +23,7 @@ use crate::interrupt::Interrupt;
 ///
 /// Build a database from elevation rasters and imagery once, then fly paths through it.
 #[derive(Debug, Parser)]
-#[command(name = "hedgehop", version, after_help = START, after_long_help = START, max_term_width = 100)]
+#[command(name = "hedgehop", version, after_help = START, after_long_help = START, max_term_width = 100, args_override_self = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -50,13 +50,14 @@ enum Command {
 fn main() -> ExitCode {
     exit::install_panic_hook();
     let cli = Cli::parse();
-    let outcome = Interrupt::install().map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
-        Command::Build(args) => build::run(args, &interrupt),
-        Command::Render(args) => render::run(args, &interrupt),
-        Command::Info(args) => info::run(args),
-        Command::Verify(args) => verify::run(args, &interrupt),
-        Command::Bench(args) => bench::run(args, &interrupt),
-        Command::Demo(args) => demo::run(args, &interrupt),
-    });
+    let outcome =
+        Interrupt::install().map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
+            Command::Build(args) => build::run(args, &interrupt),
+            Command::Render(args) => render::run(args, &interrupt),
+            Command::Info(args) => info::run(args),
+            Command::Verify(args) => verify::run(args, &interrupt),
+            Command::Bench(args) => bench::run(args, &interrupt),
+            Command::Demo(args) => demo::run(args, &interrupt),
+        });
     exit::report(outcome)
 }

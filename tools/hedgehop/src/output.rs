@@ -99,7 +99,8 @@ impl<'a> Files<'a> {
             vertical_datum: metadata.vertical_datum.clone(),
         };
         let track = fs::read(path).map_err(|error| Error::io(path, "read it", error))?;
-        let flight = FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() };
+        let flight =
+            FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() };
         let mut manifest = Manifest::new(WRITER, database, Some(flight), self.origin.settings.clone());
         manifest.frames = self.records(existing)?;
         manifest.write(folder).map(drop)
@@ -107,8 +108,7 @@ impl<'a> Files<'a> {
 
     fn records(&self, existing: &[(u64, Camera)]) -> Result<Vec<FrameRecord>> {
         let crs = area::crs(self.origin.header)?;
-        let degrees =
-            if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
+        let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         let record = |&(number, ref camera): &(u64, Camera)| {
             let file = self.path(number);

@@ -28,7 +28,11 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
         let [width, height] = report.size;
-        let title = format!("hedgehop bench: {} frames of {width}x{height}, {} cores", report.frames.len(), report.cores);
+        let title = format!(
+            "hedgehop bench: {} frames of {width}x{height}, {} cores",
+            report.frames.len(),
+            report.cores
+        );
         let root = root.titled(&title, ("sans-serif", 22))?;
         let panels = root.split_evenly((2, 2));
         let results = &report.results;

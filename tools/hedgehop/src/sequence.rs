@@ -68,7 +68,8 @@ impl<S: PageSource> Sequence<'_, S> {
                 })
                 .collect();
             drop(receiver);
-            let mut flown = Flown { finished: Vec::new(), end: self.render_all(cameras, sender, &failed, observer) };
+            let mut flown =
+                Flown { finished: Vec::new(), end: self.render_all(cameras, sender, &failed, observer) };
             for encoder in encoders {
                 let (finished, end) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 flown.finished.extend(finished);

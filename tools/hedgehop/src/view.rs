@@ -5,17 +5,21 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use glam::DVec2;
-use hedgehop::flight::{
-    Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track,
-};
+use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
+use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Sun, ground_height};
+use hedgehop::raymarch::ground_height;
+use hedgehop::render::RenderOptions;
+use hedgehop::sensor::Sun;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::area;
 use crate::args::{self, AltitudeMode, Size};
+
+/// Far more frames than anybody renders at once, and few enough to list: days of flight.
+const MOST_FRAMES: usize = 10_000_000;
 
 /// Where the eye goes.
 #[derive(Debug, Clone, clap::Args)]
@@ -106,11 +110,42 @@ impl LookArgs {
 
 impl FlightArgs {
     /// Binds the path, or the single eye, to a database.
-    pub fn bind<S: PageSource>(&self, source: &S, observer: &dyn Observer) -> Result<Trajectory> {
+    fn bind<S: PageSource>(&self, source: &S, observer: &dyn Observer) -> Result<Trajectory> {
         let track = self.track()?;
         let trajectory = bind(&track, source, &self.bind_options())?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
+    }
+
+    /// Numbers and cameras of the frames that `choose` takes out of the flight's count, after checks that
+    /// somebody will see something.
+    pub fn cameras<S: PageSource>(
+        &self,
+        file: &Path,
+        source: &S,
+        fps: FrameRate,
+        choose: impl FnOnce(u64) -> Result<FrameSet>,
+        observer: &dyn Observer,
+    ) -> Result<Vec<(u64, Camera)>> {
+        let trajectory = self.bind(source, observer)?;
+        let count = trajectory.frame_count(fps.per_second());
+        let frames = choose(count)?;
+        frames.check_within(count)?;
+        let poses: Vec<_> = frames
+            .iter()
+            .take(MOST_FRAMES)
+            .map(|number| (number, trajectory.pose_at(fps.seconds_at(number))))
+            .collect();
+        if poses.len() == MOST_FRAMES {
+            return Err(Error::Configuration(format!(
+                "the path lasts {:.0} s, which is too many frames at once; choose some with --frames, or check the unit of its times",
+                trajectory.duration()
+            )));
+        }
+        check_inside(file, source, &poses)?;
+        note_underground(source, &poses, observer)?;
+        let Size { width, height } = self.size;
+        Ok(poses.into_iter().map(|(number, pose)| (number, Camera::new(pose, width, height))).collect())
     }
 
     fn bind_options(&self) -> BindOptions {
@@ -146,7 +181,7 @@ impl FlightArgs {
 }
 
 /// Binds a track to a database whose surface answers questions about the ground.
-pub fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> Result<Trajectory> {
+fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> Result<Trajectory> {
     let damaged = RefCell::new(None);
     let ground = |position: DVec2| {
         ground_height(source, position).unwrap_or_else(|error| {
@@ -160,19 +195,6 @@ pub fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> 
         Some(error) => Err(error),
         None => bound,
     }
-}
-
-/// The cameras of numbered poses, after checks that somebody will see something.
-pub fn cameras<S: PageSource>(
-    file: &Path,
-    source: &S,
-    poses: &[(u64, Pose)],
-    size: Size,
-    observer: &dyn Observer,
-) -> Result<Vec<(u64, Camera)>> {
-    check_inside(file, source, poses)?;
-    note_underground(source, poses, observer)?;
-    Ok(poses.iter().map(|&(number, pose)| (number, Camera::new(pose, size.width, size.height))).collect())
 }
 
 fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -> Result<()> {
@@ -209,7 +231,7 @@ fn note_underground<S: PageSource>(source: &S, poses: &[(u64, Pose)], observer: 
 }
 
 /// Numbers in rising order as `--frames` takes them: `1-10,20`.
-pub fn ranges(numbers: &[u64]) -> String {
+fn ranges(numbers: &[u64]) -> String {
     let mut runs: Vec<(u64, u64)> = Vec::new();
     for &number in numbers {
         match runs.last_mut() {

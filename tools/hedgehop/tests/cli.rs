@@ -286,8 +286,24 @@ fn a_camera_outside_the_area_is_told_the_extents() {
 fn bench_finds_identical_frames_and_writes_its_figures() {
     let site = Site::built();
     let output = site.run(&[
-        "bench", "area.hop", "--path", "path.csv", "--workers", "2,1", "--size", "64x36", "--repeats", "1",
-        "--frames", "1,5", "--json", "b.json", "--svg", "b.svg", "--progress", "none",
+        "bench",
+        "area.hop",
+        "--path",
+        "path.csv",
+        "--workers",
+        "2,1",
+        "--size",
+        "64x36",
+        "--repeats",
+        "1",
+        "--frames",
+        "1,5",
+        "--json",
+        "b.json",
+        "--svg",
+        "b.svg",
+        "--progress",
+        "none",
     ]);
     assert_code(&output, 0);
     assert!(stdout(&output).contains("identical frames"), "{}", stdout(&output));
@@ -313,8 +329,13 @@ mod unix {
         child.wait().unwrap();
         for entry in fs::read_dir(site.folder.path()).unwrap() {
             let path = entry.unwrap().path();
-            if path.extension() != Some(OsStr::new("asc")) && path.file_name() != Some(OsStr::new("area.hop")) {
-                assert_ne!(run([OsStr::new("info"), path.as_os_str()]).status.code(), Some(0), "{path:?} opens");
+            if path.extension() != Some(OsStr::new("asc")) && path.file_name() != Some(OsStr::new("area.hop"))
+            {
+                assert_ne!(
+                    run([OsStr::new("info"), path.as_os_str()]).status.code(),
+                    Some(0),
+                    "{path:?} opens"
+                );
             }
         }
         assert_code(&site.build(&["--overwrite"]), 0);
@@ -351,13 +372,6 @@ mod unix {
     fn ctrl_c_leaves_whole_frames() {
         let site = Site::built();
         let args = [&render_args()[..], &["--fps", "2000", "--size", "320x180", "-o", "f/####.png"]].concat();
-        // Given twice, a flag is an error; the later values replace the small ones.
-        let args: Vec<&str> = args
-            .iter()
-            .enumerate()
-            .filter(|(at, _)| ![4, 5, 6, 7].contains(at))
-            .map(|(_, arg)| *arg)
-            .collect();
         let child = site.spawn(&args, Stdio::null());
         wait_until("a frame", || site.path("f/0002.png").exists());
         signal(&child, "INT");

@@ -27,7 +27,7 @@ use crate::interrupt::Interrupt;
 use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
-use crate::view::{self, FlightArgs, LookArgs};
+use crate::view::{FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -49,7 +49,7 @@ pub struct Args {
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = args::workers)]
     workers: Vec<usize>,
 
-    /// Frames to render: 1-10,20,30-40:2 [default: 12 spread over the path]
+    /// Frames to render: 1-10,20,30-40:2 [default: up to 12, spread over the path]
     #[arg(long, value_name = "LIST", value_parser = FrameSet::parse)]
     frames: Option<FrameSet>,
 
@@ -136,8 +136,9 @@ struct Pass {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let source = PageFile::open(&args.area)?;
-    let (numbers, cameras) = plan(args, &source, &reporter)?;
-    let report = measure(args, &source, numbers, &cameras, &reporter)?;
+    let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
+    let cameras = args.flight.cameras(&args.area, &source, args.fps, choose, &reporter)?;
+    let report = measure(args, &source, &cameras, &reporter)?;
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
@@ -159,26 +160,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
 }
 
-fn plan(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<(Vec<u64>, Vec<(u64, Camera)>)> {
-    let trajectory = args.flight.bind(source, reporter)?;
-    let count = trajectory.frame_count(args.fps.per_second());
-    let numbers: Vec<u64> = match &args.frames {
-        Some(set) => {
-            set.check_within(count)?;
-            set.iter().collect()
-        }
-        None => spread(count),
-    };
-    let poses: Vec<_> =
-        numbers.iter().map(|&number| (number, trajectory.pose_at(args.fps.seconds_at(number)))).collect();
-    let cameras = view::cameras(&args.area, source, &poses, args.flight.size, reporter)?;
-    Ok((numbers, cameras))
-}
-
-/// Up to [`DEFAULT_FRAMES`] of `1..=count`, evenly spread.
-fn spread(count: u64) -> Vec<u64> {
-    let wanted = count.min(DEFAULT_FRAMES);
-    (0..wanted).map(|i| 1 + (u128::from(i) * u128::from(count) / u128::from(wanted)) as u64).collect()
+/// Up to [`DEFAULT_FRAMES`] of `1..=count`, evenly spread, as `--frames` takes them.
+fn spread(count: u64) -> String {
+    let step = count.div_ceil(DEFAULT_FRAMES).max(1);
+    format!("1-{}:{step}", count.max(1))
 }
 
 /// 1, 2, 4, … and the number of cores.
@@ -190,19 +175,14 @@ fn default_workers() -> Vec<usize> {
     counts
 }
 
-fn measure(
-    args: &Args,
-    source: &PageFile,
-    numbers: Vec<u64>,
-    cameras: &[(u64, Camera)],
-    reporter: &Reporter,
-) -> Result<Report> {
+fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: &Reporter) -> Result<Report> {
     let mut counts = if args.workers.is_empty() { default_workers() } else { args.workers.clone() };
     counts.sort_unstable();
     counts.dedup();
     let farms = counts.iter().map(|&count| Farm::new(count)).collect::<Result<Vec<_>>>()?;
     let options = args.look.options();
-    let fastest = farms.last().ok_or_else(|| Error::Configuration("--workers: give at least one number".into()))?;
+    let fastest =
+        farms.last().ok_or_else(|| Error::Configuration("--workers: give at least one number".into()))?;
 
     let passes = 1 + u64::from(args.repeats) * counts.len() as u64;
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
@@ -230,7 +210,7 @@ fn measure(
         area: args.area.display().to_string(),
         content_hash: source.header().content_hash.to_string(),
         size: [size.width, size.height],
-        frames: numbers,
+        frames: cameras.iter().map(|(number, _)| *number).collect(),
         repeats: args.repeats,
         identical_frames,
         results,
@@ -373,11 +353,10 @@ mod tests {
 
     #[test]
     fn frames_are_spread_over_the_path() {
-        assert_eq!(spread(3), [1, 2, 3]);
-        assert_eq!(spread(0), [0; 0]);
-        let many = spread(u64::MAX);
-        assert_eq!(many.len() as u64, DEFAULT_FRAMES);
-        assert!(many.is_sorted_by(|a, b| a < b) && many[0] == 1);
+        let numbers = |count| FrameSet::parse(&spread(count)).unwrap().iter().collect::<Vec<u64>>();
+        assert_eq!(numbers(3), [1, 2, 3]);
+        assert_eq!(numbers(36), [1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 34]);
+        assert!((6..=12).contains(&numbers(1_000_003).len()));
     }
 
     #[test]

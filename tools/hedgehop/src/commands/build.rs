@@ -9,8 +9,8 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, BuildReport, NodataFill, build};
 use hedgehop::voxel::PageSource;
 
-use crate::args::{self, Workers};
 use crate::area;
+use crate::args::{self, Workers};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};

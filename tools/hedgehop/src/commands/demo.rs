@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::video::check_video;
-use hedgehop::frame::{FramePattern, FrameRate, FrameSet};
+use hedgehop::frame::{FramePattern, FrameSet};
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, NodataFill, build};
 use hedgehop::{Error, Result};

@@ -22,7 +22,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
 use crate::sequence::Sequence;
-use crate::view::{self, FlightArgs, LookArgs};
+use crate::view::{FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -46,7 +46,7 @@ pub struct Args {
     pub area: PathBuf,
 
     /// Where frames go: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
-    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse, allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse)]
     pub output: FramePattern,
 
     /// Frames per second: 30, 29.97, 24000/1001
@@ -129,7 +129,8 @@ impl Done {
 pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> {
     let begun = Instant::now();
     check_combination(args)?;
-    let cameras = plan(args, source, reporter)?;
+    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+    let cameras = args.flight.cameras(&args.area, source, args.fps, choose, reporter)?;
     let farm = Farm::new(args.workers.count())?;
     let options = args.look.options();
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
@@ -170,17 +171,6 @@ fn check_combination(args: &Args) -> Result<()> {
         Some(film) => check_video(film),
         None => Ok(()),
     }
-}
-
-/// Frame numbers and cameras of everything asked for, rising.
-fn plan(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Vec<(u64, Camera)>> {
-    let trajectory = args.flight.bind(source, reporter)?;
-    let count = trajectory.frame_count(args.fps.per_second());
-    let frames = args.frames.clone().unwrap_or_else(|| FrameSet::all(count));
-    frames.check_within(count)?;
-    let poses: Vec<_> =
-        frames.iter().map(|number| (number, trajectory.pose_at(args.fps.seconds_at(number)))).collect();
-    view::cameras(&args.area, source, &poses, args.flight.size, reporter)
 }
 
 /// Everything that decides the pictures besides database and path.

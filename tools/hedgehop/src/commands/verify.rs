@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use hedgehop::voxel::verify;
-use serde_json::json;
+use hedgehop::memory::PageFile;
+use hedgehop::voxel::{Problem, VerifyReport};
+use serde_json::{Value, json};
 
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -36,5 +37,38 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
-    todo!()
+    let report = PageFile::open(&args.file)?.verify(&reporter)?;
+    let text = if args.json { format!("{:#}\n", json(args, &report)) } else { lines(args, &report) };
+    exit::print(&text)?;
+    if report.is_sound() { Ok(()) } else { Err(Failure::Problems) }
+}
+
+fn lines(args: &Args, report: &VerifyReport) -> String {
+    let mut text: String = report.problems.iter().map(|problem| format!("problem: {problem}\n")).collect();
+    let verdict = match report.problems.len() {
+        0 => "sound".to_owned(),
+        1 => "1 problem; build the database again".to_owned(),
+        count => format!("{count} problems; build the database again"),
+    };
+    text += &format!("{}: {} pages checked, {verdict}\n", args.file.display(), report.pages);
+    text
+}
+
+fn json(args: &Args, report: &VerifyReport) -> Value {
+    json!({
+        "file": args.file.display().to_string(),
+        "bytes": report.bytes,
+        "pages": report.pages,
+        "absent_pages": report.absent,
+        "sound": report.is_sound(),
+        "problems": report.problems.iter().map(problem_json).collect::<Vec<_>>(),
+    })
+}
+
+fn problem_json(problem: &Problem) -> Value {
+    json!({
+        "page": problem.page.map(|id| json!({ "level": id.level, "px": id.px, "py": id.py })),
+        "byte": problem.byte,
+        "what": problem.what,
+    })
 }
