@@ -1,7 +1,7 @@
 //! A database file, mapped into memory.
 //!
-//! Reads go through the page cache without a copy, and many renderers of one machine share it. The mapping is advised
-//! as random: read-ahead of the kernel (up to megabytes) would load neighbours in the file that are no
+//! Reads go through the page cache without a copy, and many renderers of one machine share it. The
+//! mapping is advised as random: read-ahead of the kernel (up to megabytes) would load neighbours in the file that are no
 //! neighbours in the picture. Instead each page is announced as a whole before its checksum touches it.
 
 #![expect(
@@ -16,7 +16,10 @@ use std::path::Path;
 use memmap2::Mmap;
 
 use crate::error::{Error, Result};
-use crate::voxel::{FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched};
+use crate::progress::Observer;
+use crate::voxel::{
+    FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, VerifyReport, verify,
+};
 
 /// A mapped file.
 #[derive(Debug)]
@@ -78,6 +81,11 @@ impl PageFile {
     /// Bytes of the file.
     pub fn file_length(&self) -> u64 {
         self.store.bytes().len() as u64
+    }
+
+    /// Checks the whole database; see [`verify`].
+    pub fn verify(&self, observer: &dyn Observer) -> Result<VerifyReport> {
+        verify(&self.store, observer)
     }
 
     /// Pages touched since the file was opened.

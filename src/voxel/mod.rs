@@ -4,6 +4,7 @@ mod arrays;
 mod assembly;
 mod bytes;
 mod directory;
+mod fixed_header;
 mod format;
 mod grid;
 mod header;
@@ -28,4 +29,5 @@ pub use pyramid::{FinerPages, FinerWindow, coarse_page, coarsen};
 pub use source::PageSource;
 pub use store::{FileBytes, MemPages, PageStore, Touched};
 
+pub use verify::{Problem, VerifyReport, verify};
 pub use writer::PageWriter;
