@@ -94,9 +94,12 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
     directory.write_tag(Tag::SampleFormat, vec![format; samples.bands()].as_slice())?;
     directory.write_tag(Tag::ModelPixelScaleTag, [SPACING, SPACING, 0.0].as_slice())?;
     directory.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, ORIGIN.0, ORIGIN.1 + SIDE, 0.0].as_slice())?;
-    directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS.as_slice())?;
-    if let Samples::Heights(_) = samples {
-        directory.write_tag(Tag::GdalNodata, "-9999")?;
+    match samples {
+        Samples::Heights(_) => {
+            directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS_HEIGHTS.as_slice())?;
+            directory.write_tag(Tag::GdalNodata, "-9999")?;
+        }
+        Samples::Colours(_) => directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS.as_slice())?,
     }
     directory.finish()?;
     Ok(file.into_inner())
@@ -109,4 +112,15 @@ const GEO_KEYS: [u16; 20] = [
     1025, 0, 1, 1, //
     3072, 0, 1, 32632, //
     3076, 0, 1, 9001,
+];
+
+/// The same, and heights above the geoid (EPSG:5773, EGM96) in metres.
+const GEO_KEYS_HEIGHTS: [u16; 28] = [
+    1, 1, 0, 6, //
+    1024, 0, 1, 1, //
+    1025, 0, 1, 1, //
+    3072, 0, 1, 32632, //
+    3076, 0, 1, 9001, //
+    4096, 0, 1, 5773, //
+    4099, 0, 1, 9001,
 ];

@@ -78,13 +78,12 @@ pub fn near(vertices: &[(f64, f64)], reach: f64) -> Near {
     near
 }
 
-/// Points about `step` metres apart on a smooth line (Catmull–Rom, centripetal enough for even knots) through `knots`.
+/// Points about `step` metres apart on a smooth line (Catmull and Rom 1974, uniform: for knots that are about evenly spaced) through `knots`.
 pub fn spline(knots: &[(f64, f64)], step: f64) -> Vec<(f64, f64)> {
     let last = knots.len() - 1;
     let mut points = Vec::new();
     for k in 0..last {
-        let (p0, p1, p2, p3) =
-            (knots[k.saturating_sub(1)], knots[k], knots[k + 1], knots[(k + 2).min(last)]);
+        let (p0, p1, p2, p3) = (knots[k.saturating_sub(1)], knots[k], knots[k + 1], knots[(k + 2).min(last)]);
         let count = ((p2.0 - p1.0).hypot(p2.1 - p1.1) / step).ceil().max(1.0) as usize;
         for i in 0..count {
             let t = i as f64 / count as f64;

@@ -43,14 +43,14 @@ impl Cover {
 /// Covers the terrain.
 pub fn cover(terrain: &Terrain, water: &Water, roads: &[Road]) -> Valley {
     let scene = Scene { terrain, water, roads, steep: steepness(&terrain.ground) };
-    let mut surface = terrain.ground.clone();
-    let mut colours = Vec::with_capacity(PIXELS);
-    for pixel in 0..PIXELS {
+    let covered = (0..PIXELS).map(|pixel| {
         let cover = scene.at(pixel);
-        surface[pixel] = rounded(terrain.ground[pixel] + cover.height, scene.quantum(pixel, &cover));
-        colours.push(colour(cover.material, cover.shade));
-    }
+        let height = rounded(terrain.ground[pixel] + cover.height, scene.quantum(pixel, &cover));
+        (height, colour(cover.material, cover.shade))
+    });
+    let (mut surface, mut colours): (Vec<_>, Vec<_>) = covered.unzip();
     plant(&scene, &mut surface, &mut colours);
+    skirt(&scene, &surface, &mut colours);
     let buildings = village::place(roads, water);
     village::draw(&buildings, &terrain.ground, &mut surface, |pixel, material, shade| {
         colours[pixel] = colour(material, shade);
@@ -91,11 +91,14 @@ impl Scene<'_> {
         if let Some(wood) = self.wood_at(pixel, grain) {
             return wood;
         }
-        let village = roads::in_village(pixel);
+        let village = roads::village_radius(pixel);
         if village < 1.0 + 0.1 * grain && self.terrain.relief[pixel] < 40.0 {
             return self.garden_at(x, y, grain);
         }
-        if self.terrain.relief[pixel] + 160.0 * (self.steep[pixel] - 0.12).max(0.0) < 62.0 + 14.0 * gradient(x / 60.0, y / 60.0, SEED + 2) && shore > 9.0 {
+        if self.terrain.relief[pixel] + 160.0 * (self.steep[pixel] - 0.12).max(0.0)
+            < 62.0 + 14.0 * gradient(x / 60.0, y / 60.0, SEED + 2)
+            && shore > 9.0
+        {
             return self.field_at(x, y, grain);
         }
         self.wild_at(pixel, grain)
@@ -126,12 +129,19 @@ impl Scene<'_> {
         let (relief, steep) = (self.terrain.relief[pixel], self.steep[pixel]);
         let offset = self.terrain.offset[pixel];
         let line = 235.0 + 45.0 * fractal(x / 120.0, y / 120.0, 3, SEED + 10);
-        let patch = fractal(x / 230.0, y / 230.0, 4, SEED + 11) + 0.18 * gradient(x / 22.0, y / 22.0, SEED + 12);
-        let favour = mix(-0.50, 0.28, smooth(14.0, 75.0, relief)) - 0.45 * smooth(0.75, 1.2, steep)
+        let patch =
+            fractal(x / 230.0, y / 230.0, 4, SEED + 11) + 0.18 * gradient(x / 22.0, y / 22.0, SEED + 12);
+        let favour = mix(-0.50, 0.28, smooth(14.0, 75.0, relief)) - 1.3 * smooth(0.7, 1.15, steep)
             + if offset < 0.0 { 0.04 } else { 0.0 }
             - 1.2 * smooth(line - 40.0, line, relief);
-        let stream = smooth(34.0, 10.0, self.water.outside[pixel]) * 0.62 * smooth(-0.2, 0.3, gradient(x / 90.0, y / 90.0, SEED + 13));
-        if patch + favour + stream < 0.12 || roads::outside(self.roads, pixel) < 7.0 || roads::in_village(pixel) < 1.25 || self.water.outside[pixel] < 4.0 {
+        let stream = smooth(34.0, 10.0, self.water.outside[pixel])
+            * 0.75
+            * smooth(-0.25, 0.2, gradient(x / 90.0, y / 90.0, SEED + 13));
+        if patch + favour + stream < 0.12
+            || roads::outside(self.roads, pixel) < 7.0
+            || roads::village_radius(pixel) < 1.25
+            || self.water.outside[pixel] < 4.0
+        {
             return None;
         }
         let conifers = smooth(30.0, 130.0, relief) * 0.85 + 0.35 * gradient(x / 130.0, y / 130.0, SEED + 14);
@@ -149,7 +159,11 @@ impl Scene<'_> {
         };
         let crown = crown(x, y, 11.0, SEED + 21);
         if crown.height > 0.45 && crown.tree % 7 < 2 {
-            return Cover { material: Material::BroadMid, shade: crown.height * 1.2 - 0.9 + 0.3 * grain, height: 6.5 * crown.height };
+            return Cover {
+                material: Material::BroadMid,
+                shade: crown.height * 1.2 - 0.9 + 0.3 * grain,
+                height: 6.5 * crown.height,
+            };
         }
         Cover::flat(material, 0.8 * grain)
     }
@@ -163,7 +177,11 @@ impl Scene<'_> {
         let (part, to_part) = cell(u + 57.0 * (strip % 3) as f64, 128.0, strip, SEED + 33);
         let field = hash(part, strip, SEED + 34);
         let border = to_strip.min(to_part);
-        let hedged = if to_strip < to_part { hash(strip, 0, SEED + 35) % 5 != 0 } else { hash(part, strip, SEED + 36) % 4 != 0 };
+        let hedged = if to_strip < to_part {
+            !hash(strip, 0, SEED + 35).is_multiple_of(5)
+        } else {
+            !hash(part, strip, SEED + 36).is_multiple_of(4)
+        };
         let ragged = 2.3 + 1.3 * gradient(x / 8.0, y / 8.0, SEED + 37);
         if hedged && border < ragged && gradient(x / 40.0, y / 40.0, SEED + 38) > -0.62 {
             let height = 2.2 + 1.1 * gradient(x / 9.0, y / 9.0, SEED + 39);
@@ -182,18 +200,31 @@ impl Scene<'_> {
         let (relief, steep) = (self.terrain.relief[pixel], self.steep[pixel]);
         let mottle = fractal(x / 28.0, y / 28.0, 3, SEED + 50);
         let wander = 0.22 * fractal(x / 70.0, y / 70.0, 3, SEED + 51) + 0.22 * grain;
-        let snow = smooth(300.0, 430.0, relief + 90.0 * fractal(x / 110.0, y / 110.0, 4, SEED + 52)) - 0.62 * steep;
-        if snow + 0.12 * grain > 0.12 {
-            let shaded = mottle + grain < -0.3;
+        let snow =
+            smooth(250.0, 430.0, relief + 110.0 * fractal(x / 95.0, y / 95.0, 5, SEED + 52)) - 0.72 * steep;
+        if snow + 0.10 * grain > 0.06 {
+            let shaded = 2.0 * mottle + 0.4 * grain < -0.9;
             return Cover::flat(if shaded { Material::SnowShade } else { Material::Snow }, 0.25 * mottle);
         }
-        if steep + wander > 0.92 {
-            let bedding = gradient((self.terrain.ground[pixel] + 9.0 * mottle) / 7.0, (0.8 * x + 0.6 * y) / 160.0, SEED + 53);
-            let tone = bedding + 0.9 * grain + 0.5 * mottle;
-            let material = if tone > 0.35 { Material::RockPale } else if tone > -0.3 { Material::RockMid } else { Material::RockDark };
-            return Cover::flat(material, 0.9 * grain + 0.5 * bedding);
+        if steep + wander > 1.02 {
+            let bedding = gradient(
+                (self.terrain.ground[pixel] + 9.0 * mottle) / 15.0,
+                (0.8 * x + 0.6 * y) / 160.0,
+                SEED + 53,
+            );
+            let grain = grain * smooth(2.2, 0.9, steep).max(0.35);
+            let tone = bedding + 0.7 * grain + 0.6 * mottle;
+            let material = if tone > 0.35 {
+                Material::RockPale
+            } else if tone > -0.3 {
+                Material::RockMid
+            } else {
+                Material::RockDark
+            };
+            return Cover::flat(material, 0.8 * grain + 0.5 * bedding + 0.3 * mottle);
         }
-        let stones = fractal(x / 60.0, y / 60.0, 4, SEED + 54) + smooth(150.0, 420.0, relief) + 0.7 * (steep - 0.5);
+        let stones =
+            fractal(x / 60.0, y / 60.0, 4, SEED + 54) + smooth(150.0, 420.0, relief) + 0.7 * (steep - 0.5);
         if stones + 0.9 * grain > 0.72 {
             let material = if grain + mottle > 0.45 { Material::RockMid } else { Material::Scree };
             return Cover::flat(material, 1.1 * grain);
@@ -226,13 +257,21 @@ fn crop(field: u64, turn: f64, x: f64, y: f64, grain: f64) -> Cover {
     let brightness = 0.5 * ((field >> 20 & 255) as f64 / 255.0 - 0.5);
     let rows = |period: f64| (std::f64::consts::TAU * turn / period).sin();
     let tramline = (turn / 17.0).rem_euclid(1.0) < 0.16;
-    let fine = 0.55 * grain + 0.3 * mottle + brightness;
+    let fine = 0.75 * grain + 0.45 * mottle + brightness;
     match field % 16 {
-        0..4 => Cover::flat(pick(mottle + grain, Material::Pasture, Material::PastureLush), fine + 0.15 * grain),
+        0..4 => {
+            Cover::flat(pick(mottle + grain, Material::Pasture, Material::PastureLush), fine + 0.15 * grain)
+        }
         4 | 5 => Cover::flat(pick(mottle + grain, Material::PastureDry, Material::Pasture), fine),
         6 | 7 => Cover::flat(pick(rows(19.0) + grain, Material::Hay, Material::Meadow), fine),
-        8 | 9 => Cover::flat(pick(mottle + 0.6 * grain, Material::Wheat, Material::Barley), fine - if tramline { 0.5 } else { 0.0 }),
-        10 => Cover::flat(pick(1.6 * grain + mottle, Material::Rape, Material::Meadow), fine - if tramline { 0.6 } else { 0.0 }),
+        8 | 9 => Cover::flat(
+            pick(mottle + 0.6 * grain, Material::Wheat, Material::Barley),
+            fine - if tramline { 0.5 } else { 0.0 },
+        ),
+        10 => Cover::flat(
+            pick(1.6 * grain + mottle, Material::Rape, Material::Meadow),
+            fine - if tramline { 0.6 } else { 0.0 },
+        ),
         11 | 12 => Cover { material: Material::Maize, shade: fine + 0.4 * rows(8.5), height: 1.7 },
         13 => Cover::flat(pick(mottle + grain, Material::Soil, Material::Stubble), fine + 0.3 * rows(9.5)),
         14 => Cover::flat(Material::Beet, fine + 0.35 * rows(10.5)),
@@ -246,7 +285,7 @@ fn pick(value: f64, high: Material, low: Material) -> Material {
 
 /// Crowns of a wood; `conifers` is their share, `edge` 0 at the wood's rim … 1 inside.
 fn tree_cover(x: f64, y: f64, conifers: f64, edge: f64, grain: f64) -> Cover {
-    let crown = crown(x, y, 8.2, SEED + 40);
+    let crown = crown(x, y, 7.4, SEED + 40);
     if crown.height < 0.22 {
         let material = if grain > 0.2 { Material::PastureLush } else { Material::ForestFloor };
         return Cover { material, shade: -0.6 + 0.4 * grain, height: 0.4 + 2.0 * edge };
@@ -262,37 +301,77 @@ fn tree_cover(x: f64, y: f64, conifers: f64, edge: f64, grain: f64) -> Cover {
     let own = ((crown.tree >> 16 & 255) as f64 / 255.0 - 0.5) * 0.5;
     let tall = mix(7.0, if conifer { 15.0 } else { 13.0 }, edge);
     let height = if conifer { tall * crown.height.powf(1.3) } else { tall * crown.height };
-    Cover { material, shade: 1.5 * crown.height - 1.05 + own + 0.35 * grain, height: height.max(2.0) }
+    let ragged = 1.6 * (uniform((x * 4.0) as i64, (y * 4.0) as i64, SEED + 41) - 0.5);
+    let shade = 1.5 * crown.height - 1.05 + own + 0.5 * grain + 0.12 * ragged;
+    Cover { material, shade, height: (height + ragged).max(2.0) }
 }
 
 /// Single trees: along hedges and water, on pastures and at the upper edge of the woods.
 fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) {
-    for tree in 0..2600i64 {
+    for tree in 0..4200i64 {
         let pick = |salt: u64| uniform(tree, 0, SEED + 80 + salt);
         let side = SIZE as f64 * SPACING;
         let (x, y) = (side * pick(0), side * pick(1));
         let Some(middle) = around(x, y, 0.0).next() else { continue };
         let relief = scene.terrain.relief[middle];
         let sparse = if relief < 20.0 { 0.35 } else { 0.75 } * smooth(330.0, 230.0, relief);
-        if scene.water.outside[middle] < 6.0 || roads::outside(scene.roads, middle) < 6.0 || scene.steep[middle] > 0.9
-            || pick(2) > sparse || roads::in_village(middle) < 1.1 {
+        if scene.water.outside[middle] < 6.0
+            || roads::outside(scene.roads, middle) < 6.0
+            || scene.steep[middle] > 0.9
+            || pick(2) > sparse
+            || roads::village_radius(middle) < 1.1
+            || !bears_trees(scene.at(middle).material)
+        {
             continue;
         }
         let conifer = pick(3) < smooth(60.0, 170.0, relief);
         let radius = if conifer { 3.4 + 1.2 * pick(4) } else { 4.2 + 2.6 * pick(4) };
         let tall = if conifer { 9.0 + 5.0 * pick(5) } else { 7.0 + 6.0 * pick(5) };
-        let material = if conifer { Material::Conifer } else if pick(6) < 0.5 { Material::BroadMid } else { Material::BroadDark };
+        let material = if conifer {
+            Material::Conifer
+        } else if pick(6) < 0.5 {
+            Material::BroadMid
+        } else {
+            Material::BroadDark
+        };
         for pixel in around(x, y, radius) {
             let (px, py) = centre(pixel);
             let ragged = radius * (1.0 + 0.25 * gradient(px / 3.1, py / 3.1, SEED + 90));
             let inside = 1.0 - ((px - x).powi(2) + (py - y).powi(2)) / (ragged * ragged);
             if inside > 0.05 {
-                let top = rounded(scene.terrain.ground[pixel] + tall * inside.sqrt(), 0.5);
+                let ragged = inside.sqrt() * (0.78 + 0.3 * uniform(pixel as i64, tree, SEED + 91));
+                let top = rounded(scene.terrain.ground[pixel] + tall * ragged, 0.5);
                 if top > surface[pixel] {
                     surface[pixel] = top;
-                    colours[pixel] = colour(material, 1.5 * inside.sqrt() - 1.0);
+                    colours[pixel] = colour(material, 1.9 * ragged - 1.25);
                 }
             }
         }
     }
+}
+
+/// Darkens the ground at the foot of trees: it is what the steep side of a crown shows.
+fn skirt(scene: &Scene<'_>, surface: &[f64], colours: &mut [[u8; 3]]) {
+    let bare = |pixel: usize| surface[pixel] - scene.terrain.ground[pixel] < 1.0;
+    for row in 1..SIZE - 1 {
+        for column in 1..SIZE - 1 {
+            let pixel = row * SIZE + column;
+            let beside = [pixel - 1, pixel + 1, pixel - SIZE, pixel + SIZE];
+            let crown = beside.iter().any(|&other| surface[other] - scene.terrain.ground[other] > 3.5);
+            if bare(pixel)
+                && crown
+                && scene.water.outside[pixel] > 0.0
+                && roads::outside(scene.roads, pixel) > 0.0
+            {
+                let shade = uniform(pixel as i64, 0, SEED + 95) - 0.9;
+                colours[pixel] = colour(Material::ForestFloor, shade);
+            }
+        }
+    }
+}
+
+/// Farmers leave trees in hedges and on grass, not in crops; nothing stands on rock.
+fn bears_trees(material: Material) -> bool {
+    use Material::{AlpBrown, AlpGreen, Hedge, Meadow, Pasture, PastureLush, Scree};
+    matches!(material, Pasture | PastureLush | Hedge | Meadow | AlpGreen | AlpBrown | Scree)
 }

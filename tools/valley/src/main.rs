@@ -10,6 +10,8 @@ mod palette;
 mod path;
 mod roads;
 mod terrain;
+#[cfg(test)]
+mod tests;
 mod village;
 mod water;
 
@@ -21,7 +23,7 @@ type Files = [(&'static str, Vec<u8>); 3];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: hedgehop-valley FOLDER")?);
-    for (name, bytes) in make()? {
+    for (name, bytes) in files(&valley())? {
         std::fs::write(folder.join(name), &bytes)?;
         #[expect(clippy::print_stdout, reason = "a program's answer")]
         {
@@ -40,8 +42,7 @@ fn valley() -> land::Valley {
     land::cover(&terrain, &water, &roads)
 }
 
-fn make() -> Result<Files, Box<dyn Error>> {
-    let valley = valley();
+fn files(valley: &land::Valley) -> Result<Files, Box<dyn Error>> {
     let places = path::fly(&valley.surface);
     let heights: Vec<f32> = valley.surface.iter().map(|&height| height as f32).collect();
     Ok([

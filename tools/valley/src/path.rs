@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use crate::geotiff::ORIGIN;
 use crate::grid::{around, spline};
+use crate::noise::mix;
 use crate::terrain::{area_from_valley, centre_line};
 
 /// Metres per second.
@@ -18,7 +19,9 @@ const INTERVAL: f64 = 0.5;
 /// Half the width of the swath that must be cleared, metres.
 const BESIDE: f64 = 35.0;
 /// Points before and behind that a height holds for.
-const AHEAD: usize = 22;
+const AHEAD: usize = 34;
+/// Points before and behind that each rounding of the line takes in.
+const ROUND: usize = 12;
 /// Least height above everything in the swath, metres.
 pub const CLEARANCE: f64 = 34.0;
 
@@ -28,22 +31,14 @@ pub type Place = (f64, f64, f64);
 /// Places half a second apart.
 pub fn fly(surface: &[f64]) -> Vec<Place> {
     let line = even(&spline(&knots(), 1.0), STEP);
+    let (xs, ys): (Vec<f64>, Vec<f64>) = line.into_iter().unzip();
+    // The spline's curvature jumps at its knots, and bank follows curvature.
+    let rounded: Vec<_> = smoothed(&xs, ROUND).into_iter().zip(smoothed(&ys, ROUND)).collect();
+    let line = even(&rounded, STEP);
     let floor: Vec<f64> = line.iter().map(|&(x, y)| highest_around(surface, x, y) + CLEARANCE).collect();
-    let window = |values: &[f64], k: usize, reach: usize| {
-        values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())].to_vec()
-    };
     let held: Vec<f64> =
-        (0..floor.len()).map(|k| window(&floor, k, AHEAD).into_iter().fold(f64::MIN, f64::max)).collect();
-    // Two averages over half the reach each: a triangular kernel, no kinks in the climb.
-    let mean = |values: &[f64]| -> Vec<f64> {
-        (0..values.len())
-            .map(|k| {
-                let part = window(values, k, AHEAD / 2);
-                part.iter().sum::<f64>() / part.len() as f64
-            })
-            .collect()
-    };
-    let heights = mean(&mean(&held));
+        (0..floor.len()).map(|k| window(&floor, k, AHEAD).iter().copied().fold(f64::MIN, f64::max)).collect();
+    let heights = smoothed(&held, AHEAD / 2);
     let stride = SPEED * INTERVAL / STEP;
     (0..)
         .map(|row| f64::from(row) * stride)
@@ -51,22 +46,49 @@ pub fn fly(surface: &[f64]) -> Vec<Place> {
         .map(|at| {
             let k = (at as usize).min(line.len() - 2);
             let t = at - k as f64;
-            let blend = |a: f64, b: f64| a + (b - a) * t;
             (
-                blend(line[k].0, line[k + 1].0),
-                blend(line[k].1, line[k + 1].1),
-                blend(heights[k], heights[k + 1]),
+                mix(line[k].0, line[k + 1].0, t),
+                mix(line[k].1, line[k + 1].1, t),
+                mix(heights[k], heights[k + 1], t),
             )
         })
         .collect()
 }
 
+/// Values within `reach` of the k-th.
+fn window(values: &[f64], k: usize, reach: usize) -> &[f64] {
+    &values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())]
+}
+
+/// Two running means of `reach` each, windows shrinking towards the ends.
+fn smoothed(values: &[f64], reach: usize) -> Vec<f64> {
+    let mean = |values: &[f64]| -> Vec<f64> {
+        (0..values.len())
+            .map(|k| {
+                let part = window(values, k, reach.min(k).min(values.len() - 1 - k));
+                part.iter().sum::<f64>() / part.len() as f64
+            })
+            .collect()
+    };
+    mean(&mean(values))
+}
+
 fn knots() -> Vec<(f64, f64)> {
     let valley = |along: f64, offset: f64| area_from_valley(along, centre_line(along) + offset);
     vec![
-        valley(-760.0, 20.0), valley(-640.0, 25.0), valley(-520.0, -5.0), valley(-400.0, -35.0), valley(-280.0, -45.0),
-        valley(-160.0, -30.0), valley(-40.0, 0.0), area_from_valley(75.0, -175.0), area_from_valley(165.0, -80.0),
-        area_from_valley(220.0, 40.0), area_from_valley(240.0, 170.0), area_from_valley(245.0, 300.0), area_from_valley(255.0, 430.0),
+        valley(-760.0, 20.0),
+        valley(-640.0, 25.0),
+        valley(-520.0, -5.0),
+        valley(-400.0, -35.0),
+        valley(-280.0, -45.0),
+        valley(-160.0, -30.0),
+        valley(-40.0, 0.0),
+        area_from_valley(75.0, -175.0),
+        area_from_valley(165.0, -80.0),
+        area_from_valley(220.0, 40.0),
+        area_from_valley(240.0, 170.0),
+        area_from_valley(245.0, 300.0),
+        area_from_valley(255.0, 430.0),
     ]
 }
 

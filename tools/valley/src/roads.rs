@@ -17,20 +17,55 @@ pub struct Road {
 
 /// Knots are along the valley and metres left of its centre line.
 fn road(knots: &[(f64, f64)], half: f64) -> Road {
-    let knots: Vec<_> = knots.iter().map(|&(along, offset)| area_from_valley(along, centre_line(along) + offset)).collect();
+    let knots: Vec<_> =
+        knots.iter().map(|&(along, offset)| area_from_valley(along, centre_line(along) + offset)).collect();
     let line = spline(&knots, 4.0);
     Road { near: near(&line, 60.0), line, half }
 }
 
 /// The main road first, then the lanes of the village, the track last.
 pub fn lay_out() -> Vec<Road> {
-    let main = [(-1700.0, -150.0), (-1300.0, -120.0), (-1000.0, -150.0), (-800.0, -185.0), (-600.0, -175.0), (-450.0, -150.0), (-330.0, -140.0),
-        (-220.0, -135.0), (-150.0, -112.0), (-110.0, -60.0), (-88.0, 10.0), (-62.0, 85.0), (-20.0, 150.0), (60.0, 188.0),
-        (180.0, 196.0), (330.0, 178.0), (520.0, 165.0), (700.0, 130.0), (900.0, 70.0), (1200.0, 34.0), (1600.0, 34.0)];
-    let upper = [(-470.0, -154.0), (-440.0, -205.0), (-360.0, -222.0), (-270.0, -215.0), (-200.0, -185.0), (-172.0, -124.0)];
+    let main = [
+        (-1700.0, -21.0),
+        (-1300.0, -21.0),
+        (-1000.0, -48.0),
+        (-800.0, -120.0),
+        (-600.0, -148.0),
+        (-450.0, -150.0),
+        (-330.0, -140.0),
+        (-220.0, -135.0),
+        (-150.0, -112.0),
+        (-110.0, -60.0),
+        (-88.0, 10.0),
+        (-62.0, 85.0),
+        (-20.0, 150.0),
+        (60.0, 188.0),
+        (180.0, 196.0),
+        (330.0, 160.0),
+        (520.0, 122.0),
+        (700.0, 62.0),
+        (900.0, 22.0),
+        (1200.0, 21.0),
+        (1600.0, 21.0),
+    ];
+    let upper = [
+        (-470.0, -154.0),
+        (-440.0, -205.0),
+        (-360.0, -222.0),
+        (-270.0, -215.0),
+        (-200.0, -185.0),
+        (-172.0, -124.0),
+    ];
     let lower = [(-400.0, -143.0), (-370.0, -100.0), (-300.0, -85.0), (-225.0, -92.0), (-175.0, -123.0)];
     let cross = [(-300.0, -85.0), (-315.0, -138.0), (-330.0, -220.0), (-310.0, -300.0)];
-    let track = [(-310.0, -300.0), (-250.0, -370.0), (-290.0, -450.0), (-380.0, -500.0), (-360.0, -580.0), (-230.0, -640.0)];
+    let track = [
+        (-310.0, -300.0),
+        (-250.0, -370.0),
+        (-290.0, -450.0),
+        (-380.0, -500.0),
+        (-360.0, -580.0),
+        (-230.0, -640.0),
+    ];
     vec![road(&main, 4.2), road(&upper, 2.9), road(&lower, 2.9), road(&cross, 2.7), road(&track, 2.2)]
 }
 
@@ -55,8 +90,10 @@ pub fn grade(terrain: &mut Terrain, water: &Water, roads: &[Road]) {
 fn profile(terrain: &Terrain, road: &Road, embanked: bool) -> Vec<f64> {
     let ground = road.line.iter().map(|&(x, y)| {
         let (along, across) = valley_from_area(x, y);
-        let lift = smooth(-135.0, -85.0, across - centre_line(along)) * smooth(150.0, 95.0, across - centre_line(along));
-        let crossing = if embanked && (-200.0..40.0).contains(&along) { floor(along) + 5.5 * lift } else { f64::MIN };
+        let lift = smooth(-135.0, -85.0, across - centre_line(along))
+            * smooth(150.0, 95.0, across - centre_line(along));
+        let crossing =
+            if embanked && (-200.0..40.0).contains(&along) { floor(along) + 5.5 * lift } else { f64::MIN };
         sample(&terrain.ground, x, y).max(crossing)
     });
     let mut heights: Vec<f64> = ground.collect();
@@ -76,8 +113,8 @@ pub fn outside(roads: &[Road], pixel: usize) -> f64 {
     roads.iter().map(|road| road.near.distance[pixel] - road.half).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a pixel lies within a place's bounds in valley coordinates, for buildings and gardens.
-pub fn in_village(pixel: usize) -> f64 {
+/// How far from the village's middle a pixel lies: 0 there, 1 at the rim of its ellipse, more outside.
+pub fn village_radius(pixel: usize) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);
     (((along + 310.0) / 190.0).powi(2) + ((across - centre_line(along) + 155.0) / 95.0).powi(2)).sqrt()

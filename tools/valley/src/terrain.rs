@@ -90,15 +90,38 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
     let beyond = (offset.abs() - half_width(along)).max(0.0);
     let side = if offset > 0.0 {
         let crest = 1.0 + 0.35 * fractal(along / 300.0, 3.7, 2, SEED + 1)
-            - 0.22 * smooth(260.0, 0.0, (along - 230.0).abs());
-        let knots = [(0.0, 0.0), (70.0, 11.0), (140.0, 40.0), (215.0, 95.0), (300.0, 150.0), (400.0, 205.0),
-            (500.0, 185.0), (640.0, 132.0), (780.0, 140.0), (950.0, 250.0), (1250.0, 380.0)];
+            - 0.36 * smooth(260.0, 0.0, (along - 230.0).abs());
+        let knots = [
+            (0.0, 0.0),
+            (70.0, 11.0),
+            (140.0, 40.0),
+            (215.0, 95.0),
+            (300.0, 150.0),
+            (400.0, 205.0),
+            (500.0, 185.0),
+            (640.0, 132.0),
+            (780.0, 140.0),
+            (950.0, 250.0),
+            (1250.0, 380.0),
+        ];
         curve(&knots, beyond) * mix(1.0, crest, smooth(80.0, 300.0, beyond))
     } else {
-        let knots = [(0.0, 0.0), (90.0, 7.0), (240.0, 34.0), (400.0, 84.0), (580.0, 150.0), (800.0, 235.0), (1200.0, 340.0)];
+        let knots = [
+            (0.0, 0.0),
+            (90.0, 7.0),
+            (240.0, 34.0),
+            (400.0, 84.0),
+            (580.0, 150.0),
+            (800.0, 235.0),
+            (1200.0, 340.0),
+        ];
         curve(&knots, beyond) * (1.0 + 0.25 * fractal(along / 330.0, across / 330.0, 2, SEED + 3))
     };
-    let relief = highest(side, rim(x, y, beyond));
+    let foot = if offset > 0.0 { 0.58 } else { 0.40 };
+    // The last hundred metres fall away, so that the crest and not the edge is what one sees.
+    let ragged = 0.05 * fractal(x / 160.0, y / 160.0, 4, SEED + 47);
+    let behind_crest = 1.0 - 0.5 * smooth(0.88, 1.0, remoteness(x, y) + ragged);
+    let relief = highest(side, rim(x, y, beyond, foot)) * behind_crest;
     let wildness = smooth(25.0, 230.0, relief);
     let spurs = if offset > 0.0 { 34.0 } else { 22.0 };
     let gullies = spurs * smooth(0.0, 90.0, relief) * fractal(x / 170.0, y / 170.0, 3, SEED + 10);
@@ -107,12 +130,18 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
     (relief + (gullies + crags + grain) * smooth(0.0, 30.0, relief)).max(0.0)
 }
 
-/// Mountains around the area, open only where the valley leaves through a gorge.
-fn rim(x: f64, y: f64, beyond: f64) -> f64 {
-    let unit = |v: f64| (v / (SIDE / 2.0) - 1.0).powi(4);
-    let radius = (unit(x) + unit(y)).sqrt().sqrt() + 0.05 * fractal(x / 420.0, y / 420.0, 3, SEED + 40);
-    let height = 400.0 * smooth(0.55, 0.93, radius) - 150.0 * smooth(0.94, 1.06, radius);
-    height * smooth(-20.0, 150.0, beyond)
+/// Mountains around the area, open only where the valley leaves through a gorge; they begin to rise at `foot`
+/// of the way from the middle to the edge.
+fn rim(x: f64, y: f64, beyond: f64, foot: f64) -> f64 {
+    let wander = 0.13 * fractal(x / 520.0, y / 520.0, 4, SEED + 40);
+    let peaks = 1.0 + 0.28 * fractal(x / 380.0, y / 380.0, 3, SEED + 45);
+    395.0 * peaks * smooth(foot, 0.95, remoteness(x, y) + wander) * smooth(-20.0, 150.0, beyond)
+}
+
+/// 0 in the middle of the area, 1 at the middle of an edge, more in the corners.
+fn remoteness(x: f64, y: f64) -> f64 {
+    let unit = |v: f64| (v / (SIDE / 2.0) - 1.0).abs().powi(3);
+    (unit(x) + unit(y)).cbrt()
 }
 
 /// Maximum with a rounded transition (4-norm); zero where both are.
@@ -123,14 +152,15 @@ fn highest(a: f64, b: f64) -> f64 {
 /// Steepens two bands of height into walls where the noise says so, mostly on the left side.
 fn cliffs(pixel: usize, relief: f64, offset: f64) -> f64 {
     let (x, y) = centre(pixel);
-    let wander = 26.0 * fractal(x / 210.0, y / 210.0, 4, SEED + 50);
-    let here = fractal(x / 300.0, y / 300.0, 2, SEED + 60) + if offset > 0.0 { 0.75 } else { -0.25 };
+    let wander =
+        24.0 * fractal(x / 210.0, y / 210.0, 5, SEED + 50) + 15.0 * ridged(x / 48.0, y / 48.0, 3, SEED + 55);
+    let here = fractal(x / 300.0, y / 300.0, 2, SEED + 60) + if offset > 0.0 { 0.75 } else { -0.55 };
     let wall = |bottom: f64, top: f64, height: f64| {
         let t = (height - bottom) / (top - bottom);
         if !(0.0..1.0).contains(&t) {
             return height;
         }
-        let steep = smooth(0.46, 0.62, t);
+        let steep = 0.55 * smooth(0.36, 0.48, t) + 0.45 * smooth(0.56, 0.68, t);
         mix(bottom, top, mix(t, 0.75 * steep + 0.25 * t, smooth(0.0, 0.5, here)))
     };
     let lower = wall(62.0 + wander, 138.0 + wander, relief);

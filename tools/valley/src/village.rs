@@ -41,7 +41,7 @@ pub fn place(roads: &[Road], water: &Water) -> Vec<Building> {
                     buildings.push(building);
                 }
             }
-            k += 3;
+            k += 2;
         }
     }
     buildings
@@ -53,19 +53,23 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
     let length = (b.0 - a.0).hypot(b.1 - a.1);
     let turn = 0.16 * (pick(0) - 0.5);
     let (c, s) = ((b.0 - a.0) / length, (b.1 - a.1) / length);
-    let along = (c - turn * s, s + turn * c);
-    let along = { let l = along.0.hypot(along.1); (along.0 / l, along.1 / l) };
+    let longer = 1.0f64.hypot(turn);
+    let along = ((c - turn * s) / longer, (s + turn * c) / longer);
     let barn = pick(1) < 0.14;
-    let half = if barn { (9.0 + 4.0 * pick(2), 5.5 + 1.5 * pick(3)) } else { (5.5 + 2.8 * pick(2), 4.2 + 1.2 * pick(3)) };
+    let half = if barn {
+        (9.0 + 4.0 * pick(2), 5.8 + 1.5 * pick(3))
+    } else {
+        (6.2 + 3.0 * pick(2), 5.0 + 1.2 * pick(3))
+    };
     let gable = pick(4) < 0.35;
     let axis = if gable { (-along.1, along.0) } else { along };
     let depth = if gable { half.0 } else { half.1 };
     let setback = side * (road.half + 4.0 + depth + 7.0 * pick(5));
     let material = match (barn, (pick(6) * 10.0) as u32) {
-        (true, 0..5) => Material::RoofMetal,
-        (_, 0..4) => Material::RoofTile,
-        (_, 4..7) => Material::RoofTileDark,
-        (_, 7..9) => Material::RoofSlate,
+        (true, 0..=3) => Material::RoofMetal,
+        (_, 0..=3) => Material::RoofTile,
+        (_, 4..=6) => Material::RoofTileDark,
+        (_, 7 | 8) => Material::RoofSlate,
         _ => Material::RoofWood,
     };
     Building {
@@ -74,20 +78,28 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
         axis,
         half,
         eaves: if barn { 5.0 } else { 4.5 + 2.5 * pick(7) },
-        roof: 0.62 * half.1,
+        roof: 0.45 * half.1,
         material,
     }
 }
 
 fn church() -> Building {
     let (x, y) = area_from_valley(-318.0, centre_line(-318.0) - 112.0);
-    Building { x, y, axis: (0.94, 0.342), half: (12.0, 5.5), eaves: 9.0, roof: 5.5, material: Material::RoofSlate }
+    Building {
+        x,
+        y,
+        axis: (0.94, 0.342),
+        half: (12.0, 5.5),
+        eaves: 9.0,
+        roof: 5.5,
+        material: Material::RoofSlate,
+    }
 }
 
 fn tower() -> Building {
     let church = church();
     let (x, y) = (church.x - 15.0 * church.axis.0, church.y - 15.0 * church.axis.1);
-    Building { x, y, half: (4.0, 4.0), eaves: 21.0, roof: 8.0, ..church }
+    Building { x, y, half: (4.0, 4.0), eaves: 17.0, roof: 5.0, ..church }
 }
 
 fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water) -> bool {
@@ -99,9 +111,9 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
         return false;
     }
     let Some(pixel) = around(building.x, building.y, 0.0).next() else { return false };
-    let density = 1.25 - crate::roads::in_village(pixel);
+    let density = 1.36 - crate::roads::village_radius(pixel);
     let clear = others.iter().all(|other| {
-        (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 1.0
+        (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 3.0
     });
     clear
         && uniform((building.x * 8.0) as i64, (building.y * 8.0) as i64, 720) < density
@@ -110,13 +122,22 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
 }
 
 /// Draws the buildings: heights onto `surface`, roofs into `paint` (material and shade by pixel).
-pub fn draw(buildings: &[Building], ground: &[f64], surface: &mut [f64], mut paint: impl FnMut(usize, Material, f64)) {
+pub fn draw(
+    buildings: &[Building],
+    ground: &[f64],
+    surface: &mut [f64],
+    mut paint: impl FnMut(usize, Material, f64),
+) {
     for building in buildings {
         let base = sample(ground, building.x, building.y);
-        for pixel in around(building.x, building.y, building.half.0.hypot(building.half.1)) {
+        for pixel in around(building.x, building.y, building.half.0.hypot(building.half.1) + SPACING) {
             let (x, y) = centre(pixel);
             let (u, v) = building.local(x, y);
+            if u.abs() > building.half.0 + SPACING / 2.0 || v.abs() > building.half.1 + SPACING / 2.0 {
+                continue;
+            }
             if u.abs() > building.half.0 || v.abs() > building.half.1 {
+                paint(pixel, Material::Wall, 0.4 * (uniform(pixel as i64, 0, 740) - 0.5));
                 continue;
             }
             let towards_ridge = 1.0 - v.abs() / building.half.1;

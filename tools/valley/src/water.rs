@@ -1,6 +1,6 @@
 //! The river and the lake that it runs through.
 
-use crate::grid::{PIXELS, Near, centre, near};
+use crate::grid::{Near, PIXELS, centre, near};
 use crate::noise::{fractal, mix, smooth};
 use crate::terrain::{LAKE, Terrain, area_from_valley, centre_line, floor, half_width, valley_from_area};
 
@@ -23,13 +23,15 @@ pub fn river_line(along: f64) -> f64 {
 
 /// Cuts the river and the lake into the ground.
 pub fn carve(terrain: &mut Terrain) -> Water {
-    let line: Vec<_> = (-250..=250).map(|k| 6.0 * f64::from(k)).map(|along| area_from_valley(along, river_line(along))).collect();
+    let line: Vec<_> = (-250..=250)
+        .map(|k| 6.0 * f64::from(k))
+        .map(|along| area_from_valley(along, river_line(along)))
+        .collect();
     let river = near(&line, 60.0);
     let outside: Vec<f64> = (0..PIXELS).map(|pixel| outside_at(pixel, &river)).collect();
-    for pixel in 0..PIXELS {
+    for (pixel, &shore) in outside.iter().enumerate() {
         let (x, y) = centre(pixel);
         let level = level(valley_from_area(x, y).0);
-        let shore = outside[pixel];
         if shore <= 0.0 {
             terrain.ground[pixel] = level;
             terrain.relief[pixel] = 0.0;
@@ -45,9 +47,10 @@ pub fn carve(terrain: &mut Terrain) -> Water {
 fn outside_at(pixel: usize, river: &Near) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);
-    let half = 8.5 + 2.5 * fractal(x / 70.0, y / 70.0, 2, 510);
+    let half = 8.5 + 4.0 * fractal(x / 75.0, y / 75.0, 3, 510);
     let middle = (LAKE.0 + LAKE.1) / 2.0;
     let (du, dv) = (along - middle, across - centre_line(middle) + 0.12 * (along - middle));
-    let radius = ((du / 108.0).powi(2) + (dv / 72.0).powi(2)).sqrt() + 0.16 * fractal(x / 80.0, y / 80.0, 3, 520);
+    let radius =
+        ((du / 108.0).powi(2) + (dv / 72.0).powi(2)).sqrt() + 0.34 * fractal(x / 95.0, y / 95.0, 4, 520);
     (river.distance[pixel] - half).min((radius - 1.0) * 80.0)
 }

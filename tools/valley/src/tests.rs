@@ -1,0 +1,129 @@
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use tiff::decoder::{Decoder, DecodingResult};
+
+use crate::grid::{SIDE, SPACING, sample};
+use crate::land::Valley;
+use crate::path::{Place, highest_around};
+use crate::{files, path, roads, terrain, valley, village, water};
+
+static VALLEY: LazyLock<Valley> = LazyLock::new(valley);
+
+fn data() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data")
+}
+
+/// Samples, and the text of all geographic tags; compressed bytes may differ between deflate implementations.
+fn decoded(bytes: &[u8]) -> (Vec<u8>, String) {
+    let mut decoder = Decoder::new(std::io::Cursor::new(bytes)).unwrap();
+    let tags = [33550u16, 33922, 34735, 42113, 339, 262]
+        .map(|tag| format!("{:?}", decoder.find_tag(tiff::tags::Tag::from_u16_exhaustive(tag)).unwrap()));
+    let samples = match decoder.read_image().unwrap() {
+        DecodingResult::F32(values) => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        DecodingResult::U8(values) => values,
+        _ => panic!("another sample type than was written"),
+    };
+    (samples, tags.join("; "))
+}
+
+#[test]
+fn committed_files_are_what_the_generator_makes() {
+    for (name, made) in files(&VALLEY).unwrap() {
+        let committed = std::fs::read(data().join(name)).unwrap();
+        let same = match name.ends_with(".tif") {
+            true => decoded(&committed) == decoded(&made),
+            false => committed == made,
+        };
+        assert!(
+            same,
+            "{name}: run `cargo run --release -p hedgehop-valley -- data` and update data/README.md"
+        );
+    }
+}
+
+#[test]
+fn readme_states_the_hashes_and_the_sample_stays_small() {
+    let readme = std::fs::read_to_string(data().join("README.md")).unwrap();
+    let mut total = 0;
+    for name in ["valley-elevation.tif", "valley-imagery.tif", "valley-path.csv"] {
+        let bytes = std::fs::read(data().join(name)).unwrap();
+        let line = format!("{}  {name}", blake3::hash(&bytes));
+        assert!(readme.contains(&line), "data/README.md lacks the line {line}");
+        total += bytes.len();
+    }
+    assert!(total <= 2 << 20, "{total} bytes");
+}
+
+/// Places five to each interval of the file.
+fn densely(places: &[Place]) -> Vec<Place> {
+    let between = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    places
+        .windows(2)
+        .flat_map(|pair| {
+            let (a, b) = (pair[0], pair[1]);
+            (0..5).map(move |k| {
+                let t = f64::from(k) / 5.0;
+                (between(a.0, b.0, t), between(a.1, b.1, t), between(a.2, b.2, t))
+            })
+        })
+        .collect()
+}
+
+#[test]
+fn flight_clears_everything_beside_and_ahead() {
+    let surface = &VALLEY.surface;
+    let places = path::fly(surface);
+    for &(x, y, height) in &densely(&places) {
+        let clearance = height - highest_around(surface, x, y);
+        assert!(clearance >= 25.0, "{clearance} m at {x}, {y}");
+    }
+    for pair in places.windows(3) {
+        let [a, b, c] = [pair[0], pair[1], pair[2]];
+        let heading = |p: Place, q: Place| (q.0 - p.0).atan2(q.1 - p.1);
+        let turn = (heading(b, c) - heading(a, b) + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+            - std::f64::consts::PI;
+        let climb = (c.2 - b.2) / (c.0 - b.0).hypot(c.1 - b.1);
+        let bend = climb - (b.2 - a.2) / (b.0 - a.0).hypot(b.1 - a.1);
+        // 0.09 rad in half a second at 55 m/s is a bank of 45°.
+        assert!(
+            turn.abs() < 0.09 && climb.abs() < 0.6 && bend.abs() < 0.12,
+            "{turn} {climb} {bend} at {b:?}"
+        );
+    }
+}
+
+/// From every place of the flight, within 50° of the heading, something stands in front of the area's edge.
+#[test]
+fn end_of_the_world_stays_hidden() {
+    let surface = &VALLEY.surface;
+    let places = path::fly(surface);
+    for pair in places.windows(2) {
+        let (x, y, height) = pair[0];
+        let heading = (pair[1].0 - x).atan2(pair[1].1 - y);
+        for azimuth in -50..=50 {
+            let (s, c) = (heading + f64::from(azimuth).to_radians()).sin_cos();
+            let mut highest = f64::MIN;
+            let mut at_edge = f64::MIN;
+            let mut range = 4.0 * SPACING;
+            loop {
+                let (u, v) = (x + range * s, y + range * c);
+                if !(SPACING..SIDE - SPACING).contains(&u) || !(SPACING..SIDE - SPACING).contains(&v) {
+                    break;
+                }
+                at_edge = (sample(surface, u, v) - height) / range;
+                highest = highest.max(at_edge);
+                range += SPACING;
+            }
+            assert!(highest > at_edge, "{azimuth}° off the heading at {x}, {y}, {range} m away");
+        }
+    }
+}
+
+#[test]
+fn village_has_about_sixty_buildings() {
+    let mut ground = terrain::build();
+    let water = water::carve(&mut ground);
+    let count = village::place(&roads::lay_out(), &water).len();
+    assert!((50..=75).contains(&count), "{count}");
+}
