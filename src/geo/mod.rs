@@ -1,8 +1,20 @@
 //! Coordinate reference systems and vertical datums.
 
+mod choice;
 mod crs;
 mod datum;
+mod definition;
+mod epsg;
+mod geokeys;
+mod geokeys_projection;
+mod projection;
+mod transform;
+mod undulation;
+mod units;
 mod wkt;
 
-pub use crs::{Crs, Transform};
-pub use datum::{VerticalDatum, egm96_undulation};
+pub use crs::Crs;
+pub use datum::{VerticalCrs, VerticalDatum, VerticalShift};
+pub use geokeys::{GeoKeys, parse_geokeys};
+pub use transform::{GridNorth, Transform, grid_convergence};
+pub use undulation::egm96_undulation;

@@ -1,0 +1,325 @@
+//! The reference system of a GeoTIFF, from its geo keys.
+//!
+//! Source: OGC 19-008r4, *GeoTIFF Standard* 1.1 (2019), §7 and annex D; codes of version 1.0 (Ritter and Ruth,
+//! 2000) that files still use; the PE strings of Esri, which hold WKT in a citation.
+//!
+//! ```text
+//! read the directory into id → value, checking every index
+//! a PE string decides, if there is one
+//! projected (model type 1): EPSG code, else method + parameters on the geographic system
+//! geographic (model type 2): EPSG code, else datum code, else ellipsoid and shift
+//! no model type: whichever of the two codes is present
+//! vertical: code (which brings a unit), unit key over it
+//! ```
+//!
+//! Deviation: GDAL calls a file with a geographic code but no model type local; here the code is believed.
+
+use std::collections::BTreeMap;
+
+use super::crs::{Crs, shortened};
+use super::datum::{VerticalCrs, VerticalDatum};
+use super::definition::Definition;
+use super::epsg;
+use super::geokeys_projection::{ellipsoid_terms, projection_terms};
+use super::{units, wkt};
+
+/// What the geo keys of a TIFF say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeoKeys {
+    /// Horizontal system; `None` where the keys name none (or a local one).
+    pub crs: Option<Crs>,
+    /// What heights are measured from; `None` where the keys do not say it or name a system that is not known.
+    pub vertical_datum: Option<VerticalDatum>,
+    /// Metres per unit of the heights; `None` where the keys do not say it.
+    pub vertical_metres_per_unit: Option<f64>,
+    /// Vertical system that is named but not known here, for a message.
+    pub unknown_vertical: Option<String>,
+    /// Coordinates of a pixel are those of its centre (post), not of its corner.
+    pub pixel_is_point: bool,
+}
+
+/// Key ids (OGC 19-008r4, annex D).
+pub(super) mod key {
+    pub const MODEL_TYPE: u16 = 1024;
+    pub const RASTER_TYPE: u16 = 1025;
+    pub const CITATION: u16 = 1026;
+    pub const GEODETIC_CRS: u16 = 2048;
+    pub const GEODETIC_CITATION: u16 = 2049;
+    pub const GEODETIC_DATUM: u16 = 2050;
+    pub const ANGULAR_UNITS: u16 = 2054;
+    pub const ANGULAR_UNIT_SIZE: u16 = 2055;
+    pub const ELLIPSOID: u16 = 2056;
+    pub const SEMI_MAJOR: u16 = 2057;
+    pub const SEMI_MINOR: u16 = 2058;
+    pub const INVERSE_FLATTENING: u16 = 2059;
+    pub const PRIME_MERIDIAN_LONGITUDE: u16 = 2061;
+    pub const TO_WGS84: u16 = 2062;
+    pub const PROJECTED_CRS: u16 = 3072;
+    pub const PROJECTED_CITATION: u16 = 3073;
+    pub const PROJECTION: u16 = 3074;
+    pub const METHOD: u16 = 3075;
+    pub const LINEAR_UNITS: u16 = 3076;
+    pub const LINEAR_UNIT_SIZE: u16 = 3077;
+    pub const VERTICAL_CRS: u16 = 4096;
+    pub const VERTICAL_CITATION: u16 = 4097;
+    pub const VERTICAL_DATUM: u16 = 4098;
+    pub const VERTICAL_UNITS: u16 = 4099;
+}
+
+/// Code for "defined by the other keys".
+pub(super) const USER_DEFINED: u16 = 32_767;
+
+const DOUBLES_TAG: u16 = 34_736;
+const ASCII_TAG: u16 = 34_737;
+const REPAIR: &str = "write the right one with: gdal_edit.py -a_srs EPSG:CODE FILE";
+
+/// Reads the tags 34735 (directory), 34736 (doubles) and 34737 (text). The error is a sentence without the file's name.
+pub fn parse_geokeys(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<GeoKeys, String> {
+    let keys = Keys::read(directory, doubles, ascii)?;
+    let (crs, from_text) = horizontal(&keys)?;
+    let (vertical, unknown_vertical) = vertical(&keys, from_text);
+    Ok(GeoKeys {
+        crs,
+        vertical_datum: vertical.0,
+        vertical_metres_per_unit: vertical.1,
+        unknown_vertical,
+        pixel_is_point: keys.code(key::RASTER_TYPE) == Some(2),
+    })
+}
+
+/// Value of a key.
+#[derive(Debug, Clone)]
+enum Value {
+    Code(u16),
+    Doubles(Vec<f64>),
+    Text(String),
+}
+
+/// The directory, read.
+#[derive(Debug, Default)]
+pub(super) struct Keys(BTreeMap<u16, Value>);
+
+impl Keys {
+    fn read(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<Self, String> {
+        let Some((header, entries)) = directory.split_first_chunk::<4>() else {
+            return Err(format!(
+                "tag 34735 (GeoKeyDirectory) has {} values, fewer than its header of 4",
+                directory.len()
+            ));
+        };
+        let [version, _, _, count] = *header;
+        if version != 1 {
+            return Err(format!(
+                "tag 34735 (GeoKeyDirectory) has version {version}; only 1 is known; {REPAIR}"
+            ));
+        }
+        let mut keys = Self::default();
+        for index in 0..usize::from(count) {
+            let entry = entries.get(4 * index..4 * index + 4);
+            let Some(&[id, location, length, value]) = entry else {
+                return Err(format!(
+                    "tag 34735 (GeoKeyDirectory) announces {count} keys but ends within key {index}; {REPAIR}"
+                ));
+            };
+            if id != 0 {
+                let read = value_at(location, usize::from(length), value, doubles, ascii);
+                keys.0.insert(id, read.map_err(|reason| format!("geo key {id} {reason}; {REPAIR}"))?);
+            }
+        }
+        Ok(keys)
+    }
+
+    /// A code; 0 means undefined.
+    pub(super) fn code(&self, id: u16) -> Option<u16> {
+        match self.0.get(&id)? {
+            Value::Code(0) => None,
+            Value::Code(code) => Some(*code),
+            _ => None,
+        }
+    }
+
+    /// A number, finite.
+    pub(super) fn number(&self, id: u16) -> Option<f64> {
+        match self.0.get(&id)? {
+            Value::Doubles(values) => values.first().copied().filter(|value| value.is_finite()),
+            Value::Code(code) => Some(f64::from(*code)),
+            Value::Text(_) => None,
+        }
+    }
+
+    pub(super) fn numbers(&self, id: u16) -> Option<&[f64]> {
+        match self.0.get(&id)? {
+            Value::Doubles(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    pub(super) fn text(&self, id: u16) -> Option<&str> {
+        match self.0.get(&id)? {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+fn value_at(location: u16, length: usize, value: u16, doubles: &[f64], ascii: &str) -> Result<Value, String> {
+    let start = usize::from(value);
+    match location {
+        0 => Ok(Value::Code(value)),
+        DOUBLES_TAG => {
+            let values = doubles.get(start..start + length).filter(|values| !values.is_empty());
+            let values = values.ok_or_else(|| {
+                format!(
+                    "points at values {start} to {} of the {} in tag 34736 (GeoDoubleParams)",
+                    start + length,
+                    doubles.len()
+                )
+            })?;
+            Ok(Value::Doubles(values.to_vec()))
+        }
+        ASCII_TAG => {
+            // By characters: a reader that turned foreign bytes into one character each keeps the places.
+            let text: String = ascii.chars().skip(start).take(length).collect();
+            if text.is_empty() && length > 0 {
+                return Err(format!(
+                    "points at character {start} of the {} in tag 34737 (GeoAsciiParams)",
+                    ascii.len()
+                ));
+            }
+            Ok(Value::Text(text.trim_end_matches(['|', '\0']).trim().to_owned()))
+        }
+        other => Err(format!("points at tag {other}, where no values are")),
+    }
+}
+
+type Horizontal = (Option<Crs>, Option<VerticalCrs>);
+
+fn horizontal(keys: &Keys) -> Result<Horizontal, String> {
+    if let Some(text) = pe_string(keys) {
+        let (crs, vertical) = wkt::read(text)?;
+        return Ok((Some(crs), vertical));
+    }
+    let projected = keys.code(key::PROJECTED_CRS);
+    let geodetic = keys.code(key::GEODETIC_CRS);
+    match keys.code(key::MODEL_TYPE) {
+        Some(1) => projected_crs(keys),
+        Some(2) => geographic_crs(keys),
+        Some(3) => Err("geo key 1024 declares geocentric coordinates, which are no map; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif".into()),
+        _ if projected.is_some_and(|code| code != USER_DEFINED) => projected_crs(keys),
+        None if projected.is_none() && geodetic.is_some_and(|code| code != USER_DEFINED) => geographic_crs(keys),
+        _ => Ok((None, None)),
+    }
+}
+
+/// Esri's WKT in one of the citations.
+fn pe_string(keys: &Keys) -> Option<&str> {
+    [key::PROJECTED_CITATION, key::CITATION, key::GEODETIC_CITATION].iter().find_map(|id| {
+        let (_, text) = keys.text(*id)?.split_once("ESRI PE String")?;
+        let text = text.trim_start_matches([' ', '=']).trim_end_matches('|');
+        wkt::looks_like_wkt(text).then_some(text)
+    })
+}
+
+fn projected_crs(keys: &Keys) -> Result<Horizontal, String> {
+    let linear = units::linear_of_keys(keys.code(key::LINEAR_UNITS), keys.number(key::LINEAR_UNIT_SIZE))?;
+    let citation = [key::PROJECTED_CITATION, key::CITATION].iter().find_map(|id| keys.text(*id));
+    match keys.code(key::PROJECTED_CRS) {
+        Some(code) if code != USER_DEFINED => {
+            let crs = Crs::by_code(u32::from(code))?;
+            let own = crs.metres_per_unit().ok_or_else(|| {
+                format!("geo key 3072 gives EPSG:{code}, which is no projected system; {REPAIR}")
+            })?;
+            match linear {
+                Some(unit) if !units::same(unit, own) => Err(format!(
+                    "geo key 3076 gives a unit of {unit} m, but EPSG:{code} of key 3072 counts in {own} m; {REPAIR}"
+                )),
+                _ => Ok((Some(crs), epsg::vertical_part(u32::from(code)))),
+            }
+        }
+        _ => {
+            let unit = linear.unwrap_or(1.0);
+            let projection = projection_terms(keys, unit)?;
+            let text = format!("{projection} {}", geodetic_terms(keys)?);
+            let mut definition = Definition::parse(&text)?;
+            if unit != 1.0 {
+                definition.set_metres_per_unit(unit);
+            }
+            let name = citation.filter(|name| !matches!(*name, "unknown" | "unnamed"));
+            let name = name.map_or_else(|| text.clone(), shortened);
+            Ok((Some(Crs::by_definition(&definition.to_string(), &name)?), None))
+        }
+    }
+}
+
+fn geographic_crs(keys: &Keys) -> Result<Horizontal, String> {
+    let unit = units::angular_of_keys(keys.code(key::ANGULAR_UNITS), keys.number(key::ANGULAR_UNIT_SIZE))?;
+    if !units::same(unit, 1.0) {
+        return Err(format!(
+            "geo key 2054 gives coordinates in units of {unit} degrees, and only degrees are read; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif"
+        ));
+    }
+    if let Some(code) = keys.code(key::GEODETIC_CRS).filter(|code| *code != USER_DEFINED) {
+        let crs = Crs::by_code(u32::from(code))?;
+        if !crs.is_geographic() {
+            return Err(format!("geo key 2048 gives EPSG:{code}, which is no geographic system; {REPAIR}"));
+        }
+        return Ok((Some(crs), epsg::vertical_part(u32::from(code))));
+    }
+    let definition = format!("+proj=longlat {}", geodetic_terms(keys)?);
+    let name = keys
+        .text(key::GEODETIC_CITATION)
+        .or(keys.text(key::CITATION))
+        .map_or_else(|| definition.clone(), shortened);
+    Ok((Some(Crs::by_definition(&definition, &name)?), None))
+}
+
+/// PROJ's terms of datum, ellipsoid and prime meridian.
+fn geodetic_terms(keys: &Keys) -> Result<String, String> {
+    let is_code = |code: &u16| *code != USER_DEFINED;
+    if let Some(code) = keys.code(key::GEODETIC_CRS).filter(is_code) {
+        return Ok(epsg::definition(u32::from(code))?.geodetic_part());
+    }
+    // The codes of datums run parallel to those of the systems that are built on nothing else.
+    if let Some(code @ 6000..=6999) = keys.code(key::GEODETIC_DATUM)
+        && let Ok(definition) = epsg::definition(u32::from(code) - 2000)
+    {
+        return Ok(definition.geodetic_part());
+    }
+    let mut terms = ellipsoid_terms(keys)?;
+    if let Some(shift) = keys.numbers(key::TO_WGS84).filter(|shift| matches!(shift.len(), 3 | 7)) {
+        let shift: Vec<String> = shift.iter().map(f64::to_string).collect();
+        terms = format!("{terms} +towgs84={}", shift.join(","));
+    }
+    if let Some(longitude) = keys.number(key::PRIME_MERIDIAN_LONGITUDE).filter(|longitude| *longitude != 0.0)
+    {
+        terms = format!("{terms} +pm={longitude}");
+    }
+    Ok(terms)
+}
+
+type Vertical = ((Option<VerticalDatum>, Option<f64>), Option<String>);
+
+fn vertical(keys: &Keys, from_text: Option<VerticalCrs>) -> Vertical {
+    let code = keys.code(key::VERTICAL_CRS).filter(|code| *code != USER_DEFINED);
+    let known =
+        code.and_then(|code| epsg::vertical(u32::from(code)).or(epsg::vertical_part(u32::from(code))));
+    let by_datum = || match keys.code(key::VERTICAL_DATUM)? {
+        5100 => Some(VerticalDatum::Msl),
+        5103 => Some(VerticalDatum::Navd88),
+        5171 => Some(VerticalDatum::Egm96),
+        1027 => Some(VerticalDatum::Egm2008),
+        _ => None,
+    };
+    let datum = known.map(|known| known.datum).or_else(by_datum);
+    let unit = units::linear_of_keys(keys.code(key::VERTICAL_UNITS), None).ok().flatten();
+    let unit = unit.or(known.map(|known| known.metres_per_unit));
+    let named =
+        code.map(|code| format!("EPSG:{code}")).or_else(|| keys.text(key::VERTICAL_CITATION).map(shortened));
+    let unknown = named.filter(|_| datum.is_none());
+    match from_text {
+        Some(vertical) if datum.is_none() => {
+            ((Some(vertical.datum), Some(unit.unwrap_or(vertical.metres_per_unit))), None)
+        }
+        _ => ((datum, unit), unknown),
+    }
+}
