@@ -46,6 +46,9 @@ impl Drape<'_> {
     }
 
     fn add(&mut self, source: &ImageryInput, band: Rect, blends: &mut [Blend]) -> Result<()> {
+        if !band.meets(&source.reach, self.grid) {
+            return Ok(());
+        }
         let field = warp::locate(&source.placement, self.grid, band);
         let size = source.samples.size();
         if !field.touches(size, 1.0 + TOLERANCE) {

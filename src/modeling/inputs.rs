@@ -8,15 +8,18 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec2;
+
 use super::build::BuildOptions;
 use super::kernel::Samples;
+use super::plan::{Bounds, Plan};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, Raster, RasterInfo, SampleType, Window, open,
 };
 use super::vertical::Shift;
 use super::warp::{self, Placement};
 use crate::error::{Error, Result};
-use crate::geo::{Crs, VerticalDatum};
+use crate::geo::{Crs, Transform, VerticalDatum};
 use crate::voxel::SourceRecord;
 
 /// A raster and where it says it lies.
@@ -41,7 +44,7 @@ pub(super) struct ElevationInput {
     /// What brings its heights to the database's datum.
     pub shift: Shift,
     /// West, south, east, north of what it can reach, in the database's system; for quick rejection.
-    pub reach: [f64; 4],
+    pub reach: Bounds,
 }
 
 /// Imagery, placed in the database's grid.
@@ -50,7 +53,7 @@ pub(super) struct ImageryInput {
     pub placement: Placement,
     /// Pixels are coarser than voxels.
     pub magnified: bool,
-    pub reach: [f64; 4],
+    pub reach: Bounds,
 }
 
 /// All rasters, highest priority first, and what was assumed about them.
@@ -287,20 +290,103 @@ pub(super) fn crs_label(crs: &Crs) -> String {
     crs.epsg().map_or_else(|| crs.name().to_owned(), |code| format!("EPSG:{code}"))
 }
 
+impl ElevationInput {
+    /// Places a raster in the grid, with heights above `datum`.
+    pub fn place(raster: Opened<f64>, plan: &Plan, datum: VerticalDatum) -> Result<Self> {
+        let (placement, reach) = raster.place(plan)?;
+        let shift = Shift::between(raster.datum, datum, &plan.grid, &plan.crs)?;
+        Ok(Self { path: raster.path, samples: raster.samples, block: raster.block, placement, shift, reach })
+    }
+}
+
+impl ImageryInput {
+    /// Places a raster in the grid.
+    pub fn place(raster: Opened<[u8; 4]>, plan: &Plan) -> Result<Self> {
+        let (placement, reach) = raster.place(plan)?;
+        let magnified = raster.pixel_side(&plan.crs)?.is_none_or(|side| side > plan.grid.spacing);
+        Ok(Self { samples: raster.samples, placement, magnified, reach })
+    }
+}
+
 impl<T> Opened<T> {
+    fn place(&self, plan: &Plan) -> Result<(Placement, Bounds)> {
+        let size = self.samples.size();
+        let placement = Placement::new(Transform::new(&plan.crs, &self.crs)?, &self.geo, size)
+            .ok_or_else(|| Error::invalid(&self.path, "its geotransform maps the raster onto a line"))?;
+        // Room for the curve between the points that bound it, and for kernels that hang over its edge.
+        const ROOM: f64 = 0.05;
+        let room = |low: f64, high: f64| ROOM * (high - low) + 2.0 * plan.grid.spacing;
+        let everywhere = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
+        let reach = match self.footprint(&plan.crs)? {
+            Footprint::Whole([west, south, east, north]) => {
+                let (x, y) = (room(west, east), room(south, north));
+                [west - x, south - y, east + x, north + y]
+            }
+            Footprint::Partial(_) | Footprint::Nowhere => everywhere,
+        };
+        Ok((placement, reach))
+    }
+
+    /// Side of the square that is as large as a pixel at the raster's centre, metres of `crs`; `None` where the
+    /// centre has no place in it.
+    pub fn pixel_side(&self, crs: &Crs) -> Result<Option<f64>> {
+        let world = Transform::new(&self.crs, crs)?;
+        let (width, height) = self.samples.size();
+        let (column, row) = (0.5 * f64::from(width), 0.5 * f64::from(height));
+        let at = |column: f64, row: f64| {
+            let (x, y) = warp::apply(&self.geo, column, row);
+            world.apply(x, y).map(|(x, y)| DVec2::new(x, y))
+        };
+        let (here, east, south) = (at(column, row), at(column + 1.0, row), at(column, row + 1.0));
+        Ok(here.zip(east).zip(south).and_then(|((here, east), south)| {
+            let side = (east - here).perp_dot(south - here).abs().sqrt();
+            side.is_normal().then_some(side)
+        }))
+    }
+
+    /// Bounds of the raster's area in another system, from a lattice of points.
+    pub fn footprint(&self, crs: &Crs) -> Result<Footprint> {
+        const LATTICE: u32 = 64;
+        let world = Transform::new(&self.crs, crs)?;
+        let (width, height) = self.samples.size();
+        let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
+        let (mut bounds, mut whole): (Option<Bounds>, bool) = (None, true);
+        for (i, j) in (0..=LATTICE).flat_map(|j| (0..=LATTICE).map(move |i| (i, j))) {
+            let (x, mut y) = warp::apply(&self.geo, part(i, width), part(j, height));
+            if self.crs.is_geographic() {
+                // Rasters of points reach half a pixel beyond the poles.
+                y = y.clamp(-90.0, 90.0);
+            }
+            match world.apply(x, y) {
+                None => whole = false,
+                Some((x, y)) => bounds = Some(joined(bounds.unwrap_or([x, y, x, y]), [x, y, x, y])),
+            }
+        }
+        Ok(match bounds {
+            None => Footprint::Nowhere,
+            Some(bounds) if whole => Footprint::Whole(bounds),
+            Some(bounds) => Footprint::Partial(bounds),
+        })
+    }
+
     /// What the database records of it.
     pub fn record(&self, role: &str) -> SourceRecord {
         SourceRecord { file: file_name(&self.path), role: role.into(), description: self.description.clone() }
     }
 
-    /// The raster's centre, in its own system.
-    pub fn centre(&self) -> (f64, f64) {
-        let (width, height) = self.samples.size();
-        warp::apply(&self.geo, 0.5 * f64::from(width), 0.5 * f64::from(height))
-    }
+}
 
-    /// West, south, east, north of its corners, in its own system.
-    pub fn bounds(&self) -> [f64; 4] {
-        corner_bounds(&self.geo, self.samples.size())
-    }
+/// Bounds of a raster's area in another system.
+pub(super) enum Footprint {
+    /// All of it has a place there.
+    Whole(Bounds),
+    /// Some of it has none.
+    Partial(Bounds),
+    /// None of it has.
+    Nowhere,
+}
+
+/// Bounds of two areas together.
+pub(super) fn joined(a: Bounds, b: Bounds) -> Bounds {
+    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }

@@ -95,6 +95,9 @@ impl Mosaic<'_> {
     fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
         let mut layers = Vec::new();
         for (index, source) in self.sources.iter().enumerate() {
+            if !band.meets(&source.reach, self.grid) {
+                continue;
+            }
             let field = warp::locate(&source.placement, self.grid, band);
             let size = source.samples.size();
             if !field.touches(size, 1.0 + TOLERANCE) {
@@ -139,9 +142,8 @@ impl Layer {
     fn finish(&mut self, source: &ElevationInput, field: &Field) {
         for (voxel, sum) in self.sums.iter_mut().enumerate() {
             if self.valid[voxel] > 0.0 {
-                let (x, y) = (voxel % field.rect.width(), voxel / field.rect.width());
-                let shift = source.shift.at(field.rect.x0 + x as u32, field.rect.y0 + y as u32);
-                *sum = *sum / self.valid[voxel] + shift;
+                let (x, y) = field.rect.voxel(voxel);
+                *sum = *sum / self.valid[voxel] + source.shift.at(x, y);
             }
         }
     }

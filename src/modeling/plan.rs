@@ -11,12 +11,12 @@
 //! so a database is as large as its source, whatever the latitude; the smaller side would oversample more and
 //! more towards the poles.
 
+use std::path::Path;
+
 use glam::DVec2;
 
 use super::build::BuildOptions;
-use super::inputs::{Inputs, Opened, crs_label, file_name};
-use super::raster::GeoTransform;
-use super::warp;
+use super::inputs::{Footprint, Inputs, Opened, crs_label, file_name, joined};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
 use crate::voxel::Grid;
@@ -25,8 +25,8 @@ use crate::voxel::Grid;
 const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
 /// Part of a voxel or pixel by which rounding may displace a boundary.
 const ROUNDING: f64 = 1.0e-6;
-/// Points along each side of a footprint whose images bound it.
-const SIDE_POINTS: u32 = 64;
+/// Bytes per voxel of level 1 that a database takes at most, coarser levels and aprons included.
+const VOXEL_BYTES: f64 = 10.5;
 
 /// West, south, east, north.
 pub(super) type Bounds = [f64; 4];
@@ -101,27 +101,20 @@ fn is_mercator(crs: &Crs) -> bool {
     crs.proj().is_some_and(|proj| proj.contains("+proj=merc") || proj.contains("+proj=webmerc"))
 }
 
-/// Side of the square that is as large as a pixel of the finest raster, metres.
+/// Pixel side of the finest raster, metres.
 fn finest_spacing(elevation: &[Opened<f64>], crs: &Crs) -> Result<f64> {
     let mut finest: Option<(f64, bool)> = None;
     for raster in elevation {
-        let world = Transform::new(&raster.crs, crs)?;
-        let (x, y) = raster.centre();
-        let at = |column: f64, row: f64| {
-            let (dx, dy) = (raster.geo[1] * column + raster.geo[2] * row, raster.geo[4] * column + raster.geo[5] * row);
-            world.apply(x + dx, y + dy).map(|(x, y)| DVec2::new(x, y))
-        };
-        let (Some(here), Some(east), Some(south)) = (at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)) else { continue };
-        let side = (east - here).perp_dot(south - here).abs().sqrt();
-        if side.is_normal() && finest.is_none_or(|(finest, _)| side < finest) {
-            finest = Some((side, world.is_identity()));
+        let Some(side) = raster.pixel_side(crs)? else { continue };
+        if finest.is_none_or(|(finest, _)| side < finest) {
+            finest = Some((side, Transform::new(&raster.crs, crs)?.is_identity()));
         }
     }
     match finest {
         Some((side, true)) => Ok(side),
         Some((side, false)) => Ok(rounded(side)),
         None => Err(Error::Configuration(format!(
-            "no elevation file has its centre in the domain of {}; choose another system with --crs",
+            "no elevation file has its centre in the domain of {}; choose another system with --crs, or a --spacing",
             crs_label(crs)
         ))),
     }
@@ -133,14 +126,11 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// Bounds of all rasters together, in `crs`.
-fn union<T>(rasters: &[Opened<T>], crs: &Crs) -> Result<Bounds> {
+fn union(rasters: &[Opened<f64>], crs: &Crs) -> Result<Bounds> {
     let mut all: Option<Bounds> = None;
     for raster in rasters {
-        let world = Transform::new(&raster.crs, crs)?;
-        if let Some(bounds) = footprint(&raster.geo, raster.samples.size(), raster.crs.is_geographic(), &world) {
-            all = Some(all.map_or(bounds, |a| {
-                [a[0].min(bounds[0]), a[1].min(bounds[1]), a[2].max(bounds[2]), a[3].max(bounds[3])]
-            }));
+        if let Footprint::Whole(bounds) | Footprint::Partial(bounds) = raster.footprint(crs)? {
+            all = Some(joined(all.unwrap_or(bounds), bounds));
         }
     }
     all.ok_or_else(|| {
@@ -149,24 +139,6 @@ fn union<T>(rasters: &[Opened<T>], crs: &Crs) -> Result<Bounds> {
             crs_label(crs)
         ))
     })
-}
-
-/// Bounds of a raster's area in another system, from points along its sides and across it.
-pub(super) fn footprint(geo: &GeoTransform, size: (u32, u32), geographic: bool, world: &Transform) -> Option<Bounds> {
-    let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(SIDE_POINTS);
-    let mut bounds: Option<Bounds> = None;
-    for j in 0..=SIDE_POINTS {
-        for i in 0..=SIDE_POINTS {
-            let (x, mut y) = warp::apply(geo, part(i, size.0), part(j, size.1));
-            if geographic {
-                // Rasters of points reach half a pixel beyond the poles.
-                y = y.clamp(-90.0, 90.0);
-            }
-            let Some((x, y)) = world.apply(x, y) else { continue };
-            bounds = Some(bounds.map_or([x, y, x, y], |b| [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]));
-        }
-    }
-    bounds
 }
 
 fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Result<Bounds> {
@@ -223,4 +195,37 @@ fn axis(low: f64, high: f64, phase: f64, spacing: f64) -> Result<(f64, u32)> {
         )));
     }
     Ok((phase + first * spacing, count as u32))
+}
+
+/// Refuses a grid whose database the disk cannot hold.
+pub(super) fn check_space(grid: &Grid, output: &Path) -> Result<()> {
+    let needed = f64::from(grid.nx) * f64::from(grid.ny) * VOXEL_BYTES;
+    let Some(free) = free_bytes(output) else { return Ok(()) };
+    if needed <= free {
+        return Ok(());
+    }
+    let gigabytes = |bytes: f64| bytes / 1.0e9;
+    Err(Error::Configuration(format!(
+        "{}: {} x {} voxels of {} m take up to {:.1} GB, but only {:.1} GB are free there; \
+         choose a larger --spacing or a smaller --bbox",
+        output.display(),
+        grid.nx,
+        grid.ny,
+        grid.spacing,
+        gigabytes(needed),
+        gigabytes(free)
+    )))
+}
+
+/// Free bytes where `output` will be; `None` if the system does not say.
+#[cfg(unix)]
+fn free_bytes(output: &Path) -> Option<f64> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let state = rustix::fs::statvfs(folder).ok()?;
+    Some(state.f_bavail as f64 * state.f_frsize as f64)
+}
+
+#[cfg(not(unix))]
+fn free_bytes(_output: &Path) -> Option<f64> {
+    None
 }

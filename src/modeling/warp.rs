@@ -42,6 +42,10 @@ impl Rect {
     pub fn index(&self, x: u32, y: u32) -> usize {
         (y - self.y0) as usize * self.width() + (x - self.x0) as usize
     }
+    /// Voxel (x, y) of a row-major index.
+    pub fn voxel(&self, index: usize) -> (u32, u32) {
+        (self.x0 + (index % self.width()) as u32, self.y0 + (index / self.width()) as u32)
+    }
     /// Grown by `margin` voxels on all sides, clipped to the grid.
     pub fn grown(&self, margin: u32, grid: &Grid) -> Self {
         Self {
@@ -50,6 +54,12 @@ impl Rect {
             x1: self.x1.saturating_add(margin).min(grid.nx),
             y1: self.y1.saturating_add(margin).min(grid.ny),
         }
+    }
+    /// Whether the block may touch an area: west, south, east, north in world space.
+    pub fn meets(&self, [west, south, east, north]: &[f64; 4], grid: &Grid) -> bool {
+        let (x0, y0) = world(grid, f64::from(self.x0), f64::from(self.y0));
+        let (x1, y1) = world(grid, f64::from(self.x1), f64::from(self.y1));
+        x0 <= *east && x1 >= *west && y0 <= *north && y1 >= *south
     }
     /// Horizontal bands of the lattice's cell height, southernmost first.
     pub fn bands(&self) -> impl Iterator<Item = Self> + use<> {
@@ -68,43 +78,35 @@ pub(super) struct Placement {
     /// Positions in the raster's system from those in the database's; `None` if they are the same.
     source_from_world: Option<Transform>,
     pixel_from_source: GeoTransform,
-    /// Longitude in the middle of a geographic raster: positions are taken by whole turns nearest to it.
-    middle_longitude: Option<f64>,
 }
 
 impl Placement {
-    /// `geo` must be invertible; see [`invert`].
+    /// For a raster of `size` pixels in the transform's target system; `None` if its geotransform is singular.
     pub fn new(
         source_from_world: Transform,
         source_from_pixel: &GeoTransform,
         size: (u32, u32),
-        geographic: bool,
     ) -> Option<Self> {
-        let middle = source_from_pixel[0]
-            + 0.5 * f64::from(size.0) * source_from_pixel[1]
-            + 0.5 * f64::from(size.1) * source_from_pixel[2];
+        let (longitude, _) = apply(source_from_pixel, 0.5 * f64::from(size.0), 0.5 * f64::from(size.1));
+        let source_from_world = source_from_world.centred_on(longitude);
         Some(Self {
             source_from_world: (!source_from_world.is_identity()).then_some(source_from_world),
             pixel_from_source: invert(source_from_pixel)?,
-            middle_longitude: geographic.then_some(middle),
         })
     }
 
     /// Column and row of a world position, whole numbers at pixel centres; `None` where there is none.
     pub fn pixel_from_world(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        let (mut x, y) = match &self.source_from_world {
+        let (x, y) = match &self.source_from_world {
             Some(transform) => transform.apply(x, y)?,
             None => (x, y),
         };
-        if let Some(middle) = self.middle_longitude {
-            x -= 360.0 * ((x - middle) / 360.0).round();
-        }
         let (column, row) = apply(&self.pixel_from_source, x, y);
         (column.is_finite() && row.is_finite()).then_some((column - 0.5, row - 0.5))
     }
 
     fn is_affine(&self) -> bool {
-        self.source_from_world.is_none() && self.middle_longitude.is_none()
+        self.source_from_world.is_none()
     }
 }
 
