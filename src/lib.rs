@@ -4,6 +4,7 @@ pub mod error;
 pub mod flight;
 pub mod frame;
 pub mod geo;
+pub mod memory;
 pub mod modeling;
 pub mod progress;
 pub mod space;

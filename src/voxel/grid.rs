@@ -23,6 +23,12 @@ pub struct PageId {
     pub py: u32,
 }
 
+impl std::fmt::Display for PageId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "page ({}, {}) of level {}", self.px, self.py, Grid::side_units(self.level))
+    }
+}
+
 /// The grid of the gaming area. Voxel (i, j) of level index `l` covers
 /// `origin + spacing·4^l·[i, i+1) × [j, j+1)`, i eastward, j northward; its post is its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +44,21 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// Whether every number is in range; otherwise a sentence that says which one is not.
+    pub fn check(&self) -> Result<(), String> {
+        let Self { nx, ny, spacing, origin } = *self;
+        if nx == 0 || ny == 0 {
+            return Err(format!("the grid has {nx} x {ny} voxels, but needs at least one each way"));
+        }
+        if !(spacing.is_finite() && spacing > 0.0) {
+            return Err(format!("the spacing is {spacing} m, but must be positive and finite"));
+        }
+        if !(origin.is_finite() && self.far_corner().is_finite()) {
+            return Err(format!("the area's corner ({}, {}) is not finite", origin.x, origin.y));
+        }
+        Ok(())
+    }
+
     /// How many levels a grid of this size has.
     pub fn level_count(&self) -> u8 {
         let mut levels = MIN_LEVELS;
@@ -47,9 +68,9 @@ impl Grid {
         levels
     }
 
-    /// Side of a voxel of level index `level`, in units (1, 4, 16, …).
+    /// Side of a voxel of level index `level`, in units (1, 4, 16, …; no grid has a level of 16 or more).
     pub fn side_units(level: u8) -> u32 {
-        RADIX.pow(u32::from(level))
+        RADIX.saturating_pow(u32::from(level))
     }
 
     /// Side of a voxel of level index `level`, metres.
@@ -71,6 +92,9 @@ impl Grid {
 
     /// Voxels (eastward, northward) of a page, without its apron; `None` if there is no such page.
     pub fn page_size(&self, id: PageId) -> Option<(u32, u32)> {
+        if id.level >= self.level_count() {
+            return None;
+        }
         let (pages_x, pages_y) = self.page_dims(id.level);
         let (nx, ny) = self.dims(id.level);
         (id.px < pages_x && id.py < pages_y)
@@ -102,6 +126,15 @@ pub struct HeightCode {
 impl HeightCode {
     /// The code that says: no surface here, rays pass.
     pub const EMPTY: u16 = 0;
+
+    /// Whether every code has a finite height; otherwise a sentence that says what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        let highest = self.offset + self.scale * f64::from(u16::MAX);
+        if self.scale > 0.0 && self.offset.is_finite() && highest.is_finite() {
+            return Ok(());
+        }
+        Err(format!("heights of {} m + {} m per step cannot be", self.offset, self.scale))
+    }
 
     /// The finest code that holds `low..=high` metres (both finite, `low <= high`).
     pub fn spanning(low: f64, high: f64) -> Self {

@@ -1,18 +1,31 @@
 #![doc = include_str!("FORMAT.md")]
 
+mod arrays;
+mod assembly;
+mod bytes;
+mod directory;
 mod format;
 mod grid;
 mod header;
 mod page;
 mod pyramid;
 mod source;
+mod srgb;
+mod store;
+#[cfg(test)]
+mod tests;
 mod verify;
 mod writer;
 
+pub use arrays::{Arrays, build_in_memory, write_arrays};
+pub use assembly::PageReadback;
+pub use bytes::AlignedBytes;
+pub use directory::{Directory, PageEntry};
 pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, Header, Metadata, SourceRecord};
 pub use page::{APRON, Attributes, EncodedPage, PageBuffer, PageView};
-pub use pyramid::coarsen;
-pub use source::{Directory, MemPages, PageSource};
-pub use verify::{VerifyReport, verify};
-pub use writer::{PageReadback, PageWriter};
+pub use pyramid::{FinerPages, FinerWindow, coarse_page, coarsen};
+pub use source::PageSource;
+pub use store::{FileBytes, MemPages, PageStore, Touched};
+
+pub use writer::PageWriter;

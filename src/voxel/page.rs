@@ -1,6 +1,9 @@
 //! One page: the planes of a square block of voxels.
 
+use std::ops::Range;
+
 use super::PageId;
+use super::format::{PLANE_ALIGNMENT, page as at};
 
 /// Samples around a page's voxels that repeat the neighbours' (or, at the edge of the area, the
 /// page's own), so that interpolation stays inside one page.
@@ -76,7 +79,93 @@ pub struct PageView<'a> {
     pub attributes: &'a [Attributes],
 }
 
-impl PageView<'_> {
+/// Where the planes lie in a page's bytes.
+struct PageLayout {
+    heights: Range<usize>,
+    low: Range<usize>,
+    high: Range<usize>,
+    colours: Range<usize>,
+    attributes: Range<usize>,
+}
+
+impl PageLayout {
+    /// Of a page of `width` × `height` voxels (both at most PAGE_SIDE).
+    fn new(width: u32, height: u32, flags: u32) -> Self {
+        let voxels = width as usize * height as usize;
+        let samples = (width + 2 * APRON) as usize * (height + 2 * APRON) as usize;
+        let bounds = if flags & at::FLAG_BOUNDS != 0 { voxels } else { 0 };
+        let attributes = if flags & at::FLAG_UNIFORM != 0 { 1 } else { voxels };
+        let mut end = at::SIZE;
+        let mut plane = |bytes: usize| {
+            let start = end.next_multiple_of(PLANE_ALIGNMENT);
+            end = start + bytes;
+            start..end
+        };
+        Self {
+            heights: plane(samples * size_of::<u16>()),
+            low: plane(bounds * size_of::<u16>()),
+            high: plane(bounds * size_of::<u16>()),
+            colours: plane(samples * size_of::<[u8; 3]>()),
+            attributes: plane(attributes * size_of::<Attributes>()),
+        }
+    }
+
+    fn length(&self) -> usize {
+        self.attributes.end
+    }
+}
+
+/// The most bytes that a page of this size can take.
+pub(super) fn largest_page(level: u8, width: u32, height: u32) -> usize {
+    PageLayout::new(width, height, bounds_flag(level)).length()
+}
+
+fn bounds_flag(level: u8) -> u32 {
+    if level > 0 { at::FLAG_BOUNDS } else { 0 }
+}
+
+impl<'a> PageView<'a> {
+    /// The planes of page `id`, of `width` × `height` voxels as the grid says, from its bytes, which begin
+    /// at a multiple of 64 in memory. An error names what contradicts.
+    pub(super) fn decode(bytes: &'a [u8], id: PageId, (width, height): (u32, u32)) -> Result<Self, String> {
+        let Some((record, _)) = bytes.split_at_checked(at::SIZE) else {
+            return Err(format!("{} bytes hold no page", bytes.len()));
+        };
+        let stated = (at::LEVEL.u32(record), at::PX.u32(record), at::PY.u32(record));
+        if stated != (u32::from(id.level), id.px, id.py) {
+            return Err(format!(
+                "the page says that it is level index {}, ({}, {})",
+                stated.0, stated.1, stated.2
+            ));
+        }
+        let size = (at::WIDTH.u32(record), at::HEIGHT.u32(record));
+        if size != (width, height) {
+            return Err(format!(
+                "a page of {} x {} voxels, but the grid says {width} x {height}",
+                size.0, size.1
+            ));
+        }
+        let flags = at::FLAGS.u32(record);
+        if flags & !at::FLAG_UNIFORM != bounds_flag(id.level)
+            || at::RESERVED.bytes(record).iter().any(|&b| b != 0)
+        {
+            return Err(format!("a page with unknown planes (flags {flags})"));
+        }
+        let layout = PageLayout::new(width, height, flags);
+        if bytes.len() != layout.length() {
+            return Err(format!("a page of {} bytes instead of {}", bytes.len(), layout.length()));
+        }
+        Ok(Self {
+            width,
+            height,
+            heights: plane(bytes, layout.heights)?,
+            low: plane(bytes, layout.low)?,
+            high: plane(bytes, layout.high)?,
+            colours: plane(bytes, layout.colours)?,
+            attributes: plane(bytes, layout.attributes)?,
+        })
+    }
+
     /// Attributes of voxel (x, y) of the page.
     pub fn attributes_at(&self, x: u32, y: u32) -> Attributes {
         match self.attributes {
@@ -84,14 +173,57 @@ impl PageView<'_> {
             plane => plane[(y * self.width + x) as usize],
         }
     }
+
+    /// A copy that owns its planes.
+    pub fn to_buffer(&self) -> PageBuffer {
+        let voxels = self.width as usize * self.height as usize;
+        PageBuffer {
+            width: self.width,
+            height: self.height,
+            heights: self.heights.to_vec(),
+            low: self.low.to_vec(),
+            high: self.high.to_vec(),
+            colours: self.colours.to_vec(),
+            attributes: match self.attributes {
+                [uniform] => vec![*uniform; voxels],
+                plane => plane.to_vec(),
+            },
+        }
+    }
+}
+
+fn plane<T: bytemuck::AnyBitPattern>(bytes: &[u8], range: Range<usize>) -> Result<&[T], String> {
+    bytemuck::try_cast_slice(&bytes[range])
+        .map_err(|error| format!("a page that cannot be mapped here ({error})"))
 }
 
 impl PageBuffer {
-    /// The page's bytes and checksums, ready to be appended.
+    /// The page's bytes and checksums, ready to be appended. The planes must have the shapes that
+    /// `width`, `height` and the level ask for.
     pub fn encode(&self, id: PageId) -> EncodedPage {
-        let _ = id;
-        todo!()
+        let uniform = self.attributes.iter().all(|attributes| *attributes == self.attributes[0]);
+        let flags = bounds_flag(id.level) | if uniform { at::FLAG_UNIFORM } else { 0 };
+        let layout = PageLayout::new(self.width, self.height, flags);
+        let mut bytes = vec![0; layout.length()];
+        for (field, value) in [
+            (at::LEVEL, u32::from(id.level)),
+            (at::PX, id.px),
+            (at::PY, id.py),
+            (at::WIDTH, self.width),
+            (at::HEIGHT, self.height),
+            (at::FLAGS, flags),
+        ] {
+            field.put(&mut bytes, &value.to_le_bytes());
+        }
+        let attributes = if uniform { &self.attributes[..1] } else { &self.attributes[..] };
+        bytes[layout.heights].copy_from_slice(bytemuck::cast_slice(&self.heights));
+        bytes[layout.low].copy_from_slice(bytemuck::cast_slice(&self.low));
+        bytes[layout.high].copy_from_slice(bytemuck::cast_slice(&self.high));
+        bytes[layout.colours].copy_from_slice(bytemuck::cast_slice(&self.colours));
+        bytes[layout.attributes].copy_from_slice(bytemuck::cast_slice(attributes));
+        EncodedPage { id, crc: crc32fast::hash(&bytes), hash: page_hash(&bytes), bytes }
     }
+
     /// The planes, borrowed.
     pub fn view(&self) -> PageView<'_> {
         PageView {
@@ -104,4 +236,11 @@ impl PageBuffer {
             attributes: &self.attributes,
         }
     }
+}
+
+/// First 16 bytes of BLAKE3 of a page's bytes.
+pub(super) fn page_hash(bytes: &[u8]) -> [u8; 16] {
+    let mut hash = [0; 16];
+    hash.copy_from_slice(&blake3::hash(bytes).as_bytes()[..16]);
+    hash
 }

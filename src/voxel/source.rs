@@ -1,4 +1,4 @@
-//! Where pages come from: a trait, the directory, and the twin that keeps a file's bytes in memory.
+//! Where pages come from.
 
 use super::{Header, PageId, PageView};
 use crate::error::Result;
@@ -9,14 +9,7 @@ pub trait PageSource: Sync {
     fn header(&self) -> &Header;
 
     /// The page, `None` where it is absent (stored at a coarser level only, or outside the area).
-    /// A page whose checksum or shape is wrong is an error, every time it is asked for.
+    /// A page whose checksum or shape is wrong is an error, every time it is asked for. The first touch of a
+    /// page reads all of it; later ones cost some tens of nanoseconds.
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>>;
 }
-
-/// Where each page lies in a file.
-#[derive(Debug)]
-pub struct Directory {}
-
-/// A database in memory.
-#[derive(Debug)]
-pub struct MemPages {}

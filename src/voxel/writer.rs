@@ -1,44 +1,141 @@
-//! Writing a database: pages in any order of levels, then directory, metadata and header, then fsync and rename.
+//! Writing a database file: everything under a temporary name beside the target, which it takes
+//! only when it is whole and on the disk. A build that is killed leaves `NAME.part-…`, whose header is missing.
 
-use std::path::Path;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::{ContentHash, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageId};
-use crate::error::Result;
+use tempfile::TempPath;
 
-/// Writes a database under a temporary name beside the target.
+use super::assembly::{Assembly, PageReadback, Storage};
+use super::{ContentHash, EncodedPage, Grid, HeightCode, Metadata};
+use crate::error::{Error, Result};
+
+impl Storage for File {
+    #[cfg(unix)]
+    fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        std::os::unix::fs::FileExt::write_all_at(self, bytes, offset)
+    }
+
+    #[cfg(unix)]
+    fn read_at(&self, offset: u64, bytes: &mut [u8]) -> io::Result<()> {
+        std::os::unix::fs::FileExt::read_exact_at(self, bytes, offset)
+    }
+
+    #[cfg(windows)]
+    fn write_at(&self, mut offset: u64, mut bytes: &[u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            let written = std::os::windows::fs::FileExt::seek_write(self, bytes, offset)?;
+            if written == 0 {
+                return Err(io::ErrorKind::WriteZero.into());
+            }
+            offset += written as u64;
+            bytes = &bytes[written..];
+        }
+        Ok(())
+    }
+
+    #[cfg(windows)]
+    fn read_at(&self, mut offset: u64, mut bytes: &mut [u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            let read = std::os::windows::fs::FileExt::seek_read(self, bytes, offset)?;
+            if read == 0 {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
+            offset += read as u64;
+            bytes = &mut bytes[read..];
+        }
+        Ok(())
+    }
+
+    fn flush(&self) -> io::Result<()> {
+        self.sync_all()
+    }
+}
+
+/// Writes a database under a temporary name beside the target; dropped before [`Self::finish`], it
+/// removes what it wrote.
 #[derive(Debug)]
-pub struct PageWriter {}
+pub struct PageWriter {
+    assembly: Assembly,
+    target: PathBuf,
+    temporary: TempPath,
+    overwrite: bool,
+}
 
 impl PageWriter {
     /// Starts `path`; an error if it exists and `overwrite` is false.
     pub fn create(path: &Path, grid: Grid, heights: HeightCode, overwrite: bool) -> Result<Self> {
-        let _ = (path, grid, heights, overwrite);
-        todo!()
+        check_target(path, overwrite)?;
+        let name =
+            path.file_name().ok_or_else(|| Error::invalid(path, "no file name to write a database to"))?;
+        let mut prefix = name.to_owned();
+        prefix.push(".part-");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix);
+        // A database is as readable as any file that the user makes; temporary files would be private.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let (file, temporary) = builder
+            .tempfile_in(folder_of(path))
+            .map_err(|error| Error::io(path, "create a file beside it", error))?
+            .into_parts();
+        let assembly = Assembly::new(path, Arc::new(file), grid, heights)?;
+        Ok(Self { assembly, target: path.to_owned(), temporary, overwrite })
     }
-    /// Appends a page; each id once.
+
+    /// Appends a page; each id once, in any order. Pages lie in the file in the order of their coming, so the
+    /// same pages in the same order give the same bytes; the identity does not depend on the order.
     pub fn append(&mut self, page: &EncodedPage) -> Result<()> {
-        let _ = page;
-        todo!()
+        self.assembly.append(page)
     }
+
     /// A handle that reads back pages appended so far, from any thread.
     pub fn readback(&self) -> PageReadback {
-        todo!()
+        self.assembly.readback()
     }
-    /// Writes directory, metadata and header, flushes to disk and gives the file its name. Returns identity and bytes.
+
+    /// Writes directory, metadata and header, flushes to disk and gives the file its name. `height_range`: lowest
+    /// and highest surface in metres, (0, 0) if there is none. Returns identity and bytes.
     pub fn finish(self, metadata: &Metadata, height_range: (f64, f64)) -> Result<(ContentHash, u64)> {
-        let _ = (metadata, height_range);
-        todo!()
+        let sealed = self.assembly.seal(metadata, height_range)?;
+        let Self { target, temporary, overwrite, .. } = self;
+        let renamed =
+            if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };
+        renamed.map_err(|failure| match failure.error.kind() {
+            io::ErrorKind::AlreadyExists => already_exists(&target),
+            _ => Error::io(&target, "give the finished file this name", failure.error),
+        })?;
+        sync_folder(folder_of(&target))
+            .map_err(|error| Error::io(&target, "flush its folder to the disk", error))?;
+        Ok(sealed)
     }
 }
 
-/// Reads back pages of a database that is still being written.
-#[derive(Debug, Clone)]
-pub struct PageReadback {}
-
-impl PageReadback {
-    /// The page, or `None` if it has not been appended.
-    pub fn page(&self, id: PageId) -> Result<Option<PageBuffer>> {
-        let _ = id;
-        todo!()
+fn check_target(path: &Path, overwrite: bool) -> Result<()> {
+    match fs::symlink_metadata(path) {
+        Ok(found) if found.is_dir() => {
+            Err(Error::invalid(path, "is a folder; name a file with -o, like AREA.hop"))
+        }
+        Ok(_) if !overwrite => Err(already_exists(path)),
+        _ => Ok(()),
     }
+}
+
+fn already_exists(path: &Path) -> Error {
+    Error::invalid(path, "exists already; give --overwrite to replace it, or another name with -o")
+}
+
+/// The folder that holds `path`.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Makes a rename durable; only Unix can flush a folder.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }

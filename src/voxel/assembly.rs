@@ -1,0 +1,235 @@
+//! Putting a database together: pages in the order of their coming, then directory, metadata and,
+//! last, the header. Where the bytes go is behind [`Storage`], so that a database in memory
+//! and one on disk are the same byte for byte.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+
+use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, header as at};
+use super::header::{FixedHeader, Section};
+use super::page::largest_page;
+use super::{
+    AlignedBytes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageEntry,
+    PageId, PageView,
+};
+use crate::error::{Error, Result};
+
+/// Bytes that are written and read by position, from any thread. What has not been written is zero.
+pub(super) trait Storage: Send + Sync {
+    fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()>;
+    fn read_at(&self, offset: u64, bytes: &mut [u8]) -> io::Result<()>;
+    /// Waits until everything is on the disk.
+    fn flush(&self) -> io::Result<()>;
+}
+
+/// Storage of a database in memory.
+#[derive(Debug, Default)]
+pub(super) struct MemoryStorage(Mutex<AlignedBytes>);
+
+impl MemoryStorage {
+    pub fn take(&self) -> AlignedBytes {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Storage for MemoryStorage {
+    fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        let start = usize::try_from(offset).map_err(io::Error::other)?;
+        let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if memory.as_slice().len() < start + bytes.len() {
+            memory.resize(start + bytes.len());
+        }
+        memory.as_mut_slice()[start..start + bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+
+    fn read_at(&self, offset: u64, bytes: &mut [u8]) -> io::Result<()> {
+        let start = usize::try_from(offset).map_err(io::Error::other)?;
+        let memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let stored = memory.as_slice().get(start..start + bytes.len());
+        bytes.copy_from_slice(stored.ok_or(io::ErrorKind::UnexpectedEof)?);
+        Ok(())
+    }
+
+    fn flush(&self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+struct Shared {
+    /// What errors name.
+    path: PathBuf,
+    storage: Arc<dyn Storage>,
+    grid: Grid,
+    directory: RwLock<Directory>,
+}
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").field("path", &self.path).field("grid", &self.grid).finish_non_exhaustive()
+    }
+}
+
+/// A database that is being put together.
+#[derive(Debug)]
+pub(super) struct Assembly {
+    shared: Arc<Shared>,
+    heights: HeightCode,
+    /// First byte behind the last page.
+    end: u64,
+}
+
+impl Assembly {
+    pub fn new(path: &Path, storage: Arc<dyn Storage>, grid: Grid, heights: HeightCode) -> Result<Self> {
+        let invalid = |what| Error::invalid(path, what);
+        grid.check().and_then(|()| heights.check()).map_err(invalid)?;
+        let directory = RwLock::new(Directory::empty(&grid).map_err(invalid)?);
+        let shared = Shared { path: path.to_owned(), storage, grid, directory };
+        Ok(Self { shared: Arc::new(shared), heights, end: PAGE_ALIGNMENT })
+    }
+
+    /// See [`super::PageWriter::append`].
+    pub fn append(&mut self, page: &EncodedPage) -> Result<()> {
+        let Shared { path, grid, .. } = &*self.shared;
+        let refuse = |what: &str| Error::invalid(path, format!("{}: {what}", page.id));
+        let size = grid.page_size(page.id).ok_or_else(|| refuse("the grid has no such page"))?;
+        let length = u32::try_from(page.bytes.len()).map_err(|_| refuse("too long"))?;
+        if page.bytes.len() > largest_page(page.id.level, size.0, size.1) {
+            return Err(refuse("its planes are larger than the grid says"));
+        }
+        let mut directory = self.shared.directory.write().unwrap_or_else(PoisonError::into_inner);
+        let index = directory.index(page.id).ok_or_else(|| refuse("the grid has no such page"))?;
+        if directory.get(page.id).is_some() {
+            return Err(refuse("appended twice"));
+        }
+        let offset = self.end.next_multiple_of(PAGE_ALIGNMENT);
+        self.write(offset, &page.bytes)?;
+        self.end = offset + u64::from(length);
+        directory.set(index, PageEntry { offset, length, crc: page.crc, hash: page.hash });
+        Ok(())
+    }
+
+    pub fn readback(&self) -> PageReadback {
+        PageReadback { shared: Arc::clone(&self.shared) }
+    }
+
+    /// Writes what follows the pages, waits for the disk, then writes the header and waits again.
+    /// Returns identity and bytes.
+    pub fn seal(&self, metadata: &Metadata, height_range: (f64, f64)) -> Result<(ContentHash, u64)> {
+        let invalid = |what: String| Error::invalid(&self.shared.path, what);
+        let directory = self.shared.directory.read().unwrap_or_else(PoisonError::into_inner);
+        let json = metadata.to_json().map_err(invalid)?;
+        let entries = directory.encode();
+        let section = Section::of(self.end.next_multiple_of(PLANE_ALIGNMENT as u64), &entries);
+        let json_section = Section::of(section.offset + section.length, &json);
+        let mut header = FixedHeader {
+            grid: self.shared.grid,
+            heights: self.heights,
+            height_range,
+            content_hash: ContentHash([0; 32]),
+            directory: section,
+            metadata: json_section,
+            file_length: json_section.offset + json_section.length,
+        };
+        header.content_hash = header.identity(&json, &directory);
+        self.write(section.offset, &entries)?;
+        self.write(json_section.offset, &json)?;
+        self.flush()?;
+        let record = header.encode();
+        header.check_written(&record, &directory).map_err(invalid)?;
+        self.write(0, &record)?;
+        self.flush()?;
+        Ok((header.content_hash, header.file_length))
+    }
+
+    fn flush(&self) -> Result<()> {
+        self.shared.storage.flush().map_err(|error| self.storage_error("write it to the disk", error))
+    }
+
+    fn write(&self, offset: u64, bytes: &[u8]) -> Result<()> {
+        let attempt = self.shared.storage.write_at(offset, bytes);
+        attempt.map_err(|error| {
+            self.storage_error(&format!("write {} bytes at byte {offset}", bytes.len()), error)
+        })
+    }
+
+    /// A full disk is told with what the database will need.
+    fn storage_error(&self, action: &str, error: io::Error) -> Error {
+        let Shared { path, grid, .. } = &*self.shared;
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Error::invalid(
+                path,
+                format!(
+                    "the disk is full ({error}) after {} bytes; the database may need up to {} bytes: free that \
+                     much, or name another place with -o",
+                    self.end,
+                    largest_file(grid)
+                ),
+            ),
+            _ => Error::io(path, action, error),
+        }
+    }
+}
+
+/// The most bytes that the pages of a grid can take, gaps and header included.
+fn largest_file(grid: &Grid) -> u64 {
+    let level_bytes = |level| {
+        let (pages_x, pages_y) = grid.page_dims(level);
+        let size = |px, py| grid.page_size(PageId { level, px, py }).unwrap_or((0, 0));
+        let (width, height) = size(0, 0);
+        let (last_width, last_height) = size(pages_x - 1, pages_y - 1);
+        let bytes =
+            |width, height| (largest_page(level, width, height) as u64).next_multiple_of(PAGE_ALIGNMENT);
+        let (whole_x, whole_y) = (u64::from(pages_x - 1), u64::from(pages_y - 1));
+        whole_x * whole_y * bytes(width, height)
+            + whole_y * bytes(last_width, height)
+            + whole_x * bytes(width, last_height)
+            + bytes(last_width, last_height)
+    };
+    PAGE_ALIGNMENT + (0..grid.level_count()).map(level_bytes).sum::<u64>()
+}
+
+impl FixedHeader {
+    /// What is written must be readable: the checks of a reader, before the header goes down.
+    fn check_written(&self, record: &[u8; at::SIZE], directory: &Directory) -> Result<(), String> {
+        self.check(record)?;
+        let coarsest = self.grid.level_count() - 1;
+        match directory.ids().find(|id| id.level == coarsest && directory.get(*id).is_none()) {
+            Some(missing) => Err(format!("{missing} is missing, but the coarsest level must be complete")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Reads back pages of a database that is still being written.
+#[derive(Debug, Clone)]
+pub struct PageReadback {
+    shared: Arc<Shared>,
+}
+
+impl PageReadback {
+    /// The page, or `None` if it has not been appended.
+    pub fn page(&self, id: PageId) -> Result<Option<PageBuffer>> {
+        let mut scratch = AlignedBytes::default();
+        Ok(self.page_into(id, &mut scratch)?.map(|view| view.to_buffer()))
+    }
+
+    /// As [`Self::page`], without a copy: the page's bytes are read into `scratch`.
+    pub fn page_into<'a>(&self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
+        let Shared { path, storage, directory, .. } = &*self.shared;
+        let located = {
+            let directory = directory.read().unwrap_or_else(PoisonError::into_inner);
+            directory.locate(id).map(|(_, entry, size)| (*entry, size))
+        };
+        let Some((entry, size)) = located else { return Ok(None) };
+        scratch.resize(entry.length as usize);
+        let read = storage.read_at(entry.offset, scratch.as_mut_slice());
+        read.map_err(|error| Error::io(path, format!("read {id} back"), error))?;
+        let refuse = |what: &str| Error::invalid(path, format!("{id} at byte {}: {what}", entry.offset));
+        if crc32fast::hash(scratch.as_slice()) != entry.crc {
+            return Err(refuse("read back with a wrong checksum; check the disk, and build again"));
+        }
+        PageView::decode(scratch.as_slice(), id, size).map(Some).map_err(|what| refuse(&what))
+    }
+}

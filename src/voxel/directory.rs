@@ -1,0 +1,174 @@
+//! Where each page lies in a file.
+
+use super::format::{self, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
+use super::{Grid, PAGE_SIDE, PageId};
+
+/// Place and checksums of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PageEntry {
+    /// First byte in the file.
+    pub offset: u64,
+    /// Bytes.
+    pub length: u32,
+    /// CRC-32 of them.
+    pub crc: u32,
+    /// First 16 bytes of their BLAKE3.
+    pub hash: [u8; 16],
+}
+
+impl PageEntry {
+    /// Whether there is no such page; all fields are zero then.
+    pub fn is_absent(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn decode(record: &[u8]) -> Self {
+        Self {
+            offset: entry::OFFSET.u64(record),
+            length: entry::LENGTH.u32(record),
+            crc: entry::CRC.u32(record),
+            hash: entry::HASH.array(record),
+        }
+    }
+
+    fn encode(&self, record: &mut [u8]) {
+        entry::OFFSET.put(record, &self.offset.to_le_bytes());
+        entry::LENGTH.put(record, &self.length.to_le_bytes());
+        entry::CRC.put(record, &self.crc.to_le_bytes());
+        entry::HASH.put(record, &self.hash);
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct LevelPages {
+    first: usize,
+    voxels: (u32, u32),
+    pages_x: u32,
+    pages_y: u32,
+}
+
+/// One entry per page: level by level, rows from south to north, within a row from west to east.
+#[derive(Debug, Clone)]
+pub struct Directory {
+    levels: Vec<LevelPages>,
+    entries: Vec<PageEntry>,
+}
+
+impl Directory {
+    /// Pages of all levels together, or what is wrong with a grid of so many.
+    pub fn page_count(grid: &Grid) -> Result<u64, String> {
+        let pages_of = |level| {
+            let (x, y) = grid.page_dims(level);
+            u64::from(x) * u64::from(y)
+        };
+        let pages = (0..grid.level_count()).map(pages_of).sum();
+        if pages > PAGE_LIMIT {
+            return Err(format!(
+                "a grid of {} x {} voxels has {pages} pages, more than the {PAGE_LIMIT} that a database may \
+                 have; take a larger --spacing or a smaller --bbox",
+                grid.nx, grid.ny
+            ));
+        }
+        Ok(pages)
+    }
+
+    /// A directory in which every page is absent.
+    pub(super) fn empty(grid: &Grid) -> Result<Self, String> {
+        let total = Self::page_count(grid)?;
+        let mut levels = Vec::new();
+        let mut first = 0;
+        for level in 0..grid.level_count() {
+            let (pages_x, pages_y) = grid.page_dims(level);
+            levels.push(LevelPages { first, voxels: grid.dims(level), pages_x, pages_y });
+            first += pages_x as usize * pages_y as usize;
+        }
+        Ok(Self { levels, entries: vec![PageEntry::default(); total as usize] })
+    }
+
+    /// From a file's bytes, whose length and checksum have been checked; pages lie between the
+    /// fixed header and `pages_end`.
+    pub(super) fn decode(grid: &Grid, bytes: &[u8], pages_end: u64) -> Result<Self, String> {
+        let mut directory = Self::empty(grid)?;
+        for (index, record) in bytes.chunks_exact(entry::SIZE).enumerate() {
+            directory.entries[index] = PageEntry::decode(record);
+        }
+        for id in directory.ids() {
+            directory.check(id, pages_end).map_err(|what| format!("directory, {id}: {what}"))?;
+        }
+        Ok(directory)
+    }
+
+    fn check(&self, id: PageId, pages_end: u64) -> Result<(), String> {
+        let Some(entry) = self.get(id) else {
+            let coarsest = usize::from(id.level) + 1 == self.levels.len();
+            return if coarsest { Err("the coarsest level must be complete".into()) } else { Ok(()) };
+        };
+        let end = entry.offset.checked_add(u64::from(entry.length));
+        let inside = entry.offset >= PAGE_ALIGNMENT && end.is_some_and(|end| end <= pages_end);
+        if !inside || !entry.offset.is_multiple_of(PAGE_ALIGNMENT) || entry.length < format::page::SIZE as u32
+        {
+            return Err(format!("no page can lie at byte {}, length {}", entry.offset, entry.length));
+        }
+        Ok(())
+    }
+
+    pub(super) fn encode(&self) -> Vec<u8> {
+        let mut bytes = vec![0; self.entries.len() * entry::SIZE];
+        for (entry, record) in self.entries.iter().zip(bytes.chunks_exact_mut(entry::SIZE)) {
+            entry.encode(record);
+        }
+        bytes
+    }
+
+    /// Number of a page in the order of the directory; `None` if the grid has no such page.
+    #[inline]
+    pub fn index(&self, id: PageId) -> Option<usize> {
+        let level = self.levels.get(usize::from(id.level))?;
+        (id.px < level.pages_x && id.py < level.pages_y)
+            .then(|| level.first + id.py as usize * level.pages_x as usize + id.px as usize)
+    }
+
+    /// Entry of a page; `None` if it is absent.
+    #[inline]
+    pub fn get(&self, id: PageId) -> Option<&PageEntry> {
+        self.index(id).map(|index| &self.entries[index]).filter(|entry| !entry.is_absent())
+    }
+
+    /// Number, entry and size in voxels of a page that is present.
+    #[inline]
+    pub(super) fn locate(&self, id: PageId) -> Option<(usize, &PageEntry, (u32, u32))> {
+        let index = self.index(id)?;
+        let (nx, ny) = self.levels[usize::from(id.level)].voxels;
+        let size = ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE));
+        let entry = &self.entries[index];
+        (!entry.is_absent()).then_some((index, entry, size))
+    }
+
+    pub(super) fn set(&mut self, index: usize, entry: PageEntry) {
+        self.entries[index] = entry;
+    }
+
+    /// Pages of the grid, present or not.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Never: every grid has pages.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// All pages of the grid in order.
+    pub fn ids(&self) -> impl Iterator<Item = PageId> + use<> {
+        let levels = self.levels.clone();
+        levels.into_iter().enumerate().flat_map(|(level, pages)| {
+            (0..pages.pages_y)
+                .flat_map(move |py| (0..pages.pages_x).map(move |px| PageId { level: level as u8, px, py }))
+        })
+    }
+
+    /// Present pages in order, with their entries.
+    pub fn present(&self) -> impl Iterator<Item = (PageId, &PageEntry)> {
+        self.ids().zip(&self.entries).filter(|(_, entry)| !entry.is_absent())
+    }
+}

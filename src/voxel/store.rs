@@ -1,0 +1,134 @@
+//! A database's bytes, wherever they lie, as a page source.
+//!
+//! Each page is *unchecked* until it is touched; then its checksum is taken once, and it is *good* from
+//! then on. A bad page is never remembered as anything: it is checked again, and refused again.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::header::{DAMAGED, FixedHeader};
+use super::{AlignedBytes, Directory, Header, PageEntry, PageId, PageSource, PageView};
+use crate::error::{Error, Result};
+
+/// The bytes of a whole file. They begin at a multiple of 64 in memory and do not change.
+pub trait FileBytes: Sync {
+    /// All of them.
+    fn bytes(&self) -> &[u8];
+
+    /// These will all be read soon.
+    fn will_need(&self, range: Range<usize>) {
+        let _ = range;
+    }
+}
+
+impl FileBytes for AlignedBytes {
+    fn bytes(&self) -> &[u8] {
+        self.as_slice()
+    }
+}
+
+/// What has been touched so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Touched {
+    /// Pages that were asked for at least once and found good.
+    pub pages: u64,
+    /// Bytes of them.
+    pub bytes: u64,
+}
+
+/// A database over the bytes of its file.
+#[derive(Debug)]
+pub struct PageStore<B> {
+    path: PathBuf,
+    bytes: B,
+    header: Header,
+    directory: Directory,
+    /// By directory index. Nothing is published through these flags, the bytes never change:
+    /// relaxed order is enough, and two threads that check the same page at once find the same.
+    good: Box<[AtomicBool]>,
+}
+
+/// A database in memory.
+pub type MemPages = PageStore<AlignedBytes>;
+
+impl PageStore<AlignedBytes> {
+    /// A file's bytes, copied; `name` stands for the file in errors.
+    pub fn from_bytes(name: impl Into<PathBuf>, bytes: &[u8]) -> Result<Self> {
+        Self::new(name, AlignedBytes::copy_of(bytes))
+    }
+}
+
+impl<B: FileBytes> PageStore<B> {
+    /// Reads and checks header, metadata and directory; pages are checked when they are touched.
+    pub fn new(name: impl Into<PathBuf>, bytes: B) -> Result<Self> {
+        let path = name.into();
+        let (header, directory) = FixedHeader::parse(&path, bytes.bytes())?;
+        let good = (0..directory.len()).map(|_| AtomicBool::new(false)).collect();
+        Ok(Self { path, bytes, header, directory, good })
+    }
+
+    /// The file, or what stands for it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file's bytes.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.bytes()
+    }
+
+    /// Where each page lies.
+    pub fn directory(&self) -> &Directory {
+        &self.directory
+    }
+
+    /// Pages touched since the database was opened.
+    pub fn touched(&self) -> Touched {
+        let mut touched = Touched::default();
+        for (id, entry) in self.directory.present() {
+            let good = self.directory.index(id).is_some_and(|index| self.good[index].load(Ordering::Relaxed));
+            touched.pages += u64::from(good);
+            touched.bytes += if good { u64::from(entry.length) } else { 0 };
+        }
+        touched
+    }
+
+    /// The page's bytes as they lie; `None` only if the directory's check has been bypassed.
+    fn page_bytes(&self, entry: &PageEntry) -> Option<(Range<usize>, &[u8])> {
+        let start = usize::try_from(entry.offset).ok()?;
+        let range = start..start.checked_add(entry.length as usize)?;
+        Some((range.clone(), self.bytes().get(range)?))
+    }
+
+    fn refuse(&self, id: PageId, entry: &PageEntry, what: &str) -> Error {
+        Error::invalid(&self.path, format!("{id} at byte {}: {what}; {DAMAGED}", entry.offset))
+    }
+}
+
+impl<B: FileBytes> PageSource for PageStore<B> {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        let Some((index, entry, size)) = self.directory.locate(id) else {
+            return Ok(None);
+        };
+        let Some((range, bytes)) = self.page_bytes(entry) else {
+            return Err(self.refuse(id, entry, "beyond the end"));
+        };
+        let good = &self.good[index];
+        let decode = || PageView::decode(bytes, id, size).map_err(|what| self.refuse(id, entry, &what));
+        if good.load(Ordering::Relaxed) {
+            return decode().map(Some);
+        }
+        self.bytes.will_need(range);
+        if crc32fast::hash(bytes) != entry.crc {
+            return Err(self.refuse(id, entry, "wrong checksum"));
+        }
+        let view = decode()?;
+        good.store(true, Ordering::Relaxed);
+        Ok(Some(view))
+    }
+}
