@@ -16,7 +16,10 @@ use std::path::Path;
 use memmap2::Mmap;
 
 use crate::error::{Error, Result};
-use crate::voxel::{FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched};
+use crate::progress::Observer;
+use crate::voxel::{
+    FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, VerifyReport, verify,
+};
 
 /// A mapped file.
 #[derive(Debug)]
@@ -78,6 +81,11 @@ impl PageFile {
     /// Bytes of the file.
     pub fn file_length(&self) -> u64 {
         self.store.bytes().len() as u64
+    }
+
+    /// Checks the whole database; see [`verify`].
+    pub fn verify(&self, observer: &dyn Observer) -> Result<VerifyReport> {
+        verify(&self.store, observer)
     }
 
     /// Pages touched since the file was opened.

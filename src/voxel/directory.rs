@@ -158,13 +158,17 @@ impl Directory {
         self.entries.is_empty()
     }
 
+    /// The page with this number; numbers are below [`Self::len`].
+    pub(super) fn id(&self, index: usize) -> PageId {
+        let level = self.levels.partition_point(|level| level.first <= index) - 1;
+        let LevelPages { first, pages_x, .. } = self.levels[level];
+        let (row, column) = ((index - first) / pages_x as usize, (index - first) % pages_x as usize);
+        PageId { level: level as u8, px: column as u32, py: row as u32 }
+    }
+
     /// All pages of the grid in order.
-    pub fn ids(&self) -> impl Iterator<Item = PageId> + use<> {
-        let levels = self.levels.clone();
-        levels.into_iter().enumerate().flat_map(|(level, pages)| {
-            (0..pages.pages_y)
-                .flat_map(move |py| (0..pages.pages_x).map(move |px| PageId { level: level as u8, px, py }))
-        })
+    pub fn ids(&self) -> impl Iterator<Item = PageId> {
+        (0..self.len()).map(|index| self.id(index))
     }
 
     /// Present pages in order, with their entries.

@@ -334,4 +334,15 @@ impl FixedHeader {
         }
         ContentHash(*hasher.finalize().as_bytes())
     }
+
+    /// [`Self::identity`] of a whole file that has been parsed.
+    pub fn identity_of_file(path: &Path, file: &[u8], directory: &Directory) -> Result<ContentHash> {
+        let fixed = Self::decode(path, file)?;
+        Ok(fixed.identity(fixed.metadata.of_file(file, path, "metadata")?, directory))
+    }
+
+    /// First byte of the directory: pages end before it.
+    pub fn pages_end(path: &Path, file: &[u8]) -> Result<u64> {
+        Ok(Self::decode(path, file)?.directory.offset)
+    }
 }

@@ -28,4 +28,5 @@ pub use pyramid::{FinerPages, FinerWindow, coarse_page, coarsen};
 pub use source::PageSource;
 pub use store::{FileBytes, MemPages, PageStore, Touched};
 
+pub use verify::{Problem, VerifyReport, verify};
 pub use writer::PageWriter;

@@ -95,14 +95,38 @@ impl<B: FileBytes> PageStore<B> {
     }
 
     /// The page's bytes as they lie; `None` only if the directory's check has been bypassed.
-    fn page_bytes(&self, entry: &PageEntry) -> Option<(Range<usize>, &[u8])> {
+    pub(super) fn page_bytes(&self, entry: &PageEntry) -> Option<(Range<usize>, &[u8])> {
         let start = usize::try_from(entry.offset).ok()?;
         let range = start..start.checked_add(entry.length as usize)?;
         Some((range.clone(), self.bytes().get(range)?))
     }
 
-    fn refuse(&self, id: PageId, entry: &PageEntry, what: &str) -> Error {
-        Error::invalid(&self.path, format!("{id} at byte {}: {what}; {DAMAGED}", entry.offset))
+    /// A page after its checks, or what is wrong with it.
+    #[inline]
+    pub(super) fn checked_page(&self, id: PageId) -> Result<Option<PageView<'_>>, String> {
+        let Some((index, entry, size)) = self.directory.locate(id) else {
+            return Ok(None);
+        };
+        let Some((range, bytes)) = self.page_bytes(entry) else {
+            return Err("beyond the end".into());
+        };
+        let good = &self.good[index];
+        if good.load(Ordering::Relaxed) {
+            return PageView::decode(bytes, id, size).map(Some);
+        }
+        self.bytes.will_need(range);
+        if crc32fast::hash(bytes) != entry.crc {
+            return Err("wrong checksum".into());
+        }
+        let view = PageView::decode(bytes, id, size)?;
+        good.store(true, Ordering::Relaxed);
+        Ok(Some(view))
+    }
+
+    #[cold]
+    fn refuse(&self, id: PageId, what: &str) -> Error {
+        let byte = self.directory.get(id).map_or(0, |entry| entry.offset);
+        Error::invalid(&self.path, format!("{id} at byte {byte}: {what}; {DAMAGED}"))
     }
 }
 
@@ -112,23 +136,6 @@ impl<B: FileBytes> PageSource for PageStore<B> {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
-        let Some((index, entry, size)) = self.directory.locate(id) else {
-            return Ok(None);
-        };
-        let Some((range, bytes)) = self.page_bytes(entry) else {
-            return Err(self.refuse(id, entry, "beyond the end"));
-        };
-        let good = &self.good[index];
-        let decode = || PageView::decode(bytes, id, size).map_err(|what| self.refuse(id, entry, &what));
-        if good.load(Ordering::Relaxed) {
-            return decode().map(Some);
-        }
-        self.bytes.will_need(range);
-        if crc32fast::hash(bytes) != entry.crc {
-            return Err(self.refuse(id, entry, "wrong checksum"));
-        }
-        let view = decode()?;
-        good.store(true, Ordering::Relaxed);
-        Ok(Some(view))
+        self.checked_page(id).map_err(|what| self.refuse(id, &what))
     }
 }

@@ -1,1 +1,270 @@
-//! Checking a database from end to end.
+//! Checking a database from end to end: all that opening and touching leave unchecked.
+//!
+//! ```text
+//! file:  pages do not overlap; gaps are zero; the identity is that of header, metadata and pages
+//! page:  checksum, shape, hash
+//!        codes within the header's range; low ≤ mean ≤ high
+//!        apron = the neighbours' samples
+//!        what the finer level gives = what is stored (where the finer pages are there)
+//! ```
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use super::header::FixedHeader;
+use super::page::page_hash;
+use super::{
+    APRON, Directory, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource, PageStore,
+    PageView, coarse_page,
+};
+use crate::error::{Error, Result};
+use crate::progress::Observer;
+
+/// Something that is wrong with a database.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// The page, where it is one page's.
+    pub page: Option<PageId>,
+    /// Where in the file: the page's first byte, or the place itself.
+    pub byte: u64,
+    /// What is wrong there.
+    pub what: String,
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.page {
+            Some(id) => write!(f, "{id} at byte {}: {}", self.byte, self.what),
+            None => write!(f, "byte {}: {}", self.byte, self.what),
+        }
+    }
+}
+
+/// What was checked, and what was found.
+#[derive(Debug, Clone)]
+pub struct VerifyReport {
+    /// The file.
+    pub path: PathBuf,
+    /// Pages that are present.
+    pub pages: u64,
+    /// Pages that the file does not store.
+    pub absent: u64,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// In the order of the directory, problems of the file as a whole last; empty for a sound database.
+    pub problems: Vec<Problem>,
+}
+
+impl VerifyReport {
+    /// Whether nothing is wrong.
+    pub fn is_sound(&self) -> bool {
+        self.problems.is_empty()
+    }
+}
+
+/// Checks everything, on all cores. Problems are collected, not returned as errors; an error is only an interruption.
+pub fn verify<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> Result<VerifyReport> {
+    let directory = store.directory();
+    let mut problems = check_pages(store, observer)?;
+    problems.sort_by_key(|(index, _)| *index);
+    let mut problems: Vec<Problem> = problems.into_iter().map(|(_, problem)| problem).collect();
+    problems.extend(check_file(store)?);
+    let pages = directory.present().count() as u64;
+    Ok(VerifyReport {
+        path: store.path().to_owned(),
+        pages,
+        absent: directory.len() as u64 - pages,
+        bytes: store.bytes().len() as u64,
+        problems,
+    })
+}
+
+/// Problems of all pages, with the numbers of these, in any order of pages.
+fn check_pages<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> Result<Vec<(usize, Problem)>> {
+    let total = store.directory().len();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        while !observer.cancelled() {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= total {
+                break;
+            }
+            let id = store.directory().id(index);
+            let byte = store.directory().get(id).map_or(0, |entry| entry.offset);
+            let problem = |what| (index, Problem { page: Some(id), byte, what });
+            found.extend(check_page(store, id).into_iter().map(problem));
+            observer.advance(1);
+        }
+        found
+    };
+    observer.begin("verify", total as u64, "pages");
+    let threads = thread::available_parallelism().map_or(1, usize::from).min(total);
+    let found = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers
+            .into_iter()
+            .flat_map(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    observer.end();
+    if observer.cancelled() {
+        return Err(Error::Interrupted("the database was not checked to its end".into()));
+    }
+    Ok(found)
+}
+
+/// What is wrong with a page; nothing if it is absent.
+fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
+    let view = match store.checked_page(id) {
+        Ok(Some(view)) => view,
+        Ok(None) => return Vec::new(),
+        Err(what) => return vec![what],
+    };
+    let header = store.header();
+    let (low, high) = header.height_range;
+    // One code of slack: the range is of heights before they were rounded to codes.
+    let codes =
+        (header.heights.encode(low).saturating_sub(1).max(1), header.heights.encode(high).saturating_add(1));
+    let checks = [
+        check_hash(store, id),
+        check_range(&view, codes),
+        check_order(&view),
+        check_apron(store, id, &view),
+        check_finer(store, id, &view),
+    ];
+    checks.into_iter().flatten().collect()
+}
+
+fn check_hash<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Option<String> {
+    let entry = store.directory().get(id)?;
+    let (_, bytes) = store.page_bytes(entry)?;
+    (page_hash(bytes) != entry.hash).then(|| "its hash is not that of the directory".into())
+}
+
+fn check_range(view: &PageView<'_>, (low, high): (u16, u16)) -> Option<String> {
+    let outside = |code: &&u16| **code != HeightCode::EMPTY && !(low..=high).contains(*code);
+    let code = view.heights.iter().chain(view.low).chain(view.high).find(outside)?;
+    Some(format!("height code {code}, but the header's range is that of {low} to {high}"))
+}
+
+/// Place of voxel (x, y) in a plane with apron; the apron begins at (−1, −1), given as 0 here.
+fn aproned(view: &PageView<'_>, x: u32, y: u32) -> usize {
+    y as usize * (view.width + 2 * APRON) as usize + x as usize
+}
+
+/// The page's voxels, row by row.
+fn voxels(view: &PageView<'_>) -> impl Iterator<Item = (u32, u32)> + use<> {
+    let (width, height) = (view.width, view.height);
+    (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
+}
+
+fn check_order(view: &PageView<'_>) -> Option<String> {
+    let ordered = |index: usize, x: u32, y: u32| {
+        let (low, high) = (view.low[index], view.high[index]);
+        let mean = view.heights[aproned(view, x + APRON, y + APRON)];
+        let one_empty = (low == HeightCode::EMPTY) != (high == HeightCode::EMPTY);
+        !one_empty && low <= high && (mean == HeightCode::EMPTY || (low..=high).contains(&mean))
+    };
+    let bounded = voxels(view).enumerate().take(view.low.len());
+    let (_, (x, y)) = bounded.into_iter().find(|&(index, (x, y))| !ordered(index, x, y))?;
+    Some(format!("low, mean and high of voxel ({x}, {y}) contradict each other"))
+}
+
+/// The apron against the neighbours' samples, at the area's edge against the page's own; sound neighbours only.
+fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'_>) -> Option<String> {
+    let grid = &store.header().grid;
+    let (nx, ny) = grid.dims(id.level);
+    let clamped = |page: u32, k: u32, limit: u32| (page * PAGE_SIDE + k).saturating_sub(APRON).min(limit - 1);
+    let (last_x, last_y) = (view.width + 2 * APRON - 1, view.height + 2 * APRON - 1);
+    let border = (0..=last_y).flat_map(|y| {
+        let step = if y == 0 || y == last_y { 1 } else { last_x as usize };
+        (0..=last_x).step_by(step).map(move |x| (x, y))
+    });
+    let mut neighbour: Option<(PageId, PageView<'_>)> = None;
+    for (x, y) in border {
+        let (column, row) = (clamped(id.px, x, nx), clamped(id.py, y, ny));
+        let owner = PageId { level: id.level, px: column / PAGE_SIDE, py: row / PAGE_SIDE };
+        if neighbour.is_none_or(|(known, _)| known != owner) {
+            neighbour = store.checked_page(owner).ok().flatten().map(|view| (owner, view));
+        }
+        let Some((_, other)) = &neighbour else { continue };
+        let there = aproned(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON);
+        let here = aproned(view, x, y);
+        if view.heights[here] != other.heights[there] || view.colours[here] != other.colours[there] {
+            return Some(format!(
+                "its apron at ({x}, {y}) is not what voxel ({column}, {row}) of the level says"
+            ));
+        }
+    }
+    None
+}
+
+/// The page against what the next finer level makes of it. Nothing if that cannot be told: a damaged
+/// finer page is a problem of its own, and absent ones leave the coarser level to itself.
+fn check_finer<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'_>) -> Option<String> {
+    let expected = coarse_page(store, &store.header().grid, id).ok()?;
+    let what = differing_plane(&expected, view)?;
+    Some(format!("its {what} are not what level {} gives", Grid::side_units(id.level - 1)))
+}
+
+fn differing_plane(expected: &PageBuffer, view: &PageView<'_>) -> Option<&'static str> {
+    // Another writer may round a mean the other way, and may bound more widely than needed.
+    let near =
+        |(a, b): (&u16, &u16)| (*a == HeightCode::EMPTY) == (*b == HeightCode::EMPTY) && a.abs_diff(*b) <= 1;
+    let same = |other: u8, one: &u8| one.abs_diff(other) <= 1;
+    let same_colour = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).all(|(one, other)| same(*other, one));
+    if !expected.heights.iter().zip(view.heights).all(near) {
+        Some("heights")
+    } else if !expected.low.iter().zip(view.low).all(|(needed, low)| low <= needed) {
+        Some("lower bounds")
+    } else if !expected.high.iter().zip(view.high).all(|(needed, high)| high >= needed) {
+        Some("upper bounds")
+    } else if !expected.colours.iter().zip(view.colours).all(same_colour) {
+        Some("colours")
+    } else if !voxels(view)
+        .zip(&expected.attributes)
+        .all(|((x, y), needed)| view.attributes_at(x, y) == *needed)
+    {
+        Some("attributes")
+    } else {
+        None
+    }
+}
+
+/// Problems of the file as a whole.
+fn check_file<B: FileBytes>(store: &PageStore<B>) -> Result<Vec<Problem>> {
+    let (path, file, directory) = (store.path(), store.bytes(), store.directory());
+    let mut problems = check_gaps(file, directory, FixedHeader::pages_end(path, file)?);
+    if FixedHeader::identity_of_file(path, file, directory)? != store.header().content_hash {
+        let what = "the identity is not that of header, metadata and pages".into();
+        problems.push(Problem { page: None, byte: super::format::header::CONTENT_HASH.offset as u64, what });
+    }
+    Ok(problems)
+}
+
+fn check_gaps(file: &[u8], directory: &Directory, pages_end: u64) -> Vec<Problem> {
+    let mut extents: Vec<_> = directory
+        .present()
+        .map(|(id, entry)| (entry.offset, entry.offset + u64::from(entry.length), Some(id)))
+        .collect();
+    extents.sort_unstable();
+    extents.push((pages_end, pages_end, None));
+    let mut problems = Vec::new();
+    let mut end = super::format::header::SIZE as u64;
+    for (start, next_end, page) in extents {
+        if start < end {
+            problems.push(Problem {
+                page,
+                byte: start,
+                what: "overlaps the page before it in the file".into(),
+            });
+        } else if let Some(stray) = file[end as usize..start as usize].iter().position(|&byte| byte != 0) {
+            let byte = end + stray as u64;
+            problems.push(Problem { page: None, byte, what: "a gap between pages that is not zero".into() });
+        }
+        end = end.max(next_end);
+    }
+    problems
+}

@@ -1,5 +1,8 @@
 //! Tests of the whole layer; those of one file are at its end.
 
+mod damage;
+mod verifying;
+
 use glam::DVec2;
 use proptest::prelude::*;
 

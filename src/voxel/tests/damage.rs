@@ -1,0 +1,151 @@
+//! Damaged databases: an error or the same content, never a panic.
+
+use std::path::Path;
+
+use super::super::format::{Field, entry, header as at, page};
+use super::*;
+
+/// A whole database of four levels and less than 30 KB, and its bytes.
+fn small() -> (MemPages, Vec<u8>) {
+    let pages = Terrain::new(20, 20, 0.1, 77).pages();
+    let bytes = pages.bytes().to_vec();
+    assert!(bytes.len() < 30_000 && pages.header().level_count == 4);
+    (pages, bytes)
+}
+
+/// Everything that can be read from a database.
+fn content(bytes: &[u8]) -> crate::Result<(Header, Vec<Option<PageBuffer>>)> {
+    let pages = MemPages::from_bytes("damaged.hop", bytes)?;
+    let read = |id| Ok(pages.page(id)?.map(|view| view.to_buffer()));
+    let read = pages.directory().ids().map(read).collect::<crate::Result<_>>()?;
+    Ok((pages.header().clone(), read))
+}
+
+#[test]
+fn every_prefix_is_refused() {
+    let (_, bytes) = small();
+    for length in 0..bytes.len() {
+        let error = content(&bytes[..length]).expect_err("a prefix opened").to_string();
+        assert!(error.contains("build it again"), "{length} bytes: {error}");
+    }
+}
+
+#[test]
+fn every_flipped_byte_is_refused_or_changes_nothing() {
+    let (_, mut bytes) = small();
+    let sound = content(&bytes).unwrap();
+    let mut harmless = 0;
+    for position in 0..bytes.len() {
+        for flip in [0xff, 0x01, 0x80] {
+            bytes[position] ^= flip;
+            match content(&bytes) {
+                Ok(read) => {
+                    harmless += 1;
+                    assert!(read == sound, "byte {position} ^ {flip:#x} changed what is read");
+                }
+                Err(error) => assert!(error.to_string().starts_with("damaged.hop: "), "{error}"),
+            }
+            bytes[position] ^= flip;
+        }
+    }
+    assert!(harmless < 3 * bytes.len(), "something must have been refused");
+}
+
+/// Makes all checksums right again, as far as the file says where things are.
+fn reseal(bytes: &mut [u8]) {
+    let range = |offset: Field, length: Field, record: &[u8], limit: usize| {
+        let start = usize::try_from(offset.u64(record)).unwrap_or(limit).min(limit);
+        let length = if length.size == 4 { u64::from(length.u32(record)) } else { length.u64(record) };
+        start
+            ..usize::try_from(length)
+                .ok()
+                .and_then(|length| start.checked_add(length))
+                .map_or(limit, |end| end.min(limit))
+    };
+    let limit = bytes.len();
+    let directory = range(at::DIRECTORY_OFFSET, at::DIRECTORY_LENGTH, bytes, limit);
+    for start in directory.clone().step_by(entry::SIZE) {
+        let Some(record) = bytes.get(start..start + entry::SIZE) else { break };
+        let crc = crc32fast::hash(&bytes[range(entry::OFFSET, entry::LENGTH, record, limit)]);
+        entry::CRC.put(&mut bytes[start..start + entry::SIZE], &crc.to_le_bytes());
+    }
+    let crc = crc32fast::hash(&bytes[directory]);
+    at::DIRECTORY_CRC.put(bytes, &crc.to_le_bytes());
+    let crc = crc32fast::hash(&bytes[range(at::METADATA_OFFSET, at::METADATA_LENGTH, bytes, limit)]);
+    at::METADATA_CRC.put(bytes, &crc.to_le_bytes());
+    let crc = crc32fast::hash(&bytes[at::HEADER_CRC.end()..at::SIZE]);
+    at::HEADER_CRC.put(bytes, &crc.to_le_bytes());
+}
+
+/// Values that break arithmetic, at every position of everything that steers reading, with right checksums.
+#[test]
+fn hostile_numbers_with_right_checksums_never_panic() {
+    let (pages, bytes) = small();
+    let directory_start = at::DIRECTORY_OFFSET.u64(&bytes) as usize;
+    let page_starts: Vec<_> = pages.directory().present().map(|(_, entry)| entry.offset as usize).collect();
+    let steering = (0..at::SIZE)
+        .chain(directory_start..bytes.len())
+        .chain(page_starts.iter().flat_map(|&start| start..start + page::SIZE));
+    let values: [&[u8]; 7] =
+        [&[0], &[0xff], &[0x7f], &[0; 4], &[0xff; 4], &[0xff; 8], &[0, 0, 0, 0, 0, 0, 0xf0, 0x7f]];
+    let (mut refused, mut read) = (0, 0);
+    for position in steering {
+        for value in values {
+            let mut hostile = bytes.clone();
+            let end = (position + value.len()).min(bytes.len());
+            hostile[position..end].copy_from_slice(&value[..end - position]);
+            reseal(&mut hostile);
+            match content(&hostile) {
+                Ok((header, _)) => {
+                    read += 1;
+                    let sound = header.grid.check().is_ok() && header.heights.check().is_ok();
+                    assert!(sound, "byte {position}: {:?}", header.grid);
+                    let store = MemPages::from_bytes("hostile.hop", &hostile).unwrap();
+                    verify(&store, &crate::progress::Silent).unwrap();
+                }
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    assert!(refused > 1000 && read > 100, "refused {refused}, read {read}");
+}
+
+#[test]
+fn refusals_name_file_place_and_remedy() {
+    let (pages, bytes) = small();
+    let refusal = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut changed = bytes.clone();
+        change(&mut changed);
+        content(&changed).unwrap_err().to_string()
+    };
+    let page_start = pages.directory().present().last().unwrap().1.offset as usize;
+    for (error, expected) in [
+        (refusal(&|b| b.clear()), "damaged.hop: the file is empty; the build was killed"),
+        (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),
+        (refusal(&|b| b[0] = b'P'), "not a hedgehop database (byte 0); make one with `hedgehop build"),
+        (
+            refusal(&|b| b[at::VERSION.offset] = 2),
+            "newer version of hedgehop: format 2, and this one reads 1; update",
+        ),
+        (refusal(&|b| b.truncate(9000)), "truncated at byte 9000 of "),
+        (refusal(&|b| b.push(0)), "more bytes follow its end"),
+        (refusal(&|b| b[at::NX.offset] ^= 1), "wrong checksum of the header at byte 12; the file is damaged"),
+        (refusal(&|b| *b.last_mut().unwrap() ^= 1), "wrong checksum of the metadata at byte "),
+        (refusal(&|b| b[page_start + 70] ^= 1), "page (0, 0) of level 64 at byte "),
+    ] {
+        assert!(error.contains(expected), "{error}\n  does not say: {expected}");
+    }
+}
+
+#[test]
+fn a_bad_page_is_refused_at_every_touch_and_others_are_read() {
+    let (pages, mut bytes) = small();
+    let bad = PageId { level: 0, px: 0, py: 0 };
+    bytes[pages.directory().get(bad).unwrap().offset as usize + 100] ^= 4;
+    let pages = MemPages::from_bytes(Path::new("damaged.hop"), &bytes).unwrap();
+    for _ in 0..3 {
+        assert!(pages.page(bad).is_err());
+        assert!(pages.page(PageId { level: 1, ..bad }).unwrap().is_some());
+    }
+    assert_eq!(pages.touched().pages, 1);
+}
