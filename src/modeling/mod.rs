@@ -2,6 +2,20 @@
 
 pub mod raster;
 
+mod budget;
 mod build;
+mod colour;
+mod drape;
+mod fill;
+mod inputs;
+mod kernel;
+mod mosaic;
+mod page;
+mod plan;
+mod scan;
+mod tint;
+mod vertical;
+mod warp;
+mod workers;
 
 pub use build::{BuildOptions, BuildReport, NodataFill, build};
