@@ -12,7 +12,7 @@ pub const UNFORESEEN: u8 = 1;
 pub const USAGE: u8 = 2;
 /// An input file holds something that it must not hold.
 pub const INVALID: u8 = 3;
-/// An input file is sound but uses something that is not read here.
+/// An input file is sound but cannot be read as it is; a flag or a conversion helps.
 pub const UNSUPPORTED: u8 = 4;
 /// The operating system refused: file missing, no permission, disk full.
 pub const IO: u8 = 5;
@@ -30,7 +30,7 @@ Exit codes:
   1    something unforeseen
   2    wrong usage: a flag is wrong, or does not fit the data
   3    an input file is damaged or makes no sense
-  4    an input file uses something that hedgehop does not read; the message says what converts it
+  4    an input file cannot be read as it is; the message says which flag or command helps
   5    the operating system refused: file missing, no permission, disk full
   6    verify found problems
   101  a bug in hedgehop

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use hedgehop::Error;
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, BuildReport, NodataFill, build};
@@ -162,6 +163,13 @@ impl Args {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
+    if args.output.exists() && !args.overwrite {
+        return Err(Error::Configuration(format!(
+            "{} exists; --overwrite replaces it",
+            args.output.display()
+        ))
+        .into());
+    }
     let reporter = Reporter::new(args.progress, interrupt);
     let report = build(&args.options(), &reporter)?;
     exit::print(&summary(&args.output, &report)?)?;
