@@ -106,7 +106,8 @@ mod tests {
 
     #[test]
     fn short_way_is_short() {
-        for (degrees, expected) in [(0.0, 0.0), (350.0, -10.0), (-350.0, 10.0), (179.0, 179.0), (721.0, 1.0)] {
+        for (degrees, expected) in [(0.0, 0.0), (350.0, -10.0), (-350.0, 10.0), (179.0, 179.0), (721.0, 1.0)]
+        {
             assert_eq!(short_way(degrees), expected);
         }
     }
@@ -140,7 +141,8 @@ mod tests {
         let flown = Orientations::new(&[0.0, 1.0], |t| given(if t < 0.5 { 350.0 } else { 10.0 }));
         assert!(short_way(flown.at(0.5).yaw).abs() < 1e-9);
         assert!((flown.at(0.25).yaw - 355.0).abs() < 1e-9);
-        let samples = Samples::angles([(0.0, Some(350.0)), (1.0, None), (2.0, Some(10.0))].into_iter()).unwrap();
+        let samples =
+            Samples::angles([(0.0, Some(350.0)), (1.0, None), (2.0, Some(10.0))].into_iter()).unwrap();
         assert!(short_way(samples.at(1.0)).abs() < 1e-9);
     }
 }

@@ -59,7 +59,10 @@ impl Points {
                     let value = text.as_deref().and_then(|text| text.trim().parse::<f64>().ok());
                     value.filter(|value| value.is_finite()).ok_or_else(|| {
                         let found = text.map_or("is missing".into(), |text| format!("is {text:?}"));
-                        source.at_line(place.line, format!("{name} of this trkpt {found}; write decimal degrees"))
+                        source.at_line(
+                            place.line,
+                            format!("{name} of this trkpt {found}; write decimal degrees"),
+                        )
                     })
                 };
                 self.open = Some(Point {
@@ -82,7 +85,9 @@ impl Points {
                     point.time = Some(unix_seconds(text).ok_or_else(|| {
                         source.at_line(
                             place.line,
-                            format!("time {text:?} is no ISO 8601 date and time; write e.g. 2026-05-01T12:00:00Z"),
+                            format!(
+                                "time {text:?} is no ISO 8601 date and time; write e.g. 2026-05-01T12:00:00Z"
+                            ),
                         )
                     })?);
                 }
@@ -130,6 +135,9 @@ impl Points {
 
 fn number(source: &Source<'_>, place: Place<'_>, text: &str) -> Result<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-        source.at_line(place.line, format!("{} {text:?} is no finite number; write metres, with a point", place.name))
+        source.at_line(
+            place.line,
+            format!("{} {text:?} is no finite number; write metres, with a point", place.name),
+        )
     })
 }

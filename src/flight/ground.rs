@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! subdivide the path, at most SPACING apart
-//! lift(t)  = max(0, ground(t) + least height(t) − z(t))
+//! lift(t)  = max(0, ground(t) + least height(t) − z(t)), and as much as at the two neighbours
 //! lift'(t) = mean over ±EASE of (max over ±EASE of lift)
 //! ```
 //!
@@ -10,14 +10,17 @@
 //! has seen it), so the flight clears the ground and still rises and sinks gently. The least height is the clearance that
 //! the user asks for, and between two fixes above ground the height above ground interpolated between them.
 
+use std::collections::VecDeque;
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use super::spline::Spline;
 
-/// Distance at which the ground below the path is looked up, metres.
-const SPACING: f64 = 10.0;
-/// Most looks between two fixes.
-const MOST_PER_INTERVAL: f64 = 64.0;
+/// Distance at which the ground below the path is looked up, metres; longer in paths of more than [`MOST_LOOKS`].
+const SPACING: f64 = 5.0;
+/// Most looks in addition to one per fix.
+const MOST_LOOKS: f64 = 200_000.0;
 /// Seconds before and after an obstacle over which the flight rises and sinks.
 const EASE: f64 = 2.0;
 
@@ -50,7 +53,7 @@ pub(super) fn lift(
     if most == 0.0 {
         return None;
     }
-    let eased = eased(&times, &lifts);
+    let eased = eased(&times, &widened(&lifts));
     let raised = points.iter().zip(&eased).map(|(&point, &lift)| point + DVec3::Z * lift).collect();
     Some(Lifted { spline: Spline::through(times, raised), most })
 }
@@ -59,10 +62,12 @@ pub(super) fn lift(
 fn subdivide(spline: &Spline, least: &[Option<f64>]) -> (Vec<f64>, Vec<Option<f64>>) {
     let mut times = Vec::new();
     let mut heights = Vec::new();
+    let length = |pair: &[f64]| (spline.position(pair[1]) - spline.position(pair[0])).truncate().length();
+    let total: f64 = spline.times().windows(2).map(length).sum();
+    let spacing = SPACING.max(total / MOST_LOOKS);
     for (pair, ends) in spline.times().windows(2).zip(least.windows(2)) {
         let step = pair[1] - pair[0];
-        let length = (spline.position(pair[1]) - spline.position(pair[0])).truncate().length();
-        let parts = (length / SPACING).ceil().clamp(1.0, MOST_PER_INTERVAL) as u32;
+        let parts = (length(pair) / spacing).ceil().clamp(1.0, MOST_LOOKS) as u32;
         for part in 0..parts {
             let u = f64::from(part) / f64::from(parts);
             let time = pair[0] + u * step;
@@ -79,18 +84,50 @@ fn subdivide(spline: &Spline, least: &[Option<f64>]) -> (Vec<f64>, Vec<Option<f6
     (times, heights)
 }
 
+/// Each lift is at least that of its neighbours, so that it holds on the way to them too.
+fn widened(lifts: &[f64]) -> Vec<f64> {
+    let around = |index: usize| &lifts[index.saturating_sub(1)..lifts.len().min(index + 2)];
+    (0..lifts.len()).map(|index| around(index).iter().fold(0.0_f64, |most, &lift| most.max(lift))).collect()
+}
+
 fn eased(times: &[f64], lifts: &[f64]) -> Vec<f64> {
-    let window = |index: usize| {
-        let first = times.partition_point(|&time| time < times[index] - EASE);
-        let end = times.partition_point(|&time| time <= times[index] + EASE);
-        first..end
-    };
-    let highest: Vec<f64> =
-        (0..times.len()).map(|index| lifts[window(index)].iter().fold(0.0_f64, |most, &lift| most.max(lift))).collect();
-    (0..times.len())
-        .map(|index| {
-            let around = window(index);
-            highest[around.clone()].iter().sum::<f64>() / around.len() as f64
+    let windows = windows(times);
+    let highest = sliding_maximum(lifts, &windows);
+    let mut sums = vec![0.0];
+    for (index, high) in highest.iter().enumerate() {
+        sums.push(sums[index] + high);
+    }
+    windows.iter().map(|window| (sums[window.end] - sums[window.start]) / window.len() as f64).collect()
+}
+
+/// The indices within [`EASE`] of each time; both ends only grow.
+fn windows(times: &[f64]) -> Vec<Range<usize>> {
+    times
+        .iter()
+        .map(|&time| {
+            let first = times.partition_point(|&other| other < time - EASE);
+            first..times.partition_point(|&other| other <= time + EASE)
         })
         .collect()
+}
+
+/// Maximum in each window, in linear time: the queue holds indices whose values fall.
+fn sliding_maximum(values: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
+    let mut queue = VecDeque::new();
+    let mut next = 0;
+    let mut maxima = Vec::with_capacity(values.len());
+    for window in windows {
+        while next < window.end {
+            while queue.back().is_some_and(|&last: &usize| values[last] <= values[next]) {
+                queue.pop_back();
+            }
+            queue.push_back(next);
+            next += 1;
+        }
+        while queue.front().is_some_and(|&first| first < window.start) {
+            queue.pop_front();
+        }
+        maxima.push(queue.front().map_or(0.0, |&first| values[first]));
+    }
+    maxima
 }

@@ -73,7 +73,8 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
     let mut refinements = Refinements::default();
     let mut logged: Vec<Logged> = Vec::new();
     let mut days = 0.0;
-    let mut lines = (1_u64..).zip(text.lines().map(str::trim_end)).filter(|(_, line)| !line.is_empty()).peekable();
+    let mut lines =
+        (1_u64..).zip(text.lines().map(str::trim_end)).filter(|(_, line)| !line.is_empty()).peekable();
     while let Some((number, line)) = lines.next() {
         if line.starts_with('I') {
             refinements = refinements_of(line);
@@ -87,7 +88,8 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
                 notes.push(format!("Line {number}, the last, is cut off and was dropped."));
                 break;
             }
-            return Err(source.at_line(number, "this B record is damaged; delete the line or download the file again"));
+            return Err(source
+                .at_line(number, "this B record is damaged; delete the line or download the file again"));
         };
         let fraction = digits(line, refinements.seconds.as_ref()).unwrap_or(0.0);
         let of_day = f64::from(record.timestamp.seconds_since_midnight()) + fraction;

@@ -70,12 +70,16 @@ impl Tracks {
                     self.close(source, lists)?;
                 }
             }
-            ("when", Step::Close(text), Some(lists)) => lists.times.push(unix_seconds(text).ok_or_else(|| {
-                source.at_line(
-                    place.line,
-                    format!("when {text:?} is no ISO 8601 date and time; write e.g. 2026-05-01T12:00:00Z"),
-                )
-            })?),
+            ("when", Step::Close(text), Some(lists)) => {
+                lists.times.push(unix_seconds(text).ok_or_else(|| {
+                    source.at_line(
+                        place.line,
+                        format!(
+                            "when {text:?} is no ISO 8601 date and time; write e.g. 2026-05-01T12:00:00Z"
+                        ),
+                    )
+                })?)
+            }
             ("coord", Step::Close(text), Some(lists)) => {
                 lists.coordinates.push((place.line, numbers(source, place, text)?));
             }
@@ -108,7 +112,8 @@ impl Tracks {
                 (None, _) => 0.0,
                 (Some(_), Some(&metres)) => metres,
                 (Some(_), None) => {
-                    return Err(source.at_line(*line, "this gx:coord has no altitude; write longitude latitude altitude"));
+                    return Err(source
+                        .at_line(*line, "this gx:coord has no altitude; write longitude latitude altitude"));
                 }
             };
             let altitude = Altitude { metres, mode: mode.unwrap_or(AltitudeMode::Agl) };
@@ -127,7 +132,8 @@ impl Tracks {
             Some("absolute") => Ok(Some(AltitudeMode::Msl)),
             Some("relativeToGround") => Ok(Some(AltitudeMode::Agl)),
             Some("clampToGround" | "clampToSeaFloor") => {
-                self.notes.push("The track is clamped to the ground; --clearance lifts the eye above it.".into());
+                self.notes
+                    .push("The track is clamped to the ground; --clearance lifts the eye above it.".into());
                 Ok(None)
             }
             Some("relativeToSeaFloor") => Err(source.at_line(

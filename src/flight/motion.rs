@@ -66,8 +66,9 @@ impl Motion {
     pub fn along(spline: &Spline, times: &[f64], interval: f64) -> Self {
         let sigma = (2.0 * interval).clamp(SIGMA_RANGE.0, SIGMA_RANGE.1);
         let mut motion = Self { sigma, standstill: 0.0, holds: Vec::new(), moves: false };
-        let speeds: Vec<(f64, f64)> =
-            scan_times(times, sigma).map(|time| (time, motion.smoothed(spline, time).0.truncate().length())).collect();
+        let speeds: Vec<(f64, f64)> = scan_times(times, sigma)
+            .map(|time| (time, motion.smoothed(spline, time).0.truncate().length()))
+            .collect();
         let top = speeds.iter().fold(0.0_f64, |top, &(_, speed)| top.max(speed));
         motion.moves = top > 0.0;
         motion.standstill = STANDSTILL.min(0.1 * top);

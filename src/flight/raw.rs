@@ -54,7 +54,10 @@ pub(super) struct Reading {
 pub(super) fn assemble(source: &Source<'_>, reading: Reading) -> Result<Track> {
     let Reading { format, fixes, mut notes } = reading;
     let Some(first) = fixes.first().copied() else {
-        return Err(Error::invalid(source.path, format!("this {format} holds no fix; give at least one position")));
+        return Err(Error::invalid(
+            source.path,
+            format!("this {format} holds no fix; give at least one position"),
+        ));
     };
     let swapped = looks_swapped(&fixes);
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());
@@ -127,7 +130,9 @@ fn check_ranges(source: &Source<'_>, raw: &RawFix, swapped: bool) -> Result<()> 
         }
         Horizontal::Xy(x, y) => {
             if !within(x, COORDINATE_LIMIT) || !within(y, COORDINATE_LIMIT) {
-                return fail(format!("position ({x}, {y}) is more than {COORDINATE_LIMIT:e} m from the origin"));
+                return fail(format!(
+                    "position ({x}, {y}) is more than {COORDINATE_LIMIT:e} m from the origin"
+                ));
             }
         }
     }

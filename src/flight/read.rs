@@ -49,11 +49,21 @@ fn read_text(source: &Source<'_>, text: &str) -> Result<Reading> {
             (_, true) => kml::read(source, text),
             _ if named("gpx") => gpx::read(source, text),
             _ if named("kml") => kml::read(source, text),
-            _ => Err(Error::unsupported(source.path, "this is XML, but neither GPX nor KML", "give a GPX or KML file")),
+            _ => Err(Error::unsupported(
+                source.path,
+                "this is XML, but neither GPX nor KML",
+                "give a GPX or KML file",
+            )),
         };
     }
     if named("gpx") || named("kml") {
-        return Err(Error::invalid(source.path, "line 1: this is no XML; rename the file if it is a table (.csv)"));
+        return Err(Error::invalid(
+            source.path,
+            "line 1: this is no XML; rename the file if it is a table (.csv)",
+        ));
     }
     if named("igc") || igc::looks_like_igc(text) { igc::read(source, text) } else { csv::read(source, text) }
 }
+
+#[cfg(test)]
+mod tests;

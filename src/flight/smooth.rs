@@ -9,9 +9,13 @@ use glam::{DMat3, DVec3};
 /// Farthest that a fix is moved, metres: what a receiver errs from one second to the next.
 const REACH: f64 = 3.0;
 /// Recordings with longer intervals, in seconds, are waypoints and stay as they are.
-pub(super) const DENSE: f64 = 2.0;
+const DENSE: f64 = 2.0;
 /// Of the weights, in fix intervals.
 const SIGMA_INTERVALS: f64 = 1.5;
+/// Fewer fixes lie on a parabola anyway.
+const ENOUGH: usize = 4;
+/// On each side of a fix; evenly spaced, five lie within three σ.
+const MOST_NEIGHBOURS: usize = 32;
 
 /// Median interval, seconds; `None` for a single fix.
 pub(super) fn median_interval(times: &[f64]) -> Option<f64> {
@@ -20,9 +24,9 @@ pub(super) fn median_interval(times: &[f64]) -> Option<f64> {
     (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Smoothed positions, if the fixes are dense; `interval` is their median interval, seconds.
+/// Smoothed positions, if the fixes are dense and enough; `interval` is their median interval, seconds.
 pub(super) fn smoothed(times: &[f64], points: &[DVec3], interval: f64) -> Option<Vec<DVec3>> {
-    if interval > DENSE {
+    if interval > DENSE || points.len() < ENOUGH {
         return None;
     }
     let sigma = SIGMA_INTERVALS * interval;
@@ -31,10 +35,11 @@ pub(super) fn smoothed(times: &[f64], points: &[DVec3], interval: f64) -> Option
 
 fn smoothed_fix(times: &[f64], points: &[DVec3], index: usize, sigma: f64) -> DVec3 {
     let (time, point) = (times[index], points[index]);
-    let first = times.partition_point(|&other| other < time - 3.0 * sigma);
-    let end = times.partition_point(|&other| other <= time + 3.0 * sigma);
-    if end - first < 4 {
-        return point; // a parabola would pass through all of them
+    let first =
+        times.partition_point(|&other| other < time - 3.0 * sigma).max(index.saturating_sub(MOST_NEIGHBOURS));
+    let end = times.partition_point(|&other| other <= time + 3.0 * sigma).min(index + MOST_NEIGHBOURS);
+    if end - first < ENOUGH {
+        return point;
     }
     // Normal equations of Σ w (c0 + c1 u + c2 u² − p)² with p relative to the fix itself.
     let mut moments = [0.0; 5];
@@ -70,8 +75,11 @@ mod tests {
             assert!((*before - after).length() < 1e-6);
         }
         let noise = |i: usize| 2.0 * (((i * 7919) % 101) as f64 / 50.0 - 1.0);
-        let noisy: Vec<DVec3> =
-            exact.iter().enumerate().map(|(i, &p)| p + DVec3::new(noise(i), noise(i + 31), noise(i + 57))).collect();
+        let noisy: Vec<DVec3> = exact
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| p + DVec3::new(noise(i), noise(i + 31), noise(i + 57)))
+            .collect();
         let error = |points: &[DVec3]| {
             points.iter().zip(&exact).map(|(a, b)| (*a - *b).length_squared()).sum::<f64>().sqrt()
         };

@@ -125,9 +125,10 @@ mod tests {
 
     #[test]
     fn velocity_is_the_derivative_and_continuous() {
-        let spline = curve(&[0.0, 1.0, 1.2, 3.0, 7.0, 8.0].map(|t: f64| {
-            (t, DVec3::new(50.0 * t.sin(), 30.0 * t, 10.0 * (1.7 * t).cos()))
-        }));
+        let spline = curve(
+            &[0.0, 1.0, 1.2, 3.0, 7.0, 8.0]
+                .map(|t: f64| (t, DVec3::new(50.0 * t.sin(), 30.0 * t, 10.0 * (1.7 * t).cos()))),
+        );
         let h = 1e-6;
         for step in 1..80 {
             let t = 0.1 * f64::from(step) + 0.013;
@@ -145,13 +146,19 @@ mod tests {
     #[test]
     fn height_never_leaves_the_range_of_its_two_fixes() {
         let heights = [100.0, 100.0, 300.0, 300.0, 120.0, 125.0, 90.0];
-        let fixes: Vec<_> =
-            heights.iter().enumerate().map(|(i, &z)| (i as f64 * 2.0, DVec3::new(i as f64, 0.0, z))).collect();
+        let fixes: Vec<_> = heights
+            .iter()
+            .enumerate()
+            .map(|(i, &z)| (i as f64 * 2.0, DVec3::new(i as f64, 0.0, z)))
+            .collect();
         let spline = curve(&fixes);
         for (pair, k) in heights.windows(2).zip(0..) {
             for step in 0..=20 {
                 let z = spline.position(2.0 * f64::from(k) + 0.1 * f64::from(step)).z;
-                assert!(z >= pair[0].min(pair[1]) - 1e-9 && z <= pair[0].max(pair[1]) + 1e-9, "{z} of {pair:?}");
+                assert!(
+                    z >= pair[0].min(pair[1]) - 1e-9 && z <= pair[0].max(pair[1]) + 1e-9,
+                    "{z} of {pair:?}"
+                );
             }
         }
     }

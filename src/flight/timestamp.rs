@@ -12,7 +12,9 @@ pub(super) fn unix_seconds(text: &str) -> Option<f64> {
         None => text.to_owned(),
     };
     let moment = OffsetDateTime::parse(&canonical, &Iso8601::PARSING)
-        .or_else(|_| PrimitiveDateTime::parse(&canonical, &Iso8601::PARSING).map(PrimitiveDateTime::assume_utc))
+        .or_else(|_| {
+            PrimitiveDateTime::parse(&canonical, &Iso8601::PARSING).map(PrimitiveDateTime::assume_utc)
+        })
         .ok()?;
     let whole = moment.unix_timestamp() as f64;
     Some(whole + f64::from(moment.nanosecond()) * 1e-9)

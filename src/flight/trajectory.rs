@@ -20,7 +20,7 @@ use super::spline::Spline;
 use super::track::{AltitudeMode, Fix, Horizontal, Track};
 use super::{ground, smooth};
 use crate::error::{Error, Result};
-use crate::geo::{Crs, Transform, egm96_undulation};
+use crate::geo::{Crs, GridNorth, Transform, egm96_undulation};
 use crate::space::{Attitude, Pose};
 
 /// Seconds that the last frame may lie behind the last fix: clocks of path files are not finer than a microsecond, and
@@ -85,7 +85,7 @@ impl Trajectory {
         let mut notes = Vec::new();
         let placement = Placement::new(track, crs)?;
         let mut points = placement.horizontal()?;
-        let given = placement.given_angles(&points, &mut notes);
+        let given = placement.given_angles(&points, &mut notes)?;
         let full = given.yaw.is_some() && given.pitch.is_some() && given.roll.is_some();
         let recorded = !full && matches!(track.fixes[0].horizontal, Horizontal::LonLat(..));
         if recorded {
@@ -152,7 +152,8 @@ impl Trajectory {
             AttitudeSource::Derived { motion, given, level } => {
                 let derived = motion.at(&self.spline, seconds);
                 let bank = if *level { 0.0 } else { derived.bank };
-                let or = |samples: &Option<Samples>, value: f64| samples.as_ref().map_or(value, |s| s.at(seconds));
+                let or =
+                    |samples: &Option<Samples>, value: f64| samples.as_ref().map_or(value, |s| s.at(seconds));
                 Attitude {
                     yaw: or(&given.yaw, derived.heading).rem_euclid(360.0),
                     pitch: or(&given.pitch, derived.pitch),
@@ -167,16 +168,16 @@ impl Trajectory {
 fn check(track: &Track, options: &BindOptions) -> Result<()> {
     let fail = |what: &str| Err(Error::invalid(&track.path, what));
     if !(options.hfov > 0.0 && options.hfov < 180.0) {
-        return Err(Error::Configuration(format!("--hfov {} is not between 0 and 180 degrees", options.hfov)));
+        return Err(Error::Configuration(format!(
+            "--hfov {} is not between 0 and 180 degrees",
+            options.hfov
+        )));
     }
     if let Some(clearance) = options.clearance.filter(|clearance| !clearance.is_finite()) {
         return Err(Error::Configuration(format!("--clearance {clearance} is no height in metres")));
     }
     if track.fixes.is_empty() {
         return fail("the track has no fix");
-    }
-    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| !(pair[0].time < pair[1].time)) {
-        return fail("the times of the track do not start at 0 and increase");
     }
     let finite = |fix: &Fix| {
         let (x, y) = match fix.horizontal {
@@ -189,6 +190,9 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
     };
     if !track.fixes.iter().all(finite) {
         return fail("the track holds a number that is not finite, or a field of view outside 0…180 degrees");
+    }
+    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| pair[0].time >= pair[1].time) {
+        return fail("the times of the track do not start at 0 and increase");
     }
     Ok(())
 }
@@ -233,7 +237,8 @@ impl<'a> Placement<'a> {
     }
 
     fn nowhere(&self, fix: &Fix) -> Error {
-        let what = format!("{}: this position has no place in the database's system {}", at(fix), self.crs.name());
+        let what =
+            format!("{}: this position has no place in the database's system {}", at(fix), self.crs.name());
         Error::invalid(&self.track.path, what)
     }
 
@@ -277,10 +282,11 @@ impl<'a> Placement<'a> {
     }
 
     /// Angles of the file. Yaw is turned from true to grid north.
-    fn given_angles(&self, points: &[DVec3], notes: &mut Vec<String>) -> Given {
+    fn given_angles(&self, points: &[DVec3], notes: &mut Vec<String>) -> Result<Given> {
         let fixes = &self.track.fixes;
+        let north = GridNorth::new(self.crs)?;
         let grid_yaw = |(fix, point): (&Fix, &DVec3)| {
-            (fix.time, fix.yaw.map(|yaw| yaw - convergence(self.crs, point.x, point.y)))
+            (fix.time, fix.yaw.map(|yaw| yaw + north.convergence(point.x, point.y)))
         };
         let given = Given {
             yaw: Samples::angles(fixes.iter().zip(points).map(grid_yaw)),
@@ -293,13 +299,8 @@ impl<'a> Placement<'a> {
                 notes.push(format!("{missing} fixes without {name} take it from their neighbours."));
             }
         }
-        given
+        Ok(given)
     }
-}
-
-/// Degrees from true to grid north, clockwise.
-fn convergence(crs: &Crs, x: f64, y: f64) -> f64 {
-    if crs.is_local() { 0.0 } else { crate::geo::grid_convergence(crs, x, y) }
 }
 
 fn at(fix: &Fix) -> String {
@@ -314,7 +315,9 @@ fn at(fix: &Fix) -> String {
 fn smooth_recorded(times: &[f64], points: &mut Vec<DVec3>, interval: f64, notes: &mut Vec<String>) {
     if let Some(smoothed) = smooth::smoothed(times, points, interval) {
         *points = smoothed;
-        notes.push("Recorded positions were smoothed by at most 3 m, since the file gives no full attitude.".into());
+        notes.push(
+            "Recorded positions were smoothed by at most 3 m, since the file gives no full attitude.".into(),
+        );
     }
 }
 

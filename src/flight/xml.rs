@@ -65,7 +65,9 @@ pub(super) fn walk(
             Event::Text(piece) => content.push_str(&String::from_utf8_lossy(&piece)),
             Event::CData(piece) => content.push_str(&String::from_utf8_lossy(&piece)),
             Event::Eof if depth > 0 => {
-                return Err(source.at_line(line, "the file ends within an element; it was cut off, copy it again"));
+                return Err(
+                    source.at_line(line, "the file ends within an element; it was cut off, copy it again")
+                );
             }
             Event::Eof => return Ok(()),
             _ => {}

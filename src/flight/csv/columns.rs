@@ -143,7 +143,19 @@ const UNITS: [(&str, Dimension, f64); 31] = [
 
 /// Units that people write and that are not read: better an error than a guess.
 const FOREIGN_UNITS: [&str; 13] = [
-    "fl", "mi", "mile", "miles", "yd", "grad", "gon", "mil", "mils", "semicircles", "turns", "hours", "days",
+    "fl",
+    "mi",
+    "mile",
+    "miles",
+    "yd",
+    "grad",
+    "gon",
+    "mil",
+    "mils",
+    "semicircles",
+    "turns",
+    "hours",
+    "days",
 ];
 
 /// Qualifiers that change nothing.
@@ -262,7 +274,9 @@ impl Choice<'_> {
     }
 
     fn horizontal(&mut self, jsbsim: bool) -> Result<Position> {
-        if let (Some(longitude), Some(latitude)) = (self.take(Quantity::Longitude), self.take(Quantity::Latitude)) {
+        if let (Some(longitude), Some(latitude)) =
+            (self.take(Quantity::Longitude), self.take(Quantity::Latitude))
+        {
             return Ok(Position::LonLat(longitude, latitude));
         }
         if jsbsim {

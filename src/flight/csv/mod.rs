@@ -27,7 +27,12 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     let mut records = reader.records();
     let header = match records.next() {
         Some(record) => record.map_err(|error| damaged(source, &error))?,
-        None => return Err(Error::invalid(source.path, "the file holds only comments; give a header and positions")),
+        None => {
+            return Err(Error::invalid(
+                source.path,
+                "the file holds only comments; give a header and positions",
+            ));
+        }
     };
     let line_of = |record: &StringRecord| record.position().map_or(0, csv::Position::line);
     let columns = Columns::understand(source, line_of(&header), &header)?;
@@ -49,7 +54,8 @@ fn damaged(source: &Source<'_>, error: &csv::Error) -> Error {
 
 /// The separator that the first line with content has most of.
 fn delimiter(text: &str) -> u8 {
-    let header = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let header =
+        text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
     let count = |separator: u8| header.bytes().filter(|&byte| byte == separator).count();
     // Of equals the last wins: comma.
     [b'\t', b';', b','].into_iter().max_by_key(|&separator| count(separator)).unwrap_or(b',')
@@ -75,9 +81,10 @@ impl Table<'_> {
         }
         let columns = self.columns;
         let horizontal = match &columns.horizontal {
-            columns::Position::LonLat(longitude, latitude) => {
-                Horizontal::LonLat(self.number(record, line, longitude)?, self.number(record, line, latitude)?)
-            }
+            columns::Position::LonLat(longitude, latitude) => Horizontal::LonLat(
+                self.number(record, line, longitude)?,
+                self.number(record, line, latitude)?,
+            ),
             columns::Position::Xy(x, y) => {
                 Horizontal::Xy(self.number(record, line, x)?, self.number(record, line, y)?)
             }
@@ -113,7 +120,10 @@ impl Table<'_> {
             if column.plain && seconds.abs() > SECONDS_LIMIT {
                 return Err(self.source.at_line(
                     line,
-                    format!("column {}: {cell} are no seconds; name the column time_ms, time_us or time_ns", column.name),
+                    format!(
+                        "column {}: {cell} are no seconds; name the column time_ms, time_us or time_ns",
+                        column.name
+                    ),
                 ));
             }
             return Ok(seconds);
@@ -132,7 +142,9 @@ impl Table<'_> {
 
     fn cell<'r>(&self, record: &'r StringRecord, line: u64, column: &Column) -> Result<&'r str> {
         match record.get(column.index) {
-            Some("") => Err(self.source.at_line(line, format!("column {} is empty; delete the row", column.name))),
+            Some("") => {
+                Err(self.source.at_line(line, format!("column {} is empty; delete the row", column.name)))
+            }
             Some(cell) => Ok(cell),
             None => Err(self.source.at_line(
                 line,
@@ -143,7 +155,8 @@ impl Table<'_> {
 
     fn number(&self, record: &StringRecord, line: u64, column: &Column) -> Result<f64> {
         let cell = self.cell(record, line, column)?;
-        let fail = |what: &str| Err(self.source.at_line(line, format!("column {}: {cell:?} {what}", column.name)));
+        let fail =
+            |what: &str| Err(self.source.at_line(line, format!("column {}: {cell:?} {what}", column.name)));
         match cell.parse::<f64>() {
             Ok(value) if (value * column.scale).is_finite() => Ok(value * column.scale),
             Ok(_) => fail("is not finite"),
