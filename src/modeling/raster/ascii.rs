@@ -48,16 +48,16 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             .map_err(|text| Error::invalid(file.path(), format!("states {text:?} as its NODATA_value; give a number")))?,
         None => None,
     };
-    let info = RasterInfo {
+    let mut info = RasterInfo {
         width,
         height,
         sample,
         geo: Some(header.geo(file.path(), height)?),
-        crs: side::crs(file.path())?,
         nodata,
         block: (width, block_rows),
         ..RasterInfo::blank(file.path(), "Esri ASCII grid")
     };
+    side::complete(&mut info)?;
     let grid = AsciiGrid { file, info, groups };
     Ok(Box::new(BlockRaster::new(grid, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }

@@ -56,8 +56,8 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         block: (GROUP.min(width), height),
         ..RasterInfo::blank(file.path(), "VTP .bt")
     };
-    info.crs = side::crs(file.path())?;
-    if info.crs.is_none() {
+    side::complete(&mut info)?;
+    if info.crs.is_none() && info.crs_problem.is_none() {
         info.crs = stated_crs(short(22), short(24), short(26))?;
     }
     let record_bytes = u64::from(height) * sample.bytes() as u64;

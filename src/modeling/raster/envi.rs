@@ -35,10 +35,10 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         bands,
         sample,
         geo: entries.geo()?,
-        crs: entries.crs()?,
         nodata,
         ..RasterInfo::blank(file.path(), "ENVI")
     };
+    entries.set_crs(&mut info)?;
     side::complete(&mut info)?;
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }
@@ -136,9 +136,10 @@ impl<'a> Entries<'a> {
         if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(wrong()) }
     }
 
-    fn crs(&self) -> Result<Option<Crs>> {
+    fn set_crs(&self, info: &mut RasterInfo) -> Result<()> {
         if let Some(wkt) = self.values.get("coordinate system string").filter(|wkt| !wkt.is_empty()) {
-            return side::crs_of_wkt(self.path, wkt).map(Some);
+            side::set_crs(info, self.path, wkt);
+            return Ok(());
         }
         let map_info = self.map_info();
         let is_wgs84 = map_info.iter().any(|text| text.eq_ignore_ascii_case("WGS-84"));
@@ -151,6 +152,7 @@ impl<'a> Entries<'a> {
             }
             _ => None,
         };
-        code.filter(|_| is_wgs84).map(Crs::from_epsg).transpose()
+        info.crs = code.filter(|_| is_wgs84).map(Crs::from_epsg).transpose()?;
+        Ok(())
     }
 }

@@ -111,6 +111,10 @@ pub struct RasterInfo {
     pub geo: Option<GeoTransform>,
     /// Horizontal CRS, if stated.
     pub crs: Option<Crs>,
+    /// Why the CRS that the file states is not understood; `crs` is `None` then. A sentence to show where the user is asked for a CRS.
+    pub crs_problem: Option<String>,
+    /// Name of a vertical system that is stated but not known here; `vertical_datum` is `None` then.
+    pub unknown_vertical: Option<String>,
     /// Vertical datum, if stated.
     pub vertical_datum: Option<VerticalDatum>,
     /// Metres per vertical unit (0.3048 for feet), 1 if silent.
@@ -166,6 +170,8 @@ impl RasterInfo {
             sample: SampleType::U8,
             geo: None,
             crs: None,
+            crs_problem: None,
+            unknown_vertical: None,
             vertical_datum: None,
             metres_per_unit: 1.0,
             nodata: None,

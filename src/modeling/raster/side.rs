@@ -30,33 +30,29 @@ pub(super) fn text(path: &Path) -> Result<String> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The CRS of the `.prj` beside `path`, if there is one.
-pub(super) fn crs(path: &Path) -> Result<Option<Crs>> {
-    let Some(prj) = beside(path, "prj") else { return Ok(None) };
-    let text = text(&prj)?;
-    if text.trim().is_empty() {
-        return Ok(None);
-    }
-    crs_of_wkt(&prj, &text).map(Some)
-}
-
-/// The CRS that WKT in `path` states.
-pub(super) fn crs_of_wkt(path: &Path, wkt: &str) -> Result<Crs> {
-    Crs::from_wkt(wkt).map_err(|e| {
-        let what = format!("states a coordinate system that is not understood ({e})");
-        Error::unsupported(path, what, "gdal_edit.py -a_srs EPSG:CODE IN, or gdalwarp -t_srs EPSG:CODE IN out.tif")
-    })
-}
-
 /// Fills in what the file itself does not state: georeferencing from a world file, the CRS from a `.prj`.
 pub(super) fn complete(info: &mut RasterInfo) -> Result<()> {
     if info.geo.is_none() {
         info.geo = world_file(&info.path)?;
     }
-    if info.crs.is_none() {
-        info.crs = crs(&info.path)?;
+    match beside(&info.path, "prj") {
+        Some(prj) if info.crs.is_none() && info.crs_problem.is_none() => {
+            let text = text(&prj)?;
+            if !text.trim().is_empty() {
+                set_crs(info, &prj, &text);
+            }
+        }
+        _ => {}
     }
     Ok(())
+}
+
+/// Takes the CRS that WKT in `source` states, or notes why it cannot be taken.
+pub(super) fn set_crs(info: &mut RasterInfo, source: &Path, wkt: &str) {
+    match Crs::from_wkt(wkt) {
+        Ok(crs) => info.crs = Some(crs),
+        Err(problem) => info.crs_problem = Some(format!("{}: {problem}", source.display())),
+    }
 }
 
 /// Georeferencing from a world file beside `path`: `x.pgw`, `x.pngw` or `x.wld` for `x.png`.

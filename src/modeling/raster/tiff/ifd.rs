@@ -34,9 +34,6 @@ pub(super) struct Directory<'a> {
     file: &'a InputFile,
     pub order: ByteOrder,
     entries: BTreeMap<u16, Entry>,
-    /// Where the next directory begins; 0 if this is the last.
-    next: u64,
-    big: bool,
 }
 
 impl<'a> Directory<'a> {
@@ -49,14 +46,6 @@ impl<'a> Directory<'a> {
         Self::read(file, order, big, at)
     }
 
-    /// The next one.
-    pub fn next(&self) -> Result<Option<Self>> {
-        if self.next == 0 {
-            return Ok(None);
-        }
-        Self::read(self.file, self.order, self.big, self.next).map(Some)
-    }
-
     fn read(file: &'a InputFile, order: ByteOrder, big: bool, at: u64) -> Result<Self> {
         let (count_bytes, entry_bytes, inline) = if big { (8, 20, 8) } else { (2, 12, 4) };
         let count = order.unsigned(&file.bytes_at(at, count_bytes)?);
@@ -65,8 +54,7 @@ impl<'a> Directory<'a> {
             return Err(Error::invalid(file.path(), what));
         }
         let first = at + count_bytes;
-        let bytes = file.bytes_at(first, count * entry_bytes + inline)?;
-        let (records, next) = bytes.split_at((count * entry_bytes) as usize);
+        let records = file.bytes_at(first, count * entry_bytes)?;
         let mut entries = BTreeMap::new();
         for (index, record) in records.chunks_exact(entry_bytes as usize).enumerate() {
             let (kind, tag) = (order.unsigned(&record[2..4]) as u16, order.unsigned(&record[..2]) as u16);
@@ -77,7 +65,7 @@ impl<'a> Directory<'a> {
             let at = if count.saturating_mul(*size) <= inline { own } else { order.unsigned(value) };
             entries.entry(tag).or_insert(Entry { kind, count, at });
         }
-        Ok(Self { file, order, entries, next: order.unsigned(next), big })
+        Ok(Self { file, order, entries })
     }
 
     /// Whether a tag is there.

@@ -11,20 +11,26 @@ const LONGEST_METADATA: u64 = 16 << 20;
 /// Tie points beyond the first are control points, of which a file may hold many.
 const MOST_TIEPOINTS: u64 = 6 << 16;
 
+/// GTRasterTypeGeoKey with the value RasterPixelIsPoint.
+const PIXEL_IS_POINT: [u16; 4] = [1025, 0, 1, 2];
+
 /// Fills in what tags say.
 pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<()> {
     if let Some(keys) = directory.unsigneds(tag::GEO_KEY_DIRECTORY, 65_535)? {
         let keys: Vec<u16> = keys.into_iter().map(|key| key as u16).collect();
         let doubles = directory.doubles(tag::GEO_DOUBLES, 65_535)?.unwrap_or_default();
         let ascii = directory.text(tag::GEO_ASCII, 1 << 20)?.unwrap_or_default();
-        let keys = parse_geokeys(&keys, &doubles, &ascii).map_err(|what| {
-            let what = format!("states a coordinate system that is not understood ({what})");
-            Error::unsupported(&info.path, what, "gdalwarp -t_srs EPSG:CODE IN out.tif")
-        })?;
-        info.crs = keys.crs;
-        info.vertical_datum = keys.vertical_datum;
-        info.metres_per_unit = keys.vertical_metres_per_unit.unwrap_or(1.0);
-        info.pixel_is_point = keys.pixel_is_point;
+        // Whether pixels are points matters for the place even if the rest is not understood.
+        info.pixel_is_point = keys.get(4..).unwrap_or_default().chunks_exact(4).any(|key| *key == PIXEL_IS_POINT);
+        match parse_geokeys(&keys, &doubles, &ascii) {
+            Ok(keys) => {
+                info.crs = keys.crs;
+                info.vertical_datum = keys.vertical_datum;
+                info.unknown_vertical = keys.unknown_vertical;
+                info.metres_per_unit = keys.vertical_metres_per_unit.unwrap_or(1.0);
+            }
+            Err(problem) => info.crs_problem = Some(format!("{}: {problem}", info.path.display())),
+        }
     }
     info.geo = geo(info, directory)?;
     if let Some(text) = directory.text(tag::GDAL_NODATA, 4096)? {
