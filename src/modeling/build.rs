@@ -124,6 +124,10 @@ pub(super) fn build_from(
     let (elevation, imagery) = place(inputs, &plan, datum)?;
 
     let surveys = scan::survey(&elevation, &plan.grid, budget.threads, observer)?;
+    for note in elevation.iter().flat_map(|source| source.samples.notes()) {
+        observer.note(&note);
+        metadata.notes.push(note);
+    }
     let (low, high) = height_span(&elevation, &surveys, options)?;
     let code = HeightCode::spanning(low, high);
     let project = Project {

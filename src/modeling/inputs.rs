@@ -14,7 +14,7 @@ use super::build::BuildOptions;
 use super::kernel::Samples;
 use super::plan::{Bounds, Plan};
 use super::raster::{
-    ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, Raster, RasterInfo, SampleType, Window, open,
+    ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
 };
 use super::vertical::Shift;
 use super::warp::{self, Placement};
@@ -37,7 +37,6 @@ pub(super) struct Opened<T> {
 
 /// An elevation raster, placed in the database's grid.
 pub(super) struct ElevationInput {
-    pub path: PathBuf,
     pub samples: Box<dyn Samples<f64>>,
     pub block: (u32, u32),
     pub placement: Placement,
@@ -70,6 +69,9 @@ impl Samples<f64> for ElevationRaster {
     fn read(&self, window: Window, samples: &mut Vec<f64>) -> Result<()> {
         ElevationRaster::read(self, window, samples)
     }
+    fn notes(&self) -> Vec<String> {
+        without_folders(&self.info().path, &ElevationRaster::notes(self))
+    }
 }
 
 impl Samples<[u8; 4]> for ImageryRaster {
@@ -78,6 +80,9 @@ impl Samples<[u8; 4]> for ImageryRaster {
     }
     fn read(&self, window: Window, samples: &mut Vec<[u8; 4]>) -> Result<()> {
         ImageryRaster::read(self, window, samples)
+    }
+    fn notes(&self) -> Vec<String> {
+        without_folders(&self.info().path, ImageryRaster::notes(self))
     }
 }
 
@@ -117,7 +122,6 @@ impl Opener<'_> {
         });
         let description = describe(&info, &crs, Some(datum));
         let samples = Box::new(ElevationRaster::new(raster, &self.options.nodata)?);
-        self.notes.extend(samples.notes());
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
     }
 
@@ -127,7 +131,7 @@ impl Opener<'_> {
         let (geo, crs) = self.place(&info, self.options.imagery_crs.as_deref(), "--imagery-crs", canvas)?;
         let description = describe(&info, &crs, None);
         let samples = Box::new(ImageryRaster::new(raster, self.options.bands)?);
-        self.notes.extend(samples.notes());
+        self.notes.extend(Samples::notes(samples.as_ref()));
         let datum = VerticalDatum::Msl;
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
     }
@@ -258,6 +262,12 @@ fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Re
     Err(Error::unsupported(&info.path, format!("{extent} cannot be degrees of {}", crs.name()), remedy()))
 }
 
+/// Notes that name a file by its name alone: what a database records must not depend on where its sources lay.
+fn without_folders(path: &Path, notes: &[String]) -> Vec<String> {
+    let (path, name) = (path.display().to_string(), file_name(path));
+    notes.iter().map(|note| note.replace(&path, &name)).collect()
+}
+
 /// File name without folders.
 pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
@@ -295,7 +305,7 @@ impl ElevationInput {
     pub fn place(raster: Opened<f64>, plan: &Plan, datum: VerticalDatum) -> Result<Self> {
         let (placement, reach) = raster.place(plan)?;
         let shift = Shift::between(raster.datum, datum, &plan.grid, &plan.crs)?;
-        Ok(Self { path: raster.path, samples: raster.samples, block: raster.block, placement, shift, reach })
+        Ok(Self { samples: raster.samples, block: raster.block, placement, shift, reach })
     }
 }
 

@@ -26,6 +26,10 @@ pub(super) trait Samples<T>: Send + Sync {
     fn size(&self) -> (u32, u32);
     /// Rows from the north, `[window.height][window.width]`, replacing what `samples` held.
     fn read(&self, window: Window, samples: &mut Vec<T>) -> Result<()>;
+    /// What was assumed or repaired in what has been read so far, one sentence each.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// Takes the taps of one voxel after the other.

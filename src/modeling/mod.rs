@@ -16,6 +16,8 @@ mod scan;
 mod tint;
 mod vertical;
 mod warp;
+#[cfg(test)]
+mod tests;
 mod workers;
 
 pub use build::{BuildOptions, BuildReport, NodataFill, build};

@@ -3,15 +3,16 @@
 //! ```text
 //! for each voxel, sources by priority:
 //!     valid, inside = weights of the kernel's valid taps, of its taps within the raster (both ≤ 1)
-//!     share = valid, less near the raster's edge if a lower source is there to take over (feathering)
+//!     share = valid, less near the raster's edge if a lower source is there to take over (feathering),
+//!             less where it is incomplete and a lower source holds what it has as well as what it lacks
 //!     take min(share, what is still missing to 1) of the source's mean
 //! height = taken sum / taken weight, if half of what lay inside any raster was valid: else a void
 //! ```
 //!
 //! Because shares add up to one instead of covering each other, a kernel that hangs over the edge of a tile is
 //! completed by the neighbouring tile: tiles of one lattice join as if they were one raster. Where there is no neighbour,
-//! dividing by the taken weight repeats the outermost pixels, half a pixel wide. The same sums let a lower source
-//! fill a void with a soft rim of one pixel.
+//! dividing by the taken weight repeats the outermost pixels, half a pixel wide. The same sums let a lower source fill
+//! the voids of a higher.
 
 use super::inputs::ElevationInput;
 use super::kernel::{Accumulate, Gather, Shape, Tap};
@@ -148,6 +149,18 @@ impl Layer {
         }
     }
 
+    /// Part of this source's share that lower ones take over, 0…1.
+    fn ceded(&self, lower: &[Self], voxel: usize) -> f64 {
+        let (valid, fade) = (self.valid[voxel], 1.0 - self.ramp[voxel]);
+        let take_over = |below: &Self| {
+            let faded = fade * below.ramp[voxel] * below.valid[voxel];
+            // The mean of some taps lies beside the position; what both kernels hold is better said by the fuller.
+            let common = if valid > 0.0 && valid < WHOLE { (valid + below.valid[voxel] - 1.0) / valid } else { 0.0 };
+            faded.max(common)
+        };
+        lower.iter().map(take_over).fold(0.0, f64::max).min(1.0)
+    }
+
     /// No lower source can change anything.
     fn suffices(&self) -> bool {
         self.valid.iter().zip(&self.ramp).all(|(&valid, &ramp)| valid >= WHOLE && ramp >= 1.0)
@@ -168,9 +181,7 @@ fn merge(layers: &[Layer], voxel: usize) -> (f64, u16) {
             source = layer.source;
         }
         inside += layer.inside[voxel];
-        let fade = 1.0 - layer.ramp[voxel];
-        let below = layers[index + 1..].iter().map(|lower| lower.ramp[voxel] * lower.valid[voxel]);
-        let share = layer.valid[voxel] * (1.0 - fade * below.fold(0.0, f64::max).min(1.0));
+        let share = layer.valid[voxel] * (1.0 - layer.ceded(&layers[index + 1..], voxel));
         let take = share.min(1.0 - taken).max(0.0);
         if take > 0.0 {
             sum += take * layer.sums[voxel];

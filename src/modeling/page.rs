@@ -19,6 +19,9 @@ use super::warp::{self, Rect};
 use crate::error::Result;
 use crate::voxel::{APRON, Attributes, EncodedPage, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId};
 
+/// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
+const DECODED_PIXEL: usize = 9;
+
 /// Everything that all pages of level 1 are made from.
 pub(super) struct Project<'a> {
     pub grid: Grid,
@@ -85,7 +88,12 @@ impl<'a> PageMaker<'a> {
         Self {
             project,
             mosaic: Mosaic { sources: project.elevation, grid, window_bytes, window: Vec::new() },
-            drape: Drape { sources: project.imagery, grid, window_bytes, window: Vec::new() },
+            drape: Drape {
+                sources: project.imagery,
+                grid,
+                window_bytes: window_bytes / DECODED_PIXEL,
+                window: Vec::new(),
+            },
         }
     }
 

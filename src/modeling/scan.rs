@@ -8,7 +8,7 @@ use super::inputs::ElevationInput;
 use super::raster::Window;
 use super::warp;
 use super::workers::in_order;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::progress::Observer;
 use crate::voxel::Grid;
 
@@ -16,9 +16,6 @@ use crate::voxel::Grid;
 const COARSE: u32 = 64;
 /// Samples read at once, unless one block of the file holds more.
 const CHUNK_SAMPLES: u64 = 1 << 18;
-/// Beyond this no height on Earth, under the sea or above it, is plausible, metres.
-const PLAUSIBLE: f64 = 100_000.0;
-
 /// What was seen in one source.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
@@ -80,7 +77,7 @@ pub(super) fn survey(
                     Ok(())
                 },
             )?;
-            total.finish(source)
+            Ok(total.finish())
         })
         .collect();
     observer.end();
@@ -156,7 +153,6 @@ fn needed(source: &ElevationInput, grid: &Grid) -> Option<Window> {
 /// Extremes and cell sums of some samples.
 struct Tally {
     range: (f64, f64),
-    extreme_at: [(u32, u32); 2],
     layout: Layout,
     /// First cell row of `cells`.
     first_row: usize,
@@ -189,7 +185,6 @@ impl Tally {
     fn empty(layout: Layout, first_row: usize, rows: usize) -> Self {
         Self {
             range: (f64::INFINITY, f64::NEG_INFINITY),
-            extreme_at: [(0, 0); 2],
             layout,
             first_row,
             cells: vec![(0.0, 0); rows * layout.columns],
@@ -210,11 +205,11 @@ impl Tally {
         let cells: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
         for (y, line) in (window.y..).zip(samples.chunks_exact(window.width as usize)) {
             let start = (layout.row(y) - first_row) * layout.columns;
-            for ((x, &height), &cell) in (window.x..).zip(line).zip(&cells) {
+            for (&height, &cell) in line.iter().zip(&cells) {
                 if height.is_nan() {
                     continue;
                 }
-                tally.meet(height, (x, y));
+                tally.meet(height);
                 let cell = &mut tally.cells[start + cell];
                 *cell = (cell.0 + height, cell.1 + 1);
             }
@@ -222,19 +217,14 @@ impl Tally {
         Ok(tally)
     }
 
-    fn meet(&mut self, height: f64, place: (u32, u32)) {
-        if height < self.range.0 {
-            (self.range.0, self.extreme_at[0]) = (height, place);
-        }
-        if height > self.range.1 {
-            (self.range.1, self.extreme_at[1]) = (height, place);
-        }
+    fn meet(&mut self, height: f64) {
+        self.range = (self.range.0.min(height), self.range.1.max(height));
     }
 
     fn add(&mut self, part: &Self) {
         if part.range.0 <= part.range.1 {
-            self.meet(part.range.0, part.extreme_at[0]);
-            self.meet(part.range.1, part.extreme_at[1]);
+            self.meet(part.range.0);
+            self.meet(part.range.1);
         }
         let start = part.first_row * self.layout.columns;
         for (cell, more) in self.cells[start..].iter_mut().zip(&part.cells) {
@@ -242,25 +232,15 @@ impl Tally {
         }
     }
 
-    fn finish(self, source: &ElevationInput) -> Result<Survey> {
+    fn finish(self) -> Survey {
         let (low, high) = self.range;
         if low > high {
-            return Ok(Survey::default());
-        }
-        for (height, (x, y)) in [(low, self.extreme_at[0]), (high, self.extreme_at[1])] {
-            if height.abs() > PLAUSIBLE {
-                return Err(Error::invalid(
-                    &source.path,
-                    format!(
-                        "column {x}, row {y} holds a height of {height} m; if that value means \"no data\", say --nodata {height}"
-                    ),
-                ));
-            }
+            return Survey::default();
         }
         let layout = self.layout;
         let means = pull_push(layout.columns, layout.rows, &self.cells);
         let coarse = Coarse { columns: layout.columns, rows: layout.rows, pixels: layout.pixels, means };
-        Ok(Survey { range: Some((low, high)), coarse: Some(coarse) })
+        Survey { range: Some((low, high)), coarse: Some(coarse) }
     }
 }
 
