@@ -1,11 +1,45 @@
 //! The image stage: pictures and how they are written.
+//!
+//! ```text
+//! Frame ─ tone ─▶ 8-bit sRGB ─┬─▶ png   one file per frame, text chunks say what made it
+//!   │                         ├─▶ y4m   one stream of frames, BT.709, limited range
+//!   │                         └─▶ video an installed ffmpeg, from the finished frames
+//!   └───────────────────────────▶ exr   linear colour, Z, range, normals, level, id
+//! ```
+//!
+//! [`pattern`] names the files, [`frames`] says which of them are wanted, [`check`] whether one that
+//! exists is whole, [`sidecar`] writes what made them beside them, [`atomic`] sees to it that no half
+//! file is ever seen under its final name. `docs/output.md` describes all of it to users.
 
-mod atmosphere;
+use std::path::Path;
 
+use crate::error::{Error, Result};
 use crate::space::Camera;
 use crate::voxel::Attributes;
 
+mod atmosphere;
+pub mod atomic;
+pub mod check;
+mod exr;
+pub mod frames;
+mod info;
+pub mod pattern;
+mod picture;
+mod png;
+pub mod rate;
+pub mod sidecar;
+#[cfg(test)]
+mod testing;
+pub mod tone;
+pub mod video;
+pub mod y4m;
+
 pub use atmosphere::Atmosphere;
+pub use frames::FrameSet;
+pub use info::FrameInfo;
+pub use pattern::{FramePattern, Target};
+pub use picture::Picture;
+pub use rate::FrameRate;
 
 /// One rendered frame. All planes are `[height][width]`, row 0 at the top of the screen.
 #[derive(Debug, Clone)]
@@ -46,5 +80,82 @@ impl Frame {
     /// How a voxel's attributes are packed into [`Self::id`].
     pub fn pixel_id(attributes: Attributes) -> u32 {
         u32::from(attributes.source) << 16 | u32::from(attributes.material) << 8 | u32::from(attributes.flags)
+    }
+
+    /// Whether every plane has one value per pixel of the camera; `path` is where it was to go.
+    fn check_planes(&self, path: &Path) -> Result<()> {
+        let (width, height) = (self.camera.width as usize, self.camera.height as usize);
+        let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0);
+        let planes =
+            [self.colour.len(), self.range.len(), self.normal.len(), self.level.len(), self.id.len()];
+        if planes.iter().any(|&plane| Some(plane) != pixels) {
+            let what = format!(
+                "planes of {planes:?} values (colour, range, normal, level, id) do not make a picture of \
+                 {width}×{height}; --size must be at least 1×1"
+            );
+            return Err(Error::invalid(path, what));
+        }
+        Ok(())
+    }
+}
+
+/// What [`write_frame`] put on the disk.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// Length of the file, bytes.
+    pub bytes: u64,
+    /// BLAKE3 of the file, 64 lower-case hexadecimal digits.
+    pub blake3: String,
+}
+
+impl Written {
+    /// Measures a file that is there already.
+    pub fn of(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read it", source))?;
+        Ok(Self::from_bytes(&bytes))
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Self {
+        Self { bytes: bytes.len() as u64, blake3: blake3::hash(bytes).to_hex().to_string() }
+    }
+}
+
+/// The bytes of the file that [`write_frame`] would write; the extension of `path` decides the encoder.
+pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
+    frame.check_planes(path)?;
+    match Target::of(path)? {
+        Target::Png => png::encode(path, frame, info),
+        Target::Exr => exr::encode(path, frame, info),
+        Target::Y4m => Err(Error::Configuration(format!(
+            "{}: y4m holds a stream of frames, not one; use png or exr for single frames",
+            path.display()
+        ))),
+    }
+}
+
+/// Writes `frame` to `path`, PNG or EXR by extension. The file appears whole or not at all, and the
+/// same frame always gives the same bytes.
+pub fn write_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Written> {
+    let bytes = encode_frame(path, frame, info)?;
+    atomic::write_bytes(path, &bytes)?;
+    Ok(Written::from_bytes(&bytes))
+}
+
+/// Reads a finished frame back as an 8-bit picture; EXR goes through the same [`tone`] as PNG.
+pub fn read_picture(path: &Path) -> Result<Picture> {
+    let target = Target::of(path)?;
+    let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read it", source))?;
+    let again = |what: &dyn std::fmt::Display| {
+        Error::invalid(path, format!("no whole frame: {what}; render it again with --skip-existing"))
+    };
+    match target {
+        Target::Png => png::decode(&bytes, None).map(|(picture, _)| picture).map_err(|what| again(&what)),
+        Target::Exr => {
+            let decoded = exr::decode(&bytes, None).map_err(|what| again(&what))?;
+            let colour = decoded.colour().ok_or_else(|| again(&"it has no channels R, G and B"))?;
+            let rgb = tone::srgb8_picture(&colour);
+            Ok(Picture { width: decoded.width, height: decoded.height, rgb })
+        }
+        Target::Y4m => Err(Error::unsupported(path, "y4m is not read back", "render frames/####.png")),
     }
 }

@@ -1,11 +1,35 @@
 //! One build, from inputs to a finished database.
+//!
+//! ```text
+//! open all rasters; what do their coordinates and heights mean?                     inputs
+//! choose the database's reference system, spacing and grid                          plan
+//! look at every height once: the range of the code, the broad shape for wide voids  scan
+//! for each page of level 1, in parallel, written in order:                          page
+//!     locate its voxels in each raster                                              warp
+//!     merge elevation by priority, fill voids                                       kernel, mosaic, fill
+//!     drape imagery, tint what it leaves bare                                       kernel, drape, tint
+//! for each coarser level: each page from the 16 below it                            voxel
+//! write metadata, header, give the file its name
+//! ```
+//!
+//! Every sample is a function of its place in the grid and of the inputs, so two builds agree byte by byte,
+//! whatever the number of threads and the memory (see [`super::budget`] for how that is shared out).
 
 use std::path::PathBuf;
+use std::time::Instant;
 
-use crate::error::Result;
+use super::budget::Budget;
+use super::inputs::{self, ElevationInput, ImageryInput, Inputs};
+use super::page::{Census, Made, PageMaker, Project};
+use super::plan::{self, Plan};
+use super::scan::{self, Survey};
+use super::tint::Tint;
+use super::vertical;
+use super::workers::in_order;
+use crate::error::{Error, Result};
 use crate::geo::VerticalDatum;
 use crate::progress::Observer;
-use crate::voxel::{ContentHash, Grid};
+use crate::voxel::{ContentHash, Grid, HeightCode, Metadata, PageId, PageWriter, coarse_page};
 
 /// What becomes of voxels whose source has no data.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +98,178 @@ pub struct BuildReport {
 
 /// Builds `options.output`. Nothing is left behind on error, on cancellation or on a kill that opens as a database.
 pub fn build(options: &BuildOptions, observer: &dyn Observer) -> Result<BuildReport> {
-    let _ = (options, observer);
-    todo!()
+    let begun = Instant::now();
+    if options.output.exists() && !options.overwrite {
+        return Err(Error::invalid(&options.output, "exists already; say --overwrite to replace it"));
+    }
+    let budget = Budget::split(options.memory, options.threads)?;
+    let inputs = inputs::open_all(options, budget.cache)?;
+    let mut report = build_from(inputs, options, budget, observer)?;
+    report.seconds = begun.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+/// All of a build after the files are open.
+pub(super) fn build_from(
+    inputs: Inputs,
+    options: &BuildOptions,
+    budget: Budget,
+    observer: &dyn Observer,
+) -> Result<BuildReport> {
+    let plan = plan::plan(&inputs, options)?;
+    plan::check_space(&plan.grid, &options.output)?;
+    let mut metadata = describe(&inputs, &plan, options);
+    metadata.notes.iter().for_each(|note| observer.note(note));
+    let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
+    let (elevation, imagery) = place(inputs, &plan, datum)?;
+
+    let surveys = scan::survey(&elevation, &plan.grid, budget.threads, observer)?;
+    for note in elevation.iter().flat_map(|source| source.samples.notes()) {
+        observer.note(&note);
+        metadata.notes.push(note);
+    }
+    let (low, high) = height_span(&elevation, &surveys, options)?;
+    let code = HeightCode::spanning(low, high);
+    let project = Project {
+        grid: plan.grid,
+        code,
+        tint: Tint::new(low, high, !plan.crs.is_local()),
+        fill: options.nodata_fill,
+        elevation: &elevation,
+        surveys: &surveys,
+        imagery: &imagery,
+        window_bytes: budget.window,
+    };
+    let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
+    let census = write_finest(&project, budget.threads, &mut writer, observer)?;
+    write_coarser(&plan.grid, budget.threads, &mut writer, observer)?;
+
+    let share = |count: u64| count as f64 / census.voxels.max(1) as f64;
+    metadata.vertical_datum = datum.label().to_owned();
+    metadata.void_share = share(census.voids);
+    metadata.empty_share = share(census.empty);
+    let (content_hash, bytes) = writer.finish(&metadata, decoded_range(&code, &census))?;
+    Ok(BuildReport { grid: plan.grid, content_hash, bytes, void_share: metadata.void_share, seconds: 0.0 })
+}
+
+/// Level 1, page by page; rows of pages from the north, as rasters are stored, so that decoded blocks serve
+/// neighbouring pages before they leave the cache.
+fn write_finest(
+    project: &Project<'_>,
+    threads: usize,
+    writer: &mut PageWriter,
+    observer: &dyn Observer,
+) -> Result<Census> {
+    let (columns, rows) = project.grid.page_dims(0);
+    let count = u64::from(columns) * u64::from(rows);
+    let mut total = Census::default();
+    observer.begin("voxels", count, "pages");
+    in_order(
+        count,
+        threads,
+        observer,
+        || PageMaker::new(project),
+        |maker, task| {
+            let (column, row) = (task % u64::from(columns), task / u64::from(columns));
+            maker.make(column as u32, rows - 1 - row as u32)
+        },
+        |_, made: Made| {
+            total.add(&made.census);
+            writer.append(&made.page)?;
+            observer.advance(1);
+            Ok(())
+        },
+    )?;
+    observer.end();
+    Ok(total)
+}
+
+/// Every coarser level from the one below it.
+fn write_coarser(grid: &Grid, threads: usize, writer: &mut PageWriter, observer: &dyn Observer) -> Result<()> {
+    let levels: Vec<(u8, u32, u32)> = (1..grid.level_count())
+        .map(|level| {
+            let (columns, rows) = grid.page_dims(level);
+            (level, columns, rows)
+        })
+        .collect();
+    let pages = |&(_, columns, rows): &(u8, u32, u32)| u64::from(columns) * u64::from(rows);
+    observer.begin("levels", levels.iter().map(pages).sum(), "pages");
+    for level in &levels {
+        let (index, columns, rows) = *level;
+        let finer = writer.readback();
+        in_order(
+            pages(level),
+            threads,
+            observer,
+            || (),
+            |(), task| {
+                let (column, row) = (task % u64::from(columns), task / u64::from(columns));
+                let id = PageId { level: index, px: column as u32, py: rows - 1 - row as u32 };
+                Ok(coarse_page(&finer, grid, id)?.encode(id))
+            },
+            |_, page| {
+                writer.append(&page)?;
+                observer.advance(1);
+                Ok(())
+            },
+        )?;
+    }
+    observer.end();
+    Ok(())
+}
+
+fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
+    inputs.elevation.iter().map(|raster| raster.datum).collect()
+}
+
+/// What is known before the first page.
+fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
+    let elevation = inputs.elevation.iter().map(|raster| raster.record("elevation"));
+    let imagery = inputs.imagery.iter().map(|raster| raster.record("imagery"));
+    let mut notes = inputs.notes.clone();
+    notes.extend(plan.notes.iter().cloned());
+    if options.imagery.is_empty() {
+        notes.push("no imagery: colours were derived from height and slope".into());
+    }
+    Metadata {
+        crs_name: plan.crs.name().to_owned(),
+        crs_epsg: plan.crs.epsg(),
+        crs_proj: plan.crs.proj().map(str::to_owned),
+        sources: elevation.chain(imagery).collect(),
+        notes,
+        writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
+        ..Metadata::default()
+    }
+}
+
+/// Places all rasters in the grid.
+fn place(inputs: Inputs, plan: &Plan, datum: VerticalDatum) -> Result<(Vec<ElevationInput>, Vec<ImageryInput>)> {
+    let elevation = inputs.elevation.into_iter().map(|raster| ElevationInput::place(raster, plan, datum));
+    let imagery = inputs.imagery.into_iter().map(|raster| ImageryInput::place(raster, plan));
+    Ok((elevation.collect::<Result<_>>()?, imagery.collect::<Result<_>>()?))
+}
+
+/// Heights that the code must hold, metres above the database's datum.
+fn height_span(elevation: &[ElevationInput], surveys: &[Survey], options: &BuildOptions) -> Result<(f64, f64)> {
+    let filled = match options.nodata_fill {
+        NodataFill::Value(height) if !height.is_finite() => {
+            return Err(Error::Configuration(format!("--nodata-fill {height} is no height in metres")));
+        }
+        NodataFill::Value(height) => Some((height, height)),
+        NodataFill::None | NodataFill::Interpolate => None,
+    };
+    let sampled = elevation.iter().zip(surveys).filter_map(|(source, survey)| {
+        let ((low, high), shift) = (survey.range?, source.shift.range());
+        Some((low + shift.0, high + shift.1))
+    });
+    sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).ok_or_else(|| {
+        Error::Configuration(
+            "no elevation file has a single height in the area; look at their nodata value, --nodata and --bbox".into(),
+        )
+    })
+}
+
+fn decoded_range(code: &HeightCode, census: &Census) -> (f64, f64) {
+    let (low, high) = census.codes.unwrap_or((1, 1));
+    (code.offset + code.scale * f64::from(low), code.offset + code.scale * f64::from(high))
 }

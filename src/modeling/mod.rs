@@ -2,6 +2,22 @@
 
 pub mod raster;
 
+mod budget;
 mod build;
+mod colour;
+mod drape;
+mod fill;
+mod inputs;
+mod kernel;
+mod mosaic;
+mod page;
+mod plan;
+mod scan;
+mod tint;
+mod vertical;
+mod warp;
+#[cfg(test)]
+mod tests;
+mod workers;
 
 pub use build::{BuildOptions, BuildReport, NodataFill, build};

@@ -1,9 +1,77 @@
 //! Rasters: elevation and imagery files behind one trait, read window by window.
+//!
+//! [`open`] finds the format and returns a [`Raster`]; nothing is decoded before it is asked for. Two readers do
+//! the work for all formats:
+//!
+//! - `raw::RawRaster`: samples lie in the file as they are (uncompressed TIFF strips, `.hgt`, `.bil`, `.flt`, ENVI,
+//!   headerless raw): a window is read row by row from where it lies, without a cache of its own.
+//! - `blocks::BlockRaster`: everything that is decoded in blocks (TIFF tiles and strips, groups of DTED or `.bt`
+//!   columns, groups of ASCII rows, whole PNG and JPEG pictures), through a cache bounded by
+//!   [`OpenOptions::cache_bytes`] in which each block is decoded once, however many threads ask for it.
+//!
+//! [`ElevationRaster`] and [`ImageryRaster`] turn samples into metres and into colours.
+//!
+//! Every size that a file states is checked against the file's length or the cache before memory is allocated for it.
 
-use std::path::PathBuf;
+mod ascii;
+mod blocks;
+mod bt;
+mod cache;
+mod columns;
+mod detect;
+mod dted;
+mod ehdr;
+mod elevation;
+mod envi;
+mod file;
+mod hgt;
+mod imagery;
+mod nodata;
+mod picture;
+mod raw;
+mod sample;
+mod side;
+mod tiff;
+
+use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 use crate::geo::{Crs, VerticalDatum};
+
+pub use elevation::ElevationRaster;
+pub use imagery::ImageryRaster;
+
+/// How to open a raster.
+#[derive(Debug, Clone)]
+pub struct OpenOptions {
+    /// Budget of this raster's decoded blocks, bytes. Besides these, each reading thread holds at most one block.
+    pub cache_bytes: u64,
+    /// Size of a headerless file of little-endian 32-bit floats; `None`: it is square.
+    pub raw: Option<RawLayout>,
+}
+
+impl Default for OpenOptions {
+    fn default() -> Self {
+        Self { cache_bytes: 64 << 20, raw: None }
+    }
+}
+
+/// Size of a headerless raster.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RawLayout {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// Opens a raster of any supported format.
+///
+/// # Errors
+/// One sentence that names the file, what is wrong or unsupported, and the command that converts it.
+pub fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+    detect::open(path, options)
+}
 
 /// `x = c[0] + c[1]·column + c[2]·row`, `y = c[3] + c[4]·column + c[5]·row` of a pixel's north-west
 /// corner, columns and rows counted from the north-west corner of the raster (GDAL's convention; pixel-is-point
@@ -43,6 +111,10 @@ pub struct RasterInfo {
     pub geo: Option<GeoTransform>,
     /// Horizontal CRS, if stated.
     pub crs: Option<Crs>,
+    /// Why the CRS that the file states is not understood; `crs` is `None` then. A sentence to show where the user is asked for a CRS.
+    pub crs_problem: Option<String>,
+    /// Name of a vertical system that is stated but not known here; `vertical_datum` is `None` then.
+    pub unknown_vertical: Option<String>,
     /// Vertical datum, if stated.
     pub vertical_datum: Option<VerticalDatum>,
     /// Metres per vertical unit (0.3048 for feet), 1 if silent.
@@ -55,6 +127,8 @@ pub struct RasterInfo {
     pub offset: f64,
     /// Index (zero-based) of an alpha band, if any.
     pub alpha_band: Option<u32>,
+    /// Zero is white and the highest sample black (TIFF's MinIsWhite); samples are as stored.
+    pub white_is_zero: bool,
     /// True: samples are stated at points (AREA_OR_POINT=Point); only informative, `geo` is corrected already.
     pub pixel_is_point: bool,
     /// Natural block (columns, rows) for reading.
@@ -82,4 +156,31 @@ pub trait Raster: Send + Sync {
     /// Raw samples (before scale, offset, nodata) of zero-based `bands`, pixel-interleaved, rows from the north:
     /// `[window.height][window.width][bands.len()]`, replacing what `samples` held.
     fn read(&self, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()>;
+}
+
+impl RasterInfo {
+    /// One band of bytes with nothing stated; readers fill in what their file says.
+    fn blank(path: &Path, format: &'static str) -> Self {
+        Self {
+            path: path.to_owned(),
+            format,
+            width: 0,
+            height: 0,
+            bands: 1,
+            sample: SampleType::U8,
+            geo: None,
+            crs: None,
+            crs_problem: None,
+            unknown_vertical: None,
+            vertical_datum: None,
+            metres_per_unit: 1.0,
+            nodata: None,
+            scale: 1.0,
+            offset: 0.0,
+            alpha_band: None,
+            white_is_zero: false,
+            pixel_is_point: false,
+            block: (512, 64),
+        }
+    }
 }

@@ -1,1 +1,63 @@
-fn main() {}
+//! The `hedgehop` program: from elevation and imagery to flown pictures. Exit codes are in `exit.rs`.
+
+mod area;
+mod args;
+mod commands;
+mod contact_sheet;
+mod exit;
+mod interrupt;
+mod output;
+mod plot;
+mod progress;
+mod sequence;
+mod view;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::commands::{bench, build, demo, info, render, verify};
+use crate::interrupt::Interrupt;
+
+/// Renders low flight over real terrain from voxel databases, without a GPU.
+///
+/// Build a database from elevation rasters and imagery once, then fly paths through it.
+#[derive(Debug, Parser)]
+#[command(name = "hedgehop", version, after_help = START, after_long_help = START, max_term_width = 100, args_override_self = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const START: &str = "\
+Start here:
+  hedgehop demo
+  hedgehop build --elevation dem.tif --imagery ortho.tif -o area.hop
+  hedgehop render area.hop --path track.gpx -o frames/####.png
+
+Exit codes are listed by `hedgehop COMMAND --help`.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Build(build::Args),
+    Render(render::Args),
+    Info(info::Args),
+    Verify(verify::Args),
+    Bench(bench::Args),
+    Demo(demo::Args),
+}
+
+fn main() -> ExitCode {
+    exit::install_panic_hook();
+    let cli = Cli::parse();
+    let outcome =
+        Interrupt::install().map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
+            Command::Build(args) => build::run(args, &interrupt),
+            Command::Render(args) => render::run(args, &interrupt),
+            Command::Info(args) => info::run(args),
+            Command::Verify(args) => verify::run(args, &interrupt),
+            Command::Bench(args) => bench::run(args, &interrupt),
+            Command::Demo(args) => demo::run(args, &interrupt),
+        });
+    exit::report(outcome)
+}

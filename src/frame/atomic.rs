@@ -1,0 +1,153 @@
+//! Files that appear whole or not at all.
+//!
+//! ```text
+//! create .NAME.XXXXXX.part in the folder of NAME     (same file system, so that renaming is one step)
+//! write, then sync                                   (a full disk or quota may only say so here)
+//! rename over NAME                                   (replaces what was there)
+//! on any error: remove the .part file, leave NAME as it was
+//! ```
+//!
+//! A process that is killed outright can leave a `.part` file, never a half file under its final name.
+
+use std::fs::{File, Permissions};
+use std::io::{self, Write};
+use std::path::Path;
+
+use tempfile::{Builder, NamedTempFile};
+
+use crate::error::{Error, Result};
+
+/// Puts `bytes` into `path`, replacing what is there, whole or not at all. Missing folders are made.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_bytes`], for a writer that fills the file itself.
+pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> Result<()> {
+    let mut temporary = temporary_for(path)?;
+    let file = temporary.as_file_mut();
+    fill(file).and_then(|()| file.sync_all()).map_err(|source| write_error(path, source))?;
+    persist(temporary, path)
+}
+
+/// An empty temporary file that [`persist`] can rename to `path`; it keeps the extension, by which
+/// other programs choose a format.
+pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let Some(name) = path.file_name() else {
+        return Err(Error::Configuration(format!("{}: names no file to write to", path.display())));
+    };
+    std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, "create the folder", source))?;
+    let mut prefix = std::ffi::OsString::from(".");
+    prefix.push(name);
+    prefix.push(".");
+    let mut suffix = std::ffi::OsString::from(".part");
+    if let Some(extension) = path.extension() {
+        suffix.push(".");
+        suffix.push(extension);
+    }
+    let mut builder = Builder::new();
+    builder.prefix(&prefix).suffix(&suffix);
+    if let Some(permissions) = usual_permissions() {
+        builder.permissions(permissions);
+    }
+    builder.tempfile_in(folder).map_err(|source| write_error(path, source))
+}
+
+/// Renames a finished temporary file to `path`.
+pub(super) fn persist(temporary: NamedTempFile, path: &Path) -> Result<()> {
+    temporary
+        .persist(path)
+        .map(drop)
+        .map_err(|error| Error::io(path, "rename the finished file to it", error.error))
+}
+
+/// The permissions that any new file gets: temporary files are private otherwise.
+#[cfg(unix)]
+fn usual_permissions() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn usual_permissions() -> Option<Permissions> {
+    None
+}
+
+/// The sentence for a write that failed.
+pub(super) fn write_error(path: &Path, source: io::Error) -> Error {
+    let action = match source.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "write it; free some space and repeat the command, frames that are finished stay whole and \
+             --skip-existing keeps them"
+        }
+        _ => "write it",
+    };
+    Error::io(path, action, source)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::testing::place;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn replaces_the_target_and_makes_folders() {
+        let (folder, _) = place("");
+        let path = folder.path().join("a/b/frame.png");
+        write_bytes(&path, b"first, and longer").unwrap();
+        write_bytes(&path, b"second").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"second");
+        assert_eq!(names(path.parent().unwrap()), ["frame.png"]);
+    }
+
+    #[test]
+    fn a_full_disk_leaves_the_old_file_and_names_the_remedy() {
+        let (folder, path) = place("frame.png");
+        write_bytes(&path, b"old").unwrap();
+        let error = write_with(&path, |file| {
+            file.write_all(b"half")?;
+            Err(io::Error::from(io::ErrorKind::StorageFull))
+        })
+        .unwrap_err()
+        .to_string();
+        assert!(error.contains("frame.png") && error.contains("--skip-existing"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["frame.png"]);
+    }
+
+    #[test]
+    fn places_that_cannot_be_written() {
+        let (folder, path) = place("file");
+        write_bytes(&path, b"").unwrap();
+        let below_a_file = path.join("frame.png");
+        assert!(write_bytes(&below_a_file, b"x").unwrap_err().to_string().contains("create the folder"));
+        let message = write_bytes(folder.path(), b"x").unwrap_err().to_string();
+        assert!(message.contains("rename"), "a folder is in the way: {message}");
+        assert!(write_bytes(Path::new("/"), b"x").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn others_may_read_the_file_as_far_as_the_umask_allows() {
+        use std::os::unix::fs::PermissionsExt;
+        let (folder, path) = place("frame.png");
+        write_bytes(&path, b"x").unwrap();
+        let plain = folder.path().join("plain");
+        std::fs::write(&plain, b"x").unwrap();
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&path), mode(&plain));
+    }
+}

@@ -1,0 +1,352 @@
+//! `manifest.json` and `poses.csv` beside the frames: what made each.
+//!
+//! ```text
+//! lock the folder (two workers of a farm may finish at once)
+//! read the manifest that is there; if database, flight and settings are the same,
+//!     keep its entries of frames that were not made now and still exist
+//! write both files anew, each under a temporary name, and rename
+//! ```
+//!
+//! `poses.csv` holds nothing that the manifest does not; it is there for spreadsheets and scripts.
+
+use std::fs::File;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::info::CAMERA_CONVENTIONS;
+use super::{FrameInfo, Written, atomic};
+use crate::error::{Error, Result};
+use crate::space::Camera;
+
+/// Name of the manifest in the folder of the frames.
+pub const MANIFEST: &str = "manifest.json";
+/// Name of the table of poses in the folder of the frames.
+pub const POSES: &str = "poses.csv";
+const LOCK: &str = ".manifest.lock";
+/// Version of the manifest's layout.
+const LAYOUT: u32 = 1;
+
+/// What made a folder of frames.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    layout: u32,
+    /// Program and version.
+    pub program: String,
+    /// The database.
+    pub database: DatabaseRecord,
+    /// The flight; absent for a single picture.
+    pub flight: Option<FlightRecord>,
+    /// Everything else that decides the pictures.
+    pub settings: serde_json::Value,
+    /// [`settings_digest`] of `settings`.
+    pub settings_digest: String,
+    /// Meaning of the poses' fields.
+    pub conventions: String,
+    /// One entry per frame, in rising order.
+    pub frames: Vec<FrameRecord>,
+}
+
+/// Which database.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DatabaseRecord {
+    /// File name.
+    pub file: String,
+    /// Content hash.
+    pub content_hash: String,
+    /// Coordinate reference system.
+    pub crs: String,
+    /// What heights count from.
+    pub vertical_datum: String,
+}
+
+/// Which flight.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlightRecord {
+    /// File name of the path.
+    pub file: String,
+    /// BLAKE3 of that file, hexadecimal.
+    pub blake3: String,
+}
+
+/// One frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameRecord {
+    /// Number, absolute, from 1.
+    pub frame: u64,
+    /// File name, relative to the manifest; absent for frames of a stream.
+    pub file: Option<String>,
+    /// BLAKE3 of the file, hexadecimal; absent for frames of a stream.
+    pub blake3: Option<String>,
+    /// Time since the start of the flight, seconds.
+    pub seconds: f64,
+    /// Eye in the database's reference system, metres: east, north, up.
+    pub eye_m: [f64; 3],
+    /// Longitude and latitude of the eye, degrees; absent in a local system.
+    pub lon_lat_deg: Option<[f64; 2]>,
+    /// Clockwise from grid north, degrees.
+    pub yaw_deg: f64,
+    /// Nose up positive, degrees.
+    pub pitch_deg: f64,
+    /// Right wing down positive, degrees.
+    pub roll_deg: f64,
+    /// Horizontal field of view, degrees.
+    pub hfov_deg: f64,
+    /// Pixels: width, height.
+    pub size_px: [u32; 2],
+}
+
+impl FrameRecord {
+    /// The entry of a frame; `file` is where it went and what was written, `None` for a stream.
+    pub fn new(
+        info: &FrameInfo,
+        camera: &Camera,
+        lon_lat_deg: Option<[f64; 2]>,
+        file: Option<(&Path, &Written)>,
+    ) -> Self {
+        let pose = &camera.pose;
+        let name =
+            file.and_then(|(path, _)| path.file_name()).map(|name| name.to_string_lossy().into_owned());
+        Self {
+            frame: info.frame,
+            file: name,
+            blake3: file.map(|(_, written)| written.blake3.clone()),
+            seconds: info.seconds,
+            eye_m: pose.eye.to_array(),
+            lon_lat_deg,
+            yaw_deg: pose.attitude.yaw,
+            pitch_deg: pose.attitude.pitch,
+            roll_deg: pose.attitude.roll,
+            hfov_deg: pose.hfov,
+            size_px: [camera.width, camera.height],
+        }
+    }
+}
+
+impl Manifest {
+    /// A manifest without frames.
+    pub fn new(
+        program: impl Into<String>,
+        database: DatabaseRecord,
+        flight: Option<FlightRecord>,
+        settings: serde_json::Value,
+    ) -> Self {
+        let settings_digest = settings_digest(&settings);
+        let conventions = CAMERA_CONVENTIONS.to_owned();
+        let program = program.into();
+        Self {
+            layout: LAYOUT,
+            program,
+            database,
+            flight,
+            settings,
+            settings_digest,
+            conventions,
+            frames: Vec::new(),
+        }
+    }
+
+    /// Reads the manifest of `folder`; `None` where there is none.
+    pub fn read(folder: &Path) -> Result<Option<Self>> {
+        let path = folder.join(MANIFEST);
+        let bytes = match std::fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Error::io(&path, "read it", error)),
+        };
+        serde_json::from_slice(&bytes).map(Some).map_err(|error| {
+            Error::invalid(&path, format!("no manifest of frames: {error}; delete it and render again"))
+        })
+    }
+
+    /// Writes `manifest.json` and `poses.csv` into `folder`, keeping the entries of earlier runs of the
+    /// same flight over the same database with the same settings. Returns what the manifest now holds.
+    pub fn write(mut self, folder: &Path) -> Result<Self> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, "create the folder", source))?;
+        let _lock = lock(folder);
+        // A manifest that cannot be read says nothing about frames that could be kept.
+        if let Ok(Some(earlier)) = Self::read(folder)
+            && self.same_sequence(&earlier)
+        {
+            let made: std::collections::HashSet<u64> = self.frames.iter().map(|frame| frame.frame).collect();
+            let exists = |file: &Option<String>| file.as_ref().is_none_or(|file| folder.join(file).is_file());
+            let kept = earlier.frames.into_iter();
+            self.frames.extend(kept.filter(|frame| !made.contains(&frame.frame) && exists(&frame.file)));
+        }
+        self.frames.sort_by_key(|frame| frame.frame);
+        let manifest = folder.join(MANIFEST);
+        let mut text = serde_json::to_vec_pretty(&self)
+            .map_err(|error| Error::invalid(&manifest, format!("the manifest is no JSON: {error}")))?;
+        text.push(b'\n');
+        let poses = folder.join(POSES);
+        atomic::write_bytes(&poses, &poses_csv(&poses, &self.frames)?)?;
+        atomic::write_bytes(&manifest, &text)?;
+        Ok(self)
+    }
+
+    fn same_sequence(&self, other: &Self) -> bool {
+        let hash = |manifest: &Self| manifest.flight.as_ref().map(|flight| flight.blake3.clone());
+        self.layout == other.layout
+            && self.database.content_hash == other.database.content_hash
+            && self.settings_digest == other.settings_digest
+            && hash(self) == hash(other)
+    }
+}
+
+/// BLAKE3 of settings as JSON with sorted keys, hexadecimal.
+pub fn settings_digest(settings: &serde_json::Value) -> String {
+    blake3::hash(settings.to_string().as_bytes()).to_hex().to_string()
+}
+
+/// Holds the lock of `folder` until it is dropped. Where locks are not to be had (some network file
+/// systems), work goes on without: the worst is an entry that is missing from the manifest.
+fn lock(folder: &Path) -> Option<File> {
+    let file = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK)).ok()?;
+    file.lock().ok()?;
+    Some(file)
+}
+
+fn poses_csv(path: &Path, frames: &[FrameRecord]) -> Result<Vec<u8>> {
+    let rows = || -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        table.write_record([
+            "frame",
+            "t_s",
+            "x_m",
+            "y_m",
+            "z_m",
+            "lon_deg",
+            "lat_deg",
+            "yaw_deg",
+            "pitch_deg",
+            "roll_deg",
+            "hfov_deg",
+        ])?;
+        for frame in frames {
+            let [x, y, z] = frame.eye_m;
+            let [lon, lat] =
+                frame.lon_lat_deg.map_or_else(Default::default, |at| at.map(|at| at.to_string()));
+            let attitude = [frame.yaw_deg, frame.pitch_deg, frame.roll_deg, frame.hfov_deg];
+            let before = [frame.frame.to_string(), frame.seconds.to_string()];
+            let position = [x, y, z].map(|value| value.to_string()).into_iter().chain([lon, lat]);
+            let after = attitude.map(|value| value.to_string());
+            table.write_record(before.into_iter().chain(position).chain(after))?;
+        }
+        Ok(table.into_inner()?)
+    };
+    rows().map_err(|error| Error::invalid(path, format!("the poses cannot be written as CSV: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{testing, write_frame};
+    use super::*;
+
+    fn manifest(settings: &str) -> Manifest {
+        let database = DatabaseRecord {
+            file: "valley.hop".to_owned(),
+            content_hash: "abc".to_owned(),
+            crs: "EPSG:32633".to_owned(),
+            vertical_datum: "mean sea level".to_owned(),
+        };
+        let flight = FlightRecord { file: "flight.csv".to_owned(), blake3: "def".to_owned() };
+        Manifest::new(
+            "hedgehop 0.1.0",
+            database,
+            Some(flight),
+            serde_json::json!({ "hfov": 60.0, "sky": settings }),
+        )
+    }
+
+    /// Renders frames and writes their manifest, as a run does.
+    fn run(folder: &Path, settings: &str, numbers: &[u64]) -> Manifest {
+        let mut manifest = manifest(settings);
+        let frame = testing::frame(4, 3);
+        for &number in numbers {
+            let info = FrameInfo { frame: number, ..testing::info() };
+            let path = folder.join(format!("{number:04}.png"));
+            let written = write_frame(&path, &frame, &info).unwrap();
+            let lon_lat = (number % 2 == 0).then_some([15.1, 42.0]);
+            manifest.frames.push(FrameRecord::new(&info, &frame.camera, lon_lat, Some((&path, &written))));
+        }
+        manifest.write(folder).unwrap()
+    }
+
+    fn numbers(folder: &Path) -> Vec<u64> {
+        let manifest = Manifest::read(folder).unwrap().unwrap();
+        manifest.frames.iter().map(|frame| frame.frame).collect()
+    }
+
+    #[test]
+    fn the_manifest_says_what_made_each_frame() {
+        let (folder, _) = testing::place("");
+        let written = run(folder.path(), "clear", &[2, 1]);
+        let read = Manifest::read(folder.path()).unwrap().unwrap();
+        assert_eq!(read, written, "every f64 comes back");
+        assert_eq!(read.frames[1].file.as_deref(), Some("0002.png"));
+        let file = Written::of(&folder.path().join("0002.png")).unwrap();
+        assert_eq!(read.frames[1].blake3.as_ref(), Some(&file.blake3));
+        assert_eq!(read.frames[0].eye_m, [500_123.456_789, 4_649_776.225, 312.75]);
+    }
+
+    #[test]
+    fn poses_are_a_table() {
+        let (folder, _) = testing::place("");
+        run(folder.path(), "clear", &[1, 2]);
+        assert_eq!(
+            std::fs::read_to_string(folder.path().join(POSES)).unwrap(),
+            "frame,t_s,x_m,y_m,z_m,lon_deg,lat_deg,yaw_deg,pitch_deg,roll_deg,hfov_deg\n\
+             1,1.64,500123.456789,4649776.225,312.75,,,33,-5.25,20,60\n\
+             2,1.64,500123.456789,4649776.225,312.75,15.1,42,33,-5.25,20,60\n"
+        );
+    }
+
+    #[test]
+    fn subsets_of_one_sequence_add_up() {
+        let (folder, _) = testing::place("");
+        run(folder.path(), "clear", &[5, 6]);
+        run(folder.path(), "clear", &[1, 6]);
+        assert_eq!(numbers(folder.path()), [1, 5, 6]);
+        std::fs::remove_file(folder.path().join("0005.png")).unwrap();
+        run(folder.path(), "clear", &[2]);
+        assert_eq!(numbers(folder.path()), [1, 2, 6], "the file of 5 is gone");
+    }
+
+    #[test]
+    fn another_sequence_replaces_what_was_there() {
+        let (folder, _) = testing::place("");
+        run(folder.path(), "clear", &[5, 6]);
+        run(folder.path(), "haze", &[1]);
+        assert_eq!(numbers(folder.path()), [1]);
+        std::fs::write(folder.path().join(MANIFEST), b"{").unwrap();
+        let message = Manifest::read(folder.path()).unwrap_err().to_string();
+        assert!(message.contains(MANIFEST) && message.contains("line 1"), "{message}");
+        run(folder.path(), "haze", &[3]);
+        assert_eq!(numbers(folder.path()), [3]);
+    }
+
+    #[test]
+    fn workers_that_finish_at_once_lose_nothing() {
+        let (folder, _) = testing::place("");
+        std::thread::scope(|scope| {
+            for worker in 0..4 {
+                let folder = folder.path();
+                scope.spawn(move || {
+                    for round in 0..5 {
+                        run(folder, "clear", &[worker * 5 + round + 1]);
+                    }
+                });
+            }
+        });
+        assert_eq!(numbers(folder.path()), (1..=20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_digest_ignores_the_order_of_keys() {
+        let one: serde_json::Value = serde_json::from_str(r#"{"a":1,"b":2}"#).unwrap();
+        let other: serde_json::Value = serde_json::from_str(r#"{"b":2,"a":1}"#).unwrap();
+        assert_eq!(settings_digest(&one), settings_digest(&other));
+        assert_ne!(settings_digest(&one), settings_digest(&serde_json::json!({"a":1})));
+    }
+}

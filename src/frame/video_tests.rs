@@ -1,0 +1,165 @@
+//! Tests of the video pipe. Those that need ffmpeg say so and pass without it.
+
+use std::sync::Mutex;
+
+use super::super::{FrameInfo, testing, write_frame};
+use super::*;
+use crate::progress::Silent;
+
+fn rate() -> FrameRate {
+    "24000/1001".parse().unwrap()
+}
+
+/// Eight frames, of which `extension` decides the format.
+fn frames(folder: &Path, extension: &str, size: (u32, u32)) -> Vec<PathBuf> {
+    let numbers = 1..=8;
+    let paths = numbers.map(|number| {
+        let path = folder.join(format!("{number:04}.{extension}"));
+        let info = FrameInfo { frame: number, ..testing::info() };
+        write_frame(&path, &testing::frame(size.0, size.1), &info).unwrap();
+        path
+    });
+    paths.collect()
+}
+
+fn ffmpeg_is_there() -> bool {
+    let there = check_video(Path::new("a.mp4")).is_ok();
+    if !there {
+        writeln!(std::io::stderr(), "skipped: no ffmpeg with an H.264 or MPEG-4 encoder").unwrap();
+    }
+    there
+}
+
+/// What ffmpeg itself says about a file, and its first frame as rgb24.
+fn probe(path: &Path) -> (String, Vec<u8>) {
+    let run = |arguments: &[&str]| {
+        Command::new("ffmpeg").args(["-hide_banner", "-i"]).arg(path).args(arguments).output().unwrap()
+    };
+    let words = run(&["-f", "null", "-"]).stderr;
+    let first = run(&["-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]).stdout;
+    (String::from_utf8_lossy(&words).into_owned(), first)
+}
+
+#[derive(Default)]
+struct Notes(Mutex<Vec<String>>);
+
+impl Observer for Notes {
+    fn note(&self, text: &str) {
+        self.0.lock().unwrap().push(text.to_owned());
+    }
+}
+
+#[test]
+fn frames_become_a_video_with_exact_rate_and_tags() {
+    if !ffmpeg_is_there() {
+        return;
+    }
+    let (folder, out) = testing::place("a b:c.mp4");
+    for (extension, size) in [("png", (64, 48)), ("exr", (65, 49))] {
+        let notes = Notes::default();
+        encode_video(frames(folder.path(), extension, size).into_iter(), rate(), &out, &notes).unwrap();
+        let (words, first) = probe(&out);
+        assert!(words.contains("23.98 fps"), "{words}");
+        assert!(words.contains("64x48") && words.contains("bt709"), "{words}");
+        assert!(words.contains("frame=    8"), "{words}");
+        let expected = read_picture(&folder.path().join("0001.png")).unwrap().rgb;
+        let error: u64 = first.iter().zip(&expected).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();
+        assert!(extension == "exr" || error / (expected.len() as u64) < 4, "mean error {error}");
+        assert_eq!(notes.0.lock().unwrap().iter().any(|note| note.contains("even sizes")), size.0 == 65);
+    }
+    let left: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.contains("part"))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn without_ffmpeg_the_remedy_is_named() {
+    let (folder, out) = testing::place("out.mp4");
+    let paths = frames(folder.path(), "png", (8, 6));
+    let error =
+        encode_with(OsStr::new("no-such-ffmpeg"), paths.into_iter(), rate(), &out, &Silent).unwrap_err();
+    assert!(matches!(error, Error::Unsupported { .. }));
+    let message = error.to_string();
+    assert!(message.contains("apt-get install ffmpeg") && message.contains("-o -"), "{message}");
+    assert!(!out.exists());
+}
+
+#[test]
+fn containers_that_are_not_known_are_refused_before_anything_is_rendered() {
+    let message = check_video(Path::new("out.gif")).unwrap_err().to_string();
+    assert!(message.starts_with("--video out.gif") && message.contains(".mp4"), "{message}");
+}
+
+/// Stands in for ffmpeg: lists an encoder, then fails as `script` says.
+#[cfg(unix)]
+fn stand_in(folder: &Path, script: &str) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let path = folder.join("ffmpeg.sh");
+    let text =
+        format!("#!/bin/sh\ncase \"$*\" in *-encoders*) echo ' V....D libx264 x'; exit 0;; esac\n{script}\n");
+    std::fs::write(&path, text).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    path
+}
+
+#[cfg(unix)]
+#[test]
+fn failures_of_ffmpeg_are_told_in_its_words() {
+    let (folder, out) = testing::place("out.mp4");
+    std::fs::write(&out, b"earlier video").unwrap();
+    let paths = frames(folder.path(), "png", (256, 200));
+    for script in [
+        "echo 'noise' >&2; echo 'No space left on device' >&2; exit 1",
+        "cat >/dev/null; echo 'No space left on device' >&2; exit 228",
+    ] {
+        let program = stand_in(folder.path(), script);
+        let error =
+            encode_with(program.as_os_str(), paths.clone().into_iter(), rate(), &out, &Silent).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("No space left on device"), "{message}");
+        assert_eq!(std::fs::read(&out).unwrap(), b"earlier video");
+    }
+}
+
+struct Cancels;
+
+impl Observer for Cancels {
+    fn cancelled(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn cancelling_ends_ffmpeg_and_leaves_nothing() {
+    let (folder, out) = testing::place("out.mp4");
+    let paths = frames(folder.path(), "png", (8, 6));
+    let program = stand_in(folder.path(), "exec sleep 60");
+    let start = std::time::Instant::now();
+    let error = encode_with(program.as_os_str(), paths.into_iter(), rate(), &out, &Cancels).unwrap_err();
+    assert!(matches!(error, Error::Interrupted(_)));
+    assert!(start.elapsed().as_secs() < 30);
+    assert!(!out.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn frames_must_be_whole_and_of_one_size() {
+    let (folder, out) = testing::place("out.mp4");
+    let mut paths = frames(folder.path(), "png", (8, 6));
+    let program = stand_in(folder.path(), "cat >/dev/null");
+    let run = |paths: &[PathBuf]| {
+        let paths = paths.to_vec().into_iter();
+        encode_with(program.as_os_str(), paths, rate(), &out, &Silent).map_err(|error| error.to_string())
+    };
+    let odd = folder.path().join("odd.png");
+    write_frame(&odd, &testing::frame(10, 6), &testing::info()).unwrap();
+    paths.push(odd.clone());
+    assert!(run(&paths).unwrap_err().contains("--size"));
+    std::fs::write(&odd, b"cut").unwrap();
+    assert!(run(&paths).unwrap_err().contains("odd.png: no whole frame"));
+    assert!(run(&[]).unwrap_err().contains("no frames"));
+}

@@ -1,0 +1,72 @@
+//! How the bytes that a build may hold are shared out; the only place that decides it.
+
+use super::workers::AHEAD;
+use crate::error::{Error, Result};
+use crate::voxel::PAGE_SIDE;
+
+const MIB: u64 = 1 << 20;
+/// The program, thread stacks, the directory of pages, and what the allocator keeps for itself.
+const FIXED: u64 = 40 * MIB;
+/// A page's planes while it is made: positions, sums, heights with the fill's margin, colours, bytes.
+const PAGE_WORK: u64 = 10 * MIB;
+/// An encoded page: heights, colours and attributes of every voxel, and bounds.
+const PAGE_BYTES: u64 = (PAGE_SIDE as u64 + 2).pow(2) * 13;
+/// Least worth having for one window, and for all decoded blocks together.
+const LEAST_WINDOW: u64 = MIB / 4;
+const LEAST_CACHE: u64 = 16 * MIB;
+
+/// Shares of the memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Budget {
+    /// Decoded blocks of all rasters, bytes.
+    pub cache: u64,
+    /// Largest window of samples that a worker holds, bytes.
+    pub window: usize,
+    /// Workers that fit.
+    pub threads: usize,
+}
+
+impl Budget {
+    /// Splits `memory` bytes for up to `threads` workers.
+    pub fn split(memory: u64, threads: usize) -> Result<Self> {
+        let threads = threads.max(1) as u64;
+        let window = (memory / 64 / threads).clamp(LEAST_WINDOW, 8 * MIB);
+        // One window of heights and one of colours.
+        let worker = 2 * window + PAGE_WORK + AHEAD * PAGE_BYTES;
+        let least = FIXED + worker + LEAST_CACHE;
+        if memory < least {
+            return Err(Error::Configuration(format!(
+                "--memory of {} MiB is too little; a build takes at least {} MiB",
+                memory / MIB,
+                least.div_ceil(MIB)
+            )));
+        }
+        // Workers beyond half of what is left would only take turns to decode the same blocks.
+        let threads = threads.min(((memory - FIXED) / 2 / worker).max(1));
+        Ok(Self { cache: memory - FIXED - threads * worker, window: window as usize, threads: threads as usize })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_never_exceed_the_memory() {
+        for memory in [80, 128, 512, 4096].map(|mib| mib * MIB) {
+            for threads in [1, 2, 16, 256] {
+                let budget = Budget::split(memory, threads).unwrap();
+                let workers = budget.threads as u64 * (2 * budget.window as u64 + PAGE_WORK + AHEAD * PAGE_BYTES);
+                assert!(budget.threads >= 1 && budget.threads <= threads);
+                assert_eq!(FIXED + workers + budget.cache, memory);
+                assert!(budget.cache >= LEAST_CACHE);
+            }
+        }
+    }
+
+    #[test]
+    fn too_little_is_refused_with_the_least() {
+        let error = Budget::split(20 * MIB, 1).unwrap_err().to_string();
+        assert!(error.contains("--memory of 20 MiB") && error.contains("at least"), "{error}");
+    }
+}

@@ -1,0 +1,402 @@
+//! The rasters of a build: opened, with everything known that is needed to place them.
+//!
+//! ```text
+//! for each file: open it; its reference system is
+//!     its own | --elevation-crs or --imagery-crs | plain metres (--local, or no georeferencing at all) | an error
+//! refuse coordinates that cannot be what the system says: degrees as metres, metres as degrees, swapped axes
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec2;
+
+use super::build::BuildOptions;
+use super::kernel::Samples;
+use super::plan::{Bounds, Plan};
+use super::raster::{
+    ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
+};
+use super::vertical::Shift;
+use super::warp::{self, Placement};
+use crate::error::{Error, Result};
+use crate::geo::{Crs, Transform, VerticalDatum};
+use crate::voxel::SourceRecord;
+
+/// A raster and where it says it lies.
+pub(super) struct Opened<T> {
+    pub path: PathBuf,
+    pub samples: Box<dyn Samples<T>>,
+    /// Natural block (columns, rows) for reading.
+    pub block: (u32, u32),
+    pub geo: GeoTransform,
+    pub crs: Crs,
+    /// Datum of heights, as stated, given or assumed; means nothing for imagery.
+    pub datum: VerticalDatum,
+    pub description: String,
+}
+
+/// An elevation raster, placed in the database's grid.
+pub(super) struct ElevationInput {
+    pub samples: Box<dyn Samples<f64>>,
+    pub block: (u32, u32),
+    pub placement: Placement,
+    /// What brings its heights to the database's datum.
+    pub shift: Shift,
+    /// West, south, east, north of what it can reach, in the database's system; for quick rejection.
+    pub reach: Bounds,
+}
+
+/// Imagery, placed in the database's grid.
+pub(super) struct ImageryInput {
+    pub samples: Box<dyn Samples<[u8; 4]>>,
+    pub placement: Placement,
+    /// Pixels are coarser than voxels.
+    pub magnified: bool,
+    pub reach: Bounds,
+}
+
+/// All rasters, highest priority first, and what was assumed about them.
+pub(super) struct Inputs {
+    pub elevation: Vec<Opened<f64>>,
+    pub imagery: Vec<Opened<[u8; 4]>>,
+    pub notes: Vec<String>,
+}
+
+impl Samples<f64> for ElevationRaster {
+    fn size(&self) -> (u32, u32) {
+        (self.info().width, self.info().height)
+    }
+    fn read(&self, window: Window, samples: &mut Vec<f64>) -> Result<()> {
+        ElevationRaster::read(self, window, samples)
+    }
+    fn notes(&self) -> Vec<String> {
+        without_folders(&self.info().path, &ElevationRaster::notes(self))
+    }
+}
+
+impl Samples<[u8; 4]> for ImageryRaster {
+    fn size(&self) -> (u32, u32) {
+        (self.info().width, self.info().height)
+    }
+    fn read(&self, window: Window, samples: &mut Vec<[u8; 4]>) -> Result<()> {
+        ImageryRaster::read(self, window, samples)
+    }
+    fn notes(&self) -> Vec<String> {
+        without_folders(&self.info().path, ImageryRaster::notes(self))
+    }
+}
+
+/// Opens every file, with `cache_bytes` of decoded blocks for all of them together.
+pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
+    if options.elevation.is_empty() {
+        return Err(Error::Configuration("no elevation is given; name at least one file with --elevation".into()));
+    }
+    let count = options.elevation.len() + options.imagery.len();
+    if count >= usize::from(u16::MAX) {
+        return Err(Error::Configuration(format!("{count} files are too many; mosaic them first (gdalbuildvrt)")));
+    }
+    let open_options = OpenOptions { cache_bytes: cache_bytes / count as u64, ..OpenOptions::default() };
+    let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
+    let elevation = options.elevation.iter().map(|path| opener.elevation(path)).collect::<Result<Vec<_>>>()?;
+    let canvas = elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
+    let imagery = options.imagery.iter().map(|path| opener.imagery(path, canvas)).collect::<Result<Vec<_>>>()?;
+    Ok(Inputs { elevation, imagery, notes: opener.into_notes() })
+}
+
+struct Opener<'a> {
+    options: &'a BuildOptions,
+    open_options: OpenOptions,
+    notes: Vec<String>,
+    /// Elevation files whose vertical datum was assumed.
+    silent: Vec<String>,
+}
+
+impl Opener<'_> {
+    fn elevation(&mut self, path: &Path) -> Result<Opened<f64>> {
+        let raster = open(path, &self.open_options)?;
+        let info = raster.info().clone();
+        let (geo, crs) = self.place(&info, self.options.elevation_crs.as_deref(), "--elevation-crs", None)?;
+        let datum = info.vertical_datum.or(self.options.src_vdatum).unwrap_or_else(|| {
+            self.silent.push(file_name(path));
+            VerticalDatum::Msl
+        });
+        let description = describe(&info, &crs, Some(datum));
+        let samples = Box::new(ElevationRaster::new(raster, &self.options.nodata)?);
+        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
+    }
+
+    fn imagery(&mut self, path: &Path, canvas: Option<(GeoTransform, (u32, u32))>) -> Result<Opened<[u8; 4]>> {
+        let raster = open(path, &self.open_options)?;
+        let info = raster.info().clone();
+        let (geo, crs) = self.place(&info, self.options.imagery_crs.as_deref(), "--imagery-crs", canvas)?;
+        let description = describe(&info, &crs, None);
+        let samples = Box::new(ImageryRaster::new(raster, self.options.bands)?);
+        self.notes.extend(Samples::notes(samples.as_ref()));
+        let datum = VerticalDatum::Msl;
+        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
+    }
+
+    /// Georeferencing and reference system of a file. Imagery without any is laid over `canvas`, the
+    /// local elevation that it belongs to.
+    fn place(
+        &mut self,
+        info: &RasterInfo,
+        given: Option<&str>,
+        flag: &str,
+        canvas: Option<(GeoTransform, (u32, u32))>,
+    ) -> Result<(GeoTransform, Crs)> {
+        let path = &info.path;
+        let Some(geo) = info.geo else {
+            return Ok((self.place_ungeoreferenced(info, canvas)?, Crs::local()));
+        };
+        if warp::invert(&geo).is_none() {
+            return Err(Error::invalid(path, format!("its geotransform {geo:?} maps the raster onto a line")));
+        }
+        let crs = match (&info.crs, given) {
+            (Some(crs), _) => crs.clone(),
+            (None, Some(text)) => Crs::from_user(text)?,
+            (None, None) if self.options.local => Crs::local(),
+            (None, None) => return Err(no_crs(info, geo, flag)),
+        };
+        if info.crs.is_none() {
+            self.notes.push(format!("{}: states no reference system, taken as {}", file_name(path), crs.name()));
+        }
+        plausible(info, &geo, &crs, flag)?;
+        Ok((geo, crs))
+    }
+
+    fn place_ungeoreferenced(
+        &mut self,
+        info: &RasterInfo,
+        canvas: Option<(GeoTransform, (u32, u32))>,
+    ) -> Result<GeoTransform> {
+        let name = file_name(&info.path);
+        if let Some((geo, (width, height))) = canvas {
+            self.notes.push(format!("{name}: has no georeferencing, laid over the whole of the first elevation file"));
+            let (across, down) = (
+                f64::from(width) / f64::from(info.width),
+                f64::from(height) / f64::from(info.height),
+            );
+            return Ok([geo[0], geo[1] * across, geo[2] * down, geo[3], geo[4] * across, geo[5] * down]);
+        }
+        let Some(spacing) = self.options.raw_spacing else {
+            return Err(Error::unsupported(
+                &info.path,
+                "has no georeferencing",
+                "give the side of its pixels in metres with --spacing, or put a world file and --elevation-crs or --imagery-crs to it",
+            ));
+        };
+        if !(spacing.is_finite() && spacing > 0.0) {
+            return Err(Error::Configuration(format!("--spacing is {spacing}, but must be a positive number of metres")));
+        }
+        self.notes.push(format!("{name}: has no georeferencing, placed at (0, 0) with pixels of {spacing} m"));
+        Ok([0.0, spacing, 0.0, f64::from(info.height) * spacing, 0.0, -spacing])
+    }
+
+    fn into_notes(self) -> Vec<String> {
+        let mut notes = self.notes;
+        if !self.silent.is_empty() {
+            let files = self.silent.join(", ");
+            notes.push(format!(
+                "vertical datum not stated by {files}: taken as mean sea level (--src-vdatum says otherwise)"
+            ));
+        }
+        notes
+    }
+}
+
+fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error {
+    let guess = if looks_like_degrees(&geo, (info.width, info.height)) {
+        format!("its coordinates look like degrees: if they are, say {flag} EPSG:4326")
+    } else {
+        format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
+    };
+    Error::unsupported(&info.path, "states no coordinate reference system", guess)
+}
+
+/// West, south, east, north of a raster's corners.
+pub(super) fn corner_bounds(geo: &GeoTransform, (width, height): (u32, u32)) -> [f64; 4] {
+    let (w, h) = (f64::from(width), f64::from(height));
+    [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(column, row)| warp::apply(geo, column, row)).into_iter().fold(
+        [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
+        |b, (x, y)| [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)],
+    )
+}
+
+/// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.
+fn looks_like_degrees(geo: &GeoTransform, size: (u32, u32)) -> bool {
+    /// Half a pixel beyond the poles and the 360th meridian, for coarse global rasters.
+    const SLACK: f64 = 1.0;
+    /// Pixels of a tenth of a degree and less, or whole-Earth rasters.
+    const PIXEL: f64 = 0.1;
+    let [west, south, east, north] = corner_bounds(geo, size);
+    let small = geo[1].hypot(geo[4]) < PIXEL && geo[2].hypot(geo[5]) < PIXEL;
+    let global = east - west > 350.0 && north - south > 120.0;
+    west >= -180.0 - SLACK && east <= 360.0 + SLACK && south >= -90.0 - SLACK && north <= 90.0 + SLACK && (small || global)
+}
+
+/// Refuses coordinates that cannot be what the reference system says.
+fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Result<()> {
+    let size = (info.width, info.height);
+    let [west, south, east, north] = corner_bounds(geo, size);
+    let extent = format!("its coordinates, {west} … {east} east and {south} … {north} north,");
+    let remedy = || match &info.crs {
+        Some(_) => "its georeferencing is wrong; repair it with `gdal_edit.py -a_srs EPSG:… FILE`".to_owned(),
+        None => format!("name the right system with {flag} EPSG:…"),
+    };
+    if !crs.is_geographic() {
+        if looks_like_degrees(geo, size) {
+            return Err(Error::unsupported(
+                &info.path,
+                format!("{extent} look like degrees, but would be taken as metres ({})", crs.name()),
+                if info.crs.is_some() { remedy() } else { format!("say {flag} EPSG:4326 if they are degrees") },
+            ));
+        }
+        return Ok(());
+    }
+    let (column, row) = (geo[1].hypot(geo[4]), geo[2].hypot(geo[5]));
+    let within = west >= -360.0 - column && east <= 540.0 + column && south >= -90.0 - row && north <= 90.0 + row;
+    if within && east - west <= 360.0 + 2.0 * column {
+        return Ok(());
+    }
+    Err(Error::unsupported(&info.path, format!("{extent} cannot be degrees of {}", crs.name()), remedy()))
+}
+
+/// Notes that name a file by its name alone: what a database records must not depend on where its sources lay.
+fn without_folders(path: &Path, notes: &[String]) -> Vec<String> {
+    let (path, name) = (path.display().to_string(), file_name(path));
+    notes.iter().map(|note| note.replace(&path, &name)).collect()
+}
+
+/// File name without folders.
+pub(super) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn describe(info: &RasterInfo, crs: &Crs, datum: Option<VerticalDatum>) -> String {
+    let sample = match info.sample {
+        SampleType::U8 => "uint8",
+        SampleType::I8 => "int8",
+        SampleType::U16 => "uint16",
+        SampleType::I16 => "int16",
+        SampleType::U32 => "uint32",
+        SampleType::I32 => "int32",
+        SampleType::F32 => "float32",
+        SampleType::F64 => "float64",
+    };
+    let bands = if info.bands == 1 { String::new() } else { format!(" of {} bands", info.bands) };
+    let mut text = format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs));
+    if let Some(datum) = datum {
+        text += &format!(", heights above {}", datum.label());
+        if info.metres_per_unit != 1.0 {
+            text += &format!(" in units of {} m", info.metres_per_unit);
+        }
+    }
+    text
+}
+
+/// `EPSG:32633`, or the name of a system without a code.
+pub(super) fn crs_label(crs: &Crs) -> String {
+    crs.epsg().map_or_else(|| crs.name().to_owned(), |code| format!("EPSG:{code}"))
+}
+
+impl ElevationInput {
+    /// Places a raster in the grid, with heights above `datum`.
+    pub fn place(raster: Opened<f64>, plan: &Plan, datum: VerticalDatum) -> Result<Self> {
+        let (placement, reach) = raster.place(plan)?;
+        let shift = Shift::between(raster.datum, datum, &plan.grid, &plan.crs)?;
+        Ok(Self { samples: raster.samples, block: raster.block, placement, shift, reach })
+    }
+}
+
+impl ImageryInput {
+    /// Places a raster in the grid.
+    pub fn place(raster: Opened<[u8; 4]>, plan: &Plan) -> Result<Self> {
+        let (placement, reach) = raster.place(plan)?;
+        let magnified = raster.pixel_side(&plan.crs)?.is_none_or(|side| side > plan.grid.spacing);
+        Ok(Self { samples: raster.samples, placement, magnified, reach })
+    }
+}
+
+impl<T> Opened<T> {
+    fn place(&self, plan: &Plan) -> Result<(Placement, Bounds)> {
+        let size = self.samples.size();
+        let placement = Placement::new(Transform::new(&plan.crs, &self.crs)?, &self.geo, size)
+            .ok_or_else(|| Error::invalid(&self.path, "its geotransform maps the raster onto a line"))?;
+        // Room for the curve between the points that bound it, and for kernels that hang over its edge.
+        const ROOM: f64 = 0.05;
+        let room = |low: f64, high: f64| ROOM * (high - low) + 2.0 * plan.grid.spacing;
+        let everywhere = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
+        let reach = match self.footprint(&plan.crs)? {
+            Footprint::Whole([west, south, east, north]) => {
+                let (x, y) = (room(west, east), room(south, north));
+                [west - x, south - y, east + x, north + y]
+            }
+            Footprint::Partial(_) | Footprint::Nowhere => everywhere,
+        };
+        Ok((placement, reach))
+    }
+
+    /// Side of the square that is as large as a pixel at the raster's centre, metres of `crs`; `None` where the
+    /// centre has no place in it.
+    pub fn pixel_side(&self, crs: &Crs) -> Result<Option<f64>> {
+        let world = Transform::new(&self.crs, crs)?;
+        let (width, height) = self.samples.size();
+        let (column, row) = (0.5 * f64::from(width), 0.5 * f64::from(height));
+        let at = |column: f64, row: f64| {
+            let (x, y) = warp::apply(&self.geo, column, row);
+            world.apply(x, y).map(|(x, y)| DVec2::new(x, y))
+        };
+        let (here, east, south) = (at(column, row), at(column + 1.0, row), at(column, row + 1.0));
+        Ok(here.zip(east).zip(south).and_then(|((here, east), south)| {
+            let side = (east - here).perp_dot(south - here).abs().sqrt();
+            side.is_normal().then_some(side)
+        }))
+    }
+
+    /// Bounds of the raster's area in another system, from a lattice of points.
+    pub fn footprint(&self, crs: &Crs) -> Result<Footprint> {
+        const LATTICE: u32 = 64;
+        let world = Transform::new(&self.crs, crs)?;
+        let (width, height) = self.samples.size();
+        let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
+        let (mut bounds, mut whole): (Option<Bounds>, bool) = (None, true);
+        for (i, j) in (0..=LATTICE).flat_map(|j| (0..=LATTICE).map(move |i| (i, j))) {
+            let (x, mut y) = warp::apply(&self.geo, part(i, width), part(j, height));
+            if self.crs.is_geographic() {
+                // Rasters of points reach half a pixel beyond the poles.
+                y = y.clamp(-90.0, 90.0);
+            }
+            match world.apply(x, y) {
+                None => whole = false,
+                Some((x, y)) => bounds = Some(joined(bounds.unwrap_or([x, y, x, y]), [x, y, x, y])),
+            }
+        }
+        Ok(match bounds {
+            None => Footprint::Nowhere,
+            Some(bounds) if whole => Footprint::Whole(bounds),
+            Some(bounds) => Footprint::Partial(bounds),
+        })
+    }
+
+    /// What the database records of it.
+    pub fn record(&self, role: &str) -> SourceRecord {
+        SourceRecord { file: file_name(&self.path), role: role.into(), description: self.description.clone() }
+    }
+
+}
+
+/// Bounds of a raster's area in another system.
+pub(super) enum Footprint {
+    /// All of it has a place there.
+    Whole(Bounds),
+    /// Some of it has none.
+    Partial(Bounds),
+    /// None of it has.
+    Nowhere,
+}
+
+/// Bounds of two areas together.
+pub(super) fn joined(a: Bounds, b: Bounds) -> Bounds {
+    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
+}

@@ -1,0 +1,222 @@
+//! Weighted sums of a raster's pixels around each voxel.
+//!
+//! A voxel that is finer than the pixels is interpolated: between 2 × 2 of them (a tent of radius one), for
+//! imagery also between 4 × 4 (Catmull and Rom 1974, the cubic of Keys 1981 with a = −½). A voxel that is coarser
+//! averages the pixels that it covers under a tent as wide as two voxels, so that no pixel is skipped and
+//! none counts more than its area. Both are the same tent, of radius max(1, pixels per voxel).
+//!
+//! Weights sum to 1 over the *unclipped* kernel. What falls off the raster is missing from the sums, so that the
+//! next raster can supply it: two tiles of one lattice join as if they were one raster.
+//!
+//! ```text
+//! gather(block):
+//!     window = bounding box of all taps of the block's voxels, clipped to the raster
+//!     if it is larger than the budget: halve the block, or read a single voxel's window in strips
+//!     for each voxel, each tap row by row: accumulate(weight, sample)
+//! ```
+//! Each voxel meets its taps in the same order whatever the split, so results do not depend on it.
+
+use super::raster::Window;
+use super::warp::{Field, Rect};
+use crate::error::Result;
+
+/// A raster of samples that is read window by window.
+pub(super) trait Samples<T>: Send + Sync {
+    /// Columns and rows.
+    fn size(&self) -> (u32, u32);
+    /// Rows from the north, `[window.height][window.width]`, replacing what `samples` held.
+    fn read(&self, window: Window, samples: &mut Vec<T>) -> Result<()>;
+    /// What was assumed or repaired in what has been read so far, one sentence each.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// Takes the taps of one voxel after the other.
+pub(super) trait Accumulate<T> {
+    /// `voxel` is an index into the field's block; weights as in [`Tap`].
+    fn tap(&mut self, voxel: usize, tap: Tap, sample: T);
+}
+
+/// Weights of one pixel in a voxel's sums.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tap {
+    /// Of the tent, ≥ 0.
+    pub tent: f64,
+    /// Of the cubic (the tent's again where no cubic was asked for); may be negative.
+    pub sharp: f64,
+}
+
+/// Which weights are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// Tent alone.
+    Tent,
+    /// Tent and, where pixels are coarser than voxels, cubic.
+    Cubic,
+}
+
+/// Reads, splits and weighs.
+pub(super) struct Gather<'a, T> {
+    pub samples: &'a dyn Samples<T>,
+    pub field: &'a Field,
+    pub shape: Shape,
+    /// Largest window, bytes.
+    pub window_bytes: usize,
+    /// Holds the window; grows up to `window_bytes`.
+    pub window: &'a mut Vec<T>,
+}
+
+impl<T: Copy> Gather<'_, T> {
+    /// Sums over the whole field.
+    pub fn run(&mut self, sums: &mut impl Accumulate<T>) -> Result<()> {
+        let mut weights = (Axis::default(), Axis::default());
+        let mut blocks = vec![self.field.rect];
+        while let Some(block) = blocks.pop() {
+            let Some(window) = self.bounds(block) else { continue };
+            let row_bytes = window.width as usize * size_of::<T>();
+            if row_bytes * window.height as usize <= self.window_bytes {
+                self.sum(block, window, &mut weights, sums)?;
+            } else if block.len() > 1 {
+                blocks.extend(halves(block));
+            } else {
+                let strip = (self.window_bytes / row_bytes).max(1) as u32;
+                for y in (window.y..window.y + window.height).step_by(strip as usize) {
+                    let height = strip.min(window.y + window.height - y);
+                    self.sum(block, Window { y, height, ..window }, &mut weights, sums)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn voxels(&self, block: Rect) -> impl Iterator<Item = (usize, f64, f64, (f64, f64))> {
+        let field = self.field;
+        (block.y0..block.y1).flat_map(move |y| {
+            (block.x0..block.x1).filter_map(move |x| {
+                let voxel = field.rect.index(x, y);
+                let (column, row) = (field.columns[voxel], field.rows[voxel]);
+                (!column.is_nan()).then(|| (voxel, column, row, field.scale(x, y)))
+            })
+        })
+    }
+
+    /// Bounding box of all taps of a block, clipped to the raster.
+    fn bounds(&self, block: Rect) -> Option<Window> {
+        let (width, height) = self.samples.size();
+        let (mut x, mut y) = ((i64::MAX, i64::MIN), (i64::MAX, i64::MIN));
+        for (_, column, row, scale) in self.voxels(block) {
+            let across = tap_range(column, self.shape.reach(scale.0), width);
+            let down = tap_range(row, self.shape.reach(scale.1), height);
+            if let (Some(across), Some(down)) = (across, down) {
+                x = (x.0.min(across.0), x.1.max(across.1));
+                y = (y.0.min(down.0), y.1.max(down.1));
+            }
+        }
+        (x.0 <= x.1).then(|| Window {
+            x: x.0 as u32,
+            y: y.0 as u32,
+            width: (x.1 - x.0 + 1) as u32,
+            height: (y.1 - y.0 + 1) as u32,
+        })
+    }
+
+    fn sum(
+        &mut self,
+        block: Rect,
+        window: Window,
+        weights: &mut (Axis, Axis),
+        sums: &mut impl Accumulate<T>,
+    ) -> Result<()> {
+        let mut samples = std::mem::take(self.window);
+        self.samples.read(window, &mut samples)?;
+        let stride = window.width as usize;
+        for (voxel, column, row, scale) in self.voxels(block) {
+            if !weights.0.weigh(column, scale.0, self.shape, (window.x, window.width))
+                || !weights.1.weigh(row, scale.1, self.shape, (window.y, window.height))
+            {
+                continue;
+            }
+            for (line, down) in weights.1.taps() {
+                let line = &samples[line * stride..][..stride];
+                for (at, across) in weights.0.taps() {
+                    let tap = Tap { tent: across.tent * down.tent, sharp: across.sharp * down.sharp };
+                    sums.tap(voxel, tap, line[at]);
+                }
+            }
+        }
+        *self.window = samples;
+        Ok(())
+    }
+}
+
+impl Shape {
+    /// Taps lie closer than this to the position, in pixels.
+    fn reach(self, scale: f64) -> f64 {
+        match self {
+            Self::Cubic if scale < 1.0 => 2.0,
+            _ => scale.max(1.0),
+        }
+    }
+}
+
+/// First and last pixel strictly within `reach` of `position`, clipped to `0..size`.
+fn tap_range(position: f64, reach: f64, size: u32) -> Option<(i64, i64)> {
+    let first = ((position - reach).floor() + 1.0).max(0.0);
+    let last = ((position + reach).ceil() - 1.0).min(f64::from(size) - 1.0);
+    (first <= last).then_some((first as i64, last as i64))
+}
+
+fn halves(block: Rect) -> [Rect; 2] {
+    if block.width() >= block.height() {
+        let x = block.x0 + block.width() as u32 / 2;
+        [Rect { x1: x, ..block }, Rect { x0: x, ..block }]
+    } else {
+        let y = block.y0 + block.height() as u32 / 2;
+        [Rect { y1: y, ..block }, Rect { y0: y, ..block }]
+    }
+}
+
+/// Weights along one axis.
+#[derive(Default)]
+struct Axis {
+    first: usize,
+    taps: Vec<Tap>,
+}
+
+impl Axis {
+    /// Weighs pixels `start..start + count` around `position`; false if none of them counts.
+    fn weigh(&mut self, position: f64, scale: f64, shape: Shape, (start, count): (u32, u32)) -> bool {
+        self.taps.clear();
+        let reach = shape.reach(scale);
+        let radius = scale.max(1.0);
+        let clipped = tap_range(position - f64::from(start), reach, count);
+        let Some((first, last)) = clipped else { return false };
+        self.first = first as usize;
+        let norm = if radius > 1.0 { tent_sum(position, radius) } else { 1.0 };
+        for pixel in first..=last {
+            let distance = (pixel as f64 + f64::from(start) - position).abs();
+            let tent = (1.0 - distance / radius).max(0.0) / norm;
+            let sharp = if reach > radius { catmull_rom(distance) } else { tent };
+            self.taps.push(Tap { tent, sharp });
+        }
+        true
+    }
+
+    fn taps(&self) -> impl Iterator<Item = (usize, Tap)> {
+        self.taps.iter().enumerate().map(|(index, tap)| (self.first + index, *tap))
+    }
+}
+
+/// Sum of an unclipped tent's weights at the whole numbers around `position`.
+fn tent_sum(position: f64, radius: f64) -> f64 {
+    let first = ((position - radius).floor() + 1.0) as i64;
+    let last = ((position + radius).ceil() - 1.0) as i64;
+    (first..=last).map(|pixel| 1.0 - (pixel as f64 - position).abs() / radius).sum()
+}
+
+/// The cubic's weight at `distance` pixels, 0 ≤ distance < 2.
+fn catmull_rom(distance: f64) -> f64 {
+    let d = distance;
+    if d < 1.0 { (1.5 * d - 2.5) * d * d + 1.0 } else { ((2.5 - 0.5 * d) * d - 4.0) * d + 2.0 }
+}

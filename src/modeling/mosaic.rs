@@ -1,0 +1,196 @@
+//! Several elevation rasters as one surface.
+//!
+//! ```text
+//! for each voxel, sources by priority:
+//!     valid, inside = weights of the kernel's valid taps, of its taps within the raster (both ≤ 1)
+//!     share = valid, less near the raster's edge if a lower source is there to take over (feathering),
+//!             less where it is incomplete and a lower source holds what it has as well as what it lacks
+//!     take min(share, what is still missing to 1) of the source's mean
+//! height = taken sum / taken weight, if half of what lay inside any raster was valid: else a void
+//! ```
+//!
+//! Because shares add up to one instead of covering each other, a kernel that hangs over the edge of a tile is
+//! completed by the neighbouring tile: tiles of one lattice join as if they were one raster. Where there is no neighbour,
+//! dividing by the taken weight repeats the outermost pixels, half a pixel wide. The same sums let a lower source fill
+//! the voids of a higher.
+
+use super::inputs::ElevationInput;
+use super::kernel::{Accumulate, Gather, Shape, Tap};
+use super::warp::{self, Field, Rect, TOLERANCE};
+use crate::error::Result;
+use crate::voxel::Grid;
+
+/// Width of the transition from a source to a lower one, in pixels of the upper.
+const FEATHER: f64 = 16.0;
+/// Marks a voxel outside of all rasters.
+const NOWHERE: u16 = u16::MAX;
+
+/// Heights of a block of voxels.
+#[derive(Debug)]
+pub(super) struct Surface {
+    pub rect: Rect,
+    /// Metres above the database's datum; NaN where nothing is valid.
+    pub heights: Vec<f64>,
+    /// Index of the source that says most, or of the first that lies here if all are void.
+    sources: Vec<u16>,
+}
+
+impl Surface {
+    /// Index of the elevation source of a voxel; `None` outside of all rasters.
+    pub fn source(&self, index: usize) -> Option<u16> {
+        Some(self.sources[index]).filter(|&source| source != NOWHERE)
+    }
+    /// A voxel within a raster that says nothing there.
+    pub fn is_void(&self, index: usize) -> bool {
+        self.heights[index].is_nan() && self.sources[index] != NOWHERE
+    }
+}
+
+/// Merges sources; one per worker, since it keeps scratch memory.
+pub(super) struct Mosaic<'a> {
+    pub sources: &'a [ElevationInput],
+    pub grid: &'a Grid,
+    /// Largest window, bytes.
+    pub window_bytes: usize,
+    pub window: Vec<f64>,
+}
+
+/// One source's sums over a band of voxels.
+struct Layer {
+    source: u16,
+    sums: Vec<f64>,
+    valid: Vec<f64>,
+    inside: Vec<f64>,
+    /// 0 at the outermost pixel centres and beyond, 1 from [`FEATHER`] pixels inward.
+    ramp: Vec<f64>,
+    /// Whether the voxel lies on the raster's area.
+    covered: Vec<bool>,
+}
+
+impl Accumulate<f64> for Layer {
+    fn tap(&mut self, voxel: usize, tap: Tap, height: f64) {
+        self.inside[voxel] += tap.tent;
+        if !height.is_nan() {
+            self.valid[voxel] += tap.tent;
+            self.sums[voxel] += tap.tent * height;
+        }
+    }
+}
+
+impl Mosaic<'_> {
+    /// The surface over `rect`, with its voids.
+    pub fn surface(&mut self, rect: Rect) -> Result<Surface> {
+        let (mut heights, mut sources) = (Vec::with_capacity(rect.len()), Vec::with_capacity(rect.len()));
+        for band in rect.bands() {
+            let layers = self.layers(band)?;
+            for voxel in 0..band.len() {
+                let (height, source) = merge(&layers, voxel);
+                heights.push(height);
+                sources.push(source);
+            }
+        }
+        Ok(Surface { rect, heights, sources })
+    }
+
+    /// Sums of the sources that matter in a band: down to where nothing is missing and nothing fades.
+    fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
+        let mut layers = Vec::new();
+        for (index, source) in self.sources.iter().enumerate() {
+            if !band.meets(&source.reach, self.grid) {
+                continue;
+            }
+            let field = warp::locate(&source.placement, self.grid, band);
+            let size = source.samples.size();
+            if !field.touches(size, 1.0 + TOLERANCE) {
+                continue;
+            }
+            let mut layer = Layer::new(index as u16, &field, size);
+            let (samples, window) = (source.samples.as_ref(), &mut self.window);
+            let window_bytes = self.window_bytes;
+            Gather { samples, field: &field, shape: Shape::Tent, window_bytes, window }.run(&mut layer)?;
+            layer.finish(source, &field);
+            let suffices = layer.suffices();
+            layers.push(layer);
+            if suffices {
+                break;
+            }
+        }
+        Ok(layers)
+    }
+}
+
+impl Layer {
+    fn new(source: u16, field: &Field, size: (u32, u32)) -> Self {
+        let none = vec![0.0; field.rect.len()];
+        let places = || field.columns.iter().zip(&field.rows);
+        let edge = |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position);
+        let ramp = |position, size| {
+            let width = FEATHER.min(0.25 * f64::from(size));
+            (edge(position, size) / width).clamp(0.0, 1.0)
+        };
+        let on_area = |position, size| edge(position, size) >= -0.5 - TOLERANCE;
+        Self {
+            source,
+            ramp: places().map(|(&c, &r)| ramp(c, size.0).min(ramp(r, size.1))).collect(),
+            covered: places().map(|(&c, &r)| on_area(c, size.0) && on_area(r, size.1)).collect(),
+            sums: none.clone(),
+            valid: none.clone(),
+            inside: none,
+        }
+    }
+
+    /// Turns sums into means above the database's datum.
+    fn finish(&mut self, source: &ElevationInput, field: &Field) {
+        for (voxel, sum) in self.sums.iter_mut().enumerate() {
+            if self.valid[voxel] > 0.0 {
+                let (x, y) = field.rect.voxel(voxel);
+                *sum = *sum / self.valid[voxel] + source.shift.at(x, y);
+            }
+        }
+    }
+
+    /// Part of this source's share that lower ones take over, 0…1.
+    fn ceded(&self, lower: &[Self], voxel: usize) -> f64 {
+        let (valid, fade) = (self.valid[voxel], 1.0 - self.ramp[voxel]);
+        let take_over = |below: &Self| {
+            let faded = fade * below.ramp[voxel] * below.valid[voxel];
+            // The mean of some taps lies beside the position; what both kernels hold is better said by the fuller.
+            let common = if valid > 0.0 && valid < WHOLE { (valid + below.valid[voxel] - 1.0) / valid } else { 0.0 };
+            faded.max(common)
+        };
+        lower.iter().map(take_over).fold(0.0, f64::max).min(1.0)
+    }
+
+    /// No lower source can change anything.
+    fn suffices(&self) -> bool {
+        self.valid.iter().zip(&self.ramp).all(|(&valid, &ramp)| valid >= WHOLE && ramp >= 1.0)
+    }
+}
+
+/// A weight that is 1 but for rounding: the largest relative error of a sum of some ten million weights.
+const WHOLE: f64 = 1.0 - 1.0e-9;
+
+/// Height and source of a voxel from the layers, highest priority first.
+fn merge(layers: &[Layer], voxel: usize) -> (f64, u16) {
+    let (mut sum, mut taken, mut inside) = (0.0, 0.0, 0.0_f64);
+    let (mut source, mut most) = (NOWHERE, 0.0);
+    let mut covered = false;
+    for (index, layer) in layers.iter().enumerate() {
+        if layer.covered[voxel] && !covered {
+            covered = true;
+            source = layer.source;
+        }
+        inside += layer.inside[voxel];
+        let share = layer.valid[voxel] * (1.0 - layer.ceded(&layers[index + 1..], voxel));
+        let take = share.min(1.0 - taken).max(0.0);
+        if take > 0.0 {
+            sum += take * layer.sums[voxel];
+            taken += take;
+        }
+        if take > most && covered {
+            (source, most) = (layer.source, take);
+        }
+    }
+    let valid = covered && taken > 0.0 && taken >= 0.5 * inside.min(1.0) * WHOLE;
+    (if valid { sum / taken } else { f64::NAN }, source)
+}

@@ -1,0 +1,231 @@
+//! The database's reference system and grid, from the inputs and what the user asked for.
+//!
+//! ```text
+//! system:  --crs | that of the first elevation file, if it is metric and true to scale | the best for its area
+//! spacing: --spacing | the side of a square as large as a pixel of the finest elevation file at its centre
+//! phase:   voxel centres on pixel centres, if an elevation file has this system and spacing; else multiples of the spacing
+//! extent:  all voxels whose centres lie within --bbox and the elevation's area
+//! ```
+//!
+//! A pixel in degrees is not square on the ground. The square of equal area gives as many voxels as there were pixels,
+//! so a database is as large as its source, whatever the latitude; the smaller side would oversample more and
+//! more towards the poles.
+
+use std::path::Path;
+
+use glam::DVec2;
+
+use super::build::BuildOptions;
+use super::inputs::{Footprint, Inputs, Opened, crs_label, file_name, joined};
+use crate::error::{Error, Result};
+use crate::geo::{Crs, Transform};
+use crate::voxel::Grid;
+
+/// Voxels along a side that all arithmetic here and in the pages is safe for.
+const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
+/// Part of a voxel or pixel by which rounding may displace a boundary.
+const ROUNDING: f64 = 1.0e-6;
+/// Bytes per voxel of level 1 that a database takes at most, coarser levels and aprons included.
+const VOXEL_BYTES: f64 = 10.5;
+
+/// West, south, east, north.
+pub(super) type Bounds = [f64; 4];
+
+/// Where the database lies.
+#[derive(Debug)]
+pub(super) struct Plan {
+    pub crs: Crs,
+    pub grid: Grid,
+    pub notes: Vec<String>,
+}
+
+/// Chooses system and grid.
+pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
+    let mut notes = Vec::new();
+    let crs = choose_crs(inputs, options, &mut notes)?;
+    let spacing = match options.spacing {
+        Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
+        Some(spacing) => {
+            return Err(Error::Configuration(format!("--spacing is {spacing}, but must be a positive number of metres")));
+        }
+        None => finest_spacing(&inputs.elevation, &crs)?,
+    };
+    let data = union(&inputs.elevation, &crs)?;
+    let area = match options.bbox {
+        None => data,
+        Some(bbox) => clip(bbox, data, &crs, &mut notes)?,
+    };
+    let phase = inputs.elevation.iter().find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
+    let (west, nx) = axis(area[0], area[2], phase.0, spacing)?;
+    let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
+    Ok(Plan { crs, grid: Grid { nx, ny, spacing, origin: DVec2::new(west, south) }, notes })
+}
+
+fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) -> Result<Crs> {
+    let Some(first) = inputs.elevation.first() else {
+        return Err(Error::Configuration("no elevation is given; name at least one file with --elevation".into()));
+    };
+    let crs = match &options.crs {
+        Some(text) => {
+            let crs = Crs::from_user(text)?;
+            if !crs.is_metric() {
+                return Err(Error::Configuration(format!(
+                    "--crs {text} is not in metres, as a database must be; leave it out to get the best system for the area, or name a UTM zone"
+                )));
+            }
+            if is_mercator(&crs) {
+                notes.push(format!("lengths of {} are stretched away from the equator; heights are not", crs_label(&crs)));
+            }
+            crs
+        }
+        None if first.crs.is_metric() && !is_mercator(&first.crs) => first.crs.clone(),
+        None => Crs::metric_for(union(&inputs.elevation, &Crs::wgs84())?),
+    };
+    let everything = inputs.elevation.iter().map(|raster| (&raster.path, &raster.crs));
+    for (path, own) in everything.chain(inputs.imagery.iter().map(|raster| (&raster.path, &raster.crs))) {
+        if own.is_local() != crs.is_local() {
+            return Err(Error::Configuration(format!(
+                "{} is in {} and the database in {}: plain metres and places on Earth do not go together; \
+                 give the reference system with --elevation-crs or --imagery-crs instead of --local",
+                file_name(path),
+                own.name(),
+                crs.name()
+            )));
+        }
+    }
+    Ok(crs)
+}
+
+/// Mercator in any guise: metres that are longer on the map than on the ground.
+fn is_mercator(crs: &Crs) -> bool {
+    crs.proj().is_some_and(|proj| proj.contains("+proj=merc") || proj.contains("+proj=webmerc"))
+}
+
+/// Pixel side of the finest raster, metres.
+fn finest_spacing(elevation: &[Opened<f64>], crs: &Crs) -> Result<f64> {
+    let mut finest: Option<(f64, bool)> = None;
+    for raster in elevation {
+        let Some(side) = raster.pixel_side(crs)? else { continue };
+        if finest.is_none_or(|(finest, _)| side < finest) {
+            finest = Some((side, Transform::new(&raster.crs, crs)?.is_identity()));
+        }
+    }
+    match finest {
+        Some((side, true)) => Ok(side),
+        Some((side, false)) => Ok(rounded(side)),
+        None => Err(Error::Configuration(format!(
+            "no elevation file has its centre in the domain of {}; choose another system with --crs, or a --spacing",
+            crs_label(crs)
+        ))),
+    }
+}
+
+/// To three significant digits: a reprojected raster has no spacing of its own to keep.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+/// Bounds of all rasters together, in `crs`.
+fn union(rasters: &[Opened<f64>], crs: &Crs) -> Result<Bounds> {
+    let mut all: Option<Bounds> = None;
+    for raster in rasters {
+        if let Footprint::Whole(bounds) | Footprint::Partial(bounds) = raster.footprint(crs)? {
+            all = Some(joined(all.unwrap_or(bounds), bounds));
+        }
+    }
+    all.ok_or_else(|| {
+        Error::Configuration(format!(
+            "the elevation lies outside the domain of {}; choose another system with --crs",
+            crs_label(crs)
+        ))
+    })
+}
+
+fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Result<Bounds> {
+    let [west, south, east, north] = bbox;
+    if !(bbox.iter().all(|side| side.is_finite()) && west < east && south < north) {
+        return Err(Error::Configuration(format!(
+            "--bbox {west},{south},{east},{north} is no area; give west,south,east,north in {}",
+            crs_label(crs)
+        )));
+    }
+    let both = [west.max(data[0]), south.max(data[1]), east.min(data[2]), north.min(data[3])];
+    if both[0] >= both[2] || both[1] >= both[3] {
+        return Err(Error::Configuration(format!(
+            "--bbox {west},{south},{east},{north} lies outside the elevation, which covers {},{},{},{} in {}",
+            data[0],
+            data[1],
+            data[2],
+            data[3],
+            crs_label(crs)
+        )));
+    }
+    if both != bbox {
+        notes.push(format!("--bbox reaches beyond the elevation and was cut to {},{},{},{}", both[0], both[1], both[2], both[3]));
+    }
+    Ok(both)
+}
+
+/// Where the grid's lines lie if its voxels are the raster's pixels.
+fn phase_of(raster: &Opened<f64>, crs: &Crs, spacing: f64) -> Option<(f64, f64)> {
+    let geo = &raster.geo;
+    let (width, height) = raster.samples.size();
+    // Off by less than a millionth of a pixel over the whole raster.
+    let agrees = |side: f64, count: u32| (side.abs() - spacing).abs() * f64::from(count) < ROUNDING * spacing;
+    let same = Transform::new(&raster.crs, crs).is_ok_and(|transform| transform.is_identity());
+    (same && geo[2] == 0.0 && geo[4] == 0.0 && agrees(geo[1], width) && agrees(geo[5], height))
+        .then_some((geo[0], geo[3]))
+}
+
+/// First line and number of voxels whose centres lie in `low..=high`; at least the one in the middle.
+fn axis(low: f64, high: f64, phase: f64, spacing: f64) -> Result<(f64, u32)> {
+    let cell = |position: f64| (position - phase) / spacing;
+    let mut first = (cell(low) - 0.5 - ROUNDING).ceil();
+    let mut last = (cell(high) - 0.5 + ROUNDING).floor();
+    if last < first {
+        first = cell(0.5 * (low + high)).floor();
+        last = first;
+    }
+    let count = last - first + 1.0;
+    if !(count <= MOST_VOXELS && first.abs() < 1.0e15) {
+        return Err(Error::Configuration(format!(
+            "the area of {} m takes {count:.0} voxels of {spacing} m along a side, and {MOST_VOXELS:.0} are possible; \
+             choose a larger --spacing or a smaller --bbox",
+            high - low
+        )));
+    }
+    Ok((phase + first * spacing, count as u32))
+}
+
+/// Refuses a grid whose database the disk cannot hold.
+pub(super) fn check_space(grid: &Grid, output: &Path) -> Result<()> {
+    let needed = f64::from(grid.nx) * f64::from(grid.ny) * VOXEL_BYTES;
+    let Some(free) = free_bytes(output) else { return Ok(()) };
+    if needed <= free {
+        return Ok(());
+    }
+    let gigabytes = |bytes: f64| bytes / 1.0e9;
+    Err(Error::Configuration(format!(
+        "{}: {} x {} voxels of {} m take up to {:.1} GB, but only {:.1} GB are free there; \
+         choose a larger --spacing or a smaller --bbox",
+        output.display(),
+        grid.nx,
+        grid.ny,
+        grid.spacing,
+        gigabytes(needed),
+        gigabytes(free)
+    )))
+}
+
+/// Free bytes where `output` will be; `None` if the system does not say.
+#[cfg(unix)]
+fn free_bytes(output: &Path) -> Option<f64> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let state = rustix::fs::statvfs(folder).ok()?;
+    Some(state.f_bavail as f64 * state.f_frsize as f64)
+}
+
+#[cfg(not(unix))]
+fn free_bytes(_output: &Path) -> Option<f64> {
+    None
+}

@@ -1,0 +1,294 @@
+//! Heights in metres from a raster of samples, voids as NaN.
+//!
+//! ```text
+//! void    if the sample is NaN or infinite, equals the declared nodata value or one that the user gave,
+//!         lies where the alpha band is 0, is -9999 in a raster that is no deep sea (below),
+//!         or is no height on Earth once converted (below −12 000 m or above 9 000 m)
+//! height  = (offset + scale · sample) · metres per unit
+//! ```
+//! Voids that are not declared are counted, and [`ElevationRaster::notes`] tells them once. −9999 m is a depth that occurs;
+//! so a sparse scan at opening decides whether the raster holds other depths below −8000 m, in which case −9999 is a depth too. The
+//! decision is taken once, so that a post does not depend on the window it is read through.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use super::nodata::matches;
+use super::{Raster, RasterInfo, SampleType, Window};
+use crate::error::{Error, Result};
+
+/// Heights on Earth, metres: the deepest sea is at −10 935 m, the highest summit at 8849 m.
+const PLAUSIBLE: std::ops::RangeInclusive<f64> = -12_000.0..=9_000.0;
+/// The sentinel that is also a depth.
+const AMBIGUOUS: f64 = -9999.0;
+/// Depths around [`AMBIGUOUS`] that show that a raster covers the deep sea, metres.
+const DEEP_SEA: std::ops::Range<f64> = -12_000.0..-8_000.0;
+/// Blocks that the sparse scan looks at, along each axis.
+const SCAN: u32 = 8;
+/// Side of the part of a block that the scan reads, pixels.
+const SCAN_SIDE: u32 = 64;
+/// Undeclared void values that are told apart; further ones are counted together.
+const TOLD_APART: usize = 4;
+
+/// A raster of heights.
+pub struct ElevationRaster {
+    raster: Box<dyn Raster>,
+    extra_nodata: Vec<f64>,
+    /// The band, and the alpha band if there is one.
+    bands: Vec<u32>,
+    deep_sea: bool,
+    undeclared: Mutex<BTreeMap<Value, u64>>,
+}
+
+/// A sample by its bits, for counting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Value(u64);
+
+/// A window with its samples, for the sparse scans.
+pub(super) fn sparse_windows(info: &RasterInfo) -> impl Iterator<Item = Window> + use<> {
+    let axis = |size: u32, block: u32| {
+        let blocks = size.div_ceil(block);
+        let count = blocks.min(SCAN);
+        // Evenly spread block numbers, first and last included.
+        (0..count).map(move |i| {
+            let number = u64::from(i) * u64::from(blocks - 1) / u64::from((count - 1).max(1));
+            let begin = number as u32 * block;
+            (begin, SCAN_SIDE.min(block).min(size - begin))
+        })
+    };
+    // Blocks that span the raster are looked at in parts.
+    let part = |size: u32, block: u32| block.min(size.div_ceil(SCAN)).max(1);
+    let columns: Vec<_> = axis(info.width, part(info.width, info.block.0)).collect();
+    let rows: Vec<_> = axis(info.height, part(info.height, info.block.1)).collect();
+    rows.into_iter().flat_map(move |(y, height)| {
+        columns.clone().into_iter().map(move |(x, width)| Window { x, y, width, height })
+    })
+}
+
+impl ElevationRaster {
+    /// Takes band 1 of `raster` for heights; `nodata` are raw samples that mean void besides what the file declares.
+    ///
+    /// # Errors
+    /// If the raster looks like imagery, or cannot be read.
+    pub fn new(raster: Box<dyn Raster>, nodata: &[f64]) -> Result<Self> {
+        let info = raster.info();
+        if info.bands >= 3 && info.sample == SampleType::U8 {
+            let what = format!("holds {} bands of bytes and looks like imagery, not like heights", info.bands);
+            let remedy = "give it to --imagery, or take one band: gdal_translate -b 1 IN out.tif";
+            return Err(Error::unsupported(&info.path, what, remedy));
+        }
+        let bands = std::iter::once(0).chain(info.alpha_band.filter(|band| *band > 0)).collect();
+        let extra_nodata = nodata.iter().map(|value| info.sample.round(*value)).collect();
+        let undeclared = Mutex::new(BTreeMap::new());
+        let mut this = Self { raster, extra_nodata, bands, deep_sea: false, undeclared };
+        this.deep_sea = this.scan_for_deep_sea()?;
+        Ok(this)
+    }
+
+    /// What the raster is.
+    pub fn info(&self) -> &RasterInfo {
+        self.raster.info()
+    }
+
+    /// Heights in metres above the raster's vertical datum, NaN where void: `[window.height][window.width]`, replacing
+    /// what `heights` held.
+    pub fn read(&self, window: Window, heights: &mut Vec<f64>) -> Result<()> {
+        self.raster.read(window, &self.bands, heights)?;
+        let mut undeclared: BTreeMap<Value, u64> = BTreeMap::new();
+        if self.bands.len() == 2 {
+            for pixel in 0..heights.len() / 2 {
+                let (sample, alpha) = (heights[2 * pixel], heights[2 * pixel + 1]);
+                heights[pixel] = if alpha == 0.0 { f64::NAN } else { sample };
+            }
+            heights.truncate(heights.len() / 2);
+        }
+        for sample in heights.iter_mut() {
+            let height = self.height(*sample);
+            if height.is_nan() && self.is_undeclared(*sample) {
+                *undeclared.entry(Value(sample.to_bits())).or_default() += 1;
+            }
+            *sample = height;
+        }
+        if !undeclared.is_empty() {
+            self.count(undeclared);
+        }
+        Ok(())
+    }
+
+    /// Undeclared void values that were met so far, one sentence for each.
+    pub fn notes(&self) -> Vec<String> {
+        let info = self.info();
+        let mut notes = Vec::new();
+        if info.bands as usize > self.bands.len() {
+            notes.push(format!("{}: heights are taken from band 1 of {}", info.path.display(), info.bands));
+        }
+        let undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut values: Vec<_> = undeclared.iter().map(|(value, count)| (f64::from_bits(value.0), *count)).collect();
+        values.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.total_cmp(&b.0)));
+        for (value, count) in values.iter().take(TOLD_APART) {
+            notes.push(format!(
+                "{}: {count} samples of {value} are no heights and are taken as voids, though the file does not declare \
+                 them; --nodata {value} says the same",
+                info.path.display()
+            ));
+        }
+        let others: u64 = values.iter().skip(TOLD_APART).map(|(_, count)| count).sum();
+        if others > 0 {
+            let path = info.path.display();
+            notes.push(format!("{path}: {others} further samples of other values are no heights and are taken as voids"));
+        }
+        notes
+    }
+
+    fn height(&self, sample: f64) -> f64 {
+        let info = self.info();
+        let declared = matches(sample, info.nodata) || self.extra_nodata.iter().any(|v| matches(sample, Some(*v)));
+        if declared || sample == AMBIGUOUS && !self.deep_sea {
+            return f64::NAN;
+        }
+        let height = (info.offset + info.scale * sample) * info.metres_per_unit;
+        if PLAUSIBLE.contains(&height) { height } else { f64::NAN }
+    }
+
+    fn is_undeclared(&self, sample: f64) -> bool {
+        let declared = matches(sample, self.info().nodata) || self.extra_nodata.iter().any(|v| matches(sample, Some(*v)));
+        !sample.is_nan() && !declared
+    }
+
+    fn count(&self, found: BTreeMap<Value, u64>) {
+        /// A file full of noise must not fill the memory with its values.
+        const MOST: usize = 4096;
+        let mut undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
+        for (value, count) in found {
+            let value = if undeclared.len() < MOST || undeclared.contains_key(&value) {
+                value
+            } else {
+                Value(f64::INFINITY.to_bits())
+            };
+            *undeclared.entry(value).or_default() += count;
+        }
+    }
+
+    fn scan_for_deep_sea(&self) -> Result<bool> {
+        let info = self.info();
+        if info.nodata == Some(AMBIGUOUS) || self.extra_nodata.contains(&AMBIGUOUS) {
+            return Ok(false);
+        }
+        let mut samples = Vec::new();
+        for window in sparse_windows(info) {
+            self.raster.read(window, &[0], &mut samples)?;
+            let deep = |sample: &f64| {
+                let height = (info.offset + info.scale * sample) * info.metres_per_unit;
+                *sample != AMBIGUOUS && !matches(*sample, info.nodata) && DEEP_SEA.contains(&height)
+            };
+            if samples.iter().any(deep) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fixed(RasterInfo, Vec<f64>);
+
+    impl Raster for Fixed {
+        fn info(&self) -> &RasterInfo {
+            &self.0
+        }
+        fn read(&self, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()> {
+            samples.clear();
+            for y in window.y..window.y + window.height {
+                for x in window.x..window.x + window.width {
+                    let pixel = (y * self.0.width + x) * self.0.bands;
+                    samples.extend(bands.iter().map(|band| self.1[(pixel + band) as usize]));
+                }
+            }
+            Ok(())
+        }
+    }
+
+    fn raster(sample: SampleType, bands: u32, samples: &[f64]) -> Fixed {
+        let info = RasterInfo {
+            width: samples.len() as u32 / bands,
+            height: 1,
+            bands,
+            sample,
+            ..RasterInfo::blank(std::path::Path::new("a.tif"), "GeoTIFF")
+        };
+        Fixed(info, samples.to_vec())
+    }
+
+    fn heights(raster: Fixed, nodata: &[f64]) -> (Vec<f64>, Vec<String>) {
+        let width = raster.0.width;
+        let elevation = ElevationRaster::new(Box::new(raster), nodata).unwrap();
+        let mut heights = Vec::new();
+        elevation.read(Window { x: 0, y: 0, width, height: 1 }, &mut heights).unwrap();
+        (heights, elevation.notes())
+    }
+
+    fn voids(heights: &[f64]) -> Vec<bool> {
+        heights.iter().map(|height| height.is_nan()).collect()
+    }
+
+    #[test]
+    fn undeclared_sentinels_are_voids_and_told() {
+        let (heights, notes) = heights(raster(SampleType::I16, 1, &[5.0, -32767.0, -9999.0, 32767.0, -3.0]), &[]);
+        assert_eq!(voids(&heights), [false, true, true, true, false]);
+        assert_eq!(notes.len(), 3);
+        assert!(notes.iter().any(|note| note.contains("1 samples of -32767")), "{notes:?}");
+    }
+
+    #[test]
+    fn declared_and_given_values_are_not_told() {
+        let mut given = raster(SampleType::F32, 1, &[0.0, f64::from(-3.4e38f32), 7.0, f64::NAN]);
+        given.0.nodata = Some(f64::from(-3.4e38f32));
+        let (heights, notes) = heights(given, &[7.0]);
+        assert_eq!(voids(&heights), [false, true, true, true]);
+        assert!(notes.is_empty(), "{notes:?}");
+    }
+
+    #[test]
+    fn a_deep_sea_keeps_its_depths() {
+        let (heights, _) = heights(raster(SampleType::I16, 1, &[-9998.0, -9999.0, -10_000.0]), &[]);
+        assert_eq!(heights, [-9998.0, -9999.0, -10_000.0]);
+    }
+
+    #[test]
+    fn feet_scale_and_offset() {
+        let mut feet = raster(SampleType::I16, 1, &[10.0, 20_000.0]);
+        (feet.0.scale, feet.0.offset, feet.0.metres_per_unit) = (2.0, 80.0, 0.3048);
+        let (heights, _) = heights(feet, &[]);
+        assert!((heights[0] - 30.48).abs() < 1e-12);
+        assert!(heights[1].is_nan(), "12 km");
+    }
+
+    #[test]
+    fn alpha_makes_voids() {
+        let mut with_alpha = raster(SampleType::U16, 2, &[5.0, 0.0, 6.0, 255.0]);
+        with_alpha.0.alpha_band = Some(1);
+        assert_eq!(voids(&heights(with_alpha, &[]).0), [true, false]);
+    }
+
+    #[test]
+    fn imagery_is_refused() {
+        let error = ElevationRaster::new(Box::new(raster(SampleType::U8, 3, &[1.0, 2.0, 3.0])), &[]).err().unwrap();
+        assert!(error.to_string().contains("--imagery"), "{error}");
+    }
+
+    #[test]
+    fn sparse_windows_lie_within() {
+        for (width, height, block) in [(1, 1, (512, 64)), (4000, 3000, (256, 256)), (17, 5000, (17, 1)), (9, 9, (9, 9))] {
+            let mut info = raster(SampleType::U8, 1, &[0.0]).0;
+            (info.width, info.height, info.block) = (width, height, block);
+            let windows: Vec<_> = sparse_windows(&info).collect();
+            assert!(!windows.is_empty() && windows.len() <= 64);
+            for w in windows {
+                assert!(w.width > 0 && w.height > 0 && w.x + w.width <= width && w.y + w.height <= height, "{w:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! One look at every elevation sample that the build may use, before the first page.
+//!
+//! The code of heights must span all of them, and voids that are wider than the fill's reach need the broad shape
+//! of the terrain around: per source a surface of at most [`COARSE`]² cell means, whose empty cells are
+//! filled by pull and push (Gortler et al. 1996, §3.4: average what is known upward, then complete downward).
+
+use super::inputs::ElevationInput;
+use super::raster::Window;
+use super::warp;
+use super::workers::in_order;
+use crate::error::Result;
+use crate::progress::Observer;
+use crate::voxel::Grid;
+
+/// Cells along the longer side of a coarse surface.
+const COARSE: u32 = 64;
+/// Samples read at once, unless one block of the file holds more.
+const CHUNK_SAMPLES: u64 = 1 << 18;
+/// What was seen in one source.
+#[derive(Debug, Default)]
+pub(super) struct Survey {
+    /// Lowest and highest sample, metres above the source's datum; `None` if all are void.
+    pub range: Option<(f64, f64)>,
+    /// Mean heights of cells; `None` if all are void.
+    pub coarse: Option<Coarse>,
+}
+
+/// Means of a raster's heights on a few cells, complete.
+#[derive(Debug)]
+pub(super) struct Coarse {
+    columns: usize,
+    rows: usize,
+    /// Raster pixels per cell.
+    pixels: (f64, f64),
+    means: Vec<f64>,
+}
+
+impl Coarse {
+    /// Height at a position in pixels (whole numbers at pixel centres), metres above the source's datum.
+    pub fn at(&self, column: f64, row: f64) -> f64 {
+        let place = |pixel: f64, pixels: f64, count: usize| {
+            let place = ((pixel + 0.5) / pixels - 0.5).clamp(0.0, count as f64 - 1.0);
+            let cell = (place as usize).min(count.saturating_sub(2));
+            (cell, (cell + 1).min(count - 1), place - cell as f64)
+        };
+        let (west, east, u) = place(column, self.pixels.0, self.columns);
+        let (north, south, v) = place(row, self.pixels.1, self.rows);
+        let mean = |column: usize, row: usize| self.means[row * self.columns + column];
+        (mean(west, north) * (1.0 - u) + mean(east, north) * u) * (1.0 - v)
+            + (mean(west, south) * (1.0 - u) + mean(east, south) * u) * v
+    }
+}
+
+/// Looks at the part of each source that the grid may need.
+pub(super) fn survey(
+    sources: &[ElevationInput],
+    grid: &Grid,
+    threads: usize,
+    observer: &dyn Observer,
+) -> Result<Vec<Survey>> {
+    let plans: Vec<Chunks> = sources.iter().map(|source| Chunks::of(source, grid)).collect();
+    observer.begin("scan", plans.iter().map(Chunks::count).sum(), "blocks");
+    let surveys = sources
+        .iter()
+        .zip(&plans)
+        .map(|(source, plan)| {
+            let mut total = Tally::new(source.samples.size());
+            in_order(
+                plan.count(),
+                threads,
+                observer,
+                Vec::new,
+                |samples, chunk| Tally::of(source, plan.window(chunk), samples),
+                |_, tally| {
+                    total.add(&tally);
+                    observer.advance(1);
+                    Ok(())
+                },
+            )?;
+            Ok(total.finish())
+        })
+        .collect();
+    observer.end();
+    surveys
+}
+
+/// How a source's window is cut for reading: along the file's blocks.
+struct Chunks {
+    window: Window,
+    step: (u32, u32),
+}
+
+impl Chunks {
+    fn of(source: &ElevationInput, grid: &Grid) -> Self {
+        let size = source.samples.size();
+        let window = needed(source, grid).unwrap_or(Window { x: 0, y: 0, width: size.0, height: size.1 });
+        let block = (source.block.0.clamp(1, size.0), source.block.1.clamp(1, size.1));
+        let fit = |limit: u64, block: u32, size: u32| {
+            (limit / u64::from(block)).max(1).saturating_mul(u64::from(block)).min(u64::from(size)) as u32
+        };
+        let columns = fit(CHUNK_SAMPLES / u64::from(block.1), block.0, size.0);
+        let rows = fit(CHUNK_SAMPLES / u64::from(columns), block.1, size.1);
+        // Chunks start at multiples of their size, so that none cuts a block.
+        let (x, y) = (window.x / block.0 * block.0, window.y / block.1 * block.1);
+        let window = Window { x, y, width: window.x + window.width - x, height: window.y + window.height - y };
+        Self { window, step: (columns, rows) }
+    }
+
+    fn count(&self) -> u64 {
+        u64::from(self.window.width.div_ceil(self.step.0)) * u64::from(self.window.height.div_ceil(self.step.1))
+    }
+
+    fn window(&self, chunk: u64) -> Window {
+        let across = u64::from(self.window.width.div_ceil(self.step.0));
+        let (column, row) = ((chunk % across) as u32 * self.step.0, (chunk / across) as u32 * self.step.1);
+        Window {
+            x: self.window.x + column,
+            y: self.window.y + row,
+            width: self.step.0.min(self.window.width - column),
+            height: self.step.1.min(self.window.height - row),
+        }
+    }
+}
+
+/// The pixels that the grid may need, from a lattice of positions; `None`: all of them.
+fn needed(source: &ElevationInput, grid: &Grid) -> Option<Window> {
+    const LATTICE: u32 = 32;
+    let size = source.samples.size();
+    let (mut x, mut y) = ((f64::MAX, f64::MIN), (f64::MAX, f64::MIN));
+    for j in 0..=LATTICE {
+        for i in 0..=LATTICE {
+            let part = |step: u32, voxels: u32| f64::from(step) / f64::from(LATTICE) * f64::from(voxels);
+            let (east, north) = warp::world(grid, part(i, grid.nx), part(j, grid.ny));
+            let (column, row) = source.placement.pixel_from_world(east, north)?;
+            x = (x.0.min(column), x.1.max(column));
+            y = (y.0.min(row), y.1.max(row));
+        }
+    }
+    // Room for the curve between lattice points, for kernels and for the fill's reach.
+    let reach = f64::from(super::fill::REACH + 2);
+    let clip = |(low, high): (f64, f64), voxels: u32, size: u32| {
+        let margin = (high - low) * (1.0 / f64::from(LATTICE) + reach / f64::from(voxels)) + 4.0;
+        let first = (low - margin).floor().clamp(0.0, f64::from(size) - 1.0) as u32;
+        let last = (high + margin).ceil().clamp(0.0, f64::from(size) - 1.0) as u32;
+        (first, last - first + 1)
+    };
+    // A turned raster's rows run along the grid's columns; the smaller count serves both.
+    let voxels = grid.nx.min(grid.ny);
+    let ((x, width), (y, height)) = (clip(x, voxels, size.0), clip(y, voxels, size.1));
+    Some(Window { x, y, width, height })
+}
+
+/// Extremes and cell sums of some samples.
+struct Tally {
+    range: (f64, f64),
+    layout: Layout,
+    /// First cell row of `cells`.
+    first_row: usize,
+    /// Sum and count per cell, whole rows of cells.
+    cells: Vec<(f64, u64)>,
+}
+
+#[derive(Clone, Copy)]
+struct Layout {
+    columns: usize,
+    rows: usize,
+    pixels: (f64, f64),
+}
+
+impl Layout {
+    fn new((width, height): (u32, u32)) -> Self {
+        let pixels = (f64::from(width.max(height)) / f64::from(COARSE)).max(1.0);
+        let count = |size: u32| (f64::from(size) / pixels).ceil().max(1.0) as usize;
+        Self { columns: count(width), rows: count(height), pixels: (pixels, pixels) }
+    }
+    fn column(&self, pixel: u32) -> usize {
+        ((f64::from(pixel) / self.pixels.0) as usize).min(self.columns - 1)
+    }
+    fn row(&self, pixel: u32) -> usize {
+        ((f64::from(pixel) / self.pixels.1) as usize).min(self.rows - 1)
+    }
+}
+
+impl Tally {
+    fn empty(layout: Layout, first_row: usize, rows: usize) -> Self {
+        Self {
+            range: (f64::INFINITY, f64::NEG_INFINITY),
+            layout,
+            first_row,
+            cells: vec![(0.0, 0); rows * layout.columns],
+        }
+    }
+
+    fn new(size: (u32, u32)) -> Self {
+        let layout = Layout::new(size);
+        Self::empty(layout, 0, layout.rows)
+    }
+
+    fn of(source: &ElevationInput, window: Window, samples: &mut Vec<f64>) -> Result<Self> {
+        source.samples.read(window, samples)?;
+        let layout = Layout::new(source.samples.size());
+        let first_row = layout.row(window.y);
+        let rows = layout.row(window.y + window.height - 1) - first_row + 1;
+        let mut tally = Self::empty(layout, first_row, rows);
+        let cells: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
+        for (y, line) in (window.y..).zip(samples.chunks_exact(window.width as usize)) {
+            let start = (layout.row(y) - first_row) * layout.columns;
+            for (&height, &cell) in line.iter().zip(&cells) {
+                if height.is_nan() {
+                    continue;
+                }
+                tally.meet(height);
+                let cell = &mut tally.cells[start + cell];
+                *cell = (cell.0 + height, cell.1 + 1);
+            }
+        }
+        Ok(tally)
+    }
+
+    fn meet(&mut self, height: f64) {
+        self.range = (self.range.0.min(height), self.range.1.max(height));
+    }
+
+    fn add(&mut self, part: &Self) {
+        if part.range.0 <= part.range.1 {
+            self.meet(part.range.0);
+            self.meet(part.range.1);
+        }
+        let start = part.first_row * self.layout.columns;
+        for (cell, more) in self.cells[start..].iter_mut().zip(&part.cells) {
+            *cell = (cell.0 + more.0, cell.1 + more.1);
+        }
+    }
+
+    fn finish(self) -> Survey {
+        let (low, high) = self.range;
+        if low > high {
+            return Survey::default();
+        }
+        let layout = self.layout;
+        let means = pull_push(layout.columns, layout.rows, &self.cells);
+        let coarse = Coarse { columns: layout.columns, rows: layout.rows, pixels: layout.pixels, means };
+        Survey { range: Some((low, high)), coarse: Some(coarse) }
+    }
+}
+
+/// Means of cells; empty ones take those of the next coarser grid of cells, as often as needed.
+fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
+    let (half_columns, half_rows) = (columns.div_ceil(2), rows.div_ceil(2));
+    let coarser = if columns * rows > 1 && cells.iter().any(|cell| cell.1 == 0) {
+        let mut pulled = vec![(0.0, 0); half_columns * half_rows];
+        for (index, cell) in cells.iter().enumerate() {
+            let (column, row) = (index % columns / 2, index / columns / 2);
+            let sum: &mut (f64, u64) = &mut pulled[row * half_columns + column];
+            *sum = (sum.0 + cell.0, sum.1 + cell.1);
+        }
+        Coarse { columns: half_columns, rows: half_rows, pixels: (2.0, 2.0), means: pull_push(half_columns, half_rows, &pulled) }
+    } else {
+        Coarse { columns: 1, rows: 1, pixels: (1.0, 1.0), means: vec![0.0] }
+    };
+    cells
+        .iter()
+        .enumerate()
+        .map(|(index, &(sum, count))| match count {
+            0 => coarser.at((index % columns) as f64, (index / columns) as f64),
+            _ => sum / count as f64,
+        })
+        .collect()
+}

@@ -1,0 +1,8 @@
+//! Builds from rasters in memory with known answers, and from real files.
+
+mod mosaics;
+mod pictures;
+mod real;
+mod shapes;
+mod support;
+mod voids;

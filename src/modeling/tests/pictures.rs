@@ -1,0 +1,104 @@
+//! Colours.
+
+use super::support::{built, north_up, sheet, terrain};
+use crate::geo::Crs;
+use crate::modeling::colour;
+use crate::voxel::Attributes;
+
+fn ground() -> Vec<crate::modeling::inputs::Opened<f64>> {
+    vec![terrain(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), |_, _| 100.0)]
+}
+
+#[test]
+fn pixels_on_voxels_keep_their_colours() {
+    let picture = |c: u32, r: u32| [(c * 4) as u8, (r * 4) as u8, ((c * r) % 256) as u8, 255];
+    let image = sheet(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), picture);
+    let area = built(ground(), vec![image], |_| {});
+    for (x, y) in area.voxels() {
+        assert_eq!(area.colour(x, y)[..], picture(x, 63 - y)[..3]);
+        assert_eq!(area.attributes(x, y).flags, 0);
+    }
+}
+
+#[test]
+fn finer_imagery_is_averaged_in_linear_light() {
+    let board = sheet(&Crs::local(), north_up(0.0, 640.0, 1.0), (640, 640), |c, r| {
+        let byte = if (c + r) % 2 == 0 { 255 } else { 0 };
+        [byte, byte, byte, 255]
+    });
+    let area = built(ground(), vec![board], |_| {});
+    for (x, y) in area.voxels() {
+        let [red, green, blue] = area.colour(x, y);
+        assert!(red.abs_diff(188) <= 1 && red == green && green == blue, "{red}");
+    }
+}
+
+#[test]
+fn filters_keep_the_mean() {
+    let noise = |c: u32, r: u32| {
+        let hash = (c.wrapping_mul(73_856_093) ^ r.wrapping_mul(19_349_663)).wrapping_mul(2_654_435_761);
+        [(hash >> 24) as u8, (hash >> 16) as u8, (hash >> 8) as u8, 255]
+    };
+    for side in [2.5, 7.0, 23.0] {
+        let pixels = (640.0 / side) as u32 + 2;
+        let image = sheet(&Crs::local(), north_up(0.0, 640.0, side), (pixels, pixels), noise);
+        let area = built(ground(), vec![image], |_| {});
+        let mean = |values: &mut dyn Iterator<Item = u8>| {
+            let (sum, count) = values.fold((0.0, 0.0), |(sum, count), byte| {
+                (sum + f64::from(colour::LINEAR[usize::from(byte)]), count + 1.0)
+            });
+            sum / count
+        };
+        let built_mean = mean(&mut area.voxels().map(|(x, y)| area.colour(x, y)[1]));
+        let wanted = (640.0 / side) as u32;
+        let source = mean(&mut (0..wanted).flat_map(|r| (0..wanted).map(move |c| noise(c, r)[1])));
+        assert!((built_mean - source).abs() < 0.02, "{side}: {built_mean} instead of {source}");
+    }
+}
+
+#[test]
+fn coarser_imagery_does_not_ring() {
+    let edge = sheet(&Crs::local(), north_up(0.0, 640.0, 80.0), (8, 8), |c, _| {
+        let byte = if c < 4 { 60 } else { 200 };
+        [byte, byte, byte, 255]
+    });
+    let area = built(ground(), vec![edge], |_| {});
+    let row: Vec<u8> = (0..64).map(|x| area.colour(x, 30)[0]).collect();
+    assert!(row.is_sorted() && row[0] == 60 && row[63] == 200, "{row:?}");
+}
+
+#[test]
+fn the_next_picture_shows_through_and_then_the_tint() {
+    let local = Crs::local();
+    let upper = sheet(&local, north_up(0.0, 640.0, 10.0), (32, 64), |_, r| [200, 0, 0, if r < 32 { 255 } else { 0 }]);
+    let lower = sheet(&local, north_up(0.0, 640.0, 10.0), (48, 64), |_, _| [0, 0, 200, 255]);
+    let area = built(ground(), vec![upper, lower], |_| {});
+    assert_eq!(area.colour(10, 50), [200, 0, 0]);
+    assert_eq!(area.colour(10, 10), [0, 0, 200]);
+    assert_eq!(area.colour(40, 50), [0, 0, 200]);
+    let bare = area.colour(60, 50);
+    assert!(bare[1] > bare[0] && bare[1] > bare[2], "{bare:?} is a lowland's green");
+    assert_eq!(area.attributes(60, 50).flags, Attributes::NO_IMAGERY);
+    assert_eq!(area.attributes(40, 50).flags, 0);
+}
+
+#[test]
+fn abutting_pictures_join_without_a_line() {
+    let local = Crs::local();
+    let ramp = |x: u32| colour::encode(x as f32 / 40.0);
+    let tile = |first: u32| {
+        sheet(&local, north_up(f64::from(first) * 16.0, 640.0, 16.0), (20, 40), move |c, _| {
+            let byte = ramp(first + c);
+            [byte, byte, byte, 255]
+        })
+    };
+    let whole = sheet(&local, north_up(0.0, 640.0, 16.0), (40, 40), |c, _| {
+        let byte = ramp(c);
+        [byte, byte, byte, 255]
+    });
+    let two = built(ground(), vec![tile(0), tile(20)], |_| {});
+    let one = built(ground(), vec![whole], |_| {});
+    for (x, y) in one.voxels() {
+        assert!(two.colour(x, y)[0].abs_diff(one.colour(x, y)[0]) <= 2, "{x} {y}");
+    }
+}

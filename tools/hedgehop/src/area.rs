@@ -1,0 +1,132 @@
+//! What a database covers, in words and as JSON.
+
+use std::fmt::Write as _;
+
+use glam::{DVec2, DVec3};
+use hedgehop::Result;
+use hedgehop::geo::{Crs, Transform};
+use hedgehop::voxel::{Grid, Header};
+use serde_json::{Value, json};
+
+/// Points along each edge of the area whose longitudes and latitudes are looked at; edges of projected areas bend.
+const EDGE_POINTS: u32 = 17;
+
+/// The database's reference system.
+pub fn crs(header: &Header) -> Result<Crs> {
+    let metadata = &header.metadata;
+    Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())
+}
+
+/// West, south, east and north of the area, degrees (WGS 84); `None` for areas without a place on Earth.
+pub fn lonlat_bounds(header: &Header) -> Result<Option<[f64; 4]>> {
+    let crs = crs(header)?;
+    if crs.is_local() {
+        return Ok(None);
+    }
+    let to_degrees = Transform::new(&crs, &Crs::wgs84())?;
+    let (near, size) = (header.grid.origin, header.grid.far_corner() - header.grid.origin);
+    let steps = (0..EDGE_POINTS).map(|i| f64::from(i) / f64::from(EDGE_POINTS - 1));
+    let bounds = steps
+        .flat_map(|t| [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)])
+        .filter_map(|(u, v)| to_degrees.apply(near.x + size.x * u, near.y + size.y * v))
+        .map(|(longitude, latitude)| [longitude, latitude, longitude, latitude])
+        .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
+    Ok(bounds)
+}
+
+/// The extents in one line, metres and degrees.
+pub fn extents(header: &Header) -> Result<String> {
+    let (near, far) = (header.grid.origin, header.grid.far_corner());
+    let mut text =
+        format!("x {:.1} to {:.1}, y {:.1} to {:.1} ({})", near.x, far.x, near.y, far.y, crs_label(header));
+    if let Some([west, south, east, north]) = lonlat_bounds(header)? {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "; longitude {west:.5} to {east:.5}, latitude {south:.5} to {north:.5}");
+    }
+    Ok(text)
+}
+
+/// A place from where something is to be seen: south of the centre, above the highest ground.
+pub fn viewpoint(header: &Header) -> DVec3 {
+    let (near, far) = (header.grid.origin, header.grid.far_corner());
+    let size = far - near;
+    let place = near + size * DVec2::new(0.5, 0.25);
+    place.extend(header.height_range.1 + 0.05 * size.min_element())
+}
+
+fn crs_label(header: &Header) -> String {
+    match (header.metadata.crs_epsg, header.metadata.crs_name.as_str()) {
+        (Some(code), name) if name.contains(&code.to_string()) => name.to_owned(),
+        (Some(code), name) => format!("EPSG:{code}, {name}"),
+        (None, "local") => "local metres".into(),
+        (None, name) => name.to_owned(),
+    }
+}
+
+fn sides(header: &Header) -> Vec<u32> {
+    (0..header.level_count).map(Grid::side_units).collect()
+}
+
+/// The table that `build` and `info` print.
+pub fn description(header: &Header) -> Result<String> {
+    let (grid, metadata) = (&header.grid, &header.metadata);
+    let size = (grid.far_corner() - grid.origin) / 1000.0;
+    let mut text = String::new();
+    let mut row = |name: &str, value: String| {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {name:<9} {value}");
+    };
+    row(
+        "size",
+        format!("{:.2} x {:.2} km, {} x {} voxels of {} m", size.x, size.y, grid.nx, grid.ny, grid.spacing),
+    );
+    row("extents", extents(header)?);
+    row(
+        "heights",
+        format!(
+            "{:.1} to {:.1} m above {}, in steps of {:.4} m",
+            header.height_range.0, header.height_range.1, metadata.vertical_datum, header.heights.scale
+        ),
+    );
+    let levels: Vec<String> = sides(header).iter().map(ToString::to_string).collect();
+    row("levels", levels.join(", "));
+    row(
+        "voids",
+        format!(
+            "{:.3} % had no elevation data; {:.3} % have no surface",
+            metadata.void_share * 100.0,
+            metadata.empty_share * 100.0
+        ),
+    );
+    for (index, source) in metadata.sources.iter().enumerate() {
+        row(
+            if index == 0 { "sources" } else { "" },
+            format!("{index}: {} {}: {}", source.role, source.file, source.description),
+        );
+    }
+    for (index, note) in metadata.notes.iter().enumerate() {
+        row(if index == 0 { "notes" } else { "" }, note.clone());
+    }
+    row("hash", header.content_hash.to_string());
+    row("writer", format!("{}, format {}", metadata.writer, header.version));
+    Ok(text)
+}
+
+/// Everything the header says, for programs.
+pub fn json(header: &Header) -> Result<Value> {
+    let (near, far) = (header.grid.origin, header.grid.far_corner());
+    Ok(json!({
+        "format_version": header.version,
+        "content_hash": header.content_hash.to_string(),
+        "voxels": [header.grid.nx, header.grid.ny],
+        "spacing_m": header.grid.spacing,
+        "bounds": { "west": near.x, "south": near.y, "east": far.x, "north": far.y },
+        "lonlat_bounds": lonlat_bounds(header)?.map(|[west, south, east, north]| {
+            json!({ "west": west, "south": south, "east": east, "north": north })
+        }),
+        "height_range_m": [header.height_range.0, header.height_range.1],
+        "height_step_m": header.heights.scale,
+        "levels": sides(header),
+        "metadata": header.metadata,
+    }))
+}

@@ -1,0 +1,228 @@
+//! What users type, and what it means: parsers of flag values, and flags that several commands share.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use hedgehop::Error;
+
+/// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
+const MAX_SIDE: u32 = 16384;
+
+/// A picture's size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+/// `WIDTHxHEIGHT`, pixels.
+pub fn size(text: &str) -> Result<Size, String> {
+    let sides = text.split_once(['x', 'X']).map(|(w, h)| (w.trim().parse(), h.trim().parse()));
+    match sides {
+        Some((Ok(width), Ok(height)))
+            if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) =>
+        {
+            Ok(Size { width, height })
+        }
+        _ => Err(format!("want WIDTHxHEIGHT in pixels, each 1 to {MAX_SIDE}, such as 1280x720")),
+    }
+}
+
+/// Bytes: `512M`, `2GiB`, `800K`, `1.5G` or a plain number; K, M, G and T are powers of 1024.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || "want bytes such as 512M, 2G or 1.5GiB".to_owned();
+    let digits = text.trim().find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.trim().len());
+    let (number, unit) = text.trim().split_at(digits);
+    let unit = unit.trim().to_ascii_lowercase();
+    let letter = unit.strip_suffix("ib").or_else(|| unit.strip_suffix('b')).unwrap_or(&unit);
+    let power = ["", "k", "m", "g", "t"].iter().position(|&known| known == letter).ok_or_else(wrong)?;
+    let value = number.parse::<f64>().map_err(|_| wrong())? * 1024_f64.powi(power as i32);
+    // 2^53 bytes: beyond every machine, and exact in f64.
+    if (1.0..9.0e15).contains(&value) { Ok(value as u64) } else { Err(wrong()) }
+}
+
+/// A finite number.
+pub fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("want a number".into()),
+    }
+}
+
+/// A finite number above zero.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "want a number above 0".into())
+}
+
+/// A field of view, degrees.
+pub fn field_of_view(text: &str) -> Result<f64, String> {
+    number(text)
+        .ok()
+        .filter(|angle| (0.01..=175.0).contains(angle))
+        .ok_or_else(|| "want degrees from 0.01 to 175 (the screen is plane)".into())
+}
+
+fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], String> {
+    let values: Result<Vec<f64>, String> = text.split(',').map(number).collect();
+    values
+        .ok()
+        .and_then(|values| <[f64; N]>::try_from(values).ok())
+        .ok_or_else(|| format!("want {N} numbers with commas between, such as {example}"))
+}
+
+/// `x,y,z`.
+pub fn position(text: &str) -> Result<[f64; 3], String> {
+    numbers(text, "500120,4180300,850")
+}
+
+/// `yaw,pitch,roll`, degrees.
+pub fn attitude(text: &str) -> Result<[f64; 3], String> {
+    let angles: [f64; 3] = numbers(text, "90,-10,0")?;
+    if angles[1].abs() <= 90.0 { Ok(angles) } else { Err("want a pitch from -90 to 90 degrees".into()) }
+}
+
+/// The sun's `azimuth,elevation`, degrees.
+pub fn sun(text: &str) -> Result<[f64; 2], String> {
+    let angles: [f64; 2] = numbers(text, "225,40")?;
+    if angles[1] > 0.0 && angles[1] <= 90.0 {
+        Ok(angles)
+    } else {
+        Err("want an elevation above 0 and up to 90 degrees".into())
+    }
+}
+
+/// `west,south,east,north`.
+pub fn bounding_box(text: &str) -> Result<[f64; 4], String> {
+    let [west, south, east, north] = numbers(text, "498000,4178000,506000,4186000")?;
+    if west < east && south < north {
+        Ok([west, south, east, north])
+    } else {
+        Err("want west,south,east,north with west < east and south < north".into())
+    }
+}
+
+/// Three one-based bands.
+pub fn bands(text: &str) -> Result<[u32; 3], String> {
+    let values: Option<Vec<u32>> =
+        text.split(',').map(|band| band.trim().parse().ok().filter(|&band| band >= 1)).collect();
+    values
+        .and_then(|values| <[u32; 3]>::try_from(values).ok())
+        .ok_or_else(|| "want three band numbers counted from 1, such as 3,2,1".into())
+}
+
+/// Worker threads.
+#[derive(Debug, Clone, Args)]
+pub struct Workers {
+    /// Worker threads [default: one per core]
+    #[arg(short, long = "jobs", value_name = "N", value_parser = workers)]
+    pub jobs: Option<usize>,
+}
+
+/// More threads than any machine has cores are a typing error, and would exhaust the system.
+const MAX_WORKERS: usize = 1024;
+
+/// A count of worker threads.
+pub fn workers(text: &str) -> Result<usize, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|count| (1..=MAX_WORKERS).contains(count))
+        .ok_or_else(|| format!("want 1 to {MAX_WORKERS} worker threads"))
+}
+
+impl Workers {
+    /// What was asked for, or one per core.
+    pub fn count(&self) -> usize {
+        self.jobs.unwrap_or_else(available_cores)
+    }
+}
+
+/// Cores that this process may use; 1 where the system does not say.
+pub fn available_cores() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
+/// What altitudes are measured from, where a path file leaves it open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AltitudeMode {
+    /// Mean sea level: the database's own datum
+    Msl,
+    /// Height above the ground below
+    Agl,
+    /// Height above the WGS 84 ellipsoid
+    Ellipsoid,
+}
+
+impl From<AltitudeMode> for hedgehop::flight::AltitudeMode {
+    fn from(mode: AltitudeMode) -> Self {
+        match mode {
+            AltitudeMode::Msl => Self::Msl,
+            AltitudeMode::Agl => Self::Agl,
+            AltitudeMode::Ellipsoid => Self::Ellipsoid,
+        }
+    }
+}
+
+/// Refuses what cannot be an input file before any work begins.
+pub fn check_inputs(flag: &str, files: &[PathBuf], example: &str) -> hedgehop::Result<()> {
+    for file in files {
+        if file.is_dir() {
+            return Err(Error::Configuration(format!(
+                "{} is a folder; {flag} takes files, such as {flag} {}",
+                file.display(),
+                file.join(example).display()
+            )));
+        }
+        if !file.exists() && file.to_string_lossy().contains(['*', '?', '[']) {
+            return Err(Error::Configuration(format!(
+                "no file matches {flag} {}; the shell passed the pattern on as it is",
+                file.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn byte_suffixes_are_powers_of_1024() {
+        assert_eq!(bytes("512M"), Ok(512 << 20));
+        assert_eq!(bytes("2GiB"), Ok(2 << 30));
+        assert_eq!(bytes("1.5g"), Ok(3 << 29));
+        assert_eq!(bytes("4096"), Ok(4096));
+        for wrong in ["", "M", "-1", "1X", "0", "1e30T", "nan", "5 5"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_bounded() {
+        assert_eq!(size("640x360"), Ok(Size { width: 640, height: 360 }));
+        for wrong in ["640", "0x5", "5x-1", "99999x5", "x", "640x360x2"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn lists_have_the_right_length_and_order() {
+        assert_eq!(bounding_box("-10.5,-20,30,40"), Ok([-10.5, -20.0, 30.0, 40.0]));
+        assert!(bounding_box("30,0,10,5").is_err());
+        assert!(bounding_box("1,2,3").is_err());
+        assert_eq!(bands("3,2,1"), Ok([3, 2, 1]));
+        assert!(bands("0,1,2").is_err());
+        assert!(attitude("0,91,0").is_err());
+        assert!(position("1,2,inf").is_err());
+    }
+}

@@ -1,0 +1,181 @@
+//! `hedgehop demo`: the whole way, from rasters to a film, on data that the program carries.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hedgehop::frame::atomic::write_bytes;
+use hedgehop::frame::video::check_video;
+use hedgehop::frame::{FramePattern, FrameSet};
+use hedgehop::memory::PageFile;
+use hedgehop::modeling::{BuildOptions, NodataFill, build};
+use hedgehop::{Error, Result};
+
+use crate::args::{self, Size, Workers};
+use crate::commands::render;
+use crate::contact_sheet;
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
+use crate::view::{FlightArgs, LookArgs, Surface};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop demo
+  hedgehop demo -o /data/hedgehop-demo";
+
+/// A synthetic valley that this project made; its licence lies beside it in `data/`.
+const ELEVATION: (&str, &[u8]) =
+    ("valley-elevation.tif", include_bytes!("../../../../data/valley-elevation.tif"));
+const IMAGERY: (&str, &[u8]) = ("valley-imagery.tif", include_bytes!("../../../../data/valley-imagery.tif"));
+const PATH: (&str, &[u8]) = ("valley-path.csv", include_bytes!("../../../../data/valley-path.csv"));
+
+const SIZE: Size = Size { width: 640, height: 360 };
+/// Ten seconds of film; with the build, well under a minute on two cores.
+const FRAMES: u64 = 120;
+const FRAMES_PER_SECOND: &str = "12";
+/// Field of view, degrees.
+const HFOV: f64 = 65.0;
+/// Memory of the build, bytes; the valley needs far less.
+const MEMORY: u64 = 256 << 20;
+/// Frames on the contact sheet: four in a row.
+const SHEET_FRAMES: usize = 12;
+const SHEET_COLUMNS: u32 = 4;
+
+/// Build and fly a small valley; needs no files and no network.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Folder to write to; it is made if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = "hedgehop-demo")]
+    output: PathBuf,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    let folder = &args.output;
+    fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", error))?;
+    for (name, bytes) in [ELEVATION, IMAGERY, PATH] {
+        let file = folder.join(name);
+        fs::write(&file, bytes).map_err(|error| Error::io(&file, "write", error))?;
+    }
+    exit::print(&format!(
+        "1. wrote {}, {} and {} to {}\n",
+        ELEVATION.0,
+        IMAGERY.0,
+        PATH.0,
+        folder.display()
+    ))?;
+
+    let area = folder.join("valley.hop");
+    let report = build(&options(folder, &area), &reporter)?;
+    exit::print(&format!(
+        "2. built {}: {} x {} voxels of {} m, {:.1} MB in {:.1} s\n",
+        area.display(),
+        report.grid.nx,
+        report.grid.ny,
+        report.grid.spacing,
+        report.bytes as f64 / 1e6,
+        report.seconds
+    ))?;
+
+    let flight = flight(folder, &area)?;
+    let done = render::fly(&flight, &PageFile::open(&area)?, &reporter)?;
+    exit::print(&format!("3. {}", done.sentence(&flight)))?;
+    let sheet = sheet(folder, &done.files)?;
+    exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
+    if let Some(film) = &flight.video {
+        exit::print(&format!("5. wrote the film {}\n", film.display()))?;
+    }
+    exit::print(&next(folder, &area, flight.video.is_some()))?;
+    Ok(())
+}
+
+fn options(folder: &Path, area: &Path) -> BuildOptions {
+    BuildOptions {
+        elevation: vec![folder.join(ELEVATION.0)],
+        imagery: vec![folder.join(IMAGERY.0)],
+        output: area.to_owned(),
+        overwrite: true,
+        crs: None,
+        elevation_crs: None,
+        imagery_crs: None,
+        local: false,
+        spacing: None,
+        raw_spacing: None,
+        bbox: None,
+        src_vdatum: None,
+        nodata: Vec::new(),
+        nodata_fill: NodataFill::None,
+        bands: None,
+        memory: MEMORY,
+        threads: args::available_cores(),
+    }
+}
+
+/// The flight as `hedgehop render` would fly it.
+fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
+    let film = folder.join("valley.mp4");
+    Ok(render::Args {
+        area: area.to_owned(),
+        output: FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?,
+        fps: FRAMES_PER_SECOND.parse()?,
+        frames: Some(FrameSet::all(FRAMES)),
+        skip_existing: false,
+        // Without ffmpeg there is no film, which the demo says at its end.
+        video: check_video(&film).is_ok().then_some(film),
+        workers: Workers { jobs: None },
+        flight: FlightArgs {
+            path: Some(folder.join(PATH.0)),
+            eye: None,
+            eye_lonlat: false,
+            ypr: None,
+            alt_mode: None,
+            level: false,
+            clearance: None,
+            hfov: HFOV,
+            size: SIZE,
+        },
+        look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
+        progress: Mode::Auto,
+    })
+}
+
+fn sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
+    let chosen: Vec<PathBuf> = contact_sheet::spread(frames.len(), SHEET_FRAMES)
+        .into_iter()
+        .filter_map(|index| frames.get(index).cloned())
+        .collect();
+    let sheet = folder.join("contact-sheet.png");
+    write_bytes(&sheet, &contact_sheet::png(&chosen, SHEET_COLUMNS)?)?;
+    Ok(sheet)
+}
+
+/// Commands to go on with; each works as it stands.
+fn next(folder: &Path, area: &Path, has_film: bool) -> String {
+    let (area, path) = (area.display(), folder.join(PATH.0));
+    let path = path.display();
+    let film = if has_film {
+        String::new()
+    } else {
+        format!(
+            "  (no film: ffmpeg is not installed; once it is:)\n  hedgehop render {area} --path {path} -o {0} --skip-existing --video {1}\n",
+            folder.join("frames").join("####.png").display(),
+            folder.join("valley.mp4").display()
+        )
+    };
+    format!(
+        "Next:\n{film}  \
+         hedgehop info {area}\n  \
+         hedgehop render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
+         hedgehop render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
+         hedgehop bench {area} --path {path}\n  \
+         hedgehop build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
+        blocks = folder.join("blocks-####.png").display(),
+        haze = folder.join("haze-####.png").display()
+    )
+}

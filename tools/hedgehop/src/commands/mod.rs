@@ -1,0 +1,8 @@
+//! One file per subcommand: its flags, and what it does with the library.
+
+pub mod bench;
+pub mod build;
+pub mod demo;
+pub mod info;
+pub mod render;
+pub mod verify;

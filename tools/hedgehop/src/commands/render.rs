@@ -1,0 +1,239 @@
+//! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hedgehop::frame::atomic::write_with;
+use hedgehop::frame::video::{check_video, encode_video};
+use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
+use hedgehop::memory::PageFile;
+use hedgehop::progress::Observer;
+use hedgehop::render::RenderOptions;
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{Header, PageSource};
+use hedgehop::{Error, Result};
+use serde_json::{Value, json};
+
+use crate::args::Workers;
+use crate::exit::{self, Outcome, STDOUT};
+use crate::interrupt::Interrupt;
+use crate::output::{Files, Origin, Stdout, Stream, WRITER};
+use crate::progress::{Mode, Reporter};
+use crate::sequence::Sequence;
+use crate::view::{FlightArgs, LookArgs};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop render area.hop --path track.gpx -o frames/####.png --video film.mp4
+  hedgehop render area.hop --path track.csv --frames 100-200 --skip-existing -o frames/%04d.exr
+  hedgehop render area.hop --eye 500120,4180300,850 --ypr 90,-10,0 -o view.png
+  hedgehop render area.hop --path track.kml -o - | ffplay -";
+
+/// Workers per encoder thread: a picture takes several times as long to render as to encode.
+const WORKERS_PER_ENCODER: usize = 4;
+
+/// Render a flight path, or a single picture.
+///
+/// Frames are the same, bit by bit, for any number of workers and any subset. Give --path for a flight or --eye for
+/// a single picture. Frames are numbered from the start of the path, whichever of them are rendered.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to fly through
+    #[arg(value_name = "AREA.hop")]
+    pub area: PathBuf,
+
+    /// Where frames go: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
+    #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse)]
+    pub output: FramePattern,
+
+    /// Frames per second: 30, 29.97, 24000/1001
+    #[arg(long, value_name = "RATE", default_value = "30")]
+    pub fps: FrameRate,
+
+    /// Frames to render: 1-10,20,30-40:2 [default: all]
+    #[arg(long, value_name = "LIST", value_parser = FrameSet::parse)]
+    pub frames: Option<FrameSet>,
+
+    /// Keep frames that are whole and were made from the same database, pose and settings
+    #[arg(long)]
+    pub skip_existing: bool,
+
+    /// Make a film of the frames through an installed ffmpeg
+    #[arg(long, value_name = "FILM.mp4")]
+    pub video: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub workers: Workers,
+
+    #[command(flatten)]
+    pub flight: FlightArgs,
+
+    #[command(flatten)]
+    pub look: LookArgs,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    pub progress: Mode,
+}
+
+/// What a flight has left behind.
+#[derive(Debug)]
+pub struct Done {
+    /// Files of the frames asked for, rising; the one file of a stream.
+    pub files: Vec<PathBuf>,
+    rendered: usize,
+    kept: usize,
+    seconds: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    let source = PageFile::open(&args.area)?;
+    let done = fly(args, &source, &reporter)?;
+    if args.output.is_standard_output() {
+        reporter.note(done.sentence(args).trim_end());
+    } else {
+        exit::print(&done.sentence(args))?;
+    }
+    Ok(())
+}
+
+impl Done {
+    /// What was done, for people.
+    pub fn sentence(&self, args: &Args) -> String {
+        let size = args.flight.size;
+        let megapixels = self.rendered as f64 * f64::from(size.width) * f64::from(size.height) / 1e6;
+        // A flight that took no measurable time has no rate to speak of.
+        let seconds = self.seconds.max(1e-3);
+        let kept = if self.kept > 0 { format!(", kept {}", self.kept) } else { String::new() };
+        let place = match self.files.as_slice() {
+            [] => String::new(),
+            [file] => format!(" -> {}", file.display()),
+            [first, .., last] => format!(" -> {} to {}", first.display(), last.display()),
+        };
+        format!(
+            "rendered {} frames{kept} in {:.1} s ({:.2} frames/s, {:.2} Mpixel/s){place}\n",
+            self.rendered,
+            self.seconds,
+            self.rendered as f64 / seconds,
+            megapixels / seconds
+        )
+    }
+}
+
+/// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
+pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> {
+    let begun = Instant::now();
+    check_combination(args)?;
+    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+    let cameras = args.flight.cameras(&args.area, source, args.fps, choose, reporter)?;
+    let farm = Farm::new(args.workers.count())?;
+    let options = args.look.options();
+    let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
+    let sequence = Sequence { source, options: &options, farm: &farm, encoders };
+    let (files, rendered) = if args.output.target() == Target::Y4m {
+        let stream = Sequence { encoders: 1, ..sequence };
+        (vec![args.output.path(1)], fly_stream(args, &stream, &cameras, reporter)?)
+    } else {
+        let origin = Origin {
+            area: &args.area,
+            header: source.header(),
+            path: args.flight.path.as_deref(),
+            fps: args.fps,
+            settings: settings(args, source.header(), &options),
+        };
+        let files = Files::new(origin, &args.output);
+        let rendered = fly_files(args, &sequence, &files, &cameras, reporter)?;
+        (cameras.iter().map(|(number, _)| files.path(*number)).collect(), rendered)
+    };
+    if let Some(film) = &args.video {
+        encode_video(files.iter().cloned(), args.fps, film, reporter)?;
+    }
+    Ok(Done { files, rendered, kept: cameras.len() - rendered, seconds: begun.elapsed().as_secs_f64() })
+}
+
+/// Refuses before the first frame what would fail after the last one.
+fn check_combination(args: &Args) -> Result<()> {
+    let is_stream = args.output.target() == Target::Y4m;
+    if is_stream && args.skip_existing {
+        return Err(Error::Configuration(
+            "--skip-existing needs frames in files; a y4m stream is always written whole".into(),
+        ));
+    }
+    match &args.video {
+        Some(_) if is_stream => Err(Error::Configuration(
+            "--video is made from frames in files; write them with -o frames/####.png".into(),
+        )),
+        Some(film) => check_video(film),
+        None => Ok(()),
+    }
+}
+
+/// Everything that decides the pictures besides database and path.
+fn settings(args: &Args, header: &Header, options: &RenderOptions) -> Value {
+    let (flight, look) = (&args.flight, &args.look);
+    json!({
+        "renderer": WRITER,
+        "fps": args.fps.to_string(),
+        "size_px": [flight.size.width, flight.size.height],
+        "hfov_deg": flight.hfov,
+        "level": flight.level,
+        "clearance_m": flight.clearance,
+        "alt_mode": flight.alt_mode.map(|mode| format!("{mode:?}").to_lowercase()),
+        "surface": format!("{:?}", look.surface).to_lowercase(),
+        "visibility_m": options.visibility_over(header),
+        "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
+        "detail": options.detail,
+    })
+}
+
+/// Returns how many frames were rendered.
+fn fly_files(
+    args: &Args,
+    sequence: &Sequence<'_, PageFile>,
+    files: &Files<'_>,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<usize> {
+    let is_kept =
+        |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
+    let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().copied().partition(is_kept);
+    let flown = sequence.fly(&wanted, &|shot| files.write(&shot), reporter);
+    whole.extend(wanted.iter().filter(|(number, _)| flown.finished.contains(number)));
+    whole.sort_unstable_by_key(|(number, _)| *number);
+    let listed = files.list(&whole);
+    // What ended the flight explains more than what then happened to the list.
+    flown.end?;
+    listed?;
+    Ok(flown.finished.len())
+}
+
+fn fly_stream(
+    args: &Args,
+    sequence: &Sequence<'_, PageFile>,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<usize> {
+    let size = args.flight.size;
+    if args.output.is_standard_output() {
+        let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
+        let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);
+        return flown.end.map(|()| flown.finished.len());
+    }
+    let file = args.output.path(1);
+    let mut outcome = Ok(0);
+    let written = write_with(&file, |target| {
+        outcome = Stream::new(target, &file, size, args.fps).and_then(|stream| {
+            let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);
+            flown.end.map(|()| flown.finished.len())
+        });
+        // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
+        outcome.as_ref().map(drop).map_err(|_| io::Error::other("unfinished"))
+    });
+    let rendered = outcome?;
+    written.map(|()| rendered)
+}

@@ -1,0 +1,74 @@
+//! `hedgehop verify`: is a database whole?
+
+use std::path::PathBuf;
+
+use hedgehop::memory::PageFile;
+use hedgehop::voxel::{Problem, VerifyReport};
+use serde_json::{Value, json};
+
+use crate::exit::{self, Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop verify area.hop && echo sound
+  hedgehop verify --json area.hop";
+
+/// Check a database from end to end.
+///
+/// Reads every page, compares checksums, heights of all levels and the content hash, and lists each problem.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to check
+    #[arg(value_name = "AREA.hop")]
+    file: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    let report = PageFile::open(&args.file)?.verify(&reporter)?;
+    let text = if args.json { format!("{:#}\n", json(args, &report)) } else { lines(args, &report) };
+    exit::print(&text)?;
+    if report.is_sound() { Ok(()) } else { Err(Failure::Problems) }
+}
+
+fn lines(args: &Args, report: &VerifyReport) -> String {
+    let mut text: String = report.problems.iter().map(|problem| format!("problem: {problem}\n")).collect();
+    let verdict = match report.problems.len() {
+        0 => "sound".to_owned(),
+        1 => "1 problem; build the database again".to_owned(),
+        count => format!("{count} problems; build the database again"),
+    };
+    text += &format!("{}: {} pages checked, {verdict}\n", args.file.display(), report.pages);
+    text
+}
+
+fn json(args: &Args, report: &VerifyReport) -> Value {
+    json!({
+        "file": args.file.display().to_string(),
+        "bytes": report.bytes,
+        "pages": report.pages,
+        "absent_pages": report.absent,
+        "sound": report.is_sound(),
+        "problems": report.problems.iter().map(problem_json).collect::<Vec<_>>(),
+    })
+}
+
+fn problem_json(problem: &Problem) -> Value {
+    json!({
+        "page": problem.page.map(|id| json!({ "level": id.level, "px": id.px, "py": id.py })),
+        "byte": problem.byte,
+        "what": problem.what,
+    })
+}

@@ -1,0 +1,188 @@
+//! Where frames go: numbered files with what made them beside, or one stream.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use hedgehop::frame::check::{Existing, existing};
+use hedgehop::frame::sidecar::{DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest};
+use hedgehop::frame::y4m::{Chroma, Y4mWriter};
+use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, tone, write_frame};
+use hedgehop::geo::{Crs, Transform};
+use hedgehop::progress::Observer;
+use hedgehop::space::Camera;
+use hedgehop::voxel::Header;
+use hedgehop::{Error, Result};
+use serde_json::Value;
+
+use crate::area;
+use crate::args::Size;
+use crate::sequence::Shot;
+
+/// Name and version that outputs carry.
+pub const WRITER: &str = concat!("hedgehop ", env!("CARGO_PKG_VERSION"));
+
+/// Which frames these are, and what made them.
+#[derive(Debug, Clone)]
+pub struct Origin<'a> {
+    /// The database's file.
+    pub area: &'a Path,
+    /// The database.
+    pub header: &'a Header,
+    /// The path's file; `None` for a single picture.
+    pub path: Option<&'a Path>,
+    /// Frames per second of the numbering.
+    pub fps: FrameRate,
+    /// Everything else that decides the pictures.
+    pub settings: Value,
+}
+
+/// Numbered files, and `poses.csv` and `manifest.json` beside those of a path.
+#[derive(Debug)]
+pub struct Files<'a> {
+    origin: Origin<'a>,
+    pattern: &'a FramePattern,
+    digest: String,
+    written: Mutex<BTreeMap<u64, Written>>,
+}
+
+impl<'a> Files<'a> {
+    /// Files named by `pattern`.
+    pub fn new(origin: Origin<'a>, pattern: &'a FramePattern) -> Self {
+        let digest = settings_digest(&origin.settings);
+        Self { origin, pattern, digest, written: Mutex::default() }
+    }
+
+    /// The file of frame `number`.
+    pub fn path(&self, number: u64) -> PathBuf {
+        match self.origin.path {
+            Some(_) => self.pattern.path(number),
+            None => self.pattern.single_path(number),
+        }
+    }
+
+    /// Whether the file of this frame can stay; says why not, if one is there.
+    pub fn is_whole(&self, number: u64, camera: &Camera, observer: &dyn Observer) -> bool {
+        let path = self.path(number);
+        let again = |why: String| {
+            observer.note(&format!("{}: rendered again, {why}", path.display()));
+            false
+        };
+        match existing(&path, camera, &self.info(number)) {
+            Existing::Whole => true,
+            Existing::Missing => false,
+            Existing::Broken(why) => again(format!("it is not whole: {why}")),
+            Existing::Different(why) => again(format!("it shows something else: {why}")),
+        }
+    }
+
+    /// Writes one frame.
+    pub fn write(&self, shot: &Shot) -> Result<()> {
+        let written = write_frame(&self.path(shot.number), &shot.frame, &self.info(shot.number))?;
+        self.written.lock().unwrap_or_else(PoisonError::into_inner).insert(shot.number, written);
+        Ok(())
+    }
+
+    /// Writes what made the frames beside them; `existing` are those whose files are whole.
+    pub fn list(&self, existing: &[(u64, Camera)]) -> Result<()> {
+        let (Some(path), Some(folder)) = (self.origin.path, self.pattern.folder()) else { return Ok(()) };
+        if existing.is_empty() {
+            return Ok(());
+        }
+        let metadata = &self.origin.header.metadata;
+        let database = DatabaseRecord {
+            file: file_name(self.origin.area),
+            content_hash: self.origin.header.content_hash.to_string(),
+            crs: metadata.crs_name.clone(),
+            vertical_datum: metadata.vertical_datum.clone(),
+        };
+        let track = fs::read(path).map_err(|error| Error::io(path, "read it", error))?;
+        let flight =
+            FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() };
+        let mut manifest = Manifest::new(WRITER, database, Some(flight), self.origin.settings.clone());
+        manifest.frames = self.records(existing)?;
+        manifest.write(folder).map(drop)
+    }
+
+    fn records(&self, existing: &[(u64, Camera)]) -> Result<Vec<FrameRecord>> {
+        let crs = area::crs(self.origin.header)?;
+        let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
+        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        let record = |&(number, ref camera): &(u64, Camera)| {
+            let file = self.path(number);
+            let written = match written.get(&number) {
+                Some(written) => written.clone(),
+                None => Written::of(&file)?,
+            };
+            let eye = camera.pose.eye;
+            let lonlat = degrees.as_ref().and_then(|degrees| degrees.apply(eye.x, eye.y));
+            Ok(FrameRecord::new(
+                &self.info(number),
+                camera,
+                lonlat.map(|(longitude, latitude)| [longitude, latitude]),
+                Some((&file, &written)),
+            ))
+        };
+        existing.iter().map(record).collect()
+    }
+
+    fn info(&self, number: u64) -> FrameInfo {
+        let header = self.origin.header;
+        FrameInfo {
+            frame: number,
+            seconds: self.origin.fps.seconds_at(number),
+            database_hash: header.content_hash.to_string(),
+            database_file: file_name(self.origin.area),
+            crs_name: header.metadata.crs_name.clone(),
+            vertical_datum: header.metadata.vertical_datum.clone(),
+            settings_digest: self.digest.clone(),
+            writer: WRITER.to_owned(),
+        }
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// All frames in one y4m stream.
+#[derive(Debug)]
+pub struct Stream<W: Write> {
+    writer: Mutex<Y4mWriter<W>>,
+    name: PathBuf,
+}
+
+impl<W: Write> Stream<W> {
+    /// Writes the header of a stream that errors call `name`.
+    pub fn new(target: W, name: &Path, size: Size, rate: FrameRate) -> Result<Self> {
+        Y4mWriter::new(target, (size.width, size.height), rate, Chroma::default())
+            .map(|writer| Self { writer: Mutex::new(writer), name: name.to_owned() })
+            .map_err(|error| Error::io(name, "write it", error))
+    }
+
+    /// Appends one frame.
+    pub fn write(&self, shot: &Shot) -> Result<()> {
+        let picture = tone::srgb8_picture(&shot.frame.colour);
+        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
+        writer.write(&picture).map_err(|error| Error::io(&self.name, "write it", error))
+    }
+}
+
+/// Standard output without a buffer that keeps the end of a frame, and an error, to itself.
+#[derive(Debug)]
+pub struct Stdout;
+
+impl Write for Stdout {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut stdout = io::stdout().lock();
+        stdout.write_all(bytes)?;
+        stdout.flush()?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stdout().flush()
+    }
+}

@@ -1,0 +1,233 @@
+//! Progress on standard error: a bar on a terminal, plain lines or JSON lines elsewhere.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use hedgehop::progress::Observer;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
+
+use crate::interrupt::Interrupt;
+
+/// How progress is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Mode {
+    /// A bar on a terminal, plain lines elsewhere.
+    Auto,
+    /// A line every few seconds.
+    Plain,
+    /// One JSON object per line.
+    Json,
+    /// Nothing but notes and errors.
+    None,
+}
+
+/// Time between plain lines: seldom enough for a log, often enough to see life.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
+/// Time between JSON lines: often enough to draw a bar from.
+const JSON_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Tells the user what the library does, and the library when the user wants it to stop.
+#[derive(Debug)]
+pub struct Reporter {
+    mode: Mode,
+    interrupt: Interrupt,
+    stopping: AtomicBool,
+    stage: Mutex<Option<Stage>>,
+}
+
+#[derive(Debug)]
+struct Stage {
+    name: String,
+    unit: String,
+    total: u64,
+    done: u64,
+    begun: Instant,
+    told: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl Reporter {
+    /// A reporter for `mode`; `Auto` looks at standard error.
+    pub fn new(mode: Mode, interrupt: &Interrupt) -> Self {
+        Self { mode, interrupt: interrupt.clone(), stopping: AtomicBool::new(false), stage: Mutex::new(None) }
+    }
+
+    fn draws_bar(&self) -> bool {
+        self.mode == Mode::Auto && io::stderr().is_terminal()
+    }
+
+    fn interval(&self) -> Duration {
+        if self.mode == Mode::Json { JSON_INTERVAL } else { PLAIN_INTERVAL }
+    }
+
+    /// A line above the bar, if there is one. A closed standard error ends no work.
+    fn line(&self, stage: Option<&Stage>, text: &str) {
+        let print = || {
+            let _ = writeln!(io::stderr().lock(), "{text}");
+        };
+        match stage.and_then(|stage| stage.bar.as_ref()) {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
+    fn tell(&self, stage: &Stage, event: &str) {
+        match self.mode {
+            Mode::Json => self.line(None, &stage.json(event).to_string()),
+            Mode::None => {}
+            Mode::Auto | Mode::Plain => self.line(None, &stage.sentence(event)),
+        }
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Stage>> {
+        // A panic elsewhere cannot leave a stage half-written.
+        self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl Observer for Reporter {
+    fn begin(&self, name: &str, total: u64, unit: &str) {
+        let bar = self.draws_bar().then(|| bar(name, total, unit));
+        let now = Instant::now();
+        let stage =
+            Stage { name: name.into(), unit: unit.into(), total, done: 0, begun: now, told: now, bar };
+        if self.mode == Mode::Json {
+            self.tell(&stage, "begin");
+        }
+        *self.lock() = Some(stage);
+    }
+
+    fn advance(&self, count: u64) {
+        let mut lock = self.lock();
+        let Some(stage) = lock.as_mut() else { return };
+        stage.done += count;
+        if let Some(bar) = &stage.bar {
+            bar.inc(count);
+        } else if stage.told.elapsed() >= self.interval() {
+            stage.told = Instant::now();
+            self.tell(stage, "progress");
+        }
+    }
+
+    fn end(&self) {
+        let Some(stage) = self.lock().take() else { return };
+        match &stage.bar {
+            Some(bar) => bar.finish_and_clear(),
+            None => self.tell(&stage, "end"),
+        }
+    }
+
+    fn note(&self, text: &str) {
+        let lock = self.lock();
+        if self.mode == Mode::Json {
+            self.line(None, &json!({ "event": "note", "text": text }).to_string());
+        } else {
+            self.line(lock.as_ref(), &format!("note: {text}"));
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        let requested = self.interrupt.requested();
+        if requested && !self.stopping.swap(true, Ordering::Relaxed) {
+            self.note("stopping after the work in hand; press Ctrl-C again to stop at once");
+        }
+        requested
+    }
+}
+
+fn bar(name: &str, total: u64, unit: &str) -> ProgressBar {
+    let template = format!(
+        "{{prefix}} [{{wide_bar}}] {{percent}} %  {{human_pos}}/{{human_len}} {unit}  {{per_sec}}  ETA {{eta}}"
+    );
+    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr())
+        .with_style(style.progress_chars("=> "))
+        .with_prefix(name.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(250));
+    bar
+}
+
+impl Stage {
+    /// Units per second since the stage began; `None` before anything is done.
+    fn rate(&self) -> Option<f64> {
+        let seconds = self.begun.elapsed().as_secs_f64();
+        (self.done > 0 && seconds > 0.0).then(|| self.done as f64 / seconds)
+    }
+
+    fn eta_seconds(&self) -> Option<f64> {
+        self.rate().map(|rate| self.total.saturating_sub(self.done) as f64 / rate)
+    }
+
+    fn sentence(&self, event: &str) -> String {
+        let Self { name, unit, total, done, .. } = self;
+        let rate = self.rate().map_or_else(String::new, |rate| format!(", {} {unit}/s", significant(rate)));
+        if event == "end" {
+            return format!("{name}: {done} {unit} in {}{rate}", clock(self.begun.elapsed().as_secs_f64()));
+        }
+        let percent = if *total == 0 { 100 } else { (done * 100) / total };
+        let eta = self.eta_seconds().map_or_else(String::new, |eta| format!(", ETA {}", clock(eta)));
+        format!("{name}: {percent} % ({done}/{total} {unit}){rate}{eta}")
+    }
+
+    fn json(&self, event: &str) -> serde_json::Value {
+        json!({
+            "event": event,
+            "stage": self.name,
+            "done": self.done,
+            "total": self.total,
+            "unit": self.unit,
+            "elapsed_s": self.begun.elapsed().as_secs_f64(),
+            "rate_per_s": self.rate(),
+            "eta_s": self.eta_seconds(),
+        })
+    }
+}
+
+/// Three significant digits, as people read rates.
+fn significant(value: f64) -> String {
+    match value {
+        v if v >= 100.0 => format!("{v:.0}"),
+        v if v >= 10.0 => format!("{v:.1}"),
+        v => format!("{v:.2}"),
+    }
+}
+
+/// `m:ss` or `h:mm:ss`.
+fn clock(seconds: f64) -> String {
+    // Saturates for the absurd estimates of a stage that has hardly begun.
+    let whole = seconds.round() as u64;
+    let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_read_as_clocks() {
+        assert_eq!(clock(5.4), "0:05");
+        assert_eq!(clock(59.6), "1:00");
+        assert_eq!(clock(3723.0), "1:02:03");
+    }
+
+    #[test]
+    fn a_stage_without_work_has_no_rate_and_no_division_by_zero() {
+        let now = Instant::now();
+        let stage = Stage {
+            name: "pages".into(),
+            unit: "pages".into(),
+            total: 0,
+            done: 0,
+            begun: now,
+            told: now,
+            bar: None,
+        };
+        assert_eq!(stage.rate(), None);
+        assert_eq!(stage.sentence("progress"), "pages: 100 % (0/0 pages)");
+    }
+}

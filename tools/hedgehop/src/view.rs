@@ -1,0 +1,259 @@
+//! From flags to cameras: the path or the single eye, bound to a database, and how its pictures look.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use glam::DVec2;
+use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
+use hedgehop::frame::{FrameRate, FrameSet};
+use hedgehop::progress::Observer;
+use hedgehop::raymarch::ground_height;
+use hedgehop::render::RenderOptions;
+use hedgehop::sensor::Sun;
+use hedgehop::space::{Camera, Pose};
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
+
+use crate::area;
+use crate::args::{self, AltitudeMode, Size};
+
+/// Far more frames than anybody renders at once, and few enough to list: days of flight.
+const MOST_FRAMES: usize = 10_000_000;
+
+/// Where the eye goes.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Flight")]
+pub struct FlightArgs {
+    /// Flight path: CSV, JSBSim CSV, KML gx:Track, GPX or IGC
+    #[arg(long, value_name = "FILE", required_unless_present = "eye", conflicts_with = "eye")]
+    pub path: Option<PathBuf>,
+
+    /// A single eye instead of a path: metres in the database's reference system
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::position, allow_hyphen_values = true)]
+    pub eye: Option<[f64; 3]>,
+
+    /// --eye is longitude and latitude in degrees (WGS 84) and altitude in metres
+    #[arg(long, requires = "eye")]
+    pub eye_lonlat: bool,
+
+    /// Attitude of --eye, degrees: yaw clockwise from north, pitch up, roll right wing down [default: 0,0,0]
+    #[arg(long, value_name = "YAW,PITCH,ROLL", value_parser = args::attitude, requires = "eye", allow_hyphen_values = true)]
+    pub ypr: Option<[f64; 3]>,
+
+    /// What altitudes are measured from where the path file does not say, and for --eye [default: msl]
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub alt_mode: Option<AltitudeMode>,
+
+    /// Fly without bank where the attitude is derived from the track
+    #[arg(long, conflicts_with = "eye")]
+    pub level: bool,
+
+    /// Least height above ground, metres; lower parts of the path are raised [default: as the path says]
+    #[arg(long, value_name = "METRES", value_parser = args::number)]
+    pub clearance: Option<f64>,
+
+    /// Horizontal field of view where the path gives none, degrees
+    #[arg(long, value_name = "DEGREES", default_value = "60", value_parser = args::field_of_view)]
+    pub hfov: f64,
+
+    /// Picture size, pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = args::size)]
+    pub size: Size,
+}
+
+/// How pictures look.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Look")]
+pub struct LookArgs {
+    /// smooth: interpolated between posts; blocks: the voxels themselves
+    #[arg(long, value_enum, default_value = "smooth")]
+    pub surface: Surface,
+
+    /// Meteorological visibility, metres [default: 40000; more for areas over 80 km]
+    #[arg(long, value_name = "METRES", value_parser = args::positive)]
+    pub visibility: Option<f64>,
+
+    /// Sun's azimuth clockwise from north and elevation above the horizon, degrees [default: 135,40]
+    #[arg(long, value_name = "AZ,EL", value_parser = args::sun, allow_hyphen_values = true)]
+    pub sun: Option<[f64; 2]>,
+}
+
+/// Surfaces as users name them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Surface {
+    /// Interpolated between posts
+    Smooth,
+    /// Voxels as blocks
+    Blocks,
+}
+
+impl LookArgs {
+    /// The library's options.
+    pub fn options(&self) -> RenderOptions {
+        let mut options = RenderOptions {
+            surface: match self.surface {
+                Surface::Smooth => hedgehop::raymarch::Surface::Smooth,
+                Surface::Blocks => hedgehop::raymarch::Surface::Blocks,
+            },
+            ..RenderOptions::default()
+        };
+        if let Some(visibility) = self.visibility {
+            options.visibility = Some(visibility);
+        }
+        if let Some([azimuth, elevation]) = self.sun {
+            options.sun = Sun { azimuth, elevation };
+        }
+        options
+    }
+}
+
+impl FlightArgs {
+    /// Binds the path, or the single eye, to a database.
+    fn bind<S: PageSource>(&self, source: &S, observer: &dyn Observer) -> Result<Trajectory> {
+        let track = self.track()?;
+        let trajectory = bind(&track, source, &self.bind_options())?;
+        track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
+        Ok(trajectory)
+    }
+
+    /// Numbers and cameras of the frames that `choose` takes out of the flight's count, after checks that
+    /// somebody will see something.
+    pub fn cameras<S: PageSource>(
+        &self,
+        file: &Path,
+        source: &S,
+        fps: FrameRate,
+        choose: impl FnOnce(u64) -> Result<FrameSet>,
+        observer: &dyn Observer,
+    ) -> Result<Vec<(u64, Camera)>> {
+        let trajectory = self.bind(source, observer)?;
+        let count = trajectory.frame_count(fps.per_second());
+        let frames = choose(count)?;
+        frames.check_within(count)?;
+        let poses: Vec<_> = frames
+            .iter()
+            .take(MOST_FRAMES)
+            .map(|number| (number, trajectory.pose_at(fps.seconds_at(number))))
+            .collect();
+        if poses.len() == MOST_FRAMES {
+            return Err(Error::Configuration(format!(
+                "the path lasts {:.0} s, which is too many frames at once; choose some with --frames, or check the unit of its times",
+                trajectory.duration()
+            )));
+        }
+        check_inside(file, source, &poses)?;
+        note_underground(source, &poses, observer)?;
+        let Size { width, height } = self.size;
+        Ok(poses.into_iter().map(|(number, pose)| (number, Camera::new(pose, width, height))).collect())
+    }
+
+    fn bind_options(&self) -> BindOptions {
+        BindOptions { level: self.level, hfov: self.hfov, clearance: self.clearance }
+    }
+
+    fn track(&self) -> Result<Track> {
+        match (&self.path, self.eye) {
+            (Some(path), _) => {
+                read_track(path, &ReadOptions { altitude_mode: self.alt_mode.map(Into::into) })
+            }
+            (None, Some(eye)) => Ok(self.single_fix(eye)),
+            (None, None) => Err(Error::Configuration("give --path FILE or --eye X,Y,Z".into())),
+        }
+    }
+
+    /// The eye as a track of one fix, so that both ways share altitude modes, clearance and north.
+    fn single_fix(&self, [x, y, z]: [f64; 3]) -> Track {
+        let [yaw, pitch, roll] = self.ypr.unwrap_or_default();
+        let horizontal = if self.eye_lonlat { Horizontal::LonLat(x, y) } else { Horizontal::Xy(x, y) };
+        let mode = self.alt_mode.unwrap_or(AltitudeMode::Msl).into();
+        let fix = Fix {
+            time: 0.0,
+            horizontal,
+            altitude: Altitude { metres: z, mode },
+            yaw: Some(yaw),
+            pitch: Some(pitch),
+            roll: Some(roll),
+            hfov: None,
+        };
+        Track { path: "--eye".into(), format: "single eye", fixes: vec![fix], notes: Vec::new() }
+    }
+}
+
+/// Binds a track to a database whose surface answers questions about the ground.
+fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> Result<Trajectory> {
+    let damaged = RefCell::new(None);
+    let ground = |position: DVec2| {
+        ground_height(source, position).unwrap_or_else(|error| {
+            damaged.borrow_mut().get_or_insert(error);
+            None
+        })
+    };
+    let bound = Trajectory::bind(track, &area::crs(source.header())?, &ground, options);
+    match damaged.into_inner() {
+        // A page that cannot be read explains whatever the binding said about missing ground.
+        Some(error) => Err(error),
+        None => bound,
+    }
+}
+
+fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -> Result<()> {
+    let header = source.header();
+    let inside = |pose: &Pose| header.grid.contains(pose.eye.truncate());
+    let Some((number, pose)) = poses.iter().find(|(_, pose)| !inside(pose)) else { return Ok(()) };
+    let within: Vec<u64> = poses.iter().filter(|(_, pose)| inside(pose)).map(|(number, _)| *number).collect();
+    let remedy = if within.is_empty() {
+        "none of the cameras asked for is inside; check reference system and axis order".to_owned()
+    } else {
+        format!("--frames {} are inside", ranges(&within))
+    };
+    Err(Error::Configuration(format!(
+        "the camera of frame {number} at x {:.1}, y {:.1} is outside {}, which covers {}; {remedy}",
+        pose.eye.x,
+        pose.eye.y,
+        file.display(),
+        area::extents(header)?
+    )))
+}
+
+fn note_underground<S: PageSource>(source: &S, poses: &[(u64, Pose)], observer: &dyn Observer) -> Result<()> {
+    for (number, pose) in poses {
+        let Some(ground) = ground_height(source, pose.eye.truncate())? else { continue };
+        if pose.eye.z < ground {
+            observer.note(&format!(
+                "the camera of frame {number} is {:.1} m below the ground; --clearance raises it, --alt-mode says what altitudes are measured from",
+                ground - pose.eye.z
+            ));
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Numbers in rising order as `--frames` takes them: `1-10,20`.
+fn ranges(numbers: &[u64]) -> String {
+    let mut runs: Vec<(u64, u64)> = Vec::new();
+    for &number in numbers {
+        match runs.last_mut() {
+            Some((_, last)) if last.checked_add(1) == Some(number) => *last = number,
+            _ => runs.push((number, number)),
+        }
+    }
+    let texts: Vec<String> = runs
+        .into_iter()
+        .map(|(first, last)| if first == last { first.to_string() } else { format!("{first}-{last}") })
+        .collect();
+    texts.join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ranges;
+
+    #[test]
+    fn numbers_fold_into_ranges() {
+        assert_eq!(ranges(&[1, 2, 3, 7, 9, 10]), "1-3,7,9-10");
+        assert_eq!(ranges(&[]), "");
+        assert_eq!(ranges(&[u64::MAX]), u64::MAX.to_string());
+    }
+}

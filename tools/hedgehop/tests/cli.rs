@@ -1,0 +1,399 @@
+//! The program from outside: what it says, what it leaves behind, and how it ends.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+const COMMANDS: [&str; 6] = ["build", "render", "info", "verify", "bench", "demo"];
+/// Longest that any step of a test may take before it counts as hung.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_hedgehop"))
+}
+
+fn run<I: AsRef<OsStr>>(args: impl IntoIterator<Item = I>) -> Output {
+    program().args(args).stdin(Stdio::null()).output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Standard error without the notes of what was assumed.
+fn complaint(output: &Output) -> String {
+    stderr(output)
+        .lines()
+        .filter(|line| !line.starts_with("note: "))
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
+#[track_caller]
+fn assert_code(output: &Output, code: i32) {
+    assert_eq!(output.status.code(), Some(code), "stdout: {}\nstderr: {}", stdout(output), stderr(output));
+    assert!(!stderr(output).contains("panicked"), "{}", stderr(output));
+}
+
+/// A folder with an elevation grid of `side`² posts, 10 m apart, and the arguments that build it.
+struct Site {
+    folder: TempDir,
+}
+
+impl Site {
+    fn new(side: u32) -> Self {
+        let folder = TempDir::new().expect("a temporary folder");
+        let mut grid = format!("ncols {side}\nnrows {side}\nxllcorner 0\nyllcorner 0\ncellsize 10\n");
+        for row in 0..side {
+            let heights: Vec<String> = (0..side)
+                .map(|column| {
+                    let (x, y) = (f64::from(column) * 0.05, f64::from(row) * 0.07);
+                    format!("{:.2}", 100.0 + 40.0 * x.sin() + 30.0 * y.cos())
+                })
+                .collect();
+            grid += &heights.join(" ");
+            grid.push('\n');
+        }
+        fs::write(folder.path().join("dem.asc"), grid).expect("the grid is written");
+        Self { folder }
+    }
+
+    /// A site with its database and a path of 2 seconds.
+    fn built() -> Self {
+        let site = Self::new(160);
+        assert_code(&site.build(&[]), 0);
+        let path = "t_s,x_m,y_m,alt_agl_m\n0,200,700,60\n1,500,800,60\n2,900,820,60\n";
+        fs::write(site.path("path.csv"), path).expect("the path is written");
+        site
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        program().current_dir(self.folder.path()).args(args).stdin(Stdio::null()).output().expect("it starts")
+    }
+
+    fn spawn(&self, args: &[&str], stdout: impl Into<Stdio>) -> Child {
+        program()
+            .current_dir(self.folder.path())
+            .args(args)
+            .stdin(Stdio::null())
+            .stdout(stdout)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts")
+    }
+
+    fn build(&self, more: &[&str]) -> Output {
+        let args = ["build", "--elevation", "dem.asc", "--local", "-o", "area.hop", "--progress", "none"];
+        self.run(&[&args, more].concat())
+    }
+
+    /// Renders the path at 10 frames per second, small.
+    fn render(&self, more: &[&str]) -> Output {
+        self.run(&[&render_args(), more].concat())
+    }
+}
+
+fn render_args() -> [&'static str; 9] {
+    ["render", "area.hop", "--path", "path.csv", "--fps", "10", "--size", "96x54", "--progress=none"]
+}
+
+fn frames_in(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut frames: Vec<_> = fs::read_dir(folder)
+        .expect("the folder is there")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension() == Some(OsStr::new("png")))
+        .map(|path| {
+            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).expect("a frame"))
+        })
+        .collect();
+    frames.sort();
+    frames
+}
+
+#[track_caller]
+fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !done() {
+        assert!(begun.elapsed() < PATIENCE, "waited in vain for {what}");
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn finish(mut child: Child) -> Output {
+    wait_until("the program's end", || child.try_wait().expect("a status").is_some());
+    child.wait_with_output().expect("its output")
+}
+
+#[test]
+fn every_help_has_an_example_and_the_exit_codes() {
+    for command in COMMANDS {
+        let output = run([command, "--help"]);
+        assert_code(&output, 0);
+        let help = stdout(&output);
+        assert!(help.contains(&format!("hedgehop {command}")), "{command}: {help}");
+        assert!(help.contains("Example") && help.contains("130  interrupted"), "{command}: {help}");
+    }
+    assert!(stdout(&run(["--help"])).contains("hedgehop demo"));
+    assert!(stdout(&run(["--version"])).starts_with("hedgehop "));
+}
+
+#[test]
+fn the_manual_names_every_flag() {
+    let manual = include_str!("../../../docs/cli.md");
+    for command in COMMANDS {
+        let help = stdout(&run([command, "--help"]));
+        let flags = help
+            .lines()
+            .filter_map(|line| line.trim_start().strip_prefix('-').map(|_| line))
+            .flat_map(str::split_whitespace)
+            .filter(|word| word.starts_with("--"));
+        for flag in flags.map(|flag| flag.trim_end_matches([',', '.', ';', ':'])) {
+            assert!(manual.contains(flag), "docs/cli.md does not mention {flag} of {command}");
+        }
+    }
+}
+
+#[test]
+fn wrong_flags_are_usage_errors() {
+    for args in [
+        &["fly"][..],
+        &["build", "-o", "x.hop"],
+        &["build", "--elevation", "a.tif", "-o", "x.hop", "--memory", "many"],
+        &["build", "--elevation", "a.tif", "-o", "x.hop", "--bbox", "10,0,-10,5"],
+        &["render", "x.hop", "-o", "f.png"],
+        &["render", "x.hop", "--path", "p.csv", "--eye", "1,2,3", "-o", "f.png"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.gif"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--size", "0x9"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "-j", "0"],
+        &["bench", "x.hop", "--path", "p.csv", "--workers", "two"],
+    ] {
+        let output = run(args);
+        assert_code(&output, 2);
+        assert!(stderr(&output).starts_with("error: "), "{args:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn missing_and_wrong_inputs_are_one_sentence_each() {
+    let site = Site::new(8);
+    fs::write(site.path("junk.hop"), b"no database at all").unwrap();
+    fs::create_dir(site.path("tiles")).unwrap();
+    let build = |input: &str| site.run(&["build", "--elevation", input, "-o", "a.hop", "--progress", "none"]);
+    for (output, code, word) in [
+        (site.run(&["info", "absent.hop"]), 5, "absent.hop"),
+        (site.run(&["render", "absent.hop", "--eye", "1,2,3", "-o", "v.png"]), 5, "absent.hop"),
+        (site.run(&["info", "junk.hop"]), 3, "junk.hop"),
+        (site.run(&["verify", "junk.hop"]), 3, "junk.hop"),
+        (build("absent.tif"), 5, "absent.tif"),
+        (build("tiles"), 2, "folder"),
+        (build("*.tif"), 2, "pattern"),
+        (build("dem.asc"), 4, "--local"),
+    ] {
+        assert_code(&output, code);
+        let message = complaint(&output);
+        assert!(message.contains(word), "{message}");
+        assert!(message.trim_end().lines().count() == 1, "not one sentence: {message}");
+    }
+    assert!(!site.path("a.hop").exists());
+}
+
+#[test]
+fn a_database_is_built_described_verified_and_not_overwritten_by_accident() {
+    let site = Site::new(40);
+    let built = site.build(&[]);
+    assert_code(&built, 0);
+    assert!(stdout(&built).contains("40 x 40 voxels of 10 m") && stdout(&built).contains("MB/s"));
+    assert_code(&site.build(&[]), 2);
+    assert_code(&site.build(&["--overwrite"]), 0);
+
+    let info = site.run(&["info", "--json", "area.hop"]);
+    assert_code(&info, 0);
+    let json: serde_json::Value = serde_json::from_slice(&info.stdout).expect("valid JSON");
+    assert_eq!(json["voxels"], serde_json::json!([40, 40]));
+    assert_eq!(json["spacing_m"], 10.0);
+    assert_code(&site.run(&["info", "area.hop"]), 0);
+    assert_code(&site.run(&["verify", "--progress", "none", "area.hop"]), 0);
+
+    // Wherever a byte is wrong, verify notices: as a file that is no database, or as a problem in it.
+    let sound = fs::read(site.path("area.hop")).unwrap();
+    for place in [sound.len() / 3, sound.len() / 2, sound.len() - 5] {
+        let mut damaged = sound.clone();
+        damaged[place] ^= 0x10;
+        fs::write(site.path("damaged.hop"), &damaged).unwrap();
+        let output = site.run(&["verify", "--progress", "none", "damaged.hop"]);
+        assert!(matches!(output.status.code(), Some(3 | 6)), "byte {place}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn frames_do_not_depend_on_workers_or_on_the_subset() {
+    let site = Site::built();
+    assert_code(&site.render(&["-j", "1", "-o", "one/####.png"]), 0);
+    assert_code(&site.render(&["-j", "2", "-o", "two/%04d.png"]), 0);
+    assert_code(&site.render(&["--frames", "3,7-11:2", "-o", "some/####.png"]), 0);
+    let (one, two, some) =
+        (frames_in(&site.path("one")), frames_in(&site.path("two")), frames_in(&site.path("some")));
+    assert_eq!(one.len(), 21, "2 s at 10 frames per second, both ends");
+    assert!(one == two, "one and two workers differ");
+    let names: Vec<&str> = some.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["0003.png", "0007.png", "0009.png", "0011.png"]);
+    assert!(some.iter().all(|frame| one.contains(frame)), "a subset differs from the whole");
+    for sidecar in ["manifest.json", "poses.csv"] {
+        assert!(site.path("some").join(sidecar).exists(), "{sidecar}");
+    }
+}
+
+#[test]
+fn skip_existing_repairs_what_is_not_whole() {
+    let site = Site::built();
+    assert_code(&site.render(&["-o", "f/####.png"]), 0);
+    let sound = frames_in(&site.path("f"));
+    fs::write(site.path("f/0004.png"), &sound[3].1[..sound[3].1.len() / 2]).unwrap();
+    fs::remove_file(site.path("f/0009.png")).unwrap();
+    let untouched = fs::metadata(site.path("f/0001.png")).unwrap().modified().unwrap();
+    let output = site.render(&["-o", "f/####.png", "--skip-existing"]);
+    assert_code(&output, 0);
+    assert!(frames_in(&site.path("f")) == sound, "the repaired frames differ");
+    assert_eq!(fs::metadata(site.path("f/0001.png")).unwrap().modified().unwrap(), untouched);
+    assert!(stdout(&output).contains("2 frames"), "{}", stdout(&output));
+}
+
+#[test]
+fn a_single_picture_keeps_its_name_and_can_be_repeated() {
+    let site = Site::built();
+    let args = ["render", "area.hop", "--eye", "800,300,400", "--ypr", "-10,-20,0", "--size", "64x36", "-o"];
+    assert_code(&site.run(&[&args[..], &["view.png"]].concat()), 0);
+    assert_code(&site.run(&[&args[..], &["again.png"]].concat()), 0);
+    assert_eq!(fs::read(site.path("view.png")).unwrap(), fs::read(site.path("again.png")).unwrap());
+    assert_code(&site.run(&[&args[..], &["view.exr"]].concat()), 0);
+}
+
+#[test]
+fn a_camera_outside_the_area_is_told_the_extents() {
+    let site = Site::built();
+    let output = site.run(&["render", "area.hop", "--eye", "-50,300,400", "-o", "view.png"]);
+    assert_code(&output, 2);
+    assert!(stderr(&output).contains("x 0.0 to 1600.0"), "{}", stderr(&output));
+    assert!(!site.path("view.png").exists());
+}
+
+#[test]
+fn bench_finds_identical_frames_and_writes_its_figures() {
+    let site = Site::built();
+    let output = site.run(&[
+        "bench",
+        "area.hop",
+        "--path",
+        "path.csv",
+        "--workers",
+        "2,1",
+        "--size",
+        "64x36",
+        "--repeats",
+        "1",
+        "--frames",
+        "1,5",
+        "--json",
+        "b.json",
+        "--svg",
+        "b.svg",
+        "--progress",
+        "none",
+    ]);
+    assert_code(&output, 0);
+    assert!(stdout(&output).contains("identical frames"), "{}", stdout(&output));
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();
+    assert_eq!(json["results"][0]["workers"], 1);
+    assert_eq!(json["identical_frames"], true);
+    let svg = fs::read_to_string(site.path("b.svg")).unwrap();
+    assert!(svg.contains("Mpixel/s") && svg.contains("ideal"));
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+
+    #[test]
+    fn a_killed_build_leaves_nothing_that_opens() {
+        let site = Site::new(700);
+        let mut child =
+            site.spawn(&["build", "--elevation", "dem.asc", "--local", "-o", "area.hop"], Stdio::null());
+        // Killed at whatever it is doing; a build that was quicker than this is not killed at all.
+        thread::sleep(Duration::from_millis(60));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        for entry in fs::read_dir(site.folder.path()).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension() != Some(OsStr::new("asc")) && path.file_name() != Some(OsStr::new("area.hop"))
+            {
+                assert_ne!(
+                    run([OsStr::new("info"), path.as_os_str()]).status.code(),
+                    Some(0),
+                    "{path:?} opens"
+                );
+            }
+        }
+        assert_code(&site.build(&["--overwrite"]), 0);
+    }
+
+    #[test]
+    fn a_full_disk_is_one_sentence() {
+        let site = Site::built();
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("/dev/full");
+        let output = finish(site.spawn(&[&render_args()[..], &["-o", "-"]].concat(), full));
+        assert_code(&output, 5);
+        let message = complaint(&output);
+        assert!(message.contains("standard output") && message.trim_end().lines().count() == 1, "{message}");
+    }
+
+    #[test]
+    fn a_reader_that_leaves_ends_the_stream_quietly() {
+        let site = Site::built();
+        let mut child = site.spawn(&[&render_args()[..], &["--fps=100", "-o", "-"]].concat(), Stdio::piped());
+        let mut head = [0; 9];
+        child.stdout.take().unwrap().read_exact(&mut head).unwrap();
+        assert_eq!(&head, b"YUV4MPEG2");
+        let output = finish(child);
+        assert_code(&output, 141);
+        assert_eq!(complaint(&output), "");
+    }
+
+    fn signal(child: &Child, name: &str) {
+        let status = Command::new("kill").args(["-s", name, &child.id().to_string()]).status();
+        assert!(status.expect("kill runs").success());
+    }
+
+    #[test]
+    fn ctrl_c_leaves_whole_frames() {
+        let site = Site::built();
+        let args = [&render_args()[..], &["--fps", "2000", "--size", "320x180", "-o", "f/####.png"]].concat();
+        let child = site.spawn(&args, Stdio::null());
+        wait_until("a frame", || site.path("f/0002.png").exists());
+        signal(&child, "INT");
+        let output = finish(child);
+        assert_code(&output, 130);
+        assert!(stderr(&output).contains("interrupted"), "{}", stderr(&output));
+        let frames = frames_in(&site.path("f"));
+        assert!(frames.len() >= 2 && frames.len() < 4000, "{}", frames.len());
+        for (name, bytes) in &frames {
+            image::load_from_memory(bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+        let poses = fs::read_to_string(site.path("f/poses.csv")).expect("poses of what exists");
+        assert!(poses.lines().filter(|line| !line.starts_with('#')).count() > frames.len());
+        assert!(site.path("f/manifest.json").exists());
+    }
+}
