@@ -41,7 +41,9 @@ fn method(code: u16) -> Result<Method, String> {
         28 => Method::CylindricalEqualArea,
         9815 => Method::ObliqueMercatorB,
         other => {
-            return Err(format!("geo key 3075 gives projection method {other}, which is not read; {CONVERT}"));
+            return Err(format!(
+                "geo key 3075 gives projection method {other}, which is not read; {CONVERT}"
+            ));
         }
     })
 }
