@@ -12,9 +12,14 @@ mod transform;
 mod undulation;
 mod units;
 mod wkt;
+mod wkt_names;
+mod wkt_system;
 
 pub use crs::Crs;
 pub use datum::{VerticalCrs, VerticalDatum, VerticalShift};
 pub use geokeys::{GeoKeys, parse_geokeys};
 pub use transform::{GridNorth, Transform, grid_convergence};
 pub use undulation::egm96_undulation;
+#[cfg(test)]
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,7 @@
+//! Tests of the reference systems against PROJ 9.5.1 and published values.
+
+mod geokeys;
+mod heights;
+mod systems;
+mod transforms;
+mod wkt;

@@ -1,0 +1,130 @@
+//! Well-known text: the names of methods, parameters and datums, as OGC, EPSG and Esri spell them.
+
+use super::projection::{Method, Term};
+
+/// Letters and digits of a name, in lower case: `Scale_Factor`, `scale_factor` and `Scale factor` are one.
+pub(super) fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric() || *c == '+').flat_map(char::to_lowercase).collect()
+}
+
+/// What a parameter counts in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Angle,
+    Length,
+    Ratio,
+}
+
+/// Meaning of a parameter's name; without a term it must say nothing (0, or 1 for a ratio).
+pub(super) fn term(name: &str) -> Option<(Option<Term>, Kind)> {
+    Some(match plain(name).as_str() {
+        "latitudeoforigin"
+        | "latitudeofcenter"
+        | "latitudeofcentre"
+        | "latitudeofnaturalorigin"
+        | "latitudeoffalseorigin"
+        | "latitudeofprojectioncentre"
+        | "centralparallel" => (Some(Term::Latitude), Kind::Angle),
+        "centralmeridian"
+        | "longitudeoforigin"
+        | "longitudeofcenter"
+        | "longitudeofcentre"
+        | "longitudeofnaturalorigin"
+        | "longitudeoffalseorigin"
+        | "longitudeofprojectioncentre" => (Some(Term::Longitude), Kind::Angle),
+        "standardparallel1" | "latitudeof1ststandardparallel" | "latitudeofstandardparallel" => {
+            (Some(Term::Parallel1), Kind::Angle)
+        }
+        "standardparallel2" | "latitudeof2ndstandardparallel" => (Some(Term::Parallel2), Kind::Angle),
+        "scalefactor"
+        | "scalefactoratnaturalorigin"
+        | "scalefactoratprojectioncentre"
+        | "scalefactoroninitialline"
+        | "scalefactorattheprojectioncentre" => (Some(Term::Scale), Kind::Ratio),
+        "azimuth" | "azimuthofinitialline" | "azimuthatprojectioncentre" => {
+            (Some(Term::Azimuth), Kind::Angle)
+        }
+        "rectifiedgridangle" | "anglefromrectifiedtoskewgrid" => (Some(Term::RectifiedAngle), Kind::Angle),
+        "falseeasting" | "eastingatfalseorigin" | "eastingatprojectioncentre" => {
+            (Some(Term::FalseEasting), Kind::Length)
+        }
+        "falsenorthing" | "northingatfalseorigin" | "northingatprojectioncentre" => {
+            (Some(Term::FalseNorthing), Kind::Length)
+        }
+        "auxiliaryspheretype" | "xyplanerotation" => (None, Kind::Angle),
+        "xscale" | "yscale" => (None, Kind::Ratio),
+        _ => return None,
+    })
+}
+
+/// Method of a name.
+pub(super) fn method(name: &str) -> Option<Method> {
+    Some(match plain(name).as_str() {
+        "transversemercator" | "gausskruger" | "transversemercatorcomplex" => Method::TransverseMercator,
+        "lambertconformalconic"
+        | "lambertconformalconic1sp"
+        | "lambertconformalconic2sp"
+        | "lambertconicconformal1sp"
+        | "lambertconicconformal2sp"
+        | "lambertconicconformal1spvarianta" => Method::LambertConformal,
+        "albers" | "albersconicequalarea" | "albersequalarea" => Method::Albers,
+        "lambertazimuthalequalarea" => Method::LambertAzimuthal,
+        "mercator" | "mercator1sp" | "mercator2sp" | "mercatorvarianta" | "mercatorvariantb" => {
+            Method::Mercator
+        }
+        "mercatorauxiliarysphere" | "popularvisualisationpseudomercator" => Method::WebMercator,
+        "polarstereographic"
+        | "polarstereographicvarianta"
+        | "polarstereographicvariantb"
+        | "stereographicnorthpole"
+        | "stereographicsouthpole" => Method::PolarStereographic,
+        "obliquestereographic" | "doublestereographic" => Method::ObliqueStereographic,
+        "stereographic" => Method::Stereographic,
+        "equirectangular" | "equidistantcylindrical" | "platecarree" | "equidistantcylindricalspherical" => {
+            Method::EquidistantCylindrical
+        }
+        "hotineobliquemercator"
+        | "hotineobliquemercatorvarianta"
+        | "hotineobliquemercatorazimuthnaturalorigin"
+        | "rectifiedskeworthomorphicnaturalorigin" => Method::ObliqueMercatorA,
+        "hotineobliquemercatorazimuthcenter"
+        | "hotineobliquemercatorvariantb"
+        | "obliquemercator"
+        | "rectifiedskeworthomorphiccenter" => Method::ObliqueMercatorB,
+        "swissobliquecylindrical" | "swissobliquemercator" => Method::SwissOblique,
+        "azimuthalequidistant" | "modifiedazimuthalequidistant" => Method::AzimuthalEquidistant,
+        "equidistantconic" => Method::EquidistantConic,
+        "cylindricalequalarea" | "lambertcylindricalequalarea" => Method::CylindricalEqualArea,
+        "cassini" | "cassinisoldner" => Method::Cassini,
+        "polyconic" | "americanpolyconic" => Method::Polyconic,
+        "sinusoidal" => Method::Sinusoidal,
+        _ => return None,
+    })
+}
+
+/// EPSG code of the geographic system on a datum, by the datum's name (Esri puts `D_` before it).
+pub(super) fn datum_code(name: &str) -> Option<u32> {
+    let name = name.strip_prefix("D_").unwrap_or(name);
+    Some(match plain(name).as_str() {
+        "wgs1984" | "wgs84" | "worldgeodeticsystem1984" | "worldgeodeticsystem1984ensemble" => 4326,
+        "northamerican1983" | "northamericandatum1983" => 4269,
+        "northamerican1927" | "northamericandatum1927" => 4267,
+        "etrs1989"
+        | "europeanterrestrialreferencesystem1989"
+        | "europeanterrestrialreferencesystem1989ensemble" => 4258,
+        "european1950" | "europeandatum1950" => 4230,
+        "osgb1936" | "ordnancesurveyofgreatbritain1936" => 4277,
+        "amersfoort" => 4289,
+        "ch1903" => 4149,
+        "ch1903+" => 4150,
+        "deutscheshauptdreiecksnetz" => 4314,
+        "mgi" | "militargeographischeinstitut" | "militargeographischesinstitut" => 4312,
+        "belge1972" | "reseaunationalbelge1972" => 4313,
+        "montemario" => 4265,
+        "pulkovo1942" => 4284,
+        "tokyo" => 4301,
+        "newzealand1949" | "newzealandgeodeticdatum1949" | "newzealandgd1949" => 4272,
+        "southamerican1969" | "southamericandatum1969" => 4618,
+        _ => return None,
+    })
+}
