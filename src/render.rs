@@ -25,27 +25,20 @@ use crate::voxel::{Header, PageSource};
 pub struct RenderOptions {
     /// Which surface is seen.
     pub surface: Surface,
-    /// Meteorological visibility, metres, > 0; `None` follows from the size of the area.
-    pub visibility: Option<f64>,
+    /// Meteorological visibility at the lowest ground of the area, metres, > 0.
+    pub visibility: f64,
     /// Where the sun stands.
     pub sun: Sun,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel.
     pub detail: f64,
 }
 
+/// Visibility of a clear day, metres.
+const DEFAULT_VISIBILITY: f64 = 40_000.0;
+
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { surface: Surface::Smooth, visibility: None, sun: Sun::default(), detail: 1.0 }
-    }
-}
-
-impl RenderOptions {
-    /// The visibility that is used for a database, metres: what was asked for, else 40 km, or half
-    /// the longer side of an area so large that it would drown in haze.
-    pub fn visibility_over(&self, header: &Header) -> f64 {
-        let grid = header.grid;
-        let longer_side = f64::from(grid.nx.max(grid.ny)) * grid.spacing;
-        self.visibility.unwrap_or(40_000.0_f64.max(0.5 * longer_side))
+        Self { surface: Surface::Smooth, visibility: DEFAULT_VISIBILITY, sun: Sun::default(), detail: 1.0 }
     }
 }
 
@@ -95,7 +88,8 @@ pub fn render_frame<S: PageSource>(
     };
     let started = Instant::now();
     let mut frame = merge(camera, &subimages);
-    add_air(&mut frame, &Atmosphere::new(options.visibility_over(source.header())), farm);
+    let atmosphere = Atmosphere::new(options.visibility, source.header().height_range.0);
+    add_air(&mut frame, &atmosphere, farm);
     times.image = started.elapsed();
     Ok(Rendered { frame, times })
 }
@@ -164,11 +158,11 @@ fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
     farm.rows(&mut frame.colour, width, |row, line| {
         for (column, colour) in line.iter_mut().enumerate() {
             let range = range[row * width + column];
+            let up = camera.direction(column as f64 + 0.5, row as f64 + 0.5).z as f32;
             let seen = if range.is_finite() {
-                atmosphere.haze(Vec3::from_array(*colour), range)
+                atmosphere.haze(Vec3::from_array(*colour), camera.pose.eye.z, up, range)
             } else {
-                let up = camera.direction(column as f64 + 0.5, row as f64 + 0.5).z;
-                atmosphere.sky(up as f32)
+                atmosphere.sky(up)
             };
             *colour = seen.to_array();
         }

@@ -124,7 +124,8 @@ fn only_subimage_knows_rayon() {
 
 #[test]
 fn the_library_neither_prints_nor_exits_nor_parses_arguments() {
-    let forbidden = ["println!", "eprintln!", "print!(", "eprint!(", "dbg!(", "process::exit", "clap", "indicatif"];
+    let forbidden =
+        ["println!", "eprintln!", "print!(", "eprint!(", "dbg!(", "process::exit", "clap", "indicatif"];
     for (path, text) in sources(&root().join("src")) {
         let code = code(&text);
         for word in forbidden {
@@ -143,7 +144,8 @@ fn unsafe_stands_only_in_the_files_that_declare_why() {
                 assert!(code.contains("expect(unsafe_code, reason"), "{name}: say why it is unsafe");
                 assert!(text.contains("SAFETY"), "{name}: write the contract down");
             } else {
-                let uses = code.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == "unsafe");
+                let uses =
+                    code.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == "unsafe");
                 assert!(!uses, "{name}: unsafe code outside {UNSAFE_FILES:?}");
             }
         }
@@ -166,6 +168,7 @@ fn files_stay_short() {
 
 #[test]
 fn the_import_reader_reads_groups_and_paths() {
-    let found = imports("use crate::{error::Result, voxel::{Grid, PageId}, space}; crate::frame::Frame::sky()");
+    let found =
+        imports("use crate::{error::Result, voxel::{Grid, PageId}, space}; crate::frame::Frame::sky()");
     assert_eq!(found, ["error", "Result", "voxel", "space", "frame"].map(str::to_owned));
 }

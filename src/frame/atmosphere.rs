@@ -1,10 +1,12 @@
-//! Sky by elevation angle, haze by range.
+//! Sky by elevation angle, haze by range and height.
 
 use glam::Vec3;
 
-/// Contrast at which an object at the visibility range vanishes (meteorological optical range is defined by
-/// 5 %, Koschmieder's visual range by 2 %).
+/// Contrast at which an object is taken to vanish: meteorological optical range is defined by 5 %.
 const VANISHING_CONTRAST: f32 = 0.05;
+
+/// Height over which haze thins by the factor e, metres: aerosol of the lower air.
+const SCALE_HEIGHT: f32 = 2000.0;
 
 /// Linear Rec. 709 colours of the clear sky.
 const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
@@ -15,16 +17,18 @@ const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
 const SKY_DEPTH: f32 = 5.0;
 const SKY_ONSET: f32 = 0.12;
 
-/// Air of uniform haze under a clear sky.
+/// Hazy air under a clear sky; the haze is thickest at a base height and thins exponentially above it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Atmosphere {
     extinction: f32,
+    base: f64,
 }
 
 impl Atmosphere {
-    /// Air with a meteorological visibility (optical range) of `visibility` metres, > 0; infinite for none.
-    pub fn new(visibility: f64) -> Self {
-        Self { extinction: -VANISHING_CONTRAST.ln() / visibility as f32 }
+    /// Air with a meteorological visibility (optical range) of `visibility` metres, > 0, at the
+    /// height `base`, metres above the datum. Infinite visibility: no haze.
+    pub fn new(visibility: f64, base: f64) -> Self {
+        Self { extinction: -VANISHING_CONTRAST.ln() / visibility as f32, base }
     }
 
     /// Radiance of the sky in a direction of which `up` is the sine of the elevation angle, −1…1.
@@ -35,11 +39,21 @@ impl Atmosphere {
         HORIZON.lerp(ZENITH, clear)
     }
 
-    /// Radiance that reaches the eye from a surface of `radiance` at `range` metres: what the haze
-    /// between lets through, and what it adds (Koschmieder 1924).
-    pub fn haze(&self, radiance: Vec3, range: f32) -> Vec3 {
-        let through = (-self.extinction * range).exp();
+    /// Radiance that reaches an eye at height `eye` (metres above the datum) from a surface of
+    /// `radiance` at `range` metres, in a direction of which `up` is the sine of the elevation angle:
+    /// what the haze between lets through, and what it adds (Koschmieder 1924).
+    pub fn haze(&self, radiance: Vec3, eye: f64, up: f32, range: f32) -> Vec3 {
+        let through = (-self.optical_depth(eye, up, range)).exp();
         HORIZON.lerp(radiance, through)
+    }
+
+    /// Extinction integrated along a ray: `∫ β·exp(−h/H) ds` in closed form, `h` above the base.
+    fn optical_depth(&self, eye: f64, up: f32, range: f32) -> f32 {
+        let start = ((eye - self.base) as f32).max(0.0) / SCALE_HEIGHT;
+        let rise = (up * range / SCALE_HEIGHT).max(-start);
+        // (1 − e^−x)/x, which is 1 at x = 0.
+        let mean = if rise == 0.0 { 1.0 } else { -(-rise).exp_m1() / rise };
+        self.extinction * range * (-start).exp() * mean
     }
 }
 
@@ -49,19 +63,37 @@ mod tests {
 
     #[test]
     fn contrast_at_the_visibility_range_is_five_percent() {
-        let air = Atmosphere::new(12_000.0);
-        let contrast = (air.haze(Vec3::ZERO, 12_000.0).x - HORIZON.x) / -HORIZON.x;
+        let air = Atmosphere::new(12_000.0, 300.0);
+        let contrast = (air.haze(Vec3::ZERO, 300.0, 0.0, 12_000.0).x - HORIZON.x) / -HORIZON.x;
         assert!((contrast - 0.05).abs() < 1e-6);
     }
 
     #[test]
     fn far_ground_meets_the_sky_without_an_edge() {
-        let air = Atmosphere::new(1000.0);
-        assert!((air.haze(Vec3::ONE, 1.0e6) - air.sky(0.0)).length() < 1e-6);
+        let air = Atmosphere::new(1000.0, 0.0);
+        assert!((air.haze(Vec3::ONE, 0.0, 0.0, 1.0e6) - air.sky(0.0)).length() < 1e-6);
     }
 
     #[test]
     fn unlimited_visibility_changes_nothing() {
-        assert_eq!(Atmosphere::new(f64::INFINITY).haze(Vec3::ONE, 1.0e6), Vec3::ONE);
+        assert_eq!(Atmosphere::new(f64::INFINITY, 0.0).haze(Vec3::ONE, 500.0, -0.1, 1.0e6), Vec3::ONE);
+    }
+
+    #[test]
+    fn depth_agrees_with_numerical_integration() {
+        let air = Atmosphere::new(20_000.0, 100.0);
+        for (eye, up, range) in [(150.0, 0.0, 9_000.0), (3000.0, -0.4, 6_000.0), (200.0, 0.3, 40_000.0)] {
+            let steps = 100_000;
+            let sum: f64 = (0..steps)
+                .map(|step| {
+                    let distance = f64::from(range) * (f64::from(step) + 0.5) / f64::from(steps);
+                    let height = eye + f64::from(up) * distance - 100.0;
+                    (-height / f64::from(SCALE_HEIGHT)).exp()
+                })
+                .sum();
+            let expected = f64::from(air.extinction) * sum * f64::from(range) / f64::from(steps);
+            let depth = f64::from(air.optical_depth(eye, up, range));
+            assert!((depth / expected - 1.0).abs() < 1e-4, "{depth} {expected}");
+        }
     }
 }

@@ -43,7 +43,7 @@ impl Tint {
         if height.is_nan() {
             return colour::decode(NEUTRAL);
         }
-        if self.sea && height < 0.0 {
+        if self.sea && height <= 0.0 {
             return ramp(&SEA, height / self.low.min(-1.0));
         }
         let foot = if self.sea { self.low.max(0.0) } else { self.low };
@@ -75,7 +75,8 @@ mod tests {
         let tint = Tint::new(-4000.0, 3000.0, true);
         let srgb = |height, slope| tint.colour(height, slope).map(colour::encode);
         assert_eq!(srgb(-4000.0, 0.0), SEA[2].1);
-        assert_eq!(srgb(0.0, 0.0), LAND[0].1);
+        assert_eq!(srgb(0.0, 0.0), SEA[0].1, "sea level is water");
+        assert_eq!(srgb(0.001, 0.0), LAND[0].1);
         assert_eq!(srgb(3000.0, 0.0), LAND[5].1);
         assert_eq!(srgb(1500.0, 9.0), ROCK);
         assert_eq!(srgb(f64::NAN, 0.0), NEUTRAL);

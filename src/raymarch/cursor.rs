@@ -57,7 +57,11 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
             slot.view = self.source.page(id)?;
             slot.page = page;
         }
-        Ok(slot.view.as_ref().map(|view| Place { view, x: cell[0] - page[0] * SIDE, y: cell[1] - page[1] * SIDE }))
+        Ok(slot.view.as_ref().map(|view| Place {
+            view,
+            x: cell[0] - page[0] * SIDE,
+            y: cell[1] - page[1] * SIDE,
+        }))
     }
 
     /// Upper bound of every finer surface over voxel `cell` of level index ≥ 1, metres: −∞ where

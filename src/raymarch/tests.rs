@@ -9,7 +9,8 @@ use crate::voxel::{Grid, HeightCode, MemPages, Metadata, PageSource, build_in_me
 
 fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
     let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
-    let heights: Vec<f64> = (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))).map(|(x, y)| height(x, y)).collect();
+    let heights: Vec<f64> =
+        (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))).map(|(x, y)| height(x, y)).collect();
     let colours = vec![[128; 3]; heights.len()];
     build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
 }

@@ -70,7 +70,7 @@ pub struct LookArgs {
     #[arg(long, value_enum, default_value = "smooth")]
     pub surface: Surface,
 
-    /// Meteorological visibility, metres [default: 40000; more for areas over 80 km]
+    /// Meteorological visibility at the lowest ground, metres [default: 40000]
     #[arg(long, value_name = "METRES", value_parser = args::positive)]
     pub visibility: Option<f64>,
 
@@ -99,7 +99,7 @@ impl LookArgs {
             ..RenderOptions::default()
         };
         if let Some(visibility) = self.visibility {
-            options.visibility = Some(visibility);
+            options.visibility = visibility;
         }
         if let Some([azimuth, elevation]) = self.sun {
             options.sun = Sun { azimuth, elevation };

@@ -174,7 +174,7 @@ fn check_combination(args: &Args) -> Result<()> {
 }
 
 /// Everything that decides the pictures besides database and path.
-fn settings(args: &Args, header: &Header, options: &RenderOptions) -> Value {
+fn settings(args: &Args, options: &RenderOptions) -> Value {
     let (flight, look) = (&args.flight, &args.look);
     json!({
         "renderer": WRITER,
@@ -185,7 +185,7 @@ fn settings(args: &Args, header: &Header, options: &RenderOptions) -> Value {
         "clearance_m": flight.clearance,
         "alt_mode": flight.alt_mode.map(|mode| format!("{mode:?}").to_lowercase()),
         "surface": format!("{:?}", look.surface).to_lowercase(),
-        "visibility_m": options.visibility_over(header),
+        "visibility_m": options.visibility,
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
         "detail": options.detail,
     })
