@@ -12,7 +12,7 @@ use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Header, PageSource};
+use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
@@ -144,7 +144,7 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
             header: source.header(),
             path: args.flight.path.as_deref(),
             fps: args.fps,
-            settings: settings(args, source.header(), &options),
+            settings: settings(args, &options),
         };
         let files = Files::new(origin, &args.output);
         let rendered = fly_files(args, &sequence, &files, &cameras, reporter)?;
