@@ -43,7 +43,11 @@ impl Budget {
         }
         // Workers beyond half of what is left would only take turns to decode the same blocks.
         let threads = threads.min(((memory - FIXED) / 2 / worker).max(1));
-        Ok(Self { cache: memory - FIXED - threads * worker, window: window as usize, threads: threads as usize })
+        Ok(Self {
+            cache: memory - FIXED - threads * worker,
+            window: window as usize,
+            threads: threads as usize,
+        })
     }
 }
 
@@ -56,7 +60,8 @@ mod tests {
         for memory in [80, 128, 512, 4096].map(|mib| mib * MIB) {
             for threads in [1, 2, 16, 256] {
                 let budget = Budget::split(memory, threads).unwrap();
-                let workers = budget.threads as u64 * (2 * budget.window as u64 + PAGE_WORK + AHEAD * PAGE_BYTES);
+                let workers =
+                    budget.threads as u64 * (2 * budget.window as u64 + PAGE_WORK + AHEAD * PAGE_BYTES);
                 assert!(budget.threads >= 1 && budget.threads <= threads);
                 assert_eq!(FIXED + workers + budget.cache, memory);
                 assert!(budget.cache >= LEAST_CACHE);

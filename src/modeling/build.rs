@@ -185,7 +185,12 @@ fn write_finest(
 }
 
 /// Every coarser level from the one below it.
-fn write_coarser(grid: &Grid, threads: usize, writer: &mut PageWriter, observer: &dyn Observer) -> Result<()> {
+fn write_coarser(
+    grid: &Grid,
+    threads: usize,
+    writer: &mut PageWriter,
+    observer: &dyn Observer,
+) -> Result<()> {
     let levels: Vec<(u8, u32, u32)> = (1..grid.level_count())
         .map(|level| {
             let (columns, rows) = grid.page_dims(level);
@@ -243,14 +248,22 @@ fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
 }
 
 /// Places all rasters in the grid.
-fn place(inputs: Inputs, plan: &Plan, datum: VerticalDatum) -> Result<(Vec<ElevationInput>, Vec<ImageryInput>)> {
+fn place(
+    inputs: Inputs,
+    plan: &Plan,
+    datum: VerticalDatum,
+) -> Result<(Vec<ElevationInput>, Vec<ImageryInput>)> {
     let elevation = inputs.elevation.into_iter().map(|raster| ElevationInput::place(raster, plan, datum));
     let imagery = inputs.imagery.into_iter().map(|raster| ImageryInput::place(raster, plan));
     Ok((elevation.collect::<Result<_>>()?, imagery.collect::<Result<_>>()?))
 }
 
 /// Heights that the code must hold, metres above the database's datum.
-fn height_span(elevation: &[ElevationInput], surveys: &[Survey], options: &BuildOptions) -> Result<(f64, f64)> {
+fn height_span(
+    elevation: &[ElevationInput],
+    surveys: &[Survey],
+    options: &BuildOptions,
+) -> Result<(f64, f64)> {
     let filled = match options.nodata_fill {
         NodataFill::Value(height) if !height.is_finite() => {
             return Err(Error::Configuration(format!("--nodata-fill {height} is no height in metres")));

@@ -58,7 +58,8 @@ impl Drape<'_> {
         let mut sums = vec![Sums::default(); band.len()];
         let (samples, window) = (source.samples.as_ref(), &mut self.window);
         let window_bytes = self.window_bytes;
-        Gather { samples, field: &field, shape, window_bytes, window }.run(&mut Painter { sums: &mut sums })?;
+        Gather { samples, field: &field, shape, window_bytes, window }
+            .run(&mut Painter { sums: &mut sums })?;
         for (voxel, (blend, sums)) in blends.iter_mut().zip(&sums).enumerate() {
             blend.add(sums, shape, covered(&field, voxel, size));
         }
@@ -67,7 +68,8 @@ impl Drape<'_> {
 }
 
 fn covered(field: &Field, voxel: usize, size: (u32, u32)) -> bool {
-    let within = |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position) >= -0.5 - TOLERANCE;
+    let within =
+        |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position) >= -0.5 - TOLERANCE;
     within(field.columns[voxel], size.0) && within(field.rows[voxel], size.1)
 }
 

@@ -89,17 +89,24 @@ impl Samples<[u8; 4]> for ImageryRaster {
 /// Opens every file, with `cache_bytes` of decoded blocks for all of them together.
 pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
     if options.elevation.is_empty() {
-        return Err(Error::Configuration("no elevation is given; name at least one file with --elevation".into()));
+        return Err(Error::Configuration(
+            "no elevation is given; name at least one file with --elevation".into(),
+        ));
     }
     let count = options.elevation.len() + options.imagery.len();
     if count >= usize::from(u16::MAX) {
-        return Err(Error::Configuration(format!("{count} files are too many; mosaic them first (gdalbuildvrt)")));
+        return Err(Error::Configuration(format!(
+            "{count} files are too many; mosaic them first (gdalbuildvrt)"
+        )));
     }
     let open_options = OpenOptions { cache_bytes: cache_bytes / count as u64, ..OpenOptions::default() };
     let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
-    let elevation = options.elevation.iter().map(|path| opener.elevation(path)).collect::<Result<Vec<_>>>()?;
-    let canvas = elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
-    let imagery = options.imagery.iter().map(|path| opener.imagery(path, canvas)).collect::<Result<Vec<_>>>()?;
+    let elevation =
+        options.elevation.iter().map(|path| opener.elevation(path)).collect::<Result<Vec<_>>>()?;
+    let canvas =
+        elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
+    let imagery =
+        options.imagery.iter().map(|path| opener.imagery(path, canvas)).collect::<Result<Vec<_>>>()?;
     Ok(Inputs { elevation, imagery, notes: opener.into_notes() })
 }
 
@@ -125,7 +132,11 @@ impl Opener<'_> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
     }
 
-    fn imagery(&mut self, path: &Path, canvas: Option<(GeoTransform, (u32, u32))>) -> Result<Opened<[u8; 4]>> {
+    fn imagery(
+        &mut self,
+        path: &Path,
+        canvas: Option<(GeoTransform, (u32, u32))>,
+    ) -> Result<Opened<[u8; 4]>> {
         let raster = open(path, &self.open_options)?;
         let info = raster.info().clone();
         let (geo, crs) = self.place(&info, self.options.imagery_crs.as_deref(), "--imagery-crs", canvas)?;
@@ -150,7 +161,10 @@ impl Opener<'_> {
             return Ok((self.place_ungeoreferenced(info, canvas)?, Crs::local()));
         };
         if warp::invert(&geo).is_none() {
-            return Err(Error::invalid(path, format!("its geotransform {geo:?} maps the raster onto a line")));
+            return Err(Error::invalid(
+                path,
+                format!("its geotransform {geo:?} maps the raster onto a line"),
+            ));
         }
         let crs = match (&info.crs, given) {
             (Some(crs), _) => crs.clone(),
@@ -159,7 +173,11 @@ impl Opener<'_> {
             (None, None) => return Err(no_crs(info, geo, flag)),
         };
         if info.crs.is_none() {
-            self.notes.push(format!("{}: states no reference system, taken as {}", file_name(path), crs.name()));
+            self.notes.push(format!(
+                "{}: states no reference system, taken as {}",
+                file_name(path),
+                crs.name()
+            ));
         }
         plausible(info, &geo, &crs, flag)?;
         Ok((geo, crs))
@@ -172,11 +190,11 @@ impl Opener<'_> {
     ) -> Result<GeoTransform> {
         let name = file_name(&info.path);
         if let Some((geo, (width, height))) = canvas {
-            self.notes.push(format!("{name}: has no georeferencing, laid over the whole of the first elevation file"));
-            let (across, down) = (
-                f64::from(width) / f64::from(info.width),
-                f64::from(height) / f64::from(info.height),
-            );
+            self.notes.push(format!(
+                "{name}: has no georeferencing, laid over the whole of the first elevation file"
+            ));
+            let (across, down) =
+                (f64::from(width) / f64::from(info.width), f64::from(height) / f64::from(info.height));
             return Ok([geo[0], geo[1] * across, geo[2] * down, geo[3], geo[4] * across, geo[5] * down]);
         }
         let Some(spacing) = self.options.raw_spacing else {
@@ -187,9 +205,12 @@ impl Opener<'_> {
             ));
         };
         if !(spacing.is_finite() && spacing > 0.0) {
-            return Err(Error::Configuration(format!("--spacing is {spacing}, but must be a positive number of metres")));
+            return Err(Error::Configuration(format!(
+                "--spacing is {spacing}, but must be a positive number of metres"
+            )));
         }
-        self.notes.push(format!("{name}: has no georeferencing, placed at (0, 0) with pixels of {spacing} m"));
+        self.notes
+            .push(format!("{name}: has no georeferencing, placed at (0, 0) with pixels of {spacing} m"));
         Ok([0.0, spacing, 0.0, f64::from(info.height) * spacing, 0.0, -spacing])
     }
 
@@ -217,10 +238,12 @@ fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error {
 /// West, south, east, north of a raster's corners.
 pub(super) fn corner_bounds(geo: &GeoTransform, (width, height): (u32, u32)) -> [f64; 4] {
     let (w, h) = (f64::from(width), f64::from(height));
-    [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(column, row)| warp::apply(geo, column, row)).into_iter().fold(
-        [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
-        |b, (x, y)| [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)],
-    )
+    [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)]
+        .map(|(column, row)| warp::apply(geo, column, row))
+        .into_iter()
+        .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, (x, y)| {
+            [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
+        })
 }
 
 /// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.
@@ -232,7 +255,11 @@ fn looks_like_degrees(geo: &GeoTransform, size: (u32, u32)) -> bool {
     let [west, south, east, north] = corner_bounds(geo, size);
     let small = geo[1].hypot(geo[4]) < PIXEL && geo[2].hypot(geo[5]) < PIXEL;
     let global = east - west > 350.0 && north - south > 120.0;
-    west >= -180.0 - SLACK && east <= 360.0 + SLACK && south >= -90.0 - SLACK && north <= 90.0 + SLACK && (small || global)
+    west >= -180.0 - SLACK
+        && east <= 360.0 + SLACK
+        && south >= -90.0 - SLACK
+        && north <= 90.0 + SLACK
+        && (small || global)
 }
 
 /// Refuses coordinates that cannot be what the reference system says.
@@ -249,13 +276,18 @@ fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Re
             return Err(Error::unsupported(
                 &info.path,
                 format!("{extent} look like degrees, but would be taken as metres ({})", crs.name()),
-                if info.crs.is_some() { remedy() } else { format!("say {flag} EPSG:4326 if they are degrees") },
+                if info.crs.is_some() {
+                    remedy()
+                } else {
+                    format!("say {flag} EPSG:4326 if they are degrees")
+                },
             ));
         }
         return Ok(());
     }
     let (column, row) = (geo[1].hypot(geo[4]), geo[2].hypot(geo[5]));
-    let within = west >= -360.0 - column && east <= 540.0 + column && south >= -90.0 - row && north <= 90.0 + row;
+    let within =
+        west >= -360.0 - column && east <= 540.0 + column && south >= -90.0 - row && north <= 90.0 + row;
     if within && east - west <= 360.0 + 2.0 * column {
         return Ok(());
     }
@@ -285,7 +317,8 @@ fn describe(info: &RasterInfo, crs: &Crs, datum: Option<VerticalDatum>) -> Strin
         SampleType::F64 => "float64",
     };
     let bands = if info.bands == 1 { String::new() } else { format!(" of {} bands", info.bands) };
-    let mut text = format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs));
+    let mut text =
+        format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs));
     if let Some(datum) = datum {
         text += &format!(", heights above {}", datum.label());
         if info.metres_per_unit != 1.0 {
@@ -383,7 +416,6 @@ impl<T> Opened<T> {
     pub fn record(&self, role: &str) -> SourceRecord {
         SourceRecord { file: file_name(&self.path), role: role.into(), description: self.description.clone() }
     }
-
 }
 
 /// Bounds of a raster's area in another system.

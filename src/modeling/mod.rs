@@ -13,11 +13,11 @@ mod mosaic;
 mod page;
 mod plan;
 mod scan;
+#[cfg(test)]
+mod tests;
 mod tint;
 mod vertical;
 mod warp;
-#[cfg(test)]
-mod tests;
 mod workers;
 
 pub use build::{BuildOptions, BuildReport, NodataFill, build};

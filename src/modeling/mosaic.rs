@@ -155,7 +155,8 @@ impl Layer {
         let take_over = |below: &Self| {
             let faded = fade * below.ramp[voxel] * below.valid[voxel];
             // The mean of some taps lies beside the position; what both kernels hold is better said by the fuller.
-            let common = if valid > 0.0 && valid < WHOLE { (valid + below.valid[voxel] - 1.0) / valid } else { 0.0 };
+            let common =
+                if valid > 0.0 && valid < WHOLE { (valid + below.valid[voxel] - 1.0) / valid } else { 0.0 };
             faded.max(common)
         };
         lower.iter().map(take_over).fold(0.0, f64::max).min(1.0)

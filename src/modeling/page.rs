@@ -188,10 +188,17 @@ impl<'a> PageMaker<'a> {
         // At rims of the surface and of the area there is one neighbour, or none.
         let rise = |low: f64, high: f64, steps: u32| {
             let rise = high - low;
-            if rise.is_nan() || steps == 0 { 0.0 } else { rise / (f64::from(steps) * self.project.grid.spacing) }
+            if rise.is_nan() || steps == 0 {
+                0.0
+            } else {
+                rise / (f64::from(steps) * self.project.grid.spacing)
+            }
         };
-        let slope = rise(height(west, y), height(east, y), east - west)
-            .hypot(rise(height(x, south), height(x, north), north - south));
+        let slope = rise(height(west, y), height(east, y), east - west).hypot(rise(
+            height(x, south),
+            height(x, north),
+            north - south,
+        ));
         self.project.tint.colour(here, slope)
     }
 

@@ -46,7 +46,9 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     let spacing = match options.spacing {
         Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
         Some(spacing) => {
-            return Err(Error::Configuration(format!("--spacing is {spacing}, but must be a positive number of metres")));
+            return Err(Error::Configuration(format!(
+                "--spacing is {spacing}, but must be a positive number of metres"
+            )));
         }
         None => finest_spacing(&inputs.elevation, &crs)?,
     };
@@ -55,7 +57,8 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         None => data,
         Some(bbox) => clip(bbox, data, &crs, &mut notes)?,
     };
-    let phase = inputs.elevation.iter().find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
+    let phase =
+        inputs.elevation.iter().find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
     let (west, nx) = axis(area[0], area[2], phase.0, spacing)?;
     let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
     Ok(Plan { crs, grid: Grid { nx, ny, spacing, origin: DVec2::new(west, south) }, notes })
@@ -63,7 +66,9 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
 
 fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) -> Result<Crs> {
     let Some(first) = inputs.elevation.first() else {
-        return Err(Error::Configuration("no elevation is given; name at least one file with --elevation".into()));
+        return Err(Error::Configuration(
+            "no elevation is given; name at least one file with --elevation".into(),
+        ));
     };
     let crs = match &options.crs {
         Some(text) => {
@@ -74,7 +79,10 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
                 )));
             }
             if is_mercator(&crs) {
-                notes.push(format!("lengths of {} are stretched away from the equator; heights are not", crs_label(&crs)));
+                notes.push(format!(
+                    "lengths of {} are stretched away from the equator; heights are not",
+                    crs_label(&crs)
+                ));
             }
             crs
         }
@@ -161,7 +169,10 @@ fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Resul
         )));
     }
     if both != bbox {
-        notes.push(format!("--bbox reaches beyond the elevation and was cut to {},{},{},{}", both[0], both[1], both[2], both[3]));
+        notes.push(format!(
+            "--bbox reaches beyond the elevation and was cut to {},{},{},{}",
+            both[0], both[1], both[2], both[3]
+        ));
     }
     Ok(both)
 }

@@ -102,12 +102,14 @@ impl Chunks {
         let rows = fit(CHUNK_SAMPLES / u64::from(columns), block.1, size.1);
         // Chunks start at multiples of their size, so that none cuts a block.
         let (x, y) = (window.x / block.0 * block.0, window.y / block.1 * block.1);
-        let window = Window { x, y, width: window.x + window.width - x, height: window.y + window.height - y };
+        let window =
+            Window { x, y, width: window.x + window.width - x, height: window.y + window.height - y };
         Self { window, step: (columns, rows) }
     }
 
     fn count(&self) -> u64 {
-        u64::from(self.window.width.div_ceil(self.step.0)) * u64::from(self.window.height.div_ceil(self.step.1))
+        u64::from(self.window.width.div_ceil(self.step.0))
+            * u64::from(self.window.height.div_ceil(self.step.1))
     }
 
     fn window(&self, chunk: u64) -> Window {
@@ -254,7 +256,12 @@ fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
             let sum: &mut (f64, u64) = &mut pulled[row * half_columns + column];
             *sum = (sum.0 + cell.0, sum.1 + cell.1);
         }
-        Coarse { columns: half_columns, rows: half_rows, pixels: (2.0, 2.0), means: pull_push(half_columns, half_rows, &pulled) }
+        Coarse {
+            columns: half_columns,
+            rows: half_rows,
+            pixels: (2.0, 2.0),
+            means: pull_push(half_columns, half_rows, &pulled),
+        }
     } else {
         Coarse { columns: 1, rows: 1, pixels: (1.0, 1.0), means: vec![0.0] }
     };

@@ -45,7 +45,8 @@ impl Shift {
                 let (x, y) = warp::world(grid, f64::from(column) * step.0, f64::from(row) * step.1);
                 // Where the projection ends there are no heights to be shifted either.
                 let degrees = degrees_from_world.apply(x, y);
-                nodes.push(degrees.map_or(0.0, |(longitude, latitude)| shift.apply(longitude, latitude, 0.0)));
+                nodes
+                    .push(degrees.map_or(0.0, |(longitude, latitude)| shift.apply(longitude, latitude, 0.0)));
             }
         }
         Ok(Self::Lattice { count: (cells_x + 1, cells_y + 1), step, nodes })

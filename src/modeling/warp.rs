@@ -118,8 +118,7 @@ pub(super) fn apply(c: &GeoTransform, u: f64, v: f64) -> (f64, f64) {
 /// Column and row from position; `None` if the geotransform is singular.
 pub(super) fn invert(c: &GeoTransform) -> Option<GeoTransform> {
     let determinant = c[1] * c[5] - c[2] * c[4];
-    let (a, b, d, e) =
-        (c[5] / determinant, -c[2] / determinant, -c[4] / determinant, c[1] / determinant);
+    let (a, b, d, e) = (c[5] / determinant, -c[2] / determinant, -c[4] / determinant, c[1] / determinant);
     let inverse = [-(a * c[0] + b * c[3]), a, b, -(d * c[0] + e * c[3]), d, e];
     inverse.iter().all(|term| term.is_finite()).then_some(inverse)
 }
@@ -141,7 +140,8 @@ impl Field {
     pub fn scale(&self, x: u32, y: u32) -> (f64, f64) {
         let cell = CELL as u32;
         let across = (self.rect.x1.div_ceil(cell) - self.rect.x0 / cell) as usize;
-        self.scales[(y / cell - self.rect.y0 / cell) as usize * across + (x / cell - self.rect.x0 / cell) as usize]
+        self.scales
+            [(y / cell - self.rect.y0 / cell) as usize * across + (x / cell - self.rect.x0 / cell) as usize]
     }
 
     /// Whether any voxel falls within `reach` pixels of a raster of this size.

@@ -88,7 +88,11 @@ mod tests {
             || (),
             |(), task| {
                 std::thread::sleep(std::time::Duration::from_micros((task * 7919) % 300));
-                if fails.contains(&task) { Err(Error::Configuration(format!("task {task}"))) } else { Ok(task * 2) }
+                if fails.contains(&task) {
+                    Err(Error::Configuration(format!("task {task}")))
+                } else {
+                    Ok(task * 2)
+                }
             },
             |task, result| {
                 assert_eq!(result, task * 2);

@@ -70,7 +70,8 @@ fn coarser_imagery_does_not_ring() {
 #[test]
 fn the_next_picture_shows_through_and_then_the_tint() {
     let local = Crs::local();
-    let upper = sheet(&local, north_up(0.0, 640.0, 10.0), (32, 64), |_, r| [200, 0, 0, if r < 32 { 255 } else { 0 }]);
+    let upper =
+        sheet(&local, north_up(0.0, 640.0, 10.0), (32, 64), |_, r| [200, 0, 0, if r < 32 { 255 } else { 0 }]);
     let lower = sheet(&local, north_up(0.0, 640.0, 10.0), (48, 64), |_, _| [0, 0, 200, 255]);
     let area = built(ground(), vec![upper, lower], |_| {});
     assert_eq!(area.colour(10, 50), [200, 0, 0]);

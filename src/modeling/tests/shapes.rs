@@ -33,7 +33,7 @@ fn degrees_become_the_utm_zone_of_the_centre() {
     for (x, y) in area.voxels() {
         let (east, north) = area.centre(x, y);
         let (lon, lat) = degrees_from_world.apply(east, north).unwrap();
-        let within = lon >= 15.0 && lon <= 15.2 && lat >= 48.1 && lat <= 48.3;
+        let within = (15.0..=15.2).contains(&lon) && (48.1..=48.3).contains(&lat);
         match area.height(x, y) {
             // Away from the rim, where half a pixel repeats the outermost centres.
             Some(height) if lon > 15.001 && lon < 15.199 && lat > 48.101 && lat < 48.299 => {
@@ -54,7 +54,9 @@ fn degrees_become_the_utm_zone_of_the_centre() {
 #[test]
 fn finer_rasters_are_averaged_by_area() {
     // A checkerboard of 0 and 100 m, ten pixels to a voxel, has the mean 50 everywhere.
-    let board = sheet(&utm(), north_up(500_000.0, 5_400_000.0, 1.0), (400, 400), |c, r| f64::from((c + r) % 2) * 100.0);
+    let board = sheet(&utm(), north_up(500_000.0, 5_400_000.0, 1.0), (400, 400), |c, r| {
+        f64::from((c + r) % 2) * 100.0
+    });
     let area = built(vec![board], vec![], |options| options.spacing = Some(10.0));
     assert_eq!((area.grid.nx, area.grid.ny), (40, 40));
     assert!(area.worst(|_, _| 50.0) < 0.6);
@@ -108,7 +110,9 @@ fn any_size_of_raster_makes_a_database() {
 fn aprons_repeat_the_neighbours() {
     let hill = |x: f64, y: f64| 100.0 + 60.0 * (x * 0.013).sin() * (y * 0.021).cos();
     let geo = [15.0, 1.0 / 1200.0, 0.0, 48.5, 0.0, -1.0 / 1200.0];
-    let void = |x: f64, y: f64| if ((x * 977.0).sin() * (y * 1313.0).cos()) > 0.8 { f64::NAN } else { hill(x * 900.0, y * 900.0) };
+    let void = |x: f64, y: f64| {
+        if ((x * 977.0).sin() * (y * 1313.0).cos()) > 0.8 { f64::NAN } else { hill(x * 900.0, y * 900.0) }
+    };
     let area = built(vec![terrain(&Crs::wgs84(), geo, (700, 500), void)], vec![], |options| {
         options.nodata_fill = crate::modeling::NodataFill::Interpolate;
     });
@@ -121,9 +125,14 @@ fn aprons_repeat_the_neighbours() {
             for y in 0..page.height + 2 {
                 for x in 0..page.width + 2 {
                     let at = (y * (page.width + 2) + x) as usize;
-                    let clamp = |page: u32, i: u32, n: u32| (page * PAGE_SIDE + i).saturating_sub(1).min(n - 1);
+                    let clamp =
+                        |page: u32, i: u32, n: u32| (page * PAGE_SIDE + i).saturating_sub(1).min(n - 1);
                     let (i, j) = (clamp(px, x, area.grid.nx), clamp(py, y, area.grid.ny));
-                    assert_eq!(code.decode(page.heights[at]), area.height(i, j), "page {px} {py}, sample {x} {y}");
+                    assert_eq!(
+                        code.decode(page.heights[at]),
+                        area.height(i, j),
+                        "page {px} {py}, sample {x} {y}"
+                    );
                     assert_eq!(page.colours[at], area.colour(i, j));
                 }
             }
@@ -135,11 +144,15 @@ fn aprons_repeat_the_neighbours() {
 fn threads_and_memory_change_no_byte() {
     let elevation = || {
         let geo = [15.0, 1.0 / 1200.0, 0.0, 48.5, 0.0, -1.0 / 900.0];
-        vec![terrain(&Crs::wgs84(), geo, (500, 400), |x, y| 300.0 * (x * 50.0).sin() + 100.0 * (y * 70.0).cos())]
+        vec![terrain(&Crs::wgs84(), geo, (500, 400), |x, y| {
+            300.0 * (x * 50.0).sin() + 100.0 * (y * 70.0).cos()
+        })]
     };
     let imagery = || {
         let geo = [15.05, 1.0 / 7000.0, 0.0, 48.4, 0.0, -1.0 / 7000.0];
-        vec![sheet(&Crs::wgs84(), geo, (900, 800), |c, r| [(c % 256) as u8, (r % 256) as u8, (c * r % 256) as u8, 255])]
+        vec![sheet(&Crs::wgs84(), geo, (900, 800), |c, r| {
+            [(c % 256) as u8, (r % 256) as u8, (c * r % 256) as u8, 255]
+        })]
     };
     let one = built(elevation(), imagery(), |options| options.threads = 1);
     let many = built(elevation(), imagery(), |options| options.threads = 5);
@@ -163,10 +176,13 @@ fn ellipsoidal_heights_come_down_to_the_geoid() {
 #[test]
 fn a_box_is_cut_to_the_data_or_refused() {
     let flat = || vec![terrain(&utm(), north_up(500_000.0, 5_400_000.0, 10.0), (100, 100), |_, _| 5.0)];
-    let area = built(flat(), vec![], |options| options.bbox = Some([500_100.0, 5_399_500.0, 500_300.0, 5_500_000.0]));
+    let area = built(flat(), vec![], |options| {
+        options.bbox = Some([500_100.0, 5_399_500.0, 500_300.0, 5_500_000.0])
+    });
     assert_eq!((area.grid.nx, area.grid.ny), (20, 50));
     assert!(area.pages.header().metadata.notes.iter().any(|note| note.contains("--bbox")));
-    let refused = |bbox| try_build(flat(), vec![], |options| options.bbox = Some(bbox)).err().unwrap().to_string();
+    let refused =
+        |bbox| try_build(flat(), vec![], |options| options.bbox = Some(bbox)).err().unwrap().to_string();
     assert!(refused([0.0, 0.0, 10.0, 10.0]).contains("lies outside"));
     assert!(refused([2.0, 0.0, 1.0, 10.0]).contains("is no area"));
     assert!(refused([f64::NAN, 0.0, 1.0, 10.0]).contains("is no area"));
@@ -176,7 +192,8 @@ fn a_box_is_cut_to_the_data_or_refused() {
 fn absurd_sizes_are_refused_with_a_remedy() {
     let flat = || vec![terrain(&utm(), north_up(500_000.0, 5_400_000.0, 10.0), (100, 100), |_, _| 5.0)];
     for spacing in [1.0e-3, 1.0e-9, 1.0e-300, -1.0, 0.0, f64::NAN, f64::INFINITY] {
-        let error = try_build(flat(), vec![], |options| options.spacing = Some(spacing)).err().unwrap().to_string();
+        let error =
+            try_build(flat(), vec![], |options| options.spacing = Some(spacing)).err().unwrap().to_string();
         assert!(error.contains("--spacing"), "{spacing}: {error}");
     }
 }

@@ -65,7 +65,8 @@ fn wide_voids_follow_the_broad_shape() {
 fn nothing_but_voids_is_refused_unless_a_value_fills_them() {
     let nothing = || vec![terrain(&Crs::local(), north_up(0.0, 9.0, 1.0), (9, 9), |_, _| f64::NAN)];
     for fill in [NodataFill::None, NodataFill::Interpolate] {
-        let error = super::support::try_build(nothing(), vec![], |options| options.nodata_fill = fill).err().unwrap();
+        let error =
+            super::support::try_build(nothing(), vec![], |options| options.nodata_fill = fill).err().unwrap();
         assert!(error.to_string().contains("--nodata"), "{error}");
     }
     let area = built(nothing(), vec![], |options| options.nodata_fill = NodataFill::Value(3.0));
