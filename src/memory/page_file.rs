@@ -1,7 +1,7 @@
 //! A database file, mapped into memory.
 //!
-//! Reads go through the page cache without a copy, and many renderers of one machine share it. The mapping is advised
-//! as random: read-ahead of the kernel (up to megabytes) would load neighbours in the file that are no
+//! Reads go through the page cache without a copy, and many renderers of one machine share it. The
+//! mapping is advised as random: read-ahead of the kernel (up to megabytes) would load neighbours in the file that are no
 //! neighbours in the picture. Instead each page is announced as a whole before its checksum touches it.
 
 #![expect(

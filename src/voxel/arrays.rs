@@ -23,8 +23,8 @@ pub struct Arrays<'a> {
     pub attributes: Option<&'a [Attributes]>,
 }
 
-/// A complete database in memory from arrays (see [`Arrays`] for their shapes). Shares of voids in `metadata` are kept as
-/// given.
+/// A complete database in memory from arrays (see [`Arrays`] for their shapes). Shares of voids in
+/// `metadata` are kept as given.
 pub fn build_in_memory(
     grid: Grid,
     heights: &[f64],

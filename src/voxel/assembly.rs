@@ -6,8 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
+use super::fixed_header::{FixedHeader, Section};
 use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, header as at};
-use super::header::{FixedHeader, Section};
 use super::page::largest_page;
 use super::{
     AlignedBytes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageEntry,
@@ -231,5 +231,81 @@ impl PageReadback {
             return Err(refuse("read back with a wrong checksum; check the disk, and build again"));
         }
         PageView::decode(scratch.as_slice(), id, size).map(Some).map_err(|what| refuse(&what))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    /// Refuses to write, with a given kind of error.
+    struct Failing(io::ErrorKind);
+
+    impl Storage for Failing {
+        fn write_at(&self, _: u64, _: &[u8]) -> io::Result<()> {
+            Err(self.0.into())
+        }
+        fn read_at(&self, _: u64, _: &mut [u8]) -> io::Result<()> {
+            Err(self.0.into())
+        }
+        fn flush(&self) -> io::Result<()> {
+            Err(self.0.into())
+        }
+    }
+
+    fn one_page(grid: &Grid) -> EncodedPage {
+        let id = PageId { level: 0, px: 0, py: 0 };
+        let (width, height) = grid.page_size(id).unwrap();
+        let samples = ((width + 2) * (height + 2)) as usize;
+        let page = PageBuffer {
+            width,
+            height,
+            heights: vec![1; samples],
+            low: Vec::new(),
+            high: Vec::new(),
+            colours: vec![[0; 3]; samples],
+            attributes: vec![crate::voxel::Attributes::default(); (width * height) as usize],
+        };
+        page.encode(id)
+    }
+
+    #[test]
+    fn a_full_disk_is_told_with_the_bytes_that_are_needed() {
+        let grid = Grid { nx: 300, ny: 20, spacing: 1.0, origin: DVec2::ZERO };
+        let code = HeightCode::spanning(0.0, 1.0);
+        let append = |kind| {
+            let path = Path::new("area.hop");
+            let mut assembly = Assembly::new(path, Arc::new(Failing(kind)), grid, code).unwrap();
+            assembly.append(&one_page(&grid)).unwrap_err().to_string()
+        };
+        let full = append(io::ErrorKind::StorageFull);
+        let expected = format!("may need up to {} bytes", largest_file(&grid));
+        assert!(full.starts_with("area.hop: the disk is full") && full.contains(&expected), "{full}");
+        let other = append(io::ErrorKind::PermissionDenied);
+        assert!(other.starts_with("area.hop: cannot write") && other.contains("at byte 4096"), "{other}");
+    }
+
+    #[test]
+    fn the_largest_file_is_never_exceeded() {
+        for (nx, ny) in [(1, 1), (300, 20), (513, 1030)] {
+            let grid = Grid { nx, ny, spacing: 1.0, origin: DVec2::ZERO };
+            let sized = |id: PageId| {
+                let (width, height) = grid.page_size(id).unwrap();
+                (largest_page(id.level, width, height) as u64).next_multiple_of(PAGE_ALIGNMENT)
+            };
+            let pages: u64 = Directory::empty(&grid).unwrap().ids().map(sized).sum();
+            assert_eq!(largest_file(&grid), PAGE_ALIGNMENT + pages);
+        }
+    }
+
+    #[test]
+    fn a_grid_of_too_many_pages_is_refused() {
+        let grid = Grid { nx: u32::MAX, ny: u32::MAX, spacing: 1.0, origin: DVec2::ZERO };
+        let storage = Arc::new(MemoryStorage::default());
+        let error =
+            Assembly::new(Path::new("a.hop"), storage, grid, HeightCode::spanning(0.0, 1.0)).unwrap_err();
+        assert!(error.to_string().contains("--spacing"), "{error}");
     }
 }

@@ -4,6 +4,7 @@ mod arrays;
 mod assembly;
 mod bytes;
 mod directory;
+mod fixed_header;
 mod format;
 mod grid;
 mod header;

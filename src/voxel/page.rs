@@ -198,8 +198,11 @@ fn plane<T: bytemuck::AnyBitPattern>(bytes: &[u8], range: Range<usize>) -> Resul
 }
 
 impl PageBuffer {
-    /// The page's bytes and checksums, ready to be appended. The planes must have the shapes that
-    /// `width`, `height` and the level ask for.
+    /// The page's bytes and checksums, ready to be appended.
+    ///
+    /// # Panics
+    ///
+    /// If the planes do not have the shapes that `width`, `height` and the level ask for.
     pub fn encode(&self, id: PageId) -> EncodedPage {
         let uniform = self.attributes.iter().all(|attributes| *attributes == self.attributes[0]);
         let flags = bounds_flag(id.level) | if uniform { at::FLAG_UNIFORM } else { 0 };

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::header::{DAMAGED, FixedHeader};
+use super::fixed_header::{DAMAGED, FixedHeader};
 use super::{AlignedBytes, Directory, Header, PageEntry, PageId, PageSource, PageView};
 use crate::error::{Error, Result};
 

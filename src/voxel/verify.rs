@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use super::header::FixedHeader;
+use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
     APRON, Directory, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource, PageStore,
@@ -63,7 +63,8 @@ impl VerifyReport {
     }
 }
 
-/// Checks everything, on all cores. Problems are collected, not returned as errors; an error is only an interruption.
+/// Checks everything, on all cores. Problems are collected, not returned as errors; the only error is
+/// an interruption.
 pub fn verify<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> Result<VerifyReport> {
     let directory = store.directory();
     let mut problems = check_pages(store, observer)?;

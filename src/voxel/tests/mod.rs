@@ -68,8 +68,8 @@ impl Terrain {
     }
 }
 
-/// The smooth surface of a level as codes, bilinear between posts, replicated at the edge; `None` where one of the
-/// four posts has no surface. `x`, `y` in voxels of the level.
+/// The smooth surface of a level as codes, bilinear between posts, replicated at the edge; among posts without a
+/// surface, of those of the four that have one; `None` where none has. `x`, `y` in voxels of the level.
 struct LevelSurface {
     nx: usize,
     ny: usize,
@@ -94,10 +94,15 @@ impl LevelSurface {
         let (x, y) = (x - 0.5, y - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let [a, b, c, d] =
-            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(i, j)| self.post(x0 + i, y0 + j));
-        let all = [a, b, c, d].iter().all(|&code| code != 0.0);
-        all.then(|| (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + d * fx) * fy)
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(i, j)| {
+            let weight = (if i == 0.0 { 1.0 - fx } else { fx }) * (if j == 0.0 { 1.0 - fy } else { fy });
+            let code = self.post(x0 + i, y0 + j);
+            (if code == 0.0 { 0.0 } else { weight }, code)
+        });
+        let total: f64 = corners.iter().map(|(weight, _)| weight).sum();
+        let code = corners.iter().map(|(weight, code)| weight * code).sum::<f64>() / total;
+        // Quotients may leave the interval of the posts by a rounding; codes are whole numbers.
+        (total > 0.0).then(|| if (code - code.round()).abs() < 1.0e-6 { code.round() } else { code })
     }
 }
 
@@ -126,7 +131,7 @@ proptest! {
             // A position in units; half of them on the edges of voxels, where a neighbour matters most.
             let mut position = || {
                 let p = noise.unit();
-                if noise.next() % 2 == 0 { p } else { (p * 16.0).round() / 16.0 }
+                if noise.next().is_multiple_of(2) { p } else { (p * 16.0).round() / 16.0 }
             };
             let (x, y) = (position() * f64::from(nx), position() * f64::from(ny));
             for (finer, surface) in levels.iter().enumerate() {

@@ -1,0 +1,262 @@
+//! The fixed header's bytes, and opening a file by them.
+
+use std::path::Path;
+
+use glam::DVec2;
+
+use super::format::{
+    Field, MAGIC, METADATA_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, entry, header as at,
+};
+use super::{ContentHash, Directory, Grid, Header, HeightCode, PAGE_SIDE};
+use crate::error::{Error, Result};
+
+/// A run of bytes of the file, with its checksum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Section {
+    pub offset: u64,
+    pub length: u64,
+    pub crc: u32,
+}
+
+impl Section {
+    pub fn of(offset: u64, bytes: &[u8]) -> Self {
+        Self { offset, length: bytes.len() as u64, crc: crc32fast::hash(bytes) }
+    }
+
+    fn end(&self) -> Option<u64> {
+        self.offset.checked_add(self.length)
+    }
+
+    /// The section's bytes in `file`, checked against the checksum.
+    fn of_file<'a>(&self, file: &'a [u8], path: &Path, name: &str) -> Result<&'a [u8]> {
+        let range =
+            usize::try_from(self.offset).ok().zip(self.end().and_then(|end| usize::try_from(end).ok()));
+        let bytes = range.and_then(|(start, end)| file.get(start..end));
+        bytes.filter(|bytes| crc32fast::hash(bytes) == self.crc).ok_or_else(|| {
+            let at = self.offset;
+            Error::invalid(path, format!("wrong checksum of the {name} at byte {at}; {DAMAGED}"))
+        })
+    }
+}
+
+/// What to do about a damaged file.
+pub(super) const DAMAGED: &str = "the file is damaged: copy it again, or build it again";
+const TRUNCATED: &str = "the build was killed or the copy is incomplete; build it again";
+
+/// The fixed header: all of [`Header`] that is not metadata, and where the rest of the file lies.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FixedHeader {
+    pub grid: Grid,
+    pub heights: HeightCode,
+    pub height_range: (f64, f64),
+    pub content_hash: ContentHash,
+    pub directory: Section,
+    pub metadata: Section,
+    pub file_length: u64,
+}
+
+impl FixedHeader {
+    pub fn encode(&self) -> [u8; at::SIZE] {
+        let mut record = [0; at::SIZE];
+        let mut put_u32 = |field: Field, value: u32| field.put(&mut record, &value.to_le_bytes());
+        put_u32(at::VERSION, VERSION);
+        put_u32(at::NX, self.grid.nx);
+        put_u32(at::NY, self.grid.ny);
+        put_u32(at::LEVEL_COUNT, self.grid.level_count().into());
+        put_u32(at::PAGE_SIDE, PAGE_SIDE);
+        put_u32(at::DIRECTORY_CRC, self.directory.crc);
+        put_u32(at::METADATA_CRC, self.metadata.crc);
+        for (field, value) in [
+            (at::SPACING, self.grid.spacing),
+            (at::ORIGIN_X, self.grid.origin.x),
+            (at::ORIGIN_Y, self.grid.origin.y),
+            (at::HEIGHT_SCALE, self.heights.scale),
+            (at::HEIGHT_OFFSET, self.heights.offset),
+            (at::HEIGHT_LOW, self.height_range.0),
+            (at::HEIGHT_HIGH, self.height_range.1),
+        ] {
+            field.put(&mut record, &value.to_le_bytes());
+        }
+        for (field, value) in [
+            (at::DIRECTORY_OFFSET, self.directory.offset),
+            (at::DIRECTORY_LENGTH, self.directory.length),
+            (at::METADATA_OFFSET, self.metadata.offset),
+            (at::METADATA_LENGTH, self.metadata.length),
+            (at::FILE_LENGTH, self.file_length),
+        ] {
+            field.put(&mut record, &value.to_le_bytes());
+        }
+        at::MAGIC.put(&mut record, &MAGIC);
+        at::CONTENT_HASH.put(&mut record, &self.content_hash.0);
+        let crc = crc32fast::hash(&record[at::HEADER_CRC.end()..]);
+        at::HEADER_CRC.put(&mut record, &crc.to_le_bytes());
+        record
+    }
+
+    /// Reads and checks the first bytes of `file`; `path` is for the error's sentence.
+    pub fn decode(path: &Path, file: &[u8]) -> Result<Self> {
+        let record = Self::recognise(path, file)?;
+        let invalid = |what: String| Error::invalid(path, format!("{what}; {DAMAGED}"));
+        if crc32fast::hash(&record[at::HEADER_CRC.end()..]) != at::HEADER_CRC.u32(record) {
+            return Err(invalid(format!("wrong checksum of the header at byte {}", at::HEADER_CRC.offset)));
+        }
+        let header = Self::fields(record);
+        header.check(record).map_err(|what| invalid(format!("header: {what}")))?;
+        let length = file.len() as u64;
+        if length < header.file_length {
+            let expected = header.file_length;
+            return Err(Error::invalid(
+                path,
+                format!("truncated at byte {length} of {expected}; {TRUNCATED}"),
+            ));
+        }
+        if length > header.file_length {
+            return Err(invalid(format!("more bytes follow its end at byte {}", header.file_length)));
+        }
+        Ok(header)
+    }
+
+    /// Tells a database of this version from everything else, before any checksum.
+    fn recognise<'a>(path: &Path, file: &'a [u8]) -> Result<&'a [u8]> {
+        if file.is_empty() {
+            return Err(Error::invalid(path, format!("the file is empty; {TRUNCATED}")));
+        }
+        let start = &file[..file.len().min(at::SIZE)];
+        if start.iter().all(|&byte| byte == 0) {
+            return Err(Error::invalid(path, format!("it has no header yet; {TRUNCATED}")));
+        }
+        if !start.iter().zip(&MAGIC).all(|(byte, magic)| byte == magic) {
+            return Err(Error::invalid(
+                path,
+                "not a hedgehop database (byte 0); make one with `hedgehop build --elevation FILE -o AREA.hop`",
+            ));
+        }
+        if start.len() < at::SIZE {
+            return Err(Error::invalid(path, format!("truncated at byte {}; {TRUNCATED}", start.len())));
+        }
+        let version = at::VERSION.u32(start);
+        if version != VERSION {
+            let age = if version > VERSION { "a newer" } else { "an unknown" };
+            return Err(Error::unsupported(
+                path,
+                format!(
+                    "written by {age} version of hedgehop: format {version}, and this one reads {VERSION}"
+                ),
+                "update hedgehop, or build the database again with this version",
+            ));
+        }
+        Ok(start)
+    }
+
+    fn fields(record: &[u8]) -> Self {
+        let section = |offset: Field, length: Field, crc: Field| Section {
+            offset: offset.u64(record),
+            length: length.u64(record),
+            crc: crc.u32(record),
+        };
+        Self {
+            grid: Grid {
+                nx: at::NX.u32(record),
+                ny: at::NY.u32(record),
+                spacing: at::SPACING.f64(record),
+                origin: DVec2::new(at::ORIGIN_X.f64(record), at::ORIGIN_Y.f64(record)),
+            },
+            heights: HeightCode {
+                scale: at::HEIGHT_SCALE.f64(record),
+                offset: at::HEIGHT_OFFSET.f64(record),
+            },
+            height_range: (at::HEIGHT_LOW.f64(record), at::HEIGHT_HIGH.f64(record)),
+            content_hash: ContentHash(at::CONTENT_HASH.array(record)),
+            directory: section(at::DIRECTORY_OFFSET, at::DIRECTORY_LENGTH, at::DIRECTORY_CRC),
+            metadata: section(at::METADATA_OFFSET, at::METADATA_LENGTH, at::METADATA_CRC),
+            file_length: at::FILE_LENGTH.u64(record),
+        }
+    }
+
+    /// Everything that later arithmetic relies on.
+    pub fn check(&self, record: &[u8]) -> Result<(), String> {
+        self.grid.check()?;
+        self.heights.check()?;
+        let (low, high) = self.height_range;
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            return Err(format!("heights from {low} m to {high} m cannot be"));
+        }
+        let levels = at::LEVEL_COUNT.u32(record);
+        if levels != u32::from(self.grid.level_count()) {
+            return Err(format!("{levels} levels do not fit the grid"));
+        }
+        let page_side = at::PAGE_SIDE.u32(record);
+        if page_side != PAGE_SIDE {
+            return Err(format!("pages of {page_side} voxels, but only {PAGE_SIDE} are read"));
+        }
+        if at::RESERVED.bytes(record).iter().any(|&byte| byte != 0) {
+            return Err("reserved bytes are not zero".into());
+        }
+        self.check_sections()
+    }
+
+    fn check_sections(&self) -> Result<(), String> {
+        let expected = Directory::page_count(&self.grid)? * entry::SIZE as u64;
+        let Section { offset, length, .. } = self.directory;
+        if length != expected {
+            return Err(format!("a directory of {length} bytes, but the grid needs {expected}"));
+        }
+        if offset < PAGE_ALIGNMENT || !offset.is_multiple_of(PLANE_ALIGNMENT as u64) {
+            return Err(format!("no directory can begin at byte {offset}"));
+        }
+        let follows = self.directory.end() == Some(self.metadata.offset);
+        let ends = self.metadata.end() == Some(self.file_length);
+        if !(follows && ends && self.metadata.length <= METADATA_LIMIT) {
+            return Err("directory, metadata and length of the file do not fit together".into());
+        }
+        Ok(())
+    }
+
+    /// Reads and checks header, metadata and directory of a whole file.
+    pub fn parse(path: &Path, file: &[u8]) -> Result<(Header, Directory)> {
+        let fixed = Self::decode(path, file)?;
+        let invalid = |what: String| Error::invalid(path, format!("{what}; {DAMAGED}"));
+        let json = fixed.metadata.of_file(file, path, "metadata")?;
+        let metadata = serde_json::from_slice(json).map_err(|error| invalid(format!("metadata: {error}")))?;
+        let bytes = fixed.directory.of_file(file, path, "directory")?;
+        let directory = Directory::decode(&fixed.grid, bytes, fixed.directory.offset).map_err(invalid)?;
+        let header = Header {
+            version: VERSION,
+            grid: fixed.grid,
+            level_count: fixed.grid.level_count(),
+            heights: fixed.heights,
+            height_range: fixed.height_range,
+            content_hash: fixed.content_hash,
+            metadata,
+        };
+        Ok((header, directory))
+    }
+
+    /// Identity of a database with this header (whose `content_hash` is not looked at), `metadata` and pages.
+    pub fn identity(&self, metadata: &[u8], directory: &Directory) -> ContentHash {
+        let record = self.encode();
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(at::VERSION.bytes(&record));
+        hasher.update(&record[at::NX.offset..at::HEIGHT_HIGH.end()]);
+        hasher.update(at::METADATA_LENGTH.bytes(&record));
+        hasher.update(metadata);
+        for (id, entry) in directory.present() {
+            for number in [u32::from(id.level), id.px, id.py, entry.length] {
+                hasher.update(&number.to_le_bytes());
+            }
+            hasher.update(&entry.hash);
+        }
+        ContentHash(*hasher.finalize().as_bytes())
+    }
+
+    /// [`Self::identity`] of a whole file that has been parsed.
+    pub fn identity_of_file(path: &Path, file: &[u8], directory: &Directory) -> Result<ContentHash> {
+        let fixed = Self::decode(path, file)?;
+        Ok(fixed.identity(fixed.metadata.of_file(file, path, "metadata")?, directory))
+    }
+
+    /// First byte of the directory: pages end before it.
+    pub fn pages_end(path: &Path, file: &[u8]) -> Result<u64> {
+        Ok(Self::decode(path, file)?.directory.offset)
+    }
+}
