@@ -1,5 +1,7 @@
 //! Every raster with known true values is read exactly or refused with a remedy; damaged ones never panic.
 
+#![expect(clippy::print_stdout, reason = "tests say what they skip and count")]
+
 use std::path::{Path, PathBuf};
 
 use hedgehop::modeling::raster::{
@@ -26,7 +28,7 @@ fn gdal_checksum(samples: impl Iterator<Item = f64>) -> u64 {
     const PRIMES: [i64; 11] = [7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43];
     samples.zip(PRIMES.iter().cycle()).fold(0, |sum, (sample, prime)| {
         let integer = if sample.is_finite() {
-            (sample + 0.5).floor().clamp(f64::from(i32::MIN), f64::from(i32::MAX)) as i64
+            (sample + 0.5).floor().clamp(-f64::from(i32::MAX), f64::from(i32::MAX)) as i64
         } else {
             i64::from(i32::MIN)
         };
@@ -68,6 +70,12 @@ fn differences(raster: &dyn Raster, expected: &Value) -> Vec<String> {
     };
     check("geotransform", placed, format!("{:?}", info.geo));
     check("nodata", same(info.nodata, number(&expected["nodata"])), format!("{:?}", info.nodata));
+    // Some systems are recognised only by GDAL's tables; then a definition without a code will do.
+    if let Some(code) = expected["crs"].as_str().and_then(|crs| crs.strip_prefix("EPSG:")) {
+        let right =
+            info.crs.as_ref().is_some_and(|crs| crs.epsg().is_none_or(|epsg| epsg.to_string() == code));
+        check("crs", right, format!("{:?} ({:?})", info.crs, info.crs_problem));
+    }
     if !wrong.is_empty() {
         return wrong;
     }
@@ -117,7 +125,8 @@ fn band_differences(raster: &dyn Raster, band: u32, expected: &Value) -> Vec<Str
 #[test]
 fn known_files_are_read_exactly_or_refused() {
     let Some(folder) = realdata().map(|folder| folder.join("conformance")) else { return };
-    let expected: Value = serde_json::from_slice(&std::fs::read(folder.join("expected.json")).unwrap()).unwrap();
+    let expected: Value =
+        serde_json::from_slice(&std::fs::read(folder.join("expected.json")).unwrap()).unwrap();
     let files = expected.as_object().unwrap();
     let (mut exact, mut refused, mut wrong) = (0, Vec::new(), Vec::new());
     for (name, expected) in files {
@@ -140,13 +149,13 @@ fn known_files_are_read_exactly_or_refused() {
         }
     }
     println!("{} files: {exact} exact, {} refused, {} wrong", files.len(), refused.len(), wrong.len());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     for (name, error) in &refused {
         println!("refused {name}: {error}");
         assert!(error.contains("gdal_translate") || error.contains("fetch it again"), "{error}");
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert_eq!(files.len(), 73);
-    assert_eq!(exact, 71, "all but JPEG and the damaged file are exact");
+    assert_eq!(exact, 70, "all but three JPEG files, of which one is damaged too, are exact");
 }
 
 #[test]
@@ -194,7 +203,12 @@ fn real_pairs_open() {
         let mut pixels = Vec::new();
         raster.read(whole(raster.info()), &mut pixels).unwrap();
         let clear = pixels.iter().filter(|pixel| pixel[3] == 0).count();
-        println!("{name}: {clear} of {} transparent, {:?}, {:?}", pixels.len(), raster.info().geo, raster.notes());
+        println!(
+            "{name}: {clear} of {} transparent, {:?}, {:?}",
+            pixels.len(),
+            raster.info().geo,
+            raster.notes()
+        );
         assert_eq!(clear > 0, transparent, "{name}");
     }
 }
