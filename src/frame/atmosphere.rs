@@ -49,11 +49,12 @@ impl Atmosphere {
 
     /// Extinction integrated along a ray: `∫ β·exp(−h/H) ds` in closed form, `h` above the base.
     fn optical_depth(&self, eye: f64, up: f32, range: f32) -> f32 {
-        let start = ((eye - self.base) as f32).max(0.0) / SCALE_HEIGHT;
-        let rise = (up * range / SCALE_HEIGHT).max(-start);
-        // (1 − e^−x)/x, which is 1 at x = 0.
+        let start = ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0);
+        let end = (start + up * range / SCALE_HEIGHT).max(0.0);
+        // From the lower end up, where nothing overflows: e^−low · (1 − e^−rise)/rise.
+        let rise = (end - start).abs();
         let mean = if rise == 0.0 { 1.0 } else { -(-rise).exp_m1() / rise };
-        self.extinction * range * (-start).exp() * mean
+        self.extinction * range * (-start.min(end)).exp() * mean
     }
 }
 
@@ -77,6 +78,13 @@ mod tests {
     #[test]
     fn unlimited_visibility_changes_nothing() {
         assert_eq!(Atmosphere::new(f64::INFINITY, 0.0).haze(Vec3::ONE, 500.0, -0.1, 1.0e6), Vec3::ONE);
+    }
+
+    #[test]
+    fn from_space_the_haze_is_a_thin_layer() {
+        let air = Atmosphere::new(40_000.0, -10_000.0);
+        let depth = air.optical_depth(2.5e6, -1.0, 2.51e6);
+        assert!((depth / (air.extinction * SCALE_HEIGHT) - 1.0).abs() < 1e-3, "{depth}");
     }
 
     #[test]

@@ -17,9 +17,24 @@ fn linear(value: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Nearest sRGB byte of a linear value; values outside 0…1 are clamped.
+/// Steps of the table that a search for a byte starts from.
+const GUESSES: usize = 4096;
+
+/// Byte of the lower end of each of equal intervals of linear light.
+static GUESS: LazyLock<[u8; GUESSES]> = LazyLock::new(|| {
+    std::array::from_fn(|index| {
+        let low = index as f32 / GUESSES as f32;
+        STEPS.partition_point(|step| *step <= low) as u8
+    })
+});
+
+/// Nearest sRGB byte of a linear value; values outside 0…1 are clamped, NaN is 0.
 pub(super) fn encode(linear: f32) -> u8 {
-    STEPS.partition_point(|step| *step <= linear) as u8
+    let clamped = linear.clamp(0.0, 1.0);
+    let guess = usize::from(GUESS[((clamped * GUESSES as f32) as usize).min(GUESSES - 1)]);
+    // Intervals are narrow: few steps lie within one.
+    let above = STEPS[guess..].iter().take_while(|step| **step <= clamped).count();
+    (guess + above) as u8
 }
 
 /// Linear light of an sRGB colour.
@@ -37,6 +52,18 @@ mod tests {
             assert_eq!(encode(LINEAR[usize::from(byte)]), byte);
         }
         assert_eq!((encode(-1.0), encode(2.0), encode(f32::NAN)), (0, 255, 0));
+    }
+
+    #[test]
+    fn every_value_meets_the_nearest_byte() {
+        for index in 0..=100_000 {
+            let linear = index as f32 / 100_000.0;
+            assert_eq!(
+                usize::from(encode(linear)),
+                STEPS.partition_point(|step| *step <= linear),
+                "{linear}"
+            );
+        }
     }
 
     #[test]

@@ -101,23 +101,23 @@ impl<T: Copy> Gather<'_, T> {
         })
     }
 
-    /// Bounding box of all taps of a block, clipped to the raster.
+    /// Box that holds all taps of a block, clipped to the raster.
     fn bounds(&self, block: Rect) -> Option<Window> {
         let (width, height) = self.samples.size();
-        let (mut x, mut y) = ((i64::MAX, i64::MIN), (i64::MAX, i64::MIN));
+        let nothing = (f64::INFINITY, f64::NEG_INFINITY);
+        let widened = |range: (f64, f64), value: f64| (range.0.min(value), range.1.max(value));
+        let (mut columns, mut rows, mut scales) = (nothing, nothing, (0.0_f64, 0.0_f64));
         for (_, column, row, scale) in self.voxels(block) {
-            let across = tap_range(column, self.shape.reach(scale.0), width);
-            let down = tap_range(row, self.shape.reach(scale.1), height);
-            if let (Some(across), Some(down)) = (across, down) {
-                x = (x.0.min(across.0), x.1.max(across.1));
-                y = (y.0.min(down.0), y.1.max(down.1));
-            }
+            (columns, rows) = (widened(columns, column), widened(rows, row));
+            scales = (scales.0.max(scale.0), scales.1.max(scale.1));
         }
-        (x.0 <= x.1).then(|| Window {
-            x: x.0 as u32,
-            y: y.0 as u32,
-            width: (x.1 - x.0 + 1) as u32,
-            height: (y.1 - y.0 + 1) as u32,
+        let across = tap_range(columns, self.shape.reach(scales.0), width)?;
+        let down = tap_range(rows, self.shape.reach(scales.1), height)?;
+        Some(Window {
+            x: across.0 as u32,
+            y: down.0 as u32,
+            width: (across.1 - across.0 + 1) as u32,
+            height: (down.1 - down.0 + 1) as u32,
         })
     }
 
@@ -160,10 +160,10 @@ impl Shape {
     }
 }
 
-/// First and last pixel strictly within `reach` of `position`, clipped to `0..size`.
-fn tap_range(position: f64, reach: f64, size: u32) -> Option<(i64, i64)> {
-    let first = ((position - reach).floor() + 1.0).max(0.0);
-    let last = ((position + reach).ceil() - 1.0).min(f64::from(size) - 1.0);
+/// First and last pixel strictly within `reach` of positions from `low` to `high`, clipped to `0..size`.
+fn tap_range((low, high): (f64, f64), reach: f64, size: u32) -> Option<(i64, i64)> {
+    let first = ((low - reach).floor() + 1.0).max(0.0);
+    let last = ((high + reach).ceil() - 1.0).min(f64::from(size) - 1.0);
     (first <= last).then_some((first as i64, last as i64))
 }
 
@@ -188,10 +188,12 @@ impl Axis {
     /// Weighs pixels `start..start + count` around `position`; false if none of them counts.
     fn weigh(&mut self, position: f64, scale: f64, shape: Shape, (start, count): (u32, u32)) -> bool {
         self.taps.clear();
-        let reach = shape.reach(scale);
-        let radius = scale.max(1.0);
-        let clipped = tap_range(position - f64::from(start), reach, count);
-        let Some((first, last)) = clipped else { return false };
+        let (reach, radius) = (shape.reach(scale), scale.max(1.0));
+        if reach <= 1.0 {
+            return self.weigh_two(position - f64::from(start), count);
+        }
+        let relative = position - f64::from(start);
+        let Some((first, last)) = tap_range((relative, relative), reach, count) else { return false };
         self.first = first as usize;
         let norm = if radius > 1.0 { tent_sum(position, radius) } else { 1.0 };
         for pixel in first..=last {
@@ -201,6 +203,25 @@ impl Axis {
             self.taps.push(Tap { tent, sharp });
         }
         true
+    }
+
+    /// The tent of radius one, for pixels `0..count`: the commonest case, without calls into the maths library.
+    fn weigh_two(&mut self, position: f64, count: u32) -> bool {
+        if !(position > -1.0 && position < f64::from(count)) {
+            return false;
+        }
+        // Truncation is the floor of what is not negative.
+        let before = (position + 1.0) as i64 - 1;
+        let after_weight = position - before as f64;
+        let mut push = |weight: f64| self.taps.push(Tap { tent: weight, sharp: weight });
+        if before >= 0 {
+            push(1.0 - after_weight);
+        }
+        if after_weight > 0.0 && before + 1 < i64::from(count) {
+            push(after_weight);
+        }
+        self.first = before.max(0) as usize;
+        !self.taps.is_empty()
     }
 
     fn taps(&self) -> impl Iterator<Item = (usize, Tap)> {

@@ -1,8 +1,8 @@
 //! Colours for ground that no imagery covers: a hypsometric ramp, greyed by slope.
 //!
-//! Above the datum the ramp runs from the lowland's green over ochre and rock to snow, stretched between
-//! the datum (or the lowest ground, if that is higher) and the highest ground; below it blues deepen.
-//! Steep ground shows rock. Shading by the sun is left to the renderer.
+//! At the datum, where elevation models put the sea, and below it blues deepen. Above, the ramp runs from the
+//! lowland's green over ochre and rock to snow, stretched between the datum (or the lowest ground, if that is higher) and
+//! the highest ground. Steep ground shows rock. Shading by the sun is left to the renderer.
 
 use super::colour;
 
@@ -75,8 +75,7 @@ mod tests {
         let tint = Tint::new(-4000.0, 3000.0, true);
         let srgb = |height, slope| tint.colour(height, slope).map(colour::encode);
         assert_eq!(srgb(-4000.0, 0.0), SEA[2].1);
-        assert_eq!(srgb(0.0, 0.0), SEA[0].1, "sea level is water");
-        assert_eq!(srgb(0.001, 0.0), LAND[0].1);
+        assert_eq!((srgb(0.0, 0.0), srgb(1e-6, 0.0)), (SEA[0].1, LAND[0].1));
         assert_eq!(srgb(3000.0, 0.0), LAND[5].1);
         assert_eq!(srgb(1500.0, 9.0), ROCK);
         assert_eq!(srgb(f64::NAN, 0.0), NEUTRAL);

@@ -3,6 +3,7 @@
 mod mosaics;
 mod pictures;
 mod real;
+mod refusals;
 mod shapes;
 mod support;
 mod voids;

@@ -74,7 +74,7 @@ fn a_lower_raster_fills_the_voids_of_a_higher() {
     let geo = north_up(0.0, 600.0, 10.0);
     let hole = |x: f64, y: f64| (x - 300.0).hypot(y - 300.0) < 100.0;
     let upper = terrain(&local, geo, (60, 60), |x, y| if hole(x, y) { f64::NAN } else { plane(x, y) });
-    let lower = terrain(&local, geo, (60, 60), |x, y| plane(x, y));
+    let lower = terrain(&local, geo, (60, 60), plane);
     let area = built(vec![upper, lower], vec![], |options| options.spacing = Some(4.0));
     for (x, y) in area.voxels().filter(|&(x, y)| (2..148).contains(&x) && (2..148).contains(&y)) {
         let (east, north) = area.centre(x, y);

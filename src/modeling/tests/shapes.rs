@@ -33,7 +33,7 @@ fn degrees_become_the_utm_zone_of_the_centre() {
     for (x, y) in area.voxels() {
         let (east, north) = area.centre(x, y);
         let (lon, lat) = degrees_from_world.apply(east, north).unwrap();
-        let within = lon >= 15.0 && lon <= 15.2 && lat >= 48.1 && lat <= 48.3;
+        let within = (15.0..=15.2).contains(&lon) && (48.1..=48.3).contains(&lat);
         match area.height(x, y) {
             // Away from the rim, where half a pixel repeats the outermost centres.
             Some(height) if lon > 15.001 && lon < 15.199 && lat > 48.101 && lat < 48.299 => {

@@ -1,0 +1,154 @@
+//! Builds that end with a sentence, and leave nothing behind.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::support::{Area, options};
+use crate::error::Error;
+use crate::modeling::{BuildOptions, build};
+use crate::progress::{Observer, Silent};
+use crate::voxel::PageSource;
+
+/// An Esri grid of `side` × `side` heights without a word on its reference system.
+fn grid_file(folder: &Path, side: usize, corner: (f64, f64), cell: f64) -> BuildOptions {
+    let path = folder.join("heights.asc");
+    let mut text = format!(
+        "ncols {side}\nnrows {side}\nxllcorner {}\nyllcorner {}\ncellsize {cell}\n",
+        corner.0, corner.1
+    );
+    for row in 0..side {
+        let heights: Vec<String> = (0..side).map(|column| (row * 3 + column * 2).to_string()).collect();
+        text += &(heights.join(" ") + "\n");
+    }
+    std::fs::write(&path, text).unwrap();
+    let mut options = options(folder);
+    options.elevation = vec![path];
+    options
+}
+
+fn refused(options: &BuildOptions) -> String {
+    let error = build(options, &Silent).unwrap_err().to_string();
+    let files = std::fs::read_dir(options.output.parent().unwrap()).unwrap();
+    let left: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(left.iter().all(|name| name.ends_with(".asc") || name.ends_with(".png")), "{left:?}");
+    error
+}
+
+#[test]
+fn a_missing_system_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut degrees = grid_file(folder.path(), 20, (10.0, 47.0), 0.001);
+    let error = refused(&degrees);
+    assert!(error.contains("heights.asc") && error.contains("--elevation-crs EPSG:4326"), "{error}");
+    degrees.local = true;
+    let error = refused(&degrees);
+    assert!(error.contains("look like degrees") && error.contains("--elevation-crs EPSG:4326"), "{error}");
+    degrees.local = false;
+    degrees.elevation_crs = Some("EPSG:32633".into());
+    assert!(refused(&degrees).contains("look like degrees"));
+    degrees.elevation_crs = Some("EPSG:4326".into());
+    build(&degrees, &Silent).unwrap();
+    let area = Area::open(&degrees.output).unwrap();
+    let metadata = &area.pages.header().metadata;
+    assert_eq!(metadata.crs_epsg, Some(32632));
+    assert!(metadata.notes.iter().any(|note| note.contains("states no reference system, taken as WGS 84")));
+}
+
+#[test]
+fn metres_are_no_degrees() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut metres = grid_file(folder.path(), 20, (400_000.0, 5_000_000.0), 10.0);
+    let error = refused(&metres);
+    assert!(error.contains("--local") && error.contains("--elevation-crs"), "{error}");
+    metres.elevation_crs = Some("EPSG:4326".into());
+    assert!(refused(&metres).contains("cannot be degrees"));
+    metres.elevation_crs = None;
+    metres.local = true;
+    build(&metres, &Silent).unwrap();
+    let area = Area::open(&metres.output).unwrap();
+    assert_eq!(area.pages.header().metadata.crs_name, "local");
+    assert_eq!((area.grid.origin.x, area.grid.spacing), (400_000.0, 10.0));
+    // South-west pixel: last row, first column.
+    assert!((area.height(0, 0).unwrap() - 57.0).abs() <= area.step());
+}
+
+#[test]
+fn pictures_without_georeferencing_need_a_spacing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = options(folder.path());
+    let path = folder.path().join("heights.png");
+    let picture = image::ImageBuffer::from_fn(30, 20, |x, y| image::Luma([(100 * x + y) as u16]));
+    picture.save(&path).unwrap();
+    options.elevation = vec![path];
+    assert!(refused(&options).contains("--spacing"));
+    options.raw_spacing = Some(-2.0);
+    assert!(refused(&options).contains("--spacing"));
+    options.raw_spacing = Some(4.0);
+    // Imagery of another size belongs to the same ground.
+    let colours = folder.path().join("colours.png");
+    image::RgbImage::from_fn(60, 40, |x, y| image::Rgb([(x * 4) as u8, (y * 6) as u8, 9]))
+        .save(&colours)
+        .unwrap();
+    options.imagery = vec![colours];
+    build(&options, &Silent).unwrap();
+    let area = Area::open(&options.output).unwrap();
+    assert_eq!((area.grid.nx, area.grid.ny, area.grid.spacing), (30, 20, 4.0));
+    assert_eq!((area.grid.origin.x, area.grid.origin.y), (0.0, 0.0));
+    assert!((area.height(29, 19).unwrap() - 2900.0).abs() <= area.step(), "row 0 is north");
+    let [east, north, _] = area.colour(29, 19);
+    assert!(east > 220 && north < 12, "{east} {north}");
+}
+
+#[test]
+fn systems_must_fit_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 20, (400_000.0, 5_000_000.0), 10.0);
+    options.local = true;
+    options.crs = Some("EPSG:32633".into());
+    assert!(refused(&options).contains("do not go together"));
+    options.local = false;
+    options.elevation_crs = Some("EPSG:32633".into());
+    options.crs = Some("EPSG:4326".into());
+    assert!(refused(&options).contains("not in metres"));
+    options.elevation.clear();
+    assert!(refused(&options).contains("--elevation"));
+}
+
+#[test]
+fn kept_files_are_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 9, (400_000.0, 5_000_000.0), 10.0);
+    (options.local, options.overwrite) = (true, false);
+    std::fs::write(&options.output, b"mine").unwrap();
+    let error = build(&options, &Silent).unwrap_err().to_string();
+    assert!(error.contains("--overwrite"), "{error}");
+    assert_eq!(std::fs::read(&options.output).unwrap(), b"mine");
+}
+
+/// Stops the work after a number of units.
+struct Impatient {
+    left: AtomicU64,
+}
+
+impl Observer for Impatient {
+    fn advance(&self, count: u64) {
+        self.left.fetch_sub(count.min(self.left.load(Ordering::Relaxed)), Ordering::Relaxed);
+    }
+    fn cancelled(&self) -> bool {
+        self.left.load(Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn stopped_builds_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 600, (400_000.0, 5_000_000.0), 10.0);
+    options.local = true;
+    for units in [0, 1, 3, 6, 12] {
+        let outcome = build(&options, &Impatient { left: AtomicU64::new(units) });
+        assert!(matches!(outcome, Err(Error::Interrupted(_))), "{units}: {outcome:?}");
+        let files: Vec<_> =
+            std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
+        assert_eq!(files, ["heights.asc"], "after {units}");
+    }
+}
