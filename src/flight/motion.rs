@@ -1,16 +1,17 @@
 //! Attitude from the smoothed motion, for what the file does not give.
 //!
 //! ```text
-//! v̄(t) = Σ w(u) v(t+u),  ā(t) = Σ w(u) u v(t+u) / Σ w(u) u²      u = −3σ … 3σ, w Gaussian
+//! v̄(t) = Σ w(u) v(t+u),  ā(t) = Σ w(u) u v(t+u) / Σ w(u) u²,  s̄(t) = Σ w(u) |v(t+u)|     u = −3σ … 3σ, w Gaussian
 //! heading = direction of v̄, horizontally
 //! pitch   = atan(climb / ground speed), within ±45°
-//! bank    = atan(v·ω / g) = atan(ā across v̄ / g), within ±60°
+//! bank    = atan(s̄·ω / g), within ±60°, with the turn rate ω = (ā across v̄) / |v̄|
 //! ```
 //!
 //! The bank is that of a coordinated turn (no side force; e.g. Etkin 1972, section 10.4). v is the derivative of the
 //! spline, ā the derivative of v̄. σ is two fix intervals, at least half a second and at most three: it takes away what a
-//! receiver errs and what the spline bends at fixes, and costs exp(−ω²σ²/2) of the bank (one percent in a turn of 3°/s
-//! recorded once a second). Beyond the ends v is continued as v(end+s) = 2 v(end) − v(end−s).
+//! receiver errs and what the spline bends at fixes. Smoothing shortens v̄ and ā in a turn, both by exp(−ω²σ²/2); ω does
+//! not suffer, and s̄ is not shortened, so that a steady turn has its full bank. Beyond the ends v is continued as
+//! v(end+s) = 2 v(end) − v(end−s).
 //!
 //! At a standstill there is no direction: heading is held, from the stretch of motion that is nearest in time, and halfway
 //! between two of them it turns from one to the other. Pitch and bank fade out with speed.
@@ -27,6 +28,8 @@ const STANDSTILL: f64 = 0.5;
 const SIGMA_RANGE: (f64, f64) = (0.5, 3.0);
 const PITCH_LIMIT: f64 = 45.0;
 const BANK_LIMIT: f64 = 60.0;
+/// Most that s̄ may exceed |v̄|: it does without limit where the flight turns back on the spot.
+const SHORTENING_LIMIT: f64 = 1.5;
 /// Seconds that a held heading takes to turn into the next one.
 const TURN: f64 = 4.0;
 /// Points of the window on each side of its centre, four per σ.
@@ -53,6 +56,28 @@ pub(super) struct Motion {
     pub moves: bool,
 }
 
+/// Velocity around a time.
+#[derive(Debug, Clone, Copy)]
+struct Smoothed {
+    /// m/s
+    velocity: DVec3,
+    /// m/s²
+    acceleration: DVec3,
+    /// Mean of the horizontal speed, m/s: not less than that of the mean velocity.
+    mean_speed: f64,
+}
+
+impl Smoothed {
+    fn ground_speed(&self) -> f64 {
+        self.velocity.truncate().length()
+    }
+
+    /// Clockwise from north, radians.
+    fn direction(&self) -> f64 {
+        self.velocity.x.atan2(self.velocity.y)
+    }
+}
+
 /// Angles derived from motion, degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Derived {
@@ -67,7 +92,7 @@ impl Motion {
         let sigma = (2.0 * interval).clamp(SIGMA_RANGE.0, SIGMA_RANGE.1);
         let mut motion = Self { sigma, standstill: 0.0, holds: Vec::new(), moves: false };
         let speeds: Vec<(f64, f64)> = scan_times(times, sigma)
-            .map(|time| (time, motion.smoothed(spline, time).0.truncate().length()))
+            .map(|time| (time, motion.smoothed(spline, time).ground_speed()))
             .collect();
         let top = speeds.iter().fold(0.0_f64, |top, &(_, speed)| top.max(speed));
         motion.moves = top > 0.0;
@@ -82,16 +107,17 @@ impl Motion {
     }
 
     pub fn at(&self, spline: &Spline, seconds: f64) -> Derived {
-        let (velocity, acceleration) = self.smoothed(spline, seconds);
-        let (ground, speed) = (velocity.truncate(), velocity.truncate().length());
-        let heading = self.held(seconds).unwrap_or_else(|| direction(ground)).to_degrees().rem_euclid(360.0);
+        let motion = self.smoothed(spline, seconds);
+        let speed = motion.ground_speed();
+        let heading = self.held(seconds).unwrap_or_else(|| motion.direction()).to_degrees().rem_euclid(360.0);
         if speed == 0.0 {
             return Derived { heading, pitch: 0.0, bank: 0.0 };
         }
         let fade = (speed / self.standstill).min(1.0);
-        let right = DVec2::new(ground.y, -ground.x) / speed;
-        let across = acceleration.truncate().dot(right);
-        let climb = velocity.z.atan2(speed).to_degrees();
+        let right = DVec2::new(motion.velocity.y, -motion.velocity.x) / speed;
+        let across =
+            motion.acceleration.truncate().dot(right) * (motion.mean_speed / speed).min(SHORTENING_LIMIT);
+        let climb = motion.velocity.z.atan2(speed).to_degrees();
         let bank = across.atan2(GRAVITY).to_degrees();
         Derived {
             heading,
@@ -100,25 +126,29 @@ impl Motion {
         }
     }
 
-    /// Velocity and acceleration, smoothed.
-    fn smoothed(&self, spline: &Spline, seconds: f64) -> (DVec3, DVec3) {
+    fn smoothed(&self, spline: &Spline, seconds: f64) -> Smoothed {
         let (mut weights, mut square) = (0.0, 0.0);
-        let (mut velocity, mut acceleration) = (DVec3::ZERO, DVec3::ZERO);
+        let mut sums = Smoothed { velocity: DVec3::ZERO, acceleration: DVec3::ZERO, mean_speed: 0.0 };
         for point in -HALF_WINDOW..=HALF_WINDOW {
             let u = f64::from(point) / POINTS_PER_SIGMA;
             let weight = (-0.5 * u * u).exp();
             let here = continued_velocity(spline, seconds + u * self.sigma);
             weights += weight;
             square += weight * u * u;
-            velocity += weight * here;
-            acceleration += weight * u * here;
+            sums.velocity += weight * here;
+            sums.acceleration += weight * u * here;
+            sums.mean_speed += weight * here.truncate().length();
         }
-        (velocity / weights, acceleration / (square * self.sigma))
+        Smoothed {
+            velocity: sums.velocity / weights,
+            acceleration: sums.acceleration / (square * self.sigma),
+            mean_speed: sums.mean_speed / weights,
+        }
     }
 
     fn find_holds(&self, spline: &Spline, speeds: &[(f64, f64)]) -> Vec<Hold> {
         let mut holds = Vec::new();
-        let heading = |time: f64| direction(self.smoothed(spline, time).0.truncate());
+        let heading = |time: f64| self.smoothed(spline, time).direction();
         let moving = |&(_, speed): &(f64, f64)| speed > 0.0 && speed >= self.standstill;
         let mut before: Option<f64> = None; // last time in motion
         let mut still = false;
@@ -155,11 +185,6 @@ impl Motion {
         let u = ((seconds - middle) / TURN.min(hold.end - hold.start) + 0.5).clamp(0.0, 1.0);
         Some(hold.from + turn * u * u * (3.0 - 2.0 * u))
     }
-}
-
-/// Clockwise from north, radians.
-fn direction(ground: DVec2) -> f64 {
-    ground.x.atan2(ground.y)
 }
 
 fn continued_velocity(spline: &Spline, seconds: f64) -> DVec3 {

@@ -7,7 +7,10 @@ use crate::error::{Error, Result};
 
 /// Farthest coordinate from the origin, metres. Beyond any projection of the Earth, and small enough that splines
 /// stay finite.
-const COORDINATE_LIMIT: f64 = 1e9;
+pub(super) const COORDINATE_LIMIT: f64 = 1e9;
+/// What clocks of path files are good to, seconds: none is finer than a microsecond, and seconds since 1970 in a double
+/// are good to a quarter of one. Fixes that are closer have the same time.
+pub(super) const CLOCK: f64 = 1e-6;
 /// Longest flight, seconds (about thirty years): catches a damaged date.
 const DURATION_LIMIT: f64 = 1e9;
 
@@ -80,7 +83,7 @@ pub(super) fn assemble(source: &Source<'_>, reading: Reading) -> Result<Track> {
         if !time.is_finite() || time > DURATION_LIMIT {
             return Err(source.at_line(raw.line, "the time is more than thirty years after the first fix"));
         }
-        if step == 0.0 && !kept.is_empty() {
+        if step < CLOCK && !kept.is_empty() {
             repeated += 1;
             continue;
         }

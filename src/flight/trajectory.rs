@@ -16,16 +16,13 @@ use glam::{DVec2, DVec3};
 
 use super::angles::{Orientations, Samples};
 use super::motion::Motion;
+use super::raw::{CLOCK, COORDINATE_LIMIT};
 use super::spline::Spline;
 use super::track::{AltitudeMode, Fix, Horizontal, Track};
 use super::{ground, smooth};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, GridNorth, Transform, egm96_undulation};
 use crate::space::{Attitude, Pose};
-
-/// Seconds that the last frame may lie behind the last fix: clocks of path files are not finer than a microsecond, and
-/// seconds since 1970 in a double are good to a quarter of one.
-const CLOCK: f64 = 1e-6;
 
 /// How a track becomes a trajectory.
 #[derive(Debug, Clone, Copy)]
@@ -128,7 +125,7 @@ impl Trajectory {
     /// last fix, up to the microsecond that clocks are good to. At least 1.
     pub fn frame_count(&self, fps: f64) -> u64 {
         // A float converts saturating, NaN to 0.
-        ((self.duration() + CLOCK) * fps) as u64 + 1
+        (((self.duration() + CLOCK) * fps) as u64).saturating_add(1)
     }
 
     /// Pose at `seconds` after the start, clamped to the trajectory. Yaw is 0…360; orientation is continuous in time.
@@ -184,15 +181,18 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
             Horizontal::LonLat(x, y) | Horizontal::Xy(x, y) => (x, y),
         };
         let angles = [fix.yaw, fix.pitch, fix.roll, fix.hfov];
-        [fix.time, x, y, fix.altitude.metres].iter().all(|value| value.is_finite())
+        [x, y, fix.altitude.metres].iter().all(|value| value.abs() <= COORDINATE_LIMIT)
+            && fix.time.is_finite()
             && angles.iter().flatten().all(|value| value.is_finite())
             && fix.hfov.is_none_or(|hfov| hfov > 0.0 && hfov < 180.0)
     };
     if !track.fixes.iter().all(finite) {
-        return fail("the track holds a number that is not finite, or a field of view outside 0…180 degrees");
+        return fail(
+            "the track holds a number that is not finite or beyond 10⁹ m, or a field of view outside 0…180 degrees",
+        );
     }
-    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| pair[0].time >= pair[1].time) {
-        return fail("the times of the track do not start at 0 and increase");
+    if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| pair[1].time - pair[0].time < CLOCK) {
+        return fail("the times of the track do not start at 0 and increase by at least a microsecond");
     }
     Ok(())
 }

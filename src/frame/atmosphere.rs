@@ -10,8 +10,10 @@ const VANISHING_CONTRAST: f32 = 0.05;
 const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
 const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
 
-/// How fast the sky turns from the horizon's haze to blue, per sine of elevation.
+/// How fast the sky turns from the horizon's haze to blue, per sine of elevation; it begins
+/// gently, over sines up to `SKY_ONSET`, so that no line shows at the horizon.
 const SKY_DEPTH: f32 = 5.0;
+const SKY_ONSET: f32 = 0.12;
 
 /// Air of uniform haze under a clear sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +30,8 @@ impl Atmosphere {
     /// Radiance of the sky in a direction of which `up` is the sine of the elevation angle, −1…1.
     /// Below the horizon it is the haze that fills the distance.
     pub fn sky(&self, up: f32) -> Vec3 {
-        let clear = 1.0 - (-SKY_DEPTH * up.max(0.0)).exp();
+        let up = up.max(0.0);
+        let clear = 1.0 - (-SKY_DEPTH * up * up / (up + SKY_ONSET)).exp();
         HORIZON.lerp(ZENITH, clear)
     }
 

@@ -127,6 +127,7 @@ mod tests {
             if existing(&path, &camera, &testing::info()) == Existing::Whole {
                 let decoded = exr::decode(&bytes, None).unwrap();
                 assert_eq!(decoded.colour(), original.colour(), "byte {at}");
+                assert_eq!(decoded.entries, original.entries, "byte {at}");
             }
         }
     }

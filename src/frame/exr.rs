@@ -266,10 +266,11 @@ pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, 
     let layer = image.layer_data;
     let mut entries = entries_of(&layer.attributes);
     let channels = layer.channel_data;
-    if let Some(recorded) = entries.remove(DIGEST)
-        && recorded != digest(&entries, &channels)
-    {
-        return Err("its content does not match the digest in its header".to_owned().into());
+    match entries.remove(DIGEST) {
+        Some(recorded) if recorded == digest(&entries, &channels) => {}
+        None if entries.is_empty() => {} // written by another program
+        Some(_) => return Err("its content does not match the digest in its header".to_owned().into()),
+        None => return Err("its header has lost the digest of its content".to_owned().into()),
     }
     Ok(Decoded { width, height, channels, entries })
 }

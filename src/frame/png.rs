@@ -3,8 +3,8 @@
 //! Written through the `png` crate itself, because the encoder of `image` has no text chunks. The file
 //! holds no time of writing, so equal frames are equal bytes.
 //!
-//! Compression is the crate's `Fast`: on frames of terrain it writes about ten times as fast as its
-//! default, for files about a fifth larger.
+//! Compression is the crate's `Fast`. A satellite picture of 1920×1080 on one core, png 0.18.1: `Fast` 23 ms and
+//! 2.45 MB, `Balanced` 720 ms and 2.45 MB, deflate level 1 with adaptive filters 66 ms and 2.77 MB.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -30,7 +30,7 @@ pub fn frame(width: u32, height: u32) -> Frame {
             frame.range.push(if sky { f32::INFINITY } else { 1000.0 / (v + 0.01) + column as f32 });
             frame.normal.push(if sky { [0.0; 3] } else { [0.0, -0.6, 0.8] });
             frame.level.push(if sky { Frame::SKY_LEVEL } else { (row % 4) as u8 });
-            frame.id.push(if sky { Frame::SKY_ID } else { 3 << 16 | row << 8 | column % 2 });
+            frame.id.push(if sky { Frame::SKY_ID } else { (3 << 16) | (row << 8) | (column % 2) });
         }
     }
     frame

@@ -152,7 +152,7 @@ fn frames_must_be_whole_and_of_one_size() {
     let mut paths = frames(folder.path(), "png", (8, 6));
     let program = stand_in(folder.path(), "cat >/dev/null");
     let run = |paths: &[PathBuf]| {
-        let paths = paths.to_vec().into_iter();
+        let paths = paths.iter().cloned();
         encode_with(program.as_os_str(), paths, rate(), &out, &Silent).map_err(|error| error.to_string())
     };
     let odd = folder.path().join("odd.png");

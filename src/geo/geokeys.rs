@@ -12,6 +12,9 @@
 //! vertical: code (which brings a unit), unit key over it
 //! ```
 //!
+//! A directory that announces more keys than it holds is met in the wild (NASA WorldWind wrote such). Its codes are
+//! believed, but neither parameters nor heights, whose keys come last and may be among the missing ones.
+//!
 //! Deviation: GDAL calls a file with a geographic code but no model type local; here the code is believed.
 
 use std::collections::BTreeMap;
@@ -97,7 +100,11 @@ enum Value {
 
 /// The directory, read.
 #[derive(Debug, Default)]
-pub(super) struct Keys(BTreeMap<u16, Value>);
+pub(super) struct Keys {
+    values: BTreeMap<u16, Value>,
+    /// The directory announces more keys than it holds.
+    broken: bool,
+}
 
 impl Keys {
     fn read(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<Self, String> {
@@ -117,13 +124,12 @@ impl Keys {
         for index in 0..usize::from(count) {
             let entry = entries.get(4 * index..4 * index + 4);
             let Some(&[id, location, length, value]) = entry else {
-                return Err(format!(
-                    "tag 34735 (GeoKeyDirectory) announces {count} keys but ends within key {index}; {REPAIR}"
-                ));
+                keys.broken = true;
+                break;
             };
             if id != 0 {
                 let read = value_at(location, usize::from(length), value, doubles, ascii);
-                keys.0.insert(id, read.map_err(|reason| format!("geo key {id} {reason}; {REPAIR}"))?);
+                keys.values.insert(id, read.map_err(|reason| format!("geo key {id} {reason}; {REPAIR}"))?);
             }
         }
         Ok(keys)
@@ -131,7 +137,7 @@ impl Keys {
 
     /// A code; 0 means undefined.
     pub(super) fn code(&self, id: u16) -> Option<u16> {
-        match self.0.get(&id)? {
+        match self.values.get(&id)? {
             Value::Code(0) => None,
             Value::Code(code) => Some(*code),
             _ => None,
@@ -140,7 +146,7 @@ impl Keys {
 
     /// A number, finite.
     pub(super) fn number(&self, id: u16) -> Option<f64> {
-        match self.0.get(&id)? {
+        match self.values.get(&id)? {
             Value::Doubles(values) => values.first().copied().filter(|value| value.is_finite()),
             Value::Code(code) => Some(f64::from(*code)),
             Value::Text(_) => None,
@@ -148,14 +154,14 @@ impl Keys {
     }
 
     pub(super) fn numbers(&self, id: u16) -> Option<&[f64]> {
-        match self.0.get(&id)? {
+        match self.values.get(&id)? {
             Value::Doubles(values) => Some(values),
             _ => None,
         }
     }
 
     pub(super) fn text(&self, id: u16) -> Option<&str> {
-        match self.0.get(&id)? {
+        match self.values.get(&id)? {
             Value::Text(text) => Some(text),
             _ => None,
         }
@@ -191,6 +197,9 @@ fn value_at(location: u16, length: usize, value: u16, doubles: &[f64], ascii: &s
         other => Err(format!("points at tag {other}, where no values are")),
     }
 }
+
+const BROKEN: &str = "tag 34735 (GeoKeyDirectory) breaks off before the keys that describe the reference system; \
+                      write the right one with: gdal_edit.py -a_srs EPSG:CODE FILE";
 
 type Horizontal = (Option<Crs>, Option<VerticalCrs>);
 
@@ -236,6 +245,7 @@ fn projected_crs(keys: &Keys) -> Result<Horizontal, String> {
                 _ => Ok((Some(crs), epsg::vertical_part(u32::from(code)))),
             }
         }
+        _ if keys.broken => Err(BROKEN.into()),
         _ => {
             let unit = linear.unwrap_or(1.0);
             let projection = projection_terms(keys, unit)?;
@@ -264,6 +274,9 @@ fn geographic_crs(keys: &Keys) -> Result<Horizontal, String> {
             return Err(format!("geo key 2048 gives EPSG:{code}, which is no geographic system; {REPAIR}"));
         }
         return Ok((Some(crs), epsg::vertical_part(u32::from(code))));
+    }
+    if keys.broken {
+        return Err(BROKEN.into());
     }
     let definition = format!("+proj=longlat {}", geodetic_terms(keys)?);
     let name = keys
@@ -300,6 +313,12 @@ fn geodetic_terms(keys: &Keys) -> Result<String, String> {
 type Vertical = ((Option<VerticalDatum>, Option<f64>), Option<String>);
 
 fn vertical(keys: &Keys, from_text: Option<VerticalCrs>) -> Vertical {
+    if keys.broken {
+        let named = [key::VERTICAL_CRS, key::VERTICAL_DATUM, key::VERTICAL_UNITS]
+            .iter()
+            .any(|id| keys.code(*id).is_some());
+        return ((None, None), named.then(|| "one that a broken key directory describes in part".to_owned()));
+    }
     let code = keys.code(key::VERTICAL_CRS).filter(|code| *code != USER_DEFINED);
     let known =
         code.and_then(|code| epsg::vertical(u32::from(code)).or(epsg::vertical_part(u32::from(code))));

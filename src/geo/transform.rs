@@ -73,7 +73,8 @@ impl Transform {
     }
 
     /// The position in the target system, or `None` where there is none (outside the projection's domain).
-    /// Longitude and latitude in degrees. Never NaN, never infinite.
+    /// Longitude and latitude in degrees. Never NaN, never infinite. Between equivalent systems every finite
+    /// position passes unchanged, be it on Earth or not.
     pub fn apply(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         if !(x.is_finite() && y.is_finite()) {
             return None;

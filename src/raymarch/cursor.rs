@@ -17,8 +17,8 @@ struct Slot<'a> {
 }
 
 /// A voxel's place in a page.
-struct Place<'a> {
-    view: PageView<'a>,
+struct Place<'s, 'a> {
+    view: &'s PageView<'a>,
     /// Column and row within the page; −1 is the apron.
     x: i64,
     y: i64,
@@ -48,7 +48,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     }
 
     /// The page of voxel `cell`, clamped into the area; `None` where the page is absent.
-    fn place(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Place<'a>>> {
+    fn place(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Place<'_, 'a>>> {
         const SIDE: i64 = PAGE_SIDE as i64;
         let slot = &mut self.slots[usize::from(level)];
         let page = [0, 1].map(|axis| cell[axis].clamp(0, slot.dims[axis] - 1) / SIDE);
@@ -57,7 +57,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
             slot.view = self.source.page(id)?;
             slot.page = page;
         }
-        Ok(slot.view.map(|view| Place { view, x: cell[0] - page[0] * SIDE, y: cell[1] - page[1] * SIDE }))
+        Ok(slot.view.as_ref().map(|view| Place { view, x: cell[0] - page[0] * SIDE, y: cell[1] - page[1] * SIDE }))
     }
 
     /// Upper bound of every finer surface over voxel `cell` of level index ≥ 1, metres: −∞ where
@@ -75,7 +75,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     pub fn height(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Option<f64>>> {
         let heights = self.heights;
         Ok(self.place(level, cell)?.map(|place| {
-            let index = (place.y + 1) as usize * apron_stride(&place.view) + (place.x + 1) as usize;
+            let index = (place.y + 1) as usize * apron_stride(place.view) + (place.x + 1) as usize;
             heights.decode(place.view.heights[index])
         }))
     }
@@ -110,8 +110,8 @@ fn apron_stride(view: &PageView<'_>) -> usize {
     view.width as usize + 2
 }
 
-fn corner_indices(place: &Place<'_>) -> [usize; 4] {
-    let stride = apron_stride(&place.view);
+fn corner_indices(place: &Place<'_, '_>) -> [usize; 4] {
+    let stride = apron_stride(place.view);
     let first = (place.y + 1) as usize * stride + (place.x + 1) as usize;
     [first, first + 1, first + stride, first + stride + 1]
 }

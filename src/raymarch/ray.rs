@@ -12,6 +12,8 @@ pub struct GridRay {
     pub eye: DVec3,
     /// Change per metre of range, (units, units, metres).
     pub slope: DVec3,
+    /// Metres of range per unit along x and y; infinite where the ray does not move along one.
+    pub range_per_unit: DVec2,
     /// Ground distance per range: cosine of the elevation angle, 0…1.
     pub ground_cosine: f64,
 }
@@ -20,9 +22,11 @@ impl GridRay {
     /// A ray from a world point along a unit world direction.
     pub fn new(grid: &Grid, world_eye: DVec3, world_direction: DVec3) -> Self {
         let ground = (world_eye.truncate() - grid.origin) / grid.spacing;
+        let slope = (world_direction.truncate() / grid.spacing).extend(world_direction.z);
         Self {
             eye: ground.extend(world_eye.z),
-            slope: (world_direction.truncate() / grid.spacing).extend(world_direction.z),
+            slope,
+            range_per_unit: slope.truncate().recip(),
             ground_cosine: world_direction.truncate().length(),
         }
     }

@@ -36,7 +36,7 @@ struct Axis {
     side: f64,
     shift: f64,
     eye: f64,
-    slope: f64,
+    range_per_unit: f64,
     border: f64,
 }
 
@@ -60,15 +60,15 @@ impl CellWalk {
         end: f64,
     ) -> Self {
         let point = ray.at(start);
-        let axis = |eye: f64, slope: f64, position: f64, first: i64, last: i64| {
+        let axis = |eye: f64, range_per_unit: f64, position: f64, first: i64, last: i64| {
             let mut axis = Axis {
                 cell: ((position / lattice.side - lattice.shift).floor() as i64).clamp(first, last),
-                step: if slope > 0.0 { 1 } else { -1 },
-                last: if slope > 0.0 { last } else { first },
+                step: if range_per_unit > 0.0 { 1 } else { -1 },
+                last: if range_per_unit > 0.0 { last } else { first },
                 side: lattice.side,
                 shift: lattice.shift,
                 eye,
-                slope,
+                range_per_unit,
                 border: f64::INFINITY,
             };
             axis.border = axis.border_range();
@@ -76,8 +76,8 @@ impl CellWalk {
         };
         Self {
             axes: [
-                axis(ray.eye.x, ray.slope.x, point.x, first[0], last[0]),
-                axis(ray.eye.y, ray.slope.y, point.y, first[1], last[1]),
+                axis(ray.eye.x, ray.range_per_unit.x, point.x, first[0], last[0]),
+                axis(ray.eye.y, ray.range_per_unit.y, point.y, first[1], last[1]),
             ],
             range: start,
             end,
@@ -89,11 +89,11 @@ impl CellWalk {
 impl Axis {
     /// Range at which the ray leaves the current cell along this axis.
     fn border_range(&self) -> f64 {
-        if self.slope == 0.0 {
+        if self.range_per_unit.is_infinite() {
             return f64::INFINITY;
         }
         let ahead = i64::from(self.step > 0);
-        ((self.cell + ahead) as f64 + self.shift).mul_add(self.side, -self.eye) / self.slope
+        (((self.cell + ahead) as f64 + self.shift) * self.side - self.eye) * self.range_per_unit
     }
 
     /// Moves on by one cell; false at the end of the lattice.

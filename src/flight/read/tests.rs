@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::super::track::{AltitudeMode, Horizontal};
+use super::super::{BindOptions, Trajectory};
 use super::*;
+use crate::geo::Crs;
 
 fn parse_with(name: &str, bytes: &[u8], options: &ReadOptions) -> Result<Track> {
     let path = PathBuf::from(name);
@@ -253,9 +255,10 @@ fn mutated(text: &str, dice: &mut Dice) -> Vec<u8> {
 #[test]
 fn damaged_files_give_an_error_or_a_sound_track() {
     let samples = [("a.gpx", GPX), ("a.kml", KML), ("a.igc", IGC), ("a.csv", JSBSIM), ("b.csv", CSV)];
+    let crs = Crs::from_epsg(32632).unwrap();
     let mut dice = Dice(2026);
     let mut accepted = 0;
-    for round in 0..2000 {
+    for round in 0..600 {
         let (name, text) = samples[round % samples.len()];
         let bytes = mutated(text, &mut dice);
         let name = if dice.below(4) == 0 { "flight" } else { name };
@@ -267,8 +270,24 @@ fn damaged_files_give_an_error_or_a_sound_track() {
             let (Horizontal::LonLat(x, y) | Horizontal::Xy(x, y)) = fix.horizontal;
             assert!(x.is_finite() && y.is_finite() && fix.altitude.metres.is_finite());
         }
+        assert_flies(&track, &crs);
     }
-    assert!((100..1900).contains(&accepted), "{accepted} of 2000 were accepted: the mutations test nothing");
+    assert!((50..550).contains(&accepted), "{accepted} of 600 were accepted: the mutations test nothing");
+}
+
+/// Bound to a system on Earth, a track gives an error or finite poses.
+fn assert_flies(track: &Track, crs: &Crs) {
+    let options = BindOptions { level: false, hfov: 60.0, clearance: Some(20.0) };
+    let Ok(flight) = Trajectory::bind(track, crs, &|at| Some(500.0 + (0.01 * at.x).sin()), &options) else {
+        return;
+    };
+    for step in 0..=20 {
+        let pose = flight.pose_at(flight.duration() * f64::from(step) / 20.0);
+        assert!(pose.eye.is_finite() && pose.hfov > 0.0 && pose.hfov < 180.0, "{pose:?}");
+        let view = pose.attitude.world_from_view();
+        assert!(view.is_finite() && (view.determinant().abs() - 1.0).abs() < 1e-9, "{pose:?}");
+        assert!(pose.attitude.pitch.abs() <= 90.0 && (0.0..=360.0).contains(&pose.attitude.yaw), "{pose:?}");
+    }
 }
 
 #[test]

@@ -103,6 +103,9 @@ proptest! {
     ) {
         let mut text: Vec<char> = EQUAL[which].0.chars().collect();
         for (place, edit, character) in edits {
+            if text.is_empty() {
+                break;
+            }
             let place = place.index(text.len());
             match edit {
                 0 => text[place] = character,

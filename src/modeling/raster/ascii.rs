@@ -44,8 +44,9 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     let whole = integers && stated.parse::<i32>().is_ok();
     let sample = if whole { SampleType::I32 } else { SampleType::F32 };
     let nodata = match &header.nodata {
-        Some(text) => nodata::parse(text, sample)
-            .map_err(|text| Error::invalid(file.path(), format!("states {text:?} as its NODATA_value; give a number")))?,
+        Some(text) => nodata::parse(text, sample).map_err(|text| {
+            Error::invalid(file.path(), format!("states {text:?} as its NODATA_value; give a number"))
+        })?,
         None => None,
     };
     let mut info = RasterInfo {
@@ -78,12 +79,17 @@ impl Header {
     fn parse(&mut self, tokens: &mut Tokens<'_>) -> Result<Token> {
         loop {
             let key = tokens.expect()?;
-            if !key.text.starts_with(|c: char| c.is_ascii_alphabetic()) || key.text.eq_ignore_ascii_case("nan") {
+            if !key.text.starts_with(|c: char| c.is_ascii_alphabetic())
+                || key.text.eq_ignore_ascii_case("nan")
+            {
                 return Ok(key);
             }
             let value = tokens.expect()?;
             self.set(&key.text.to_ascii_lowercase(), &value.text).ok_or_else(|| {
-                let what = format!("states {} {} at byte {}, which is no sound header", key.text, value.text, key.at);
+                let what = format!(
+                    "states {} {} at byte {}, which is no sound header",
+                    key.text, value.text, key.at
+                );
                 Error::invalid(tokens.path, what)
             })?;
         }
@@ -127,10 +133,19 @@ impl Header {
 }
 
 /// Notes where each group of rows begins; also whether all numbers are integers of 32 bits.
-fn index(mut tokens: Tokens<'_>, first: Token, size: (u32, u32), block_rows: u32) -> Result<(Vec<u64>, bool)> {
+fn index(
+    mut tokens: Tokens<'_>,
+    first: Token,
+    size: (u32, u32),
+    block_rows: u32,
+) -> Result<(Vec<u64>, bool)> {
     let total = u64::from(size.0) * u64::from(size.1);
-    if total.saturating_mul(2) > tokens.length.saturating_add(1) {
-        let what = format!("is too short to hold {} × {} numbers; it is cut short or its header is wrong", size.0, size.1);
+    // Each number takes a digit and, but for the last, a space.
+    if total.saturating_mul(2) > tokens.length.saturating_sub(first.at).saturating_add(1) {
+        let what = format!(
+            "is too short to hold {} × {} numbers; it is cut short or its header is wrong",
+            size.0, size.1
+        );
         return Err(Error::invalid(tokens.path, what));
     }
     let group = u64::from(size.0) * u64::from(block_rows);
@@ -139,7 +154,10 @@ fn index(mut tokens: Tokens<'_>, first: Token, size: (u32, u32), block_rows: u32
     let mut token = first;
     for number in 0..total {
         if number > 0 && !tokens.next(&mut token)? {
-            let what = format!("ends after {number} of {} × {} numbers; it is cut short, fetch it again", size.0, size.1);
+            let what = format!(
+                "ends after {number} of {} × {} numbers; it is cut short, fetch it again",
+                size.0, size.1
+            );
             return Err(Error::invalid(tokens.path, what));
         }
         if number % group == 0 {
@@ -151,7 +169,10 @@ fn index(mut tokens: Tokens<'_>, first: Token, size: (u32, u32), block_rows: u32
         }
     }
     if tokens.next(&mut token)? {
-        let what = format!("goes on after {} × {} numbers, at byte {}; its header is wrong", size.0, size.1, token.at);
+        let what = format!(
+            "goes on after {} × {} numbers, at byte {}; its header is wrong",
+            size.0, size.1, token.at
+        );
         return Err(Error::invalid(tokens.path, what));
     }
     Ok((groups, integers))
@@ -221,7 +242,8 @@ impl<'a> Tokens<'a> {
             match text {
                 Ok(text) if text.len() + token.text.len() <= LONGEST_TOKEN => token.text.push_str(text),
                 _ => {
-                    let what = format!("holds something that is no number at byte {}; it is damaged", token.at);
+                    let what =
+                        format!("holds something that is no number at byte {}; it is damaged", token.at);
                     return Err(Error::invalid(self.path, what));
                 }
             }
@@ -245,7 +267,8 @@ impl<'a> Tokens<'a> {
     /// A number, with a point or a comma.
     fn number(&self, token: &Token) -> Result<f64> {
         token.text.parse().or_else(|_| token.text.replace(',', ".").parse::<f64>()).map_err(|_| {
-            let what = format!("holds {:?} at byte {}, which is no number; it is damaged", token.text, token.at);
+            let what =
+                format!("holds {:?} at byte {}, which is no number; it is damaged", token.text, token.at);
             Error::invalid(self.path, what)
         })
     }

@@ -70,7 +70,11 @@ impl<S: BlockSource> BlockRaster<S> {
                 info.block.1,
                 mebibytes(cache_bytes)
             );
-            return Err(Error::unsupported(&info.path, what, format!("raise --memory, or convert it: {remedy}")));
+            return Err(Error::unsupported(
+                &info.path,
+                what,
+                format!("raise --memory, or convert it: {remedy}"),
+            ));
         }
         Ok(Self { source, cache: BlockCache::new(cache_bytes) })
     }
@@ -90,11 +94,18 @@ impl<S: BlockSource> BlockRaster<S> {
 
 /// Bytes of one block, or `None` if that exceeds 64 bits.
 pub(super) fn block_bytes(block: (u32, u32), bands: u32, sample: SampleType) -> Option<u64> {
-    (u64::from(block.0) * u64::from(block.1)).checked_mul(u64::from(bands))?.checked_mul(sample.bytes() as u64)
+    (u64::from(block.0) * u64::from(block.1))
+        .checked_mul(u64::from(bands))?
+        .checked_mul(sample.bytes() as u64)
 }
 
 /// Refuses windows and bands that the raster does not have, and sizes `samples` for the answer.
-pub(super) fn prepare(info: &RasterInfo, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()> {
+pub(super) fn prepare(
+    info: &RasterInfo,
+    window: Window,
+    bands: &[u32],
+    samples: &mut Vec<f64>,
+) -> Result<()> {
     let inside = |first: u32, count: u32, size: u32| count > 0 && first < size && count <= size - first;
     if !inside(window.x, window.width, info.width) || !inside(window.y, window.height, info.height) {
         return Err(Error::invalid(
@@ -103,7 +114,10 @@ pub(super) fn prepare(info: &RasterInfo, window: Window, bands: &[u32], samples:
         ));
     }
     if let Some(band) = bands.iter().find(|band| **band >= info.bands) {
-        return Err(Error::invalid(&info.path, format!("has {} bands, not {}", info.bands, u64::from(*band) + 1)));
+        return Err(Error::invalid(
+            &info.path,
+            format!("has {} bands, not {}", info.bands, u64::from(*band) + 1),
+        ));
     }
     let count = (window.width as usize).checked_mul(window.height as usize);
     let Some(count) = count.and_then(|count| count.checked_mul(bands.len())) else {
@@ -132,7 +146,11 @@ impl Overlap {
             let begin = u64::from(index) * u64::from(size);
             let first = u64::from(start).max(begin);
             let end = (u64::from(start) + u64::from(count)).min(begin + u64::from(size));
-            ((first - u64::from(start)) as usize, (first - begin) as usize, end.saturating_sub(first) as usize)
+            (
+                (first - u64::from(start)) as usize,
+                (first - begin) as usize,
+                end.saturating_sub(first) as usize,
+            )
         };
         let (window_x, block_x, width) = axis(window.x, window.width, block.0, column);
         let (window_y, block_y, height) = axis(window.y, window.height, block.1, row);
@@ -140,7 +158,14 @@ impl Overlap {
     }
 
     /// Copies band `from.0` of `from.1` into band `to.0` of `to.1` of the window, `window_width` pixels wide.
-    fn copy(&self, block: &Block, sample: SampleType, from: (usize, usize), to: (usize, usize), out: Rows<'_>) {
+    fn copy(
+        &self,
+        block: &Block,
+        sample: SampleType,
+        from: (usize, usize),
+        to: (usize, usize),
+        out: Rows<'_>,
+    ) {
         for y in 0..self.height {
             let first = (self.window_y + y) * out.width + self.window_x;
             let target = Stride { first: first * to.1 + to.0, step: to.1 };

@@ -37,7 +37,9 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         (4, 0) => SampleType::I32,
         (4, 1) => SampleType::F32,
         (bytes, float) => {
-            return Err(invalid(format!("states samples of {bytes} bytes, float {float}, at byte 18; it is damaged")));
+            return Err(invalid(format!(
+                "states samples of {bytes} bytes, float {float}, at byte 18; it is damaged"
+            )));
         }
     };
     let (left, right, bottom, top) = (double(28), double(36), double(44), double(52));

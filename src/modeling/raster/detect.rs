@@ -76,7 +76,8 @@ fn open_with_header(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ra
 }
 
 fn refuse_foreign(path: &Path, head: &[u8], extension: &str) -> Result<()> {
-    let unzip = |tool: &str| Err(Error::unsupported(path, "is compressed as a whole", format!("unpack it: {tool}")));
+    let unzip =
+        |tool: &str| Err(Error::unsupported(path, "is compressed as a whole", format!("unpack it: {tool}")));
     if head.starts_with(b"PK\x03\x04") {
         return unzip("unzip IN");
     }

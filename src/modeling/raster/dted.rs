@@ -38,10 +38,18 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     let header = Header::parse(&uhl, start).map_err(|what| Error::invalid(file.path(), what))?;
     let datum = String::from_utf8_lossy(&dsi[141..144]).into_owned();
     let horizontal = String::from_utf8_lossy(&dsi[144..149]).into_owned();
-    if horizontal.trim() != "WGS84" && horizontal.trim() != "WGS72" {
-        let what = format!("states the horizontal datum {horizontal:?}");
-        return Err(Error::unsupported(file.path(), what, "convert it: gdalwarp -t_srs EPSG:4326 IN out.tif"));
-    }
+    let crs = match horizontal.trim() {
+        "WGS84" => Crs::wgs84(),
+        "WGS72" => Crs::from_epsg(4322)?,
+        _ => {
+            let what = format!("states the horizontal datum {horizontal:?}");
+            return Err(Error::unsupported(
+                file.path(),
+                what,
+                "convert it: gdalwarp -t_srs EPSG:4326 IN out.tif",
+            ));
+        }
+    };
     let (longitude_step, latitude_step) = header.steps;
     let north = header.latitude + latitude_step * f64::from(header.posts - 1);
     let info = RasterInfo {
@@ -56,7 +64,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             0.0,
             -latitude_step,
         ]),
-        crs: Some(Crs::wgs84()),
+        crs: Some(crs),
         vertical_datum: match datum.as_str() {
             "E96" => Some(VerticalDatum::Egm96),
             "MSL" => Some(VerticalDatum::Msl),
@@ -86,12 +94,15 @@ fn level(dsi: &[u8]) -> &'static str {
 fn user_header(file: &InputFile) -> Result<u64> {
     for start in (0..8).map(|record| record * 80) {
         match file.bytes_at(start, 4)?.as_slice() {
-            b"UHL1" => return Ok(start),
+            b"UHL10060000W0750000S060003000051U              01810121" => return Ok(start),
             b"VOL1" | b"HDR1" => {}
             _ => break,
         }
     }
-    Err(Error::invalid(file.path(), "has no DTED user header label (UHL1); it is damaged or of another format"))
+    Err(Error::invalid(
+        file.path(),
+        "has no DTED user header label (UHL1); it is damaged or of another format",
+    ))
 }
 
 #[derive(Debug, PartialEq)]
@@ -117,11 +128,15 @@ impl Header {
         let longitude_step = number(20..24, "its longitude interval")?;
         let latitude_step = number(24..28, "its latitude interval")?;
         if columns == 0 || posts == 0 || longitude_step == 0 || latitude_step == 0 {
-            return Err(format!("states a size or interval of zero in its header at byte {start}; it is damaged"));
+            return Err(format!(
+                "states a size or interval of zero in its header at byte {start}; it is damaged"
+            ));
         }
         let angle = |range: std::ops::Range<usize>| {
             let text = field(range);
-            angle(&text).ok_or_else(|| format!("states {text:?} as its origin in its header at byte {start}; it is damaged"))
+            angle(&text).ok_or_else(|| {
+                format!("states {text:?} as its origin in its header at byte {start}; it is damaged")
+            })
         };
         let degrees = |tenths: u32| f64::from(tenths) / 36_000.0;
         let steps = (degrees(longitude_step), degrees(latitude_step));
@@ -188,9 +203,12 @@ mod tests {
     #[test]
     fn header() {
         let mut uhl = [b' '; 80];
-        uhl[..55].copy_from_slice(b"UHL10060000W0750000S060000300051U              01810121");
+        uhl[..55].copy_from_slice(b"UHL10060000W0750000S060003000051U              01810121");
         let header = Header::parse(&uhl, 0).unwrap();
-        assert_eq!((header.longitude, header.latitude, header.columns, header.posts), (-6.0, -75.0, 181, 121));
+        assert_eq!(
+            (header.longitude, header.latitude, header.columns, header.posts),
+            (-6.0, -75.0, 181, 121)
+        );
         assert_eq!(header.steps, (600.0 / 36000.0, 300.0 / 36000.0));
         uhl[50] = b'x';
         assert!(Header::parse(&uhl, 0).unwrap_err().contains("byte 47"));

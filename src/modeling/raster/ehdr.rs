@@ -63,7 +63,10 @@ impl<'a> Fields<'a> {
     }
 
     fn wrong(&self, key: &str, value: &str) -> Error {
-        Error::invalid(self.path, format!("states {} {value}, which is not understood", key.to_ascii_uppercase()))
+        Error::invalid(
+            self.path,
+            format!("states {} {value}, which is not understood", key.to_ascii_uppercase()),
+        )
     }
 
     fn number(&self, key: &str) -> Result<Option<f64>> {
@@ -86,7 +89,8 @@ impl<'a> Fields<'a> {
 
     fn sample(&self, float: bool) -> Result<SampleType> {
         let bits = self.whole("nbits")?.unwrap_or(if float { 32 } else { 8 });
-        let kind = self.word("pixeltype").unwrap_or_else(|| if float { "float".into() } else { String::new() });
+        let kind =
+            self.word("pixeltype").unwrap_or_else(|| if float { "float".into() } else { String::new() });
         match (bits, kind.as_str()) {
             (8, "" | "unsignedint") => Ok(SampleType::U8),
             (8, "signedint") => Ok(SampleType::I8),
@@ -104,7 +108,12 @@ impl<'a> Fields<'a> {
         }
     }
 
-    fn placement(&self, (width, height, bands): (u32, u32, u32), size: u64, order: ByteOrder) -> Result<Placement> {
+    fn placement(
+        &self,
+        (width, height, bands): (u32, u32, u32),
+        size: u64,
+        order: ByteOrder,
+    ) -> Result<Placement> {
         let first = self.whole("skipbytes")?.map_or(0, u64::from);
         let (width, height) = (u64::from(width), u64::from(height));
         let row = width * size;
@@ -121,7 +130,11 @@ impl<'a> Fields<'a> {
             Some("bsq") => {
                 let gap = self.whole("bandgapbytes")?.map_or(0, u64::from);
                 let band = row.checked_mul(height).and_then(|band| band.checked_add(gap));
-                (row, size, band.ok_or_else(|| Error::invalid(self.path, "states bands that exceed 64 bits"))?)
+                (
+                    row,
+                    size,
+                    band.ok_or_else(|| Error::invalid(self.path, "states bands that exceed 64 bits"))?,
+                )
             }
             Some(other) => return Err(self.wrong("layout", other)),
         };

@@ -33,11 +33,40 @@ const TOLD_APART: usize = 4;
 /// A raster of heights.
 pub struct ElevationRaster {
     raster: Box<dyn Raster>,
-    extra_nodata: Vec<f64>,
     /// The band, and the alpha band if there is one.
     bands: Vec<u32>,
-    deep_sea: bool,
+    conversion: Conversion,
     undeclared: Mutex<BTreeMap<Value, u64>>,
+}
+
+/// From samples to heights.
+struct Conversion {
+    /// Declared by the file or given by the user.
+    nodata: Vec<f64>,
+    scale: f64,
+    offset: f64,
+    metres_per_unit: f64,
+    /// [`AMBIGUOUS`] is a depth.
+    deep_sea: bool,
+}
+
+impl Conversion {
+    fn metres(&self, sample: f64) -> f64 {
+        (self.offset + self.scale * sample) * self.metres_per_unit
+    }
+
+    fn is_nodata(&self, sample: f64) -> bool {
+        sample.is_nan() || self.nodata.iter().any(|value| matches(sample, Some(*value)))
+    }
+
+    /// The height, NaN if void.
+    fn height(&self, sample: f64) -> f64 {
+        if self.is_nodata(sample) || sample == AMBIGUOUS && !self.deep_sea {
+            return f64::NAN;
+        }
+        let height = self.metres(sample);
+        if PLAUSIBLE.contains(&height) { height } else { f64::NAN }
+    }
 }
 
 /// A sample by its bits, for counting.
@@ -73,16 +102,22 @@ impl ElevationRaster {
     pub fn new(raster: Box<dyn Raster>, nodata: &[f64]) -> Result<Self> {
         let info = raster.info();
         if info.bands >= 3 && info.sample == SampleType::U8 {
-            let what = format!("holds {} bands of bytes and looks like imagery, not like heights", info.bands);
+            let what =
+                format!("holds {} bands of bytes and looks like imagery, not like heights", info.bands);
             let remedy = "give it to --imagery, or take one band: gdal_translate -b 1 IN out.tif";
             return Err(Error::unsupported(&info.path, what, remedy));
         }
         let bands = std::iter::once(0).chain(info.alpha_band.filter(|band| *band > 0)).collect();
-        let extra_nodata = nodata.iter().map(|value| info.sample.round(*value)).collect();
-        let undeclared = Mutex::new(BTreeMap::new());
-        let mut this = Self { raster, extra_nodata, bands, deep_sea: false, undeclared };
-        this.deep_sea = this.scan_for_deep_sea()?;
-        Ok(this)
+        let given = nodata.iter().map(|value| info.sample.round(*value));
+        let mut conversion = Conversion {
+            nodata: info.nodata.into_iter().chain(given).collect(),
+            scale: info.scale,
+            offset: info.offset,
+            metres_per_unit: info.metres_per_unit,
+            deep_sea: false,
+        };
+        conversion.deep_sea = covers_deep_sea(raster.as_ref(), &conversion)?;
+        Ok(Self { raster, bands, conversion, undeclared: Mutex::new(BTreeMap::new()) })
     }
 
     /// What the raster is.
@@ -103,8 +138,8 @@ impl ElevationRaster {
             heights.truncate(heights.len() / 2);
         }
         for sample in heights.iter_mut() {
-            let height = self.height(*sample);
-            if height.is_nan() && self.is_undeclared(*sample) {
+            let height = self.conversion.height(*sample);
+            if height.is_nan() && !self.conversion.is_nodata(*sample) {
                 *undeclared.entry(Value(sample.to_bits())).or_default() += 1;
             }
             *sample = height;
@@ -123,7 +158,8 @@ impl ElevationRaster {
             notes.push(format!("{}: heights are taken from band 1 of {}", info.path.display(), info.bands));
         }
         let undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut values: Vec<_> = undeclared.iter().map(|(value, count)| (f64::from_bits(value.0), *count)).collect();
+        let mut values: Vec<_> =
+            undeclared.iter().map(|(value, count)| (f64::from_bits(value.0), *count)).collect();
         values.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.total_cmp(&b.0)));
         for (value, count) in values.iter().take(TOLD_APART) {
             notes.push(format!(
@@ -135,24 +171,11 @@ impl ElevationRaster {
         let others: u64 = values.iter().skip(TOLD_APART).map(|(_, count)| count).sum();
         if others > 0 {
             let path = info.path.display();
-            notes.push(format!("{path}: {others} further samples of other values are no heights and are taken as voids"));
+            notes.push(format!(
+                "{path}: {others} further samples of other values are no heights and are taken as voids"
+            ));
         }
         notes
-    }
-
-    fn height(&self, sample: f64) -> f64 {
-        let info = self.info();
-        let declared = matches(sample, info.nodata) || self.extra_nodata.iter().any(|v| matches(sample, Some(*v)));
-        if declared || sample == AMBIGUOUS && !self.deep_sea {
-            return f64::NAN;
-        }
-        let height = (info.offset + info.scale * sample) * info.metres_per_unit;
-        if PLAUSIBLE.contains(&height) { height } else { f64::NAN }
-    }
-
-    fn is_undeclared(&self, sample: f64) -> bool {
-        let declared = matches(sample, self.info().nodata) || self.extra_nodata.iter().any(|v| matches(sample, Some(*v)));
-        !sample.is_nan() && !declared
     }
 
     fn count(&self, found: BTreeMap<Value, u64>) {
@@ -168,25 +191,25 @@ impl ElevationRaster {
             *undeclared.entry(value).or_default() += count;
         }
     }
+}
 
-    fn scan_for_deep_sea(&self) -> Result<bool> {
-        let info = self.info();
-        if info.nodata == Some(AMBIGUOUS) || self.extra_nodata.contains(&AMBIGUOUS) {
-            return Ok(false);
-        }
-        let mut samples = Vec::new();
-        for window in sparse_windows(info) {
-            self.raster.read(window, &[0], &mut samples)?;
-            let deep = |sample: &f64| {
-                let height = (info.offset + info.scale * sample) * info.metres_per_unit;
-                *sample != AMBIGUOUS && !matches(*sample, info.nodata) && DEEP_SEA.contains(&height)
-            };
-            if samples.iter().any(deep) {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+/// Whether a sparse scan finds depths around [`AMBIGUOUS`].
+fn covers_deep_sea(raster: &dyn Raster, conversion: &Conversion) -> Result<bool> {
+    if conversion.is_nodata(AMBIGUOUS) {
+        return Ok(false);
     }
+    let is_deep = |sample: &f64| {
+        let sample = *sample;
+        sample != AMBIGUOUS && !conversion.is_nodata(sample) && DEEP_SEA.contains(&conversion.metres(sample))
+    };
+    let mut samples = Vec::new();
+    for window in sparse_windows(raster.info()) {
+        raster.read(window, &[0], &mut samples)?;
+        if samples.iter().any(is_deep) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 #[cfg(test)]
@@ -236,7 +259,8 @@ mod tests {
 
     #[test]
     fn undeclared_sentinels_are_voids_and_told() {
-        let (heights, notes) = heights(raster(SampleType::I16, 1, &[5.0, -32767.0, -9999.0, 32767.0, -3.0]), &[]);
+        let (heights, notes) =
+            heights(raster(SampleType::I16, 1, &[5.0, -32767.0, -9999.0, 32767.0, -3.0]), &[]);
         assert_eq!(voids(&heights), [false, true, true, true, false]);
         assert_eq!(notes.len(), 3);
         assert!(notes.iter().any(|note| note.contains("1 samples of -32767")), "{notes:?}");
@@ -275,19 +299,25 @@ mod tests {
 
     #[test]
     fn imagery_is_refused() {
-        let error = ElevationRaster::new(Box::new(raster(SampleType::U8, 3, &[1.0, 2.0, 3.0])), &[]).err().unwrap();
+        let error =
+            ElevationRaster::new(Box::new(raster(SampleType::U8, 3, &[1.0, 2.0, 3.0])), &[]).err().unwrap();
         assert!(error.to_string().contains("--imagery"), "{error}");
     }
 
     #[test]
     fn sparse_windows_lie_within() {
-        for (width, height, block) in [(1, 1, (512, 64)), (4000, 3000, (256, 256)), (17, 5000, (17, 1)), (9, 9, (9, 9))] {
+        for (width, height, block) in
+            [(1, 1, (512, 64)), (4000, 3000, (256, 256)), (17, 5000, (17, 1)), (9, 9, (9, 9))]
+        {
             let mut info = raster(SampleType::U8, 1, &[0.0]).0;
             (info.width, info.height, info.block) = (width, height, block);
             let windows: Vec<_> = sparse_windows(&info).collect();
             assert!(!windows.is_empty() && windows.len() <= 64);
             for w in windows {
-                assert!(w.width > 0 && w.height > 0 && w.x + w.width <= width && w.y + w.height <= height, "{w:?}");
+                assert!(
+                    w.width > 0 && w.height > 0 && w.x + w.width <= width && w.y + w.height <= height,
+                    "{w:?}"
+                );
             }
         }
     }

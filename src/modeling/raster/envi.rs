@@ -21,7 +21,8 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
     let (width, height) = (entries.size("samples")?, entries.size("lines")?);
     let bands = entries.whole("bands")?.unwrap_or(1);
     let sample = entries.sample()?;
-    let order = if entries.whole("byte order")?.unwrap_or(0) == 0 { ByteOrder::Little } else { ByteOrder::Big };
+    let order =
+        if entries.whole("byte order")?.unwrap_or(0) == 0 { ByteOrder::Little } else { ByteOrder::Big };
     let placement = entries.placement((width, height, bands), sample.bytes() as u64, order)?;
     let nodata = match entries.values.get("data ignore value") {
         Some(text) => {
@@ -93,13 +94,21 @@ impl<'a> Entries<'a> {
             Some(13) => Ok(SampleType::U32),
             other => Err(Error::unsupported(
                 self.path,
-                format!("states data type {}", other.map_or_else(|| "nothing".to_owned(), |code| code.to_string())),
+                format!(
+                    "states data type {}",
+                    other.map_or_else(|| "nothing".to_owned(), |code| code.to_string())
+                ),
                 "convert it: gdal_translate -ot Float32 IN out.tif",
             )),
         }
     }
 
-    fn placement(&self, (width, height, bands): (u32, u32, u32), size: u64, order: ByteOrder) -> Result<Placement> {
+    fn placement(
+        &self,
+        (width, height, bands): (u32, u32, u32),
+        size: u64,
+        order: ByteOrder,
+    ) -> Result<Placement> {
         let first = self.whole("header offset")?.map_or(0, u64::from);
         let row = u64::from(width) * size;
         let huge = || Error::invalid(self.path, "states a size that exceeds 64 bits");
@@ -124,7 +133,8 @@ impl<'a> Entries<'a> {
             return Ok(None);
         }
         let wrong = || self.wrong("map info", &map_info.join(", "));
-        let numbers: Option<Vec<f64>> = map_info.iter().skip(1).take(6).map(|text| text.parse().ok()).collect();
+        let numbers: Option<Vec<f64>> =
+            map_info.iter().skip(1).take(6).map(|text| text.parse().ok()).collect();
         let numbers = numbers.and_then(|numbers| <[f64; 6]>::try_from(numbers).ok()).ok_or_else(wrong)?;
         let [column, row, x, y, width, height] = numbers;
         let rotation = map_info.iter().find_map(|text| text.strip_prefix("rotation=")).map(str::parse::<f64>);
@@ -146,7 +156,10 @@ impl<'a> Entries<'a> {
         let code = match map_info.first().copied() {
             Some("Geographic Lat/Lon") => Some(4326),
             Some("UTM") => {
-                let zone = map_info.get(7).and_then(|zone| zone.parse::<u32>().ok()).filter(|z| (1..=60).contains(z));
+                let zone = map_info
+                    .get(7)
+                    .and_then(|zone| zone.parse::<u32>().ok())
+                    .filter(|z| (1..=60).contains(z));
                 let north = map_info.get(8).is_some_and(|half| half.eq_ignore_ascii_case("North"));
                 zone.map(|zone| if north { 32600 + zone } else { 32700 + zone })
             }

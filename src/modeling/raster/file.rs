@@ -49,8 +49,9 @@ impl InputFile {
     /// `length` bytes from byte `offset` on; allocates nothing unless the file holds them.
     pub fn bytes_at(&self, offset: u64, length: u64) -> Result<Vec<u8>> {
         self.check(offset, length)?;
-        let size = usize::try_from(length)
-            .map_err(|_| Error::invalid(&self.path, format!("{length} bytes at byte {offset} exceed memory")))?;
+        let size = usize::try_from(length).map_err(|_| {
+            Error::invalid(&self.path, format!("{length} bytes at byte {offset} exceed memory"))
+        })?;
         let mut bytes = vec![0; size];
         self.read_at(&mut bytes, offset)?;
         Ok(bytes)

@@ -16,7 +16,10 @@ pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
         25_934_402 => 3601,
         length => {
             let what = format!("holds {length} bytes; an .hgt tile holds 1201² or 3601² 16-bit heights");
-            return Err(Error::invalid(file.path(), format!("{what} (2884802 or 25934402 bytes), fetch it again")));
+            return Err(Error::invalid(
+                file.path(),
+                format!("{what} (2884802 or 25934402 bytes), fetch it again"),
+            ));
         }
     };
     let stem = file.path().file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
@@ -59,7 +62,13 @@ fn south_west(stem: &str) -> Option<(f64, f64)> {
         let (hemisphere, digits) = (text.chars().next()?, text.get(1..)?);
         let digits = Some(digits).filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))?;
         let degrees = f64::from(digits.parse::<u16>().ok()?);
-        let sign = if hemisphere == positive { 1.0 } else if hemisphere == negative { -1.0 } else { return None };
+        let sign = if hemisphere == positive {
+            1.0
+        } else if hemisphere == negative {
+            -1.0
+        } else {
+            return None;
+        };
         (degrees <= limit).then_some(sign * degrees)
     };
     let latitude = signed('N', 'S', 90.0, stem.get(..3)?)?;

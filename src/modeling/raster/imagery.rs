@@ -23,6 +23,10 @@ pub struct ImageryRaster {
     /// Colour bands (1 or 3), then the alpha band if there is one.
     bands: Vec<u32>,
     colours: usize,
+    nodata: Option<f64>,
+    white_is_zero: bool,
+    /// Alpha is stored in 8 bits and taken as it is.
+    byte_alpha: bool,
     /// What becomes 0 and what 255.
     black_white: (f64, f64),
     notes: Vec<String>,
@@ -39,7 +43,11 @@ impl ImageryRaster {
         let mut chosen = choose(info, bands, &mut notes)?;
         let colours = chosen.len();
         chosen.extend(info.alpha_band);
-        let mut this = Self { raster, bands: chosen, colours, black_white: (0.0, 255.0), notes };
+        let (nodata, white_is_zero, byte_alpha) =
+            (info.nodata, info.white_is_zero, info.sample == SampleType::U8);
+        let black_white = (0.0, 255.0);
+        let mut this =
+            Self { raster, bands: chosen, colours, nodata, white_is_zero, byte_alpha, black_white, notes };
         if this.info().sample != SampleType::U8 {
             this.black_white = this.stretch()?;
             let (black, white) = this.black_white;
@@ -83,23 +91,23 @@ impl ImageryRaster {
     }
 
     fn is_void(&self, colours: &[f64]) -> bool {
-        let nodata = self.info().nodata;
-        colours.iter().any(|sample| sample.is_nan()) || colours.iter().all(|sample| matches(*sample, nodata))
+        colours.iter().any(|sample| sample.is_nan())
+            || colours.iter().all(|sample| matches(*sample, self.nodata))
     }
 
     fn byte(&self, sample: f64) -> u8 {
         let (black, white) = self.black_white;
         let share = ((sample - black) / (white - black)).clamp(0.0, 1.0);
         let byte = (share * 255.0).round() as u8;
-        if self.info().white_is_zero { 255 - byte } else { byte }
+        if self.white_is_zero { 255 - byte } else { byte }
     }
 
     /// Alpha of 16 bits and more is scaled; files that use 0 and 1, or 0 and 255, in wide samples mean opaque by any value above 0.
     fn alpha(&self, sample: f64) -> u8 {
-        match self.info().sample {
-            SampleType::U8 => sample as u8,
-            _ if sample > 0.0 => 255,
-            _ => 0,
+        match self.byte_alpha {
+            true => sample as u8,
+            false if sample > 0.0 => 255,
+            false => 0,
         }
     }
 
@@ -110,13 +118,17 @@ impl ImageryRaster {
             self.raster.read(window, &self.bands, &mut samples)?;
             for pixel in samples.chunks_exact(self.bands.len()) {
                 let (colours, alpha) = pixel.split_at(self.colours);
-                if alpha.first() != Some(&0.0) && !self.is_void(colours) && colours.iter().all(|c| c.is_finite()) {
+                if alpha.first() != Some(&0.0)
+                    && !self.is_void(colours)
+                    && colours.iter().all(|c| c.is_finite())
+                {
                     found.extend_from_slice(colours);
                 }
             }
         }
         found.sort_unstable_by(f64::total_cmp);
-        let percentile = |share: f64| found.get((share * found.len().saturating_sub(1) as f64).round() as usize).copied();
+        let percentile =
+            |share: f64| found.get((share * found.len().saturating_sub(1) as f64).round() as usize).copied();
         match (percentile(LOW_PERCENTILE), percentile(HIGH_PERCENTILE)) {
             (Some(black), Some(white)) if white > black => Ok((black, white)),
             // One value, or nothing but voids: white at and above it.

@@ -29,8 +29,9 @@ impl BlockSource for Picture {
     }
 
     fn decode(&self, _: BlockIndex) -> Result<Block> {
-        let bytes = (self.decode)(self)
-            .map_err(|what| Error::invalid(self.file.path(), format!("cannot be decoded ({what}); it is damaged")))?;
+        let bytes = (self.decode)(self).map_err(|what| {
+            Error::invalid(self.file.path(), format!("cannot be decoded ({what}); it is damaged"))
+        })?;
         Ok(Block::Samples { bytes, stride: self.info.width })
     }
 }
@@ -50,8 +51,9 @@ impl Picture {
 
 /// Opens a PNG picture.
 pub(super) fn open_png(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
-    let reader = png_reader(&file, options.cache_bytes)
-        .map_err(|e| Error::invalid(file.path(), format!("has a header that cannot be read ({e}); it is damaged")))?;
+    let reader = png_reader(&file, options.cache_bytes).map_err(|e| {
+        Error::invalid(file.path(), format!("has a header that cannot be read ({e}); it is damaged"))
+    })?;
     let header = reader.info();
     let (bands, alpha_band) = match header.color_type {
         png::ColorType::Grayscale => (1, None),
@@ -68,7 +70,11 @@ pub(super) fn open_png(file: InputFile, options: &OpenOptions) -> Result<Box<dyn
         png::BitDepth::Sixteen => SampleType::U16,
         depth => {
             let what = format!("has samples of {} bits", depth as u8);
-            return Err(Error::unsupported(file.path(), what, "convert it: gdal_translate -ot Byte IN out.tif"));
+            return Err(Error::unsupported(
+                file.path(),
+                what,
+                "convert it: gdal_translate -ot Byte IN out.tif",
+            ));
         }
     };
     // `tRNS` holds one 16-bit value per band, big-endian, whatever the depth; only a single grey is a nodata value.
@@ -112,10 +118,15 @@ fn decode_png(picture: &Picture) -> std::result::Result<Vec<u8>, String> {
 pub(super) fn open_jpeg(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     if file.length() > options.cache_bytes {
         let what = format!("holds {} MiB, more than this file's share of --memory", file.length() >> 20);
-        return Err(Error::unsupported(file.path(), what, format!("raise --memory, or convert it: {REMEDY}")));
+        return Err(Error::unsupported(
+            file.path(),
+            what,
+            format!("raise --memory, or convert it: {REMEDY}"),
+        ));
     }
-    let decoder = jpeg_decoder(&file)
-        .map_err(|e| Error::invalid(file.path(), format!("has a header that cannot be read ({e}); it is damaged")))?;
+    let decoder = jpeg_decoder(&file).map_err(|e| {
+        Error::invalid(file.path(), format!("has a header that cannot be read ({e}); it is damaged"))
+    })?;
     let (width, height) = decoder.dimensions();
     let bands = match decoder.color_type() {
         image::ColorType::L8 => 1,

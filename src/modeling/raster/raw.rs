@@ -126,11 +126,18 @@ pub(super) fn open_headerless(file: InputFile, options: &OpenOptions) -> Result<
     };
     let expected = u64::from(width).checked_mul(u64::from(height)).and_then(|count| count.checked_mul(4));
     if width == 0 || height == 0 || expected != Some(file.length()) {
-        let what = format!("holds {} bytes, not {width} × {height} 32-bit floats; state its true size", file.length());
+        let what = format!(
+            "holds {} bytes, not {width} × {height} 32-bit floats; state its true size",
+            file.length()
+        );
         return Err(Error::invalid(file.path(), what));
     }
-    let info =
-        RasterInfo { width, height, sample: SampleType::F32, ..RasterInfo::blank(file.path(), "raw float32") };
+    let info = RasterInfo {
+        width,
+        height,
+        sample: SampleType::F32,
+        ..RasterInfo::blank(file.path(), "raw float32")
+    };
     let placement = Placement {
         rows: RowStarts::Even { first: 0, row_bytes: u64::from(width) * 4 },
         pixel_bytes: 4,

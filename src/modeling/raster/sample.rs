@@ -46,7 +46,14 @@ pub(super) struct Stride {
 
 /// Widens samples in native byte order: `to[to.first + i·to.step] = from[from.first + i·from.step]` for as many
 /// `i` below `count` as both sides hold.
-pub(super) fn widen(sample: SampleType, bytes: &[u8], from: Stride, count: usize, to: Stride, out: &mut [f64]) {
+pub(super) fn widen(
+    sample: SampleType,
+    bytes: &[u8],
+    from: Stride,
+    count: usize,
+    to: Stride,
+    out: &mut [f64],
+) {
     let targets = out.iter_mut().skip(to.first).step_by(to.step.max(1)).take(count);
     macro_rules! widen_as {
         ($type:ty) => {{

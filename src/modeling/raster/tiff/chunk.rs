@@ -43,7 +43,8 @@ impl BlockSource for ChunkedTiff {
 
     fn decode(&self, index: BlockIndex) -> Result<Block> {
         let (across, down) = self.layout.grid();
-        let chunk = (index.plane as usize * down as usize + index.row as usize) * across as usize + index.column as usize;
+        let chunk = (index.plane as usize * down as usize + index.row as usize) * across as usize
+            + index.column as usize;
         let (offset, length) = self.place(chunk, index)?;
         if offset == 0 || length == 0 {
             return Ok(Block::Constant(self.info.nodata.unwrap_or(0.0)));
@@ -51,7 +52,10 @@ impl BlockSource for ChunkedTiff {
         let shape = self.shape(index);
         let bytes = self.decompress(offset, length, shape).map_err(|what| {
             let place = format!("chunk {chunk} (column {}, row {}, byte {offset})", index.column, index.row);
-            Error::invalid(self.file.path(), format!("its {place} cannot be decoded ({what}); it is damaged, fetch it again"))
+            Error::invalid(
+                self.file.path(),
+                format!("its {place} cannot be decoded ({what}); it is damaged, fetch it again"),
+            )
         })?;
         Ok(Block::Samples { bytes, stride: shape.width })
     }
@@ -80,7 +84,7 @@ impl ChunkedTiff {
     fn place(&self, chunk: usize, index: BlockIndex) -> Result<(u64, u64)> {
         let missing = || Error::invalid(self.file.path(), format!("has no chunk {chunk}"));
         let offset = *self.layout.offsets.get(chunk).ok_or_else(missing)?;
-        let decoded = self.size(self.shape(index));
+        let decoded = self.size(self.stored(self.shape(index)));
         let stored = match self.layout.byte_counts.get(chunk) {
             Some(length) => *length,
             None if self.layout.byte_counts.is_empty() => decoded,
@@ -91,13 +95,16 @@ impl ChunkedTiff {
         }
         // No codec here makes incompressible samples twice as long.
         if stored > decoded.saturating_mul(2).saturating_add(1 << 16) {
-            let what = format!("its chunk {chunk} is said to take {stored} bytes for {decoded} bytes of samples; it is damaged");
+            let what = format!(
+                "its chunk {chunk} is said to take {stored} bytes for {decoded} bytes of samples; it is damaged"
+            );
             return Err(Error::invalid(self.file.path(), what));
         }
         Ok((offset, stored))
     }
 
     fn decompress(&self, offset: u64, length: u64, shape: Shape) -> std::result::Result<Vec<u8>, String> {
+        let (pixels, shape) = (shape, self.stored(shape));
         let size = usize::try_from(self.size(shape)).map_err(|e| e.to_string())?;
         let mut image = self.directory(shape, length)?;
         let data = image.len();
@@ -112,7 +119,12 @@ impl ChunkedTiff {
         let decoder = Decoder::new(Cursor::new(image)).map_err(|e| e.to_string())?;
         let mut bytes = vec![0; size];
         decoder.with_limits(limits).read_chunk_bytes(0, &mut bytes).map_err(|e| e.to_string())?;
-        Ok(bytes)
+        Ok(if self.layout.packed { unpack(&bytes, pixels.width, shape.width) } else { bytes })
+    }
+
+    /// The shape in bytes if samples are bits, which come eight to a byte, each row from a byte on.
+    fn stored(&self, shape: Shape) -> Shape {
+        Shape { width: if self.layout.packed { shape.width.div_ceil(8) } else { shape.width }, ..shape }
     }
 
     /// A classic TIFF header and directory in front of one chunk of `length` bytes.
@@ -138,7 +150,8 @@ impl ChunkedTiff {
             (tag::PREDICTOR, self.layout.predictor),
             (tag::SAMPLE_FORMAT, format),
         ];
-        let mut image = Writer { bytes: Vec::with_capacity(data as usize + length as usize), order: self.order };
+        let mut image =
+            Writer { bytes: Vec::with_capacity(data as usize + length as usize), order: self.order };
         image.bytes.extend(if self.order == ByteOrder::Little { b"II" } else { b"MM" });
         image.short(42);
         image.long(8);
@@ -153,6 +166,14 @@ impl ChunkedTiff {
         image.long(0);
         Ok(image.bytes)
     }
+}
+
+/// One byte, 0 or 255, per bit; the first pixel is the highest bit.
+fn unpack(bytes: &[u8], width: u32, row_bytes: u32) -> Vec<u8> {
+    let row = |row: &[u8]| -> Vec<u8> {
+        (0..width as usize).map(|x| if row[x / 8] >> (7 - x % 8) & 1 == 1 { 255 } else { 0 }).collect()
+    };
+    bytes.chunks_exact(row_bytes as usize).flat_map(row).collect()
 }
 
 struct Writer {
@@ -182,7 +203,8 @@ fn check_zstd_window(frame: &[u8], size: u64) -> std::result::Result<(), String>
     let window = if single_segment {
         let dictionary = [0, 1, 2, 4][usize::from(descriptor & 3)];
         let length = [1, 2, 4, 8][usize::from(descriptor >> 6)];
-        let content = frame.get(5 + dictionary..5 + dictionary + length).map(|b| ByteOrder::Little.unsigned(b));
+        let content =
+            frame.get(5 + dictionary..5 + dictionary + length).map(|b| ByteOrder::Little.unsigned(b));
         content.unwrap_or(u64::MAX).saturating_add(if length == 2 { 256 } else { 0 })
     } else {
         let base = 1u64 << (10 + (window >> 3));

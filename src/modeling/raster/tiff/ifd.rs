@@ -34,6 +34,9 @@ pub(super) struct Directory<'a> {
     file: &'a InputFile,
     pub order: ByteOrder,
     entries: BTreeMap<u16, Entry>,
+    /// Where the next directory begins; 0 if this is the last.
+    next: u64,
+    big: bool,
 }
 
 impl<'a> Directory<'a> {
@@ -46,15 +49,25 @@ impl<'a> Directory<'a> {
         Self::read(file, order, big, at)
     }
 
+    /// The directory after this one.
+    pub fn next(&self) -> Result<Option<Self>> {
+        if self.next == 0 {
+            return Ok(None);
+        }
+        Self::read(self.file, self.order, self.big, self.next).map(Some)
+    }
+
     fn read(file: &'a InputFile, order: ByteOrder, big: bool, at: u64) -> Result<Self> {
         let (count_bytes, entry_bytes, inline) = if big { (8, 20, 8) } else { (2, 12, 4) };
         let count = order.unsigned(&file.bytes_at(at, count_bytes)?);
         if count > MOST_ENTRIES {
-            let what = format!("states {count} tags in its directory at byte {at}; it is damaged, fetch it again");
+            let what =
+                format!("states {count} tags in its directory at byte {at}; it is damaged, fetch it again");
             return Err(Error::invalid(file.path(), what));
         }
         let first = at + count_bytes;
-        let records = file.bytes_at(first, count * entry_bytes)?;
+        let bytes = file.bytes_at(first, count * entry_bytes + inline)?;
+        let (records, next) = bytes.split_at((count * entry_bytes) as usize);
         let mut entries = BTreeMap::new();
         for (index, record) in records.chunks_exact(entry_bytes as usize).enumerate() {
             let (kind, tag) = (order.unsigned(&record[2..4]) as u16, order.unsigned(&record[..2]) as u16);
@@ -65,7 +78,7 @@ impl<'a> Directory<'a> {
             let at = if count.saturating_mul(*size) <= inline { own } else { order.unsigned(value) };
             entries.entry(tag).or_insert(Entry { kind, count, at });
         }
-        Ok(Self { file, order, entries })
+        Ok(Self { file, order, entries, next: order.unsigned(next), big })
     }
 
     /// Whether a tag is there.
@@ -82,7 +95,8 @@ impl<'a> Directory<'a> {
     fn values(&self, tag: u16, most: u64) -> Result<Option<(u16, Vec<u8>)>> {
         let Some(entry) = self.entries.get(&tag) else { return Ok(None) };
         if entry.count > most {
-            return Err(self.wrong(tag, format!("holds {} values, more than the {most} that make sense", entry.count)));
+            return Err(self
+                .wrong(tag, format!("holds {} values, more than the {most} that make sense", entry.count)));
         }
         let size = KIND_BYTES[usize::from(entry.kind)];
         Ok(Some((entry.kind, self.file.bytes_at(entry.at, entry.count * size)?)))

@@ -21,7 +21,8 @@ pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<(
         let doubles = directory.doubles(tag::GEO_DOUBLES, 65_535)?.unwrap_or_default();
         let ascii = directory.text(tag::GEO_ASCII, 1 << 20)?.unwrap_or_default();
         // Whether pixels are points matters for the place even if the rest is not understood.
-        info.pixel_is_point = keys.get(4..).unwrap_or_default().chunks_exact(4).any(|key| *key == PIXEL_IS_POINT);
+        info.pixel_is_point =
+            keys.get(4..).unwrap_or_default().chunks_exact(4).any(|key| *key == PIXEL_IS_POINT);
         match parse_geokeys(&keys, &doubles, &ascii) {
             Ok(keys) => {
                 info.crs = keys.crs;
@@ -34,8 +35,9 @@ pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<(
     }
     info.geo = geo(info, directory)?;
     if let Some(text) = directory.text(tag::GDAL_NODATA, 4096)? {
-        info.nodata = nodata::parse(&text, info.sample)
-            .map_err(|text| directory.wrong(tag::GDAL_NODATA, format!("states {text:?}, which is no number")))?;
+        info.nodata = nodata::parse(&text, info.sample).map_err(|text| {
+            directory.wrong(tag::GDAL_NODATA, format!("states {text:?}, which is no number"))
+        })?;
     }
     if let Some(xml) = directory.text(tag::GDAL_METADATA, LONGEST_METADATA)? {
         apply_items(info, &xml)?;
@@ -82,7 +84,8 @@ fn apply_items(info: &mut RasterInfo, xml: &str) -> Result<()> {
         }
         let number = || {
             text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(|| {
-                let what = format!("states {text:?} as a scale or offset in its GDAL metadata, which is no number");
+                let what =
+                    format!("states {text:?} as a scale or offset in its GDAL metadata, which is no number");
                 Error::invalid(&info.path, what)
             })
         };

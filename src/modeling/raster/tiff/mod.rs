@@ -6,11 +6,12 @@
 //! uncompressed strips  → rows are read from where they lie (raw.rs), so that strips of any size are bounded
 //! anything else        → chunk by chunk through the cache (chunk.rs), decompressed by the `tiff` crate
 //! ```
-//! Overviews, the later directories of a COG, are not used. Samples come as stored: MinIsWhite is reported, not inverted. What would
+//! Of the later directories only GDAL's transparency mask is used, as an alpha band behind the others (mask.rs); overviews are not. Samples come as stored: MinIsWhite is reported, not inverted. What would
 //! give wrong colours without a word (JPEG's YCbCr, palettes, CMYK, Lab) is refused.
 
 mod chunk;
 mod ifd;
+mod mask;
 mod metadata;
 
 use super::blocks::BlockRaster;
@@ -23,6 +24,7 @@ use ifd::Directory;
 
 /// Tags, by the names of the specification.
 mod tag {
+    pub const NEW_SUBFILE_TYPE: u16 = 254;
     pub const IMAGE_WIDTH: u16 = 256;
     pub const IMAGE_LENGTH: u16 = 257;
     pub const BITS_PER_SAMPLE: u16 = 258;
@@ -67,7 +69,8 @@ const AS_DEFLATE: &str = "convert it: gdal_translate -co COMPRESS=DEFLATE IN out
 /// Opens a file.
 pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let directory = Directory::first(&file)?;
-    let layout = Layout::parse(&file, &directory, options)?;
+    let layout = Layout::parse(&file, &directory, options, Meaning::Picture)?;
+    let mask = mask::find(&file, &directory, options)?;
     let mut info = RasterInfo {
         width: layout.width,
         height: layout.height,
@@ -82,11 +85,30 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     side::complete(&mut info)?;
     let order = directory.order;
     drop(directory);
-    if let Some(placement) = layout.placement(order) {
-        info.block = (info.width, info.block.1.min(64));
-        return Ok(Box::new(RawRaster::new(file, info, placement)?));
-    }
-    Ok(Box::new(BlockRaster::new(ChunkedTiff { file, info, layout, order }, options.cache_bytes, AS_TILES)?))
+    let raster: Box<dyn Raster> = match layout.placement(order) {
+        Some(placement) => {
+            info.block = (info.width, info.block.1.min(64));
+            Box::new(RawRaster::new(file, info, placement)?)
+        }
+        None => Box::new(BlockRaster::new(
+            ChunkedTiff { file, info, layout, order },
+            options.cache_bytes,
+            AS_TILES,
+        )?),
+    };
+    Ok(match mask {
+        Some(mask) => Box::new(mask::Masked::new(raster, mask)),
+        None => raster,
+    })
+}
+
+/// What a directory is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    /// Heights or colours.
+    Picture,
+    /// Transparency, of 1 or 8 bits.
+    Mask,
 }
 
 /// How pixels are stored.
@@ -98,6 +120,8 @@ struct Layout {
     sample: SampleType,
     alpha_band: Option<u32>,
     white_is_zero: bool,
+    /// Samples are single bits, which become 0 and 255.
+    packed: bool,
     /// Each band in chunks of its own.
     planar: bool,
     tiled: bool,
@@ -111,7 +135,12 @@ struct Layout {
 }
 
 impl Layout {
-    fn parse(file: &InputFile, directory: &Directory<'_>, options: &OpenOptions) -> Result<Self> {
+    fn parse(
+        file: &InputFile,
+        directory: &Directory<'_>,
+        options: &OpenOptions,
+        meaning: Meaning,
+    ) -> Result<Self> {
         let size = |tag| match directory.unsigned(tag)? {
             Some(size) if size > 0 && size <= i32::MAX as u32 => Ok(size),
             _ => Err(directory.wrong(tag, "states no sound size")),
@@ -124,7 +153,10 @@ impl Layout {
         let compression = directory.unsigned(tag::COMPRESSION)?.unwrap_or(compression::NONE);
         refuse_compression(file, compression)?;
         let photometric = directory.unsigned(tag::PHOTOMETRIC)?.unwrap_or(1);
-        refuse_photometric(file, photometric)?;
+        if meaning == Meaning::Picture {
+            refuse_photometric(file, photometric)?;
+        }
+        let packed = meaning == Meaning::Mask && directory.unsigned(tag::BITS_PER_SAMPLE)?.unwrap_or(1) == 1;
         if directory.unsigned(tag::FILL_ORDER)?.unwrap_or(1) != 1 {
             return Err(Error::unsupported(file.path(), "has its bits in reverse order", AS_DEFLATE));
         }
@@ -142,9 +174,10 @@ impl Layout {
             width,
             height,
             bands,
-            sample: sample_type(file, directory)?,
+            sample: if packed { SampleType::U8 } else { sample_type(file, directory)? },
             alpha_band: alpha_band(directory, bands)?,
             white_is_zero: photometric == 0,
+            packed,
             planar: bands > 1 && directory.unsigned(tag::PLANAR_CONFIGURATION)?.unwrap_or(1) == 2,
             tiled,
             chunk,
@@ -163,13 +196,26 @@ impl Layout {
     }
 
     /// Where chunks lie; the table of a huge file must fit into the cache's budget too.
-    fn read_table(&mut self, file: &InputFile, directory: &Directory<'_>, options: &OpenOptions) -> Result<()> {
+    fn read_table(
+        &mut self,
+        file: &InputFile,
+        directory: &Directory<'_>,
+        options: &OpenOptions,
+    ) -> Result<()> {
         let (across, down) = self.grid();
         let planes = if self.planar { u64::from(self.bands) } else { 1 };
         let count = u64::from(across) * u64::from(down);
-        let Some(count) = count.checked_mul(planes).filter(|n| n.saturating_mul(16) <= options.cache_bytes) else {
-            let what = format!("has chunks of only {} × {} pixels, too many for --memory", self.chunk.0, self.chunk.1);
-            return Err(Error::unsupported(file.path(), what, format!("raise --memory, or convert it: {AS_TILES}")));
+        let Some(count) = count.checked_mul(planes).filter(|n| n.saturating_mul(16) <= options.cache_bytes)
+        else {
+            let what = format!(
+                "has chunks of only {} × {} pixels, too many for --memory",
+                self.chunk.0, self.chunk.1
+            );
+            return Err(Error::unsupported(
+                file.path(),
+                what,
+                format!("raise --memory, or convert it: {AS_TILES}"),
+            ));
         };
         let (offsets, byte_counts) = if self.tiled {
             (tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS)
@@ -194,7 +240,7 @@ impl Layout {
     fn placement(&self, order: super::sample::ByteOrder) -> Option<Placement> {
         let absent = self.offsets.contains(&0) || self.byte_counts.contains(&0);
         let separate = self.planar && self.offsets.len() > 1;
-        if self.tiled || self.compression != compression::NONE || absent || separate {
+        if self.packed || self.tiled || self.compression != compression::NONE || absent || separate {
             return None;
         }
         let size = self.sample.bytes() as u64;
@@ -220,7 +266,9 @@ fn predictor(directory: &Directory<'_>, compression: u32) -> Result<u32> {
     }
     match directory.unsigned(tag::PREDICTOR)?.unwrap_or(1) {
         predictor @ 1..=3 => Ok(predictor),
-        other => Err(directory.wrong(tag::PREDICTOR, format!("names predictor {other}, which does not exist"))),
+        other => {
+            Err(directory.wrong(tag::PREDICTOR, format!("names predictor {other}, which does not exist")))
+        }
     }
 }
 
@@ -252,7 +300,11 @@ fn sample_type(file: &InputFile, directory: &Directory<'_>) -> Result<SampleType
             };
             let remedy = if bits < 8 { "-co NBITS=8 -ot Byte" } else { "-ot Float64" };
             let what = format!("has samples that are {kind} of {bits} bits");
-            Err(Error::unsupported(file.path(), what, format!("convert it: gdal_translate {remedy} IN out.tif")))
+            Err(Error::unsupported(
+                file.path(),
+                what,
+                format!("convert it: gdal_translate {remedy} IN out.tif"),
+            ))
         }
     }
 }
@@ -279,7 +331,13 @@ fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
         34925 => "LZMA",
         50001 => "WebP",
         50002 | 52546 => "JPEG XL",
-        _ => return Err(Error::unsupported(file.path(), format!("uses the TIFF compression {code}"), AS_DEFLATE)),
+        _ => {
+            return Err(Error::unsupported(
+                file.path(),
+                format!("uses the TIFF compression {code}"),
+                AS_DEFLATE,
+            ));
+        }
     };
     Err(Error::unsupported(file.path(), format!("is compressed with {name}"), AS_DEFLATE))
 }
@@ -296,3 +354,6 @@ fn refuse_photometric(file: &InputFile, code: u32) -> Result<()> {
     };
     Err(Error::unsupported(file.path(), what, remedy))
 }
+
+#[cfg(test)]
+mod tests;
