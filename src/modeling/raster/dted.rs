@@ -94,7 +94,7 @@ fn level(dsi: &[u8]) -> &'static str {
 fn user_header(file: &InputFile) -> Result<u64> {
     for start in (0..8).map(|record| record * 80) {
         match file.bytes_at(start, 4)?.as_slice() {
-            b"UHL10060000W0750000S060003000051U              01810121" => return Ok(start),
+            b"UHL1" => return Ok(start),
             b"VOL1" | b"HDR1" => {}
             _ => break,
         }

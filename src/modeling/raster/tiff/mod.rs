@@ -54,7 +54,7 @@ mod tag {
 }
 
 /// Values of the compression tag that are decoded.
-pub(self) mod compression {
+mod compression {
     pub const NONE: u32 = 1;
     pub const LZW: u32 = 5;
     pub const DEFLATE: u32 = 8;
