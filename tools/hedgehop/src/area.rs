@@ -67,6 +67,13 @@ fn sides(header: &Header) -> Vec<u32> {
     (0..header.level_count).map(Grid::side_units).collect()
 }
 
+/// A length as short as six significant digits allow, metres.
+pub fn metres(length: f64) -> String {
+    let decimals = (5 - length.abs().max(1e-6).log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{length:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
 /// The table that `build` and `info` print.
 pub fn description(header: &Header) -> Result<String> {
     let (grid, metadata) = (&header.grid, &header.metadata);
@@ -78,7 +85,14 @@ pub fn description(header: &Header) -> Result<String> {
     };
     row(
         "size",
-        format!("{:.2} x {:.2} km, {} x {} voxels of {} m", size.x, size.y, grid.nx, grid.ny, grid.spacing),
+        format!(
+            "{:.2} x {:.2} km, {} x {} voxels of {} m",
+            size.x,
+            size.y,
+            grid.nx,
+            grid.ny,
+            metres(grid.spacing)
+        ),
     );
     row("extents", extents(header)?);
     row(
@@ -129,4 +143,18 @@ pub fn json(header: &Header) -> Result<Value> {
         "levels": sides(header),
         "metadata": header.metadata,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::metres;
+
+    #[test]
+    fn spacings_are_short() {
+        assert_eq!(metres(89.994_067_349_936_81), "89.9941");
+        assert_eq!(metres(10.0), "10");
+        assert_eq!(metres(0.25), "0.25");
+        assert_eq!(metres(9265.5), "9265.5");
+        assert_eq!(metres(1_234_567.0), "1234567");
+    }
 }

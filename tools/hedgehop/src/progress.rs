@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use hedgehop::progress::Observer;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::json;
 
 use crate::interrupt::Interrupt;
@@ -140,13 +140,17 @@ impl Observer for Reporter {
 }
 
 fn bar(name: &str, total: u64, unit: &str) -> ProgressBar {
-    let template = format!(
-        "{{prefix}} [{{wide_bar}}] {{percent}} %  {{human_pos}}/{{human_len}} {unit}  {{per_sec}}  ETA {{eta}}"
-    );
-    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let template = "{prefix} [{wide_bar}] {percent} %  {human_pos}/{human_len} {msg}  {rate}/s  ETA {eta}";
+    let style = ProgressStyle::with_template(template)
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+            // The bar is redrawn soon, should this ever fail.
+            let _ = text.write_str(&significant(state.per_sec()));
+        });
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr())
         .with_style(style.progress_chars("=> "))
-        .with_prefix(name.to_owned());
+        .with_prefix(name.to_owned())
+        .with_message(unit.to_owned());
     bar.enable_steady_tick(Duration::from_millis(250));
     bar
 }

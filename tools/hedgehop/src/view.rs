@@ -203,7 +203,7 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     let Some((number, pose)) = poses.iter().find(|(_, pose)| !inside(pose)) else { return Ok(()) };
     let within: Vec<u64> = poses.iter().filter(|(_, pose)| inside(pose)).map(|(number, _)| *number).collect();
     let remedy = if within.is_empty() {
-        "none of the cameras asked for is inside; check reference system and axis order".to_owned()
+        "check the reference system and the order of the axes".to_owned()
     } else {
         format!("--frames {} are inside", ranges(&within))
     };

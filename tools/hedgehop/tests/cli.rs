@@ -258,6 +258,20 @@ fn frames_do_not_depend_on_workers_or_on_the_subset() {
 }
 
 #[test]
+fn progress_as_json_is_json() {
+    let site = Site::new(40);
+    let output = site.build(&["--progress", "json"]);
+    assert_code(&output, 0);
+    let text = stderr(&output);
+    let events: Vec<serde_json::Value> =
+        text.lines().map(|line| serde_json::from_str(line).expect("every line is an object")).collect();
+    let count = |name: &str| events.iter().filter(|event| event["event"] == name).count();
+    assert!(count("begin") > 0 && count("begin") == count("end"), "{text}");
+    let ends: Vec<_> = events.iter().filter(|event| event["event"] == "end").collect();
+    assert!(ends.iter().all(|event| event["done"] == event["total"]), "{text}");
+}
+
+#[test]
 fn skip_existing_repairs_what_is_not_whole() {
     let site = Site::built();
     assert_code(&site.render(&["-o", "f/####.png"]), 0);

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use hedgehop::frame::FramePattern;
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::video::check_video;
-use hedgehop::frame::{FramePattern, FrameSet};
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, NodataFill, build};
 use hedgehop::{Error, Result};
@@ -29,10 +29,10 @@ const ELEVATION: (&str, &[u8]) =
 const IMAGERY: (&str, &[u8]) = ("valley-imagery.tif", include_bytes!("../../../../data/valley-imagery.tif"));
 const PATH: (&str, &[u8]) = ("valley-path.csv", include_bytes!("../../../../data/valley-path.csv"));
 
-const SIZE: Size = Size { width: 640, height: 360 };
-/// Ten seconds of film; with the build, well under a minute on two cores.
-const FRAMES: u64 = 120;
-const FRAMES_PER_SECOND: &str = "12";
+/// Small enough that the whole flight takes half a minute on two cores.
+const SIZE: Size = Size { width: 480, height: 270 };
+/// About 220 frames.
+const FRAMES_PER_SECOND: &str = "8";
 /// Field of view, degrees.
 const HFOV: f64 = 65.0;
 /// Memory of the build, bytes; the valley needs far less.
@@ -78,7 +78,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         area.display(),
         report.grid.nx,
         report.grid.ny,
-        report.grid.spacing,
+        crate::area::metres(report.grid.spacing),
         report.bytes as f64 / 1e6,
         report.seconds
     ))?;
@@ -124,7 +124,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         area: area.to_owned(),
         output: FramePattern::parse(&folder.join("frames").join("####.png").to_string_lossy())?,
         fps: FRAMES_PER_SECOND.parse()?,
-        frames: Some(FrameSet::all(FRAMES)),
+        frames: None,
         skip_existing: false,
         // Without ffmpeg there is no film, which the demo says at its end.
         video: check_video(&film).is_ok().then_some(film),
