@@ -10,9 +10,14 @@ pub struct PageCursor<'a, S: PageSource> {
     slots: Vec<Slot<'a>>,
 }
 
+/// The page of one level that was read last.
 struct Slot<'a> {
+    /// Voxels (eastward, northward) of the level.
     dims: [i64; 2],
-    page: [i64; 2],
+    /// Its first voxel; before the area while no page has been read.
+    first: [i64; 2],
+    /// Its voxels (eastward, northward); 0 while no page has been read.
+    size: [i64; 2],
     view: Option<PageView<'a>>,
 }
 
@@ -24,6 +29,23 @@ struct Place<'s, 'a> {
     y: i64,
 }
 
+impl<'a> Slot<'a> {
+    /// Brings the page of a voxel (clamped into the area) into the slot.
+    #[cold]
+    fn turn_to<S: PageSource>(&mut self, source: &'a S, level: u8, cell: [i64; 2]) -> Result<()> {
+        let side = i64::from(PAGE_SIDE);
+        let page = [0, 1].map(|axis| cell[axis].clamp(0, self.dims[axis] - 1) / side);
+        let first = page.map(|index| index * side);
+        if first != self.first {
+            let id = PageId { level, px: page[0] as u32, py: page[1] as u32 };
+            self.view = source.page(id)?;
+            self.size = [0, 1].map(|axis| (self.dims[axis] - first[axis]).min(side));
+            self.first = first;
+        }
+        Ok(())
+    }
+}
+
 impl<'a, S: PageSource> PageCursor<'a, S> {
     /// A cursor over all levels of `source`.
     pub fn new(source: &'a S) -> Self {
@@ -31,15 +53,10 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         let slots = (0..header.level_count)
             .map(|level| {
                 let (nx, ny) = header.grid.dims(level);
-                Slot { dims: [i64::from(nx), i64::from(ny)], page: [-1, -1], view: None }
+                Slot { dims: [i64::from(nx), i64::from(ny)], first: [-1, -1], size: [0, 0], view: None }
             })
             .collect();
         Self { source, heights: header.heights, slots }
-    }
-
-    /// The source that is read.
-    pub fn source(&self) -> &'a S {
-        self.source
     }
 
     /// Voxels (eastward, northward) of a level.
@@ -48,58 +65,51 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     }
 
     /// The page of voxel `cell`, clamped into the area; `None` where the page is absent.
+    #[inline]
     fn place(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Place<'_, 'a>>> {
-        const SIDE: i64 = PAGE_SIDE as i64;
         let slot = &mut self.slots[usize::from(level)];
-        let page = [0, 1].map(|axis| cell[axis].clamp(0, slot.dims[axis] - 1) / SIDE);
-        if page != slot.page {
-            let id = PageId { level, px: page[0] as u32, py: page[1] as u32 };
-            slot.view = self.source.page(id)?;
-            slot.page = page;
+        let inside = |axis: usize| (0..slot.size[axis]).contains(&(cell[axis] - slot.first[axis]));
+        if !(inside(0) && inside(1)) {
+            slot.turn_to(self.source, level, cell)?;
         }
-        Ok(slot.view.as_ref().map(|view| Place {
-            view,
-            x: cell[0] - page[0] * SIDE,
-            y: cell[1] - page[1] * SIDE,
-        }))
+        let (x, y) = (cell[0] - slot.first[0], cell[1] - slot.first[1]);
+        Ok(slot.view.as_ref().map(|view| Place { view, x, y }))
     }
 
     /// Upper bound of every finer surface over voxel `cell` of level index ≥ 1, metres: −∞ where
     /// there is none, +∞ where the page is absent.
+    #[inline]
     pub fn upper_bound(&mut self, level: u8, cell: [i64; 2]) -> Result<f64> {
         let heights = self.heights;
-        Ok(self.place(level, cell)?.map_or(f64::INFINITY, |place| {
-            let index = place.y as usize * place.view.width as usize + place.x as usize;
-            heights.decode(place.view.high[index]).unwrap_or(f64::NEG_INFINITY)
-        }))
+        let Some(place) = self.place(level, cell)? else { return Ok(f64::INFINITY) };
+        let code = place.view.high[place.y as usize * place.view.width as usize + place.x as usize];
+        Ok(heights.decode(code).unwrap_or(f64::NEG_INFINITY))
     }
 
     /// Mean height of voxel `cell`, metres: `Some(None)` where there is no surface, `None` where the
     /// page is absent.
     pub fn height(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Option<f64>>> {
         let heights = self.heights;
-        Ok(self.place(level, cell)?.map(|place| {
-            let index = (place.y + 1) as usize * apron_stride(place.view) + (place.x + 1) as usize;
-            heights.decode(place.view.heights[index])
-        }))
+        Ok(self.place(level, cell)?.map(|place| heights.decode(place.view.heights[place.with_apron()])))
     }
 
     /// Heights at the corners (south-west, south-east, north-west, north-east) of the cell of the
     /// smooth surface between voxels `cell` and `cell + 1`, metres; NaN where there is no surface.
     /// `None` where the page is absent. `cell` may be −1, at the area's south or west edge.
+    #[inline]
     pub fn corners(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[f64; 4]>> {
         let heights = self.heights;
-        Ok(self.place(level, cell)?.map(|place| {
-            let indices = corner_indices(&place);
-            indices.map(|index| heights.decode(place.view.heights[index]).unwrap_or(f64::NAN))
-        }))
+        let Some(place) = self.place(level, cell)? else { return Ok(None) };
+        let height = |code| heights.decode(code).unwrap_or(f64::NAN);
+        let [south, north] = place.corner_rows(place.view.heights);
+        Ok(Some([height(south[0]), height(south[1]), height(north[0]), height(north[1])]))
     }
 
     /// Colours at the same corners, sRGB.
     pub fn corner_colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[[u8; 3]; 4]>> {
-        Ok(self
-            .place(level, cell)?
-            .map(|place| corner_indices(&place).map(|index| place.view.colours[index])))
+        let Some(place) = self.place(level, cell)? else { return Ok(None) };
+        let [south, north] = place.corner_rows(place.view.colours);
+        Ok(Some([south[0], south[1], north[0], north[1]]))
     }
 
     /// Attributes of the voxel `cell`, clamped into the area.
@@ -110,12 +120,21 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     }
 }
 
-fn apron_stride(view: &PageView<'_>) -> usize {
-    view.width as usize + 2
-}
+impl Place<'_, '_> {
+    /// Voxels along a row, the apron included.
+    fn stride(&self) -> usize {
+        self.view.width as usize + 2
+    }
 
-fn corner_indices(place: &Place<'_, '_>) -> [usize; 4] {
-    let stride = apron_stride(place.view);
-    let first = (place.y + 1) as usize * stride + (place.x + 1) as usize;
-    [first, first + 1, first + stride, first + stride + 1]
+    /// Index of the voxel in a plane with apron.
+    fn with_apron(&self) -> usize {
+        (self.y + 1) as usize * self.stride() + (self.x + 1) as usize
+    }
+
+    /// The voxel and its eastern neighbour, and the two north of them, in a plane with apron.
+    fn corner_rows<'p, T>(&self, plane: &'p [T]) -> [&'p [T]; 2] {
+        let south = self.with_apron();
+        let north = south + self.stride();
+        [&plane[south..south + 2], &plane[north..north + 2]]
+    }
 }

@@ -28,15 +28,18 @@ pub struct CellWalk {
     done: bool,
 }
 
+/// The walk along one axis.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     cell: i64,
     step: i64,
     last: i64,
-    side: f64,
-    shift: f64,
     eye: f64,
     range_per_unit: f64,
+    /// Position of the next border, units; a sum of whole sides, so it is exact.
+    border_units: f64,
+    side_units: f64,
+    /// Range of the next border, metres.
     border: f64,
 }
 
@@ -60,49 +63,41 @@ impl CellWalk {
         end: f64,
     ) -> Self {
         let point = ray.at(start);
-        let axis = |eye: f64, range_per_unit: f64, position: f64, first: i64, last: i64| {
-            let mut axis = Axis {
-                cell: ((position / lattice.side - lattice.shift).floor() as i64).clamp(first, last),
-                step: if range_per_unit > 0.0 { 1 } else { -1 },
-                last: if range_per_unit > 0.0 { last } else { first },
-                side: lattice.side,
-                shift: lattice.shift,
-                eye,
-                range_per_unit,
-                border: f64::INFINITY,
-            };
-            axis.border = axis.border_range();
-            axis
+        let axis = |index: usize| {
+            let lattice_position = point[index] / lattice.side - lattice.shift;
+            let cell = (lattice_position.floor() as i64).clamp(first[index], last[index]);
+            Axis::new(cell, [first[index], last[index]], lattice, ray.eye[index], ray.range_per_unit[index])
         };
-        Self {
-            axes: [
-                axis(ray.eye.x, ray.range_per_unit.x, point.x, first[0], last[0]),
-                axis(ray.eye.y, ray.range_per_unit.y, point.y, first[1], last[1]),
-            ],
-            range: start,
-            end,
-            done: start > end,
-        }
+        Self { axes: [axis(0), axis(1)], range: start, end, done: start > end }
     }
 }
 
 impl Axis {
-    /// Range at which the ray leaves the current cell along this axis.
-    fn border_range(&self) -> f64 {
-        if self.range_per_unit.is_infinite() {
-            return f64::INFINITY;
+    fn new(cell: i64, [first, last]: [i64; 2], lattice: Lattice, eye: f64, range_per_unit: f64) -> Self {
+        let forward = range_per_unit > 0.0;
+        let border_units = ((cell + i64::from(forward)) as f64 + lattice.shift) * lattice.side;
+        let still = range_per_unit.is_infinite();
+        Self {
+            cell,
+            step: if forward { 1 } else { -1 },
+            last: if forward { last } else { first },
+            eye,
+            range_per_unit,
+            border_units,
+            side_units: lattice.side.copysign(range_per_unit),
+            border: if still { f64::INFINITY } else { (border_units - eye) * range_per_unit },
         }
-        let ahead = i64::from(self.step > 0);
-        (((self.cell + ahead) as f64 + self.shift) * self.side - self.eye) * self.range_per_unit
     }
 
     /// Moves on by one cell; false at the end of the lattice.
+    #[inline]
     fn advance(&mut self) -> bool {
         if self.cell == self.last {
             return false;
         }
         self.cell += self.step;
-        self.border = self.border_range();
+        self.border_units += self.side_units;
+        self.border = (self.border_units - self.eye) * self.range_per_unit;
         true
     }
 }
@@ -110,17 +105,23 @@ impl Axis {
 impl Iterator for CellWalk {
     type Item = CellStep;
 
+    #[inline]
     fn next(&mut self) -> Option<CellStep> {
         if self.done {
             return None;
         }
         let [x, y] = &mut self.axes;
         let cell = [x.cell, y.cell];
-        let border = x.border.min(y.border);
+        let nearer = if x.border <= y.border { x } else { y };
+        let border = nearer.border;
         let enter = self.range;
-        let leave = border.clamp(enter, self.end);
+        if border >= self.end {
+            self.done = true;
+            return Some(CellStep { cell, enter, leave: self.end });
+        }
+        let leave = if border > enter { border } else { enter };
         self.range = leave;
-        self.done = border >= self.end || !if x.border <= y.border { x.advance() } else { y.advance() };
+        self.done = !nearer.advance();
         Some(CellStep { cell, enter, leave })
     }
 }
