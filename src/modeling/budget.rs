@@ -5,8 +5,10 @@ use crate::error::{Error, Result};
 use crate::voxel::PAGE_SIDE;
 
 const MIB: u64 = 1 << 20;
-/// The program, thread stacks, the directory of pages, and what the allocator keeps for itself.
-const FIXED: u64 = 40 * MIB;
+/// The program, thread stacks, the directory of pages.
+const FIXED: u64 = 24 * MIB;
+/// One part in so many is left to the allocator, which keeps some of what was freed.
+const SLACK: u64 = 5;
 /// A page's planes while it is made: positions, sums, heights with the fill's margin, colours, bytes.
 const PAGE_WORK: u64 = 10 * MIB;
 /// An encoded page: heights, colours and attributes of every voxel, and bounds.
@@ -30,24 +32,22 @@ impl Budget {
     /// Splits `memory` bytes for up to `threads` workers.
     pub fn split(memory: u64, threads: usize) -> Result<Self> {
         let threads = threads.max(1) as u64;
-        let window = (memory / 64 / threads).clamp(LEAST_WINDOW, 8 * MIB);
         // One window of heights and one of colours.
-        let worker = 2 * window + PAGE_WORK + AHEAD * PAGE_BYTES;
-        let least = FIXED + worker + LEAST_CACHE;
-        if memory < least {
+        let worker_with = |window: u64| 2 * window + PAGE_WORK + AHEAD * PAGE_BYTES;
+        let shared = (memory - memory / SLACK).saturating_sub(FIXED);
+        let Some(spare) = shared.checked_sub(worker_with(LEAST_WINDOW) + LEAST_CACHE) else {
+            let least = (FIXED + worker_with(LEAST_WINDOW) + LEAST_CACHE).div_ceil(SLACK - 1) * SLACK;
             return Err(Error::Configuration(format!(
                 "--memory of {} MiB is too little; a build takes at least {} MiB",
                 memory / MIB,
                 least.div_ceil(MIB)
             )));
-        }
+        };
+        let window = (memory / 64 / threads).clamp(LEAST_WINDOW, 8 * MIB).min(LEAST_WINDOW + spare / 2);
+        let worker = worker_with(window);
         // Workers beyond half of what is left would only take turns to decode the same blocks.
-        let threads = threads.min(((memory - FIXED) / 2 / worker).max(1));
-        Ok(Self {
-            cache: memory - FIXED - threads * worker,
-            window: window as usize,
-            threads: threads as usize,
-        })
+        let threads = threads.min((shared / 2 / worker).max(1));
+        Ok(Self { cache: shared - threads * worker, window: window as usize, threads: threads as usize })
     }
 }
 
@@ -63,7 +63,7 @@ mod tests {
                 let workers =
                     budget.threads as u64 * (2 * budget.window as u64 + PAGE_WORK + AHEAD * PAGE_BYTES);
                 assert!(budget.threads >= 1 && budget.threads <= threads);
-                assert_eq!(FIXED + workers + budget.cache, memory);
+                assert_eq!(FIXED + workers + budget.cache, memory - memory / SLACK);
                 assert!(budget.cache >= LEAST_CACHE);
             }
         }
@@ -73,5 +73,7 @@ mod tests {
     fn too_little_is_refused_with_the_least() {
         let error = Budget::split(20 * MIB, 1).unwrap_err().to_string();
         assert!(error.contains("--memory of 20 MiB") && error.contains("at least"), "{error}");
+        let least: Option<u64> = error.split_whitespace().rev().find_map(|word| word.parse().ok());
+        assert!(Budget::split(least.unwrap() * MIB, 64).is_ok(), "{error}");
     }
 }

@@ -241,3 +241,72 @@ fn catmull_rom(distance: f64) -> f64 {
     let d = distance;
     if d < 1.0 { (1.5 * d - 2.5) * d * d + 1.0 } else { ((2.5 - 0.5 * d) * d - 4.0) * d + 2.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::geo::{Crs, Transform};
+    use crate::modeling::warp::{Placement, locate};
+    use crate::voxel::Grid;
+
+    struct Ones(u32, u32);
+
+    impl Samples<u8> for Ones {
+        fn size(&self) -> (u32, u32) {
+            (self.0, self.1)
+        }
+        fn read(&self, window: Window, samples: &mut Vec<u8>) -> Result<()> {
+            assert!(window.x + window.width <= self.0 && window.y + window.height <= self.1);
+            samples.clear();
+            samples.resize(window.width as usize * window.height as usize, 1);
+            Ok(())
+        }
+    }
+
+    #[derive(Clone, PartialEq, Debug)]
+    struct Totals(Vec<(f64, f64)>);
+
+    impl Accumulate<u8> for Totals {
+        fn tap(&mut self, voxel: usize, tap: Tap, _: u8) {
+            self.0[voxel] = (self.0[voxel].0 + tap.tent, self.0[voxel].1 + tap.sharp);
+        }
+    }
+
+    fn totals(pixel: f64, shape: Shape, window_bytes: usize) -> Totals {
+        let local = Transform::new(&Crs::local(), &Crs::local()).unwrap();
+        let size = ((400.0 / pixel) as u32, (300.0 / pixel) as u32);
+        let placement = Placement::new(local, &[0.0, pixel, 0.0, 300.0, 0.0, -pixel], size).unwrap();
+        let grid = Grid { nx: 40, ny: 30, spacing: 9.7, origin: DVec2::new(3.0, 2.0) };
+        let field = locate(&placement, &grid, Rect { x0: 0, y0: 0, x1: 40, y1: 30 });
+        let mut totals = Totals(vec![(0.0, 0.0); field.rect.len()]);
+        let samples = Ones(size.0, size.1);
+        Gather { samples: &samples, field: &field, shape, window_bytes, window: &mut Vec::new() }
+            .run(&mut totals)
+            .unwrap();
+        totals
+    }
+
+    #[test]
+    fn weights_sum_to_one_within_the_raster() {
+        for pixel in [0.7, 4.0, 9.7, 20.0, 50.0] {
+            for shape in [Shape::Tent, Shape::Cubic] {
+                let totals = totals(pixel, shape, usize::MAX);
+                let middle = totals.0[15 * 40 + 20];
+                assert!((middle.0 - 1.0).abs() < 1e-9 && (middle.1 - 1.0).abs() < 1e-9, "{pixel} {middle:?}");
+                assert!(totals.0.iter().all(|total| total.0 <= 1.0 + 1e-9));
+            }
+        }
+    }
+
+    #[test]
+    fn windows_of_any_size_give_the_same_sums() {
+        for pixel in [0.3, 9.7, 50.0] {
+            let whole = totals(pixel, Shape::Tent, usize::MAX);
+            for bytes in [1, 64, 4096] {
+                assert!(totals(pixel, Shape::Tent, bytes) == whole, "{pixel} m, {bytes} bytes");
+            }
+        }
+    }
+}

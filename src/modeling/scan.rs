@@ -274,3 +274,37 @@ fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn empty_cells_take_the_shape_around() {
+        // A plane of 8 × 8 cells, four of them known.
+        let plane = |index: usize| 10.0 * (index % 8) as f64 + 3.0 * (index / 8) as f64;
+        let cells: Vec<(f64, u64)> = (0..64)
+            .map(|index| if [0, 7, 56, 63].contains(&index) { (plane(index) * 2.0, 2) } else { (0.0, 0) })
+            .collect();
+        let means = pull_push(8, 8, &cells);
+        for (index, mean) in means.iter().enumerate() {
+            assert!((mean - plane(index)).abs() < 30.0, "cell {index}: {mean}");
+        }
+        assert_eq!((means[0], means[63]), (plane(0), plane(63)));
+    }
+
+    #[test]
+    fn one_known_cell_is_enough() {
+        let mut cells = vec![(0.0, 0); 5 * 3];
+        cells[7] = (84.0, 2);
+        assert!(pull_push(5, 3, &cells).iter().all(|mean| *mean == 42.0));
+    }
+
+    #[test]
+    fn coarse_surfaces_are_interpolated_and_clamped() {
+        let coarse = Coarse { columns: 2, rows: 1, pixels: (10.0, 10.0), means: vec![0.0, 100.0] };
+        assert_eq!(coarse.at(4.5, 3.0), 0.0);
+        assert_eq!(coarse.at(9.5, 3.0), 50.0);
+        assert_eq!(coarse.at(400.0, -3.0), 100.0);
+    }
+}

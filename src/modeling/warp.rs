@@ -118,6 +118,9 @@ pub(super) fn apply(c: &GeoTransform, u: f64, v: f64) -> (f64, f64) {
 /// Column and row from position; `None` if the geotransform is singular.
 pub(super) fn invert(c: &GeoTransform) -> Option<GeoTransform> {
     let determinant = c[1] * c[5] - c[2] * c[4];
+    if !determinant.is_normal() {
+        return None;
+    }
     let (a, b, d, e) = (c[5] / determinant, -c[2] / determinant, -c[4] / determinant, c[1] / determinant);
     let inverse = [-(a * c[0] + b * c[3]), a, b, -(d * c[0] + e * c[3]), d, e];
     inverse.iter().all(|term| term.is_finite()).then_some(inverse)
@@ -276,5 +279,66 @@ impl Patch {
             .iter()
             .zip(weights)
             .fold((0.0, 0.0), |sum, (corner, weight)| (sum.0 + corner.0 * weight, sum.1 + corner.1 * weight))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::geo::Crs;
+
+    /// One-degree tile in UTM, three arc seconds.
+    fn tile() -> (Placement, Grid) {
+        let transform = Transform::new(&Crs::from_epsg(32633).unwrap(), &Crs::wgs84()).unwrap();
+        let pixel = 1.0 / 1200.0;
+        let placement =
+            Placement::new(transform, &[15.0, pixel, 0.0, 71.0, 0.0, -pixel], (1200, 1200)).unwrap();
+        (placement, Grid { nx: 700, ny: 1300, spacing: 90.0, origin: DVec2::new(500_000.0, 7_760_000.0) })
+    }
+
+    #[test]
+    fn positions_are_near_the_exact_ones() {
+        let (placement, grid) = tile();
+        let rect = Rect { x0: 250, y0: 117, x1: 520, y1: 300 };
+        let field = locate(&placement, &grid, rect);
+        for index in 0..rect.len() {
+            let (i, j) = rect.voxel(index);
+            let (x, y) = world(&grid, f64::from(i) + 0.5, f64::from(j) + 0.5);
+            let (column, row) = placement.pixel_from_world(x, y).unwrap();
+            let error = (field.columns[index] - column).abs().max((field.rows[index] - row).abs());
+            assert!(error < 1.5 * TOLERANCE, "voxel {i}, {j}: {error} pixels");
+        }
+        let (across, down) = field.scale(300, 200);
+        // 90 m of longitude at 70° north are 2.9 pixels of 3 arc seconds, of latitude almost 1.
+        assert!((across - 2.83).abs() < 0.1 && (down - 0.97).abs() < 0.03, "{across} {down}");
+    }
+
+    #[test]
+    fn positions_do_not_depend_on_the_block() {
+        let (placement, grid) = tile();
+        let whole = locate(&placement, &grid, Rect { x0: 200, y0: 200, x1: 300, y1: 290 });
+        let part = Rect { x0: 233, y0: 251, x1: 270, y1: 254 };
+        let field = locate(&placement, &grid, part);
+        for index in 0..part.len() {
+            let (x, y) = part.voxel(index);
+            let there = whole.rect.index(x, y);
+            assert_eq!((field.columns[index], field.rows[index]), (whole.columns[there], whole.rows[there]));
+            assert_eq!(field.scale(x, y), whole.scale(x, y));
+        }
+    }
+
+    #[test]
+    fn geotransforms_invert() {
+        let c = [500.0, 3.0, 0.5, 900.0, 0.25, -4.0];
+        let (x, y) = apply(&c, 12.25, 7.5);
+        let (column, row) = apply(&invert(&c).unwrap(), x, y);
+        assert!((column - 12.25).abs() < 1e-9 && (row - 7.5).abs() < 1e-9);
+        for singular in
+            [[0.0; 6], [0.0, 1.0, 2.0, 0.0, 2.0, 4.0], [f64::NAN; 6], [0.0, 1e300, 0.0, 0.0, 0.0, 1e300]]
+        {
+            assert_eq!(invert(&singular), None);
+        }
     }
 }
