@@ -2,22 +2,16 @@
 
 #![expect(clippy::print_stdout, reason = "tests say what they skip and count")]
 
+#[path = "common/realdata.rs"]
+mod realdata;
+
 use std::path::{Path, PathBuf};
 
 use hedgehop::modeling::raster::{
     ElevationRaster, ImageryRaster, OpenOptions, Raster, RasterInfo, SampleType, Window, open,
 };
+use realdata::realdata;
 use serde_json::Value;
-
-fn realdata() -> Option<PathBuf> {
-    let folder = std::env::var_os("HEDGEHOP_REALDATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: {} is absent (HEDGEHOP_REALDATA)", folder.display());
-    None
-}
 
 fn whole(info: &RasterInfo) -> Window {
     Window { x: 0, y: 0, width: info.width, height: info.height }

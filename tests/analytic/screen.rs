@@ -1,0 +1,54 @@
+//! What a view shows where, derived otherwise than in the library.
+
+use glam::{DMat3, DQuat, DVec3};
+use hedgehop::frame::Frame;
+use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::voxel::MemPages;
+
+use crate::FARM;
+use crate::scene::View;
+
+impl View {
+    pub fn frame(&self, world: &MemPages, options: &RenderOptions) -> Frame {
+        render_frame(world, &self.camera(), options, &FARM).unwrap().frame
+    }
+
+    /// Distance of the screen, pixels.
+    pub fn focal(&self) -> f64 {
+        0.5 * f64::from(self.size[0]) / (0.5 * self.hfov.to_radians()).tan()
+    }
+
+    /// Right, forward, up in the world: a level view to the north, banked, raised and turned, one after
+    /// the other. Deliberately another derivation than the library's.
+    pub fn axes(&self) -> DMat3 {
+        let [yaw, pitch, roll] = self.ypr.map(f64::to_radians);
+        let turn =
+            DQuat::from_rotation_z(-yaw) * DQuat::from_rotation_x(pitch) * DQuat::from_rotation_y(roll);
+        DMat3::from_quat(turn)
+    }
+
+    /// Unit direction through the centre of a pixel.
+    pub fn direction(&self, [column, row]: [u32; 2]) -> DVec3 {
+        (self.axes() * self.screen([column, row])).normalize()
+    }
+
+    /// Right, forward, up of a pixel's centre in the view, pixels.
+    pub fn screen(&self, [column, row]: [u32; 2]) -> DVec3 {
+        let right = f64::from(column) + 0.5 - 0.5 * f64::from(self.size[0]);
+        let up = 0.5 * f64::from(self.size[1]) - f64::from(row) - 0.5;
+        DVec3::new(right, self.focal(), up)
+    }
+
+    /// Distance of a pixel's centre, in pixels, from the screen line in which a plane through the eye with this
+    /// `normal` (world) is seen; positive on the side to which the normal points.
+    pub fn distance(&self, normal: DVec3, pixel: [u32; 2]) -> f64 {
+        let normal = self.axes().transpose() * normal;
+        normal.dot(self.screen(pixel)) / normal.x.hypot(normal.z)
+    }
+
+    /// All pixels with their index in a frame's planes.
+    pub fn pixels(&self) -> impl Iterator<Item = (usize, [u32; 2])> + use<> {
+        let [width, height] = self.size;
+        (0..height).flat_map(move |row| (0..width).map(move |column| [column, row])).enumerate()
+    }
+}
