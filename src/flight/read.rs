@@ -15,10 +15,29 @@ use crate::error::{Error, Result};
 /// [`Error::Io`] if the file cannot be read; [`Error::Invalid`] with line and column if it holds something wrong;
 /// [`Error::Unsupported`] with a remedy for zipped, binary or timeless files.
 pub fn read_track(path: &Path, options: &ReadOptions) -> Result<Track> {
+    check_file(path)?;
     let bytes = fs::read(path).map_err(|source| Error::io(path, "read", source))?;
     let source = Source { path, options };
     let text = text_of(&source, &bytes)?;
     assemble(&source, read_text(&source, &text)?)
+}
+
+/// Bytes of the largest path file: more than a year at ten fixes a second, and few enough to hold.
+const MOST_BYTES: u64 = 2 << 30;
+
+/// Refuses pipes and devices, which can be read only once or have no end, and files beyond any flight.
+fn check_file(path: &Path) -> Result<()> {
+    let found = fs::metadata(path).map_err(|source| Error::io(path, "read", source))?;
+    if found.is_dir() {
+        Err(Error::Configuration(format!("{} is a folder; --path takes a file", path.display())))
+    } else if !found.is_file() {
+        Err(Error::invalid(path, "is no regular file; write the path to one first"))
+    } else if found.len() > MOST_BYTES {
+        let what = format!("holds {} bytes, more than the {MOST_BYTES} that a path may have", found.len());
+        Err(Error::unsupported(path, what, "cut it into one file per flight"))
+    } else {
+        Ok(())
+    }
 }
 
 /// Text without byte order mark; what is not UTF-8 (old loggers write names in Latin-1) becomes �, which no number holds.

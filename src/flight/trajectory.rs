@@ -109,6 +109,9 @@ impl Trajectory {
                     track.path.display()
                 )));
             }
+            if given.yaw.is_none() && !motion.moves {
+                notes.push("The single fix gives no heading: the view is to the north.".into());
+            }
             notes.extend(derived_note(&given, &motion, options.level));
             AttitudeSource::Derived { motion, given, level: options.level }
         };

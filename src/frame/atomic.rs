@@ -40,6 +40,10 @@ pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
     let Some(name) = path.file_name() else {
         return Err(Error::Configuration(format!("{}: names no file to write to", path.display())));
     };
+    // Renaming would put a file in the place of a device or a pipe.
+    if std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return Err(Error::Configuration(format!("{} is no regular file; write to one", path.display())));
+    }
     std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, "create the folder", source))?;
     let mut prefix = std::ffi::OsString::from(".");
     prefix.push(name);

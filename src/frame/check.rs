@@ -3,12 +3,12 @@
 //! ```text
 //! no file                                               → Missing
 //! does not decode to its end, or a checksum is wrong    → Broken
-//! another size, or entries that contradict this frame   → Different
+//! another size, or entries of another frame, or none    → Different
 //! else                                                  → Whole
 //! ```
 //!
-//! A file that says nothing about itself (text chunks were stripped by an optimiser) is only checked for
-//! being whole and of the right size.
+//! A file that says nothing about itself (an optimiser stripped its text chunks, or another program wrote it) may
+//! show anything; it is rendered again.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;

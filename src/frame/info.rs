@@ -82,14 +82,17 @@ impl FrameInfo {
         ]
     }
 
-    /// The first entry by which a file with the entries `found` shows another picture than this one;
-    /// `None` when nothing that it says contradicts.
+    /// The first entry by which a file with the entries `found` shows, or may show, another picture than this one;
+    /// `None` when it says that it is this one.
     pub(super) fn difference(&self, camera: &Camera, found: &BTreeMap<String, String>) -> Option<String> {
         self.entries(camera).into_iter().filter(|(name, _)| IDENTITY.contains(name)).find_map(
             |(name, wanted)| {
-                let there = found.get(name).filter(|there| **there != wanted.to_string())?;
-                let name = name.trim_start_matches("hedgehop.");
-                Some(format!("{name} is {there}, not {wanted}"))
+                let plain = name.trim_start_matches("hedgehop.");
+                match found.get(name) {
+                    Some(there) if *there == wanted.to_string() => None,
+                    Some(there) => Some(format!("{plain} is {there}, not {wanted}")),
+                    None => Some(format!("it does not say its {plain}")),
+                }
             },
         )
     }
@@ -113,6 +116,7 @@ mod tests {
         found.insert("hedgehop.roll_deg".to_owned(), "12.5".to_owned());
         assert_eq!(info.difference(&frame.camera, &found).unwrap(), "roll_deg is 12.5, not 20");
         found.clear();
-        assert_eq!(info.difference(&frame.camera, &found), None, "a file that says nothing");
+        let silent = info.difference(&frame.camera, &found).unwrap();
+        assert!(silent.starts_with("it does not say"), "{silent}");
     }
 }

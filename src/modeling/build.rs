@@ -25,6 +25,7 @@ use super::plan::{self, Plan};
 use super::scan::{self, Survey};
 use super::tint::Tint;
 use super::vertical;
+use super::warp::Rect;
 use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::geo::VerticalDatum;
@@ -99,14 +100,27 @@ pub struct BuildReport {
 /// Builds `options.output`. Nothing is left behind on error, on cancellation or on a kill that opens as a database.
 pub fn build(options: &BuildOptions, observer: &dyn Observer) -> Result<BuildReport> {
     let begun = Instant::now();
-    if options.output.exists() && !options.overwrite {
-        return Err(Error::invalid(&options.output, "exists already; say --overwrite to replace it"));
-    }
+    check_output(options)?;
     let budget = Budget::split(options.memory, options.threads)?;
     let inputs = inputs::open_all(options, budget.cache)?;
     let mut report = build_from(inputs, options, budget, observer)?;
     report.seconds = begun.elapsed().as_secs_f64();
     Ok(report)
+}
+
+/// Refuses an output that must not be written, before any work is done.
+fn check_output(options: &BuildOptions) -> Result<()> {
+    // Paths that do not resolve are no inputs that could be lost.
+    if let Ok(output) = options.output.canonicalize() {
+        let is_output = |input: &&PathBuf| input.canonicalize().is_ok_and(|input| input == output);
+        if let Some(input) = options.elevation.iter().chain(&options.imagery).find(is_output) {
+            return Err(Error::Configuration(format!(
+                "{} is an input; name another file with -o, like AREA.hop",
+                input.display()
+            )));
+        }
+    }
+    PageWriter::check_target(&options.output, options.overwrite)
 }
 
 /// All of a build after the files are open.
@@ -121,7 +135,12 @@ pub(super) fn build_from(
     let mut metadata = describe(&inputs, &plan, options);
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
+    let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let (elevation, imagery) = place(inputs, &plan, datum)?;
+    for note in outsiders(&imagery_paths, &imagery, &plan.grid) {
+        observer.note(&note);
+        metadata.notes.push(note);
+    }
 
     let surveys = scan::survey(&elevation, &plan.grid, budget.threads, observer)?;
     for note in elevation.iter().flat_map(|source| source.samples.notes()) {
@@ -142,6 +161,17 @@ pub(super) fn build_from(
     };
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
     let census = write_finest(&project, budget.threads, &mut writer, observer)?;
+    if census.empty == census.voxels {
+        return Err(Error::Configuration(format!(
+            "no voxel of {} m gets a height: elevation data covers less than half of each; \
+             choose a smaller --spacing or look at --bbox",
+            plan.grid.spacing
+        )));
+    }
+    if let Some(note) = bare_note(&census, imagery.is_empty()) {
+        observer.note(&note);
+        metadata.notes.push(note);
+    }
     write_coarser(&plan.grid, budget.threads, &mut writer, observer)?;
 
     if !imagery.is_empty() && census.pictured < census.voxels {
@@ -264,6 +294,36 @@ fn place(
     let elevation = inputs.elevation.into_iter().map(|raster| ElevationInput::place(raster, plan, datum));
     let imagery = inputs.imagery.into_iter().map(|raster| ImageryInput::place(raster, plan));
     Ok((elevation.collect::<Result<_>>()?, imagery.collect::<Result<_>>()?))
+}
+
+/// Imagery that has no part in the area: most often a wrong file or a wrong reference system.
+fn outsiders(paths: &[PathBuf], imagery: &[ImageryInput], grid: &Grid) -> Vec<String> {
+    let all = Rect { x0: 0, y0: 0, x1: grid.nx, y1: grid.ny };
+    let outside = imagery.iter().zip(paths).filter(|(source, _)| !all.meets(&source.reach, grid));
+    outside
+        .map(|(source, path)| {
+            let [west, south, east, north] = source.reach;
+            format!(
+                "{} lies outside the area and colours nothing: it is around x {:.0}, y {:.0}; \
+                 check its reference system",
+                path.display(),
+                0.5 * (west + east),
+                0.5 * (south + north)
+            )
+        })
+        .collect()
+}
+
+/// Says how much of the ground the imagery leaves without colour, if it does.
+fn bare_note(census: &Census, no_imagery: bool) -> Option<String> {
+    let share = 100.0 * census.bare as f64 / census.voxels.saturating_sub(census.empty).max(1) as f64;
+    // Less would be shown as nothing.
+    const LEAST: f64 = 0.005;
+    (!no_imagery && share >= LEAST).then(|| {
+        format!(
+            "imagery leaves {share:.2} % of the ground bare: colours there were derived from height and slope"
+        )
+    })
 }
 
 /// Heights that the code must hold, metres above the database's datum.

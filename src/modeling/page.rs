@@ -49,8 +49,8 @@ pub(super) struct Census {
     pub voids: u64,
     /// They have no surface.
     pub empty: u64,
-    /// They have a colour from imagery.
-    pub pictured: u64,
+    /// They have a surface, but no colour from imagery.
+    pub bare: u64,
     /// Least and greatest height code of those with a surface.
     pub codes: Option<(u16, u16)>,
 }
@@ -60,7 +60,7 @@ impl Census {
         self.voxels += other.voxels;
         self.voids += other.voids;
         self.empty += other.empty;
-        self.pictured += other.pictured;
+        self.bare += other.bare;
         self.codes = match (self.codes, other.codes) {
             (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
             (a, b) => a.or(b),
@@ -218,7 +218,7 @@ impl<'a> PageMaker<'a> {
             let pictured = pigments[around.index(x, y)].alpha >= 0.5;
             census.voids += u64::from(ground.voids[at]);
             census.empty += u64::from(empty);
-            census.pictured += u64::from(pictured);
+            census.bare += u64::from(!empty && !pictured);
             if !empty {
                 census.add(&Census { codes: Some((code, code)), ..Census::default() });
             }

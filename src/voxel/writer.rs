@@ -67,7 +67,7 @@ pub struct PageWriter {
 impl PageWriter {
     /// Starts `path`; an error if it exists and `overwrite` is false.
     pub fn create(path: &Path, grid: Grid, heights: HeightCode, overwrite: bool) -> Result<Self> {
-        check_target(path, overwrite)?;
+        Self::check_target(path, overwrite)?;
         let name =
             path.file_name().ok_or_else(|| Error::invalid(path, "no file name to write a database to"))?;
         let mut prefix = name.to_owned();
@@ -83,6 +83,23 @@ impl PageWriter {
             .into_parts();
         let assembly = Assembly::new(path, Arc::new(file), grid, heights)?;
         Ok(Self { assembly, target: path.to_owned(), temporary, overwrite })
+    }
+
+    /// Refuses a `path` that no database can take: it exists and `overwrite` is false, or it is a folder, a device or
+    /// a pipe, which a rename would destroy.
+    pub fn check_target(path: &Path, overwrite: bool) -> Result<()> {
+        let refuse = |what: &str| {
+            let path = path.display();
+            Err(Error::Configuration(format!("{path} is {what}; name a file with -o, like AREA.hop")))
+        };
+        // A dangling link is no obstacle; one to a device is as much a device as its target.
+        let target = fs::metadata(path).or_else(|_| fs::symlink_metadata(path));
+        match target {
+            Ok(found) if found.is_dir() => refuse("a folder"),
+            Ok(found) if !found.is_file() && !found.is_symlink() => refuse("no regular file"),
+            Ok(_) if !overwrite => Err(already_exists(path)),
+            _ => Ok(()),
+        }
     }
 
     /// Appends a page; each id once, in any order. Pages lie in the file in the order of their coming, so the
@@ -113,18 +130,11 @@ impl PageWriter {
     }
 }
 
-fn check_target(path: &Path, overwrite: bool) -> Result<()> {
-    match fs::symlink_metadata(path) {
-        Ok(found) if found.is_dir() => {
-            Err(Error::invalid(path, "is a folder; name a file with -o, like AREA.hop"))
-        }
-        Ok(_) if !overwrite => Err(already_exists(path)),
-        _ => Ok(()),
-    }
-}
-
 fn already_exists(path: &Path) -> Error {
-    Error::invalid(path, "exists already; give --overwrite to replace it, or another name with -o")
+    Error::Configuration(format!(
+        "{} exists already; give --overwrite to replace it, or another name with -o",
+        path.display()
+    ))
 }
 
 /// The folder that holds `path`.

@@ -229,7 +229,7 @@ impl Columns {
         let mut notes = Vec::new();
         if matches!(altitude.quantity, Quantity::Altitude(None)) && source.options.altitude_mode.is_none() {
             notes.push(format!(
-                "Column {} is taken as metres above mean sea level (--alt-mode says otherwise).",
+                "Column {} is taken as altitude above mean sea level (--alt-mode says otherwise).",
                 altitude.name
             ));
         }

@@ -14,8 +14,12 @@ pub(super) struct InputFile {
 }
 
 impl InputFile {
-    /// Opens a file; directories are refused.
+    /// Opens a file; directories, devices and pipes are refused.
     pub fn open(path: &Path) -> Result<Self> {
+        // Before it is opened, since opening a pipe waits for its writer.
+        if std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+            return Err(Error::invalid(path, "is no regular file; write its content to one first"));
+        }
         let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
         let metadata = file.metadata().map_err(|e| Error::io(path, "examine", e))?;
         if metadata.is_dir() {

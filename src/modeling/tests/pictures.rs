@@ -3,7 +3,7 @@
 use super::support::{built, north_up, sheet, terrain};
 use crate::geo::Crs;
 use crate::modeling::colour;
-use crate::voxel::Attributes;
+use crate::voxel::{Attributes, PageSource};
 
 fn ground() -> Vec<crate::modeling::inputs::Opened<f64>> {
     vec![terrain(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), |_, _| 100.0)]
@@ -18,6 +18,18 @@ fn pixels_on_voxels_keep_their_colours() {
         assert_eq!(area.colour(x, y)[..], picture(x, 63 - y)[..3]);
         assert_eq!(area.attributes(x, y).flags, 0);
     }
+}
+
+#[test]
+fn imagery_beside_the_area_is_told() {
+    let notes = |x: f64| {
+        let image = sheet(&Crs::local(), north_up(x, 640.0, 10.0), (64, 64), |_, _| [9, 9, 9, 255]);
+        built(ground(), vec![image], |_| {}).pages.header().metadata.notes.join("; ")
+    };
+    assert!(!notes(0.0).contains("outside") && !notes(0.0).contains("leaves"), "{}", notes(0.0));
+    assert!(notes(320.0).contains("imagery leaves 50.00 %"), "{}", notes(320.0));
+    let far = notes(5000.0);
+    assert!(far.contains("memory.tif lies outside the area") && far.contains("100.00 %"), "{far}");
 }
 
 #[test]

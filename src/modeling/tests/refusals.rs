@@ -125,6 +125,39 @@ fn kept_files_are_not_replaced() {
     assert_eq!(std::fs::read(&options.output).unwrap(), b"mine");
 }
 
+#[test]
+fn inputs_are_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 9, (400_000.0, 5_000_000.0), 10.0);
+    options.local = true;
+    options.output = folder.path().join(".").join("heights.asc");
+    let heights = std::fs::read(&options.output).unwrap();
+    assert!(refused(&options).contains("is an input"));
+    assert_eq!(std::fs::read(&options.output).unwrap(), heights);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_neither_read_nor_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 9, (400_000.0, 5_000_000.0), 10.0);
+    options.local = true;
+    options.output = folder.path().join("socket");
+    let _socket = std::os::unix::net::UnixListener::bind(&options.output).unwrap();
+    let sentence = |options: &BuildOptions| build(options, &Silent).unwrap_err().to_string();
+    assert!(sentence(&options).contains("no regular file"));
+    options.elevation = vec![std::mem::replace(&mut options.output, folder.path().join("area.hop"))];
+    assert!(sentence(&options).contains("no regular file"));
+}
+
+#[test]
+fn voxels_larger_than_the_area_have_no_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 9, (400_000.0, 5_000_000.0), 10.0);
+    (options.local, options.spacing) = (true, Some(1.0e6));
+    assert!(refused(&options).contains("--spacing"));
+}
+
 /// Stops the work after a number of units.
 struct Impatient {
     left: AtomicU64,
