@@ -174,14 +174,6 @@ pub(super) fn build_from(
     }
     write_coarser(&plan.grid, budget.threads, &mut writer, observer)?;
 
-    if !imagery.is_empty() && census.pictured < census.voxels {
-        let percent = 100.0 * census.pictured as f64 / census.voxels as f64;
-        let note = format!(
-            "imagery covers {percent:.1} % of the area; other colours were derived from height and slope"
-        );
-        observer.note(&note);
-        metadata.notes.push(note);
-    }
     let share = |count: u64| count as f64 / census.voxels.max(1) as f64;
     metadata.vertical_datum = datum.label().to_owned();
     metadata.void_share = share(census.voids);
