@@ -45,6 +45,8 @@ pub(super) fn walk(
         let line = lines.at(reader.buffer_position());
         let event = reader.read_event().map_err(|error| {
             let line = lines.at(reader.error_position());
+            // Names of damaged elements may hold line ends.
+            let error = error.to_string().replace(char::is_control, " ");
             source.at_line(line, format!("the XML is damaged ({error}); export the file again"))
         })?;
         match event {

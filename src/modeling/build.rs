@@ -15,7 +15,7 @@
 //! Every sample is a function of its place in the grid and of the inputs, so two builds agree byte by byte,
 //! whatever the number of threads and the memory (see [`super::budget`] for how that is shared out).
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::budget::Budget;
@@ -25,7 +25,7 @@ use super::plan::{self, Plan};
 use super::scan::{self, Survey};
 use super::tint::Tint;
 use super::vertical;
-use super::warp::Rect;
+use super::warp::{self, Rect};
 use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::geo::VerticalDatum;
@@ -120,7 +120,12 @@ fn check_output(options: &BuildOptions) -> Result<()> {
             )));
         }
     }
-    PageWriter::check_target(&options.output, options.overwrite)
+    PageWriter::check_target(&options.output, options.overwrite)?;
+    // A folder that is missing, or not writable, would show only after the heights were scanned.
+    let folder = options.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
+        .map(drop)
+        .map_err(|error| Error::io(&options.output, "create a file beside it", error))
 }
 
 /// All of a build after the files are open.
@@ -137,7 +142,8 @@ pub(super) fn build_from(
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let (elevation, imagery) = place(inputs, &plan, datum)?;
-    for note in outsiders(&imagery_paths, &imagery, &plan.grid) {
+    let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
+    for note in misplaced.into_iter().chain(sparse_note(&elevation, &plan.grid)) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -304,6 +310,30 @@ fn outsiders(paths: &[PathBuf], imagery: &[ImageryInput], grid: &Grid) -> Vec<St
             )
         })
         .collect()
+}
+
+/// Warns of an area that is mostly the gap between files that lie far apart: its voxels take time and disk as well.
+fn sparse_note(elevation: &[ElevationInput], grid: &Grid) -> Option<String> {
+    const SPARSE: f64 = 0.25;
+    let (west, south) = warp::world(grid, 0.0, 0.0);
+    let (east, north) = warp::world(grid, f64::from(grid.nx), f64::from(grid.ny));
+    let covered: f64 = elevation
+        .iter()
+        .map(|source| {
+            let [w, s, e, n] = source.reach;
+            (e.min(east) - w.max(west)).max(0.0) * (n.min(north) - s.max(south)).max(0.0)
+        })
+        .sum();
+    let share = covered / ((east - west) * (north - south));
+    (share < SPARSE).then(|| {
+        format!(
+            "elevation covers less than {:.2} % of the area of {} x {} voxels, but all of them are written; \
+             build files that lie far apart into databases of their own, or give --bbox",
+            100.0 * share,
+            grid.nx,
+            grid.ny
+        )
+    })
 }
 
 /// Says how much of the ground the imagery leaves without colour, if it does.

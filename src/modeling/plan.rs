@@ -215,16 +215,16 @@ pub(super) fn check_space(grid: &Grid, output: &Path) -> Result<()> {
     if needed <= free {
         return Ok(());
     }
-    let gigabytes = |bytes: f64| bytes / 1.0e9;
+    let megabytes = |bytes: f64| (bytes / 1.0e6).ceil();
     Err(Error::Configuration(format!(
-        "{}: {} x {} voxels of {} m take up to {:.1} GB, but only {:.1} GB are free there; \
+        "{}: {} x {} voxels of {} m take up to {} MB, but only {} MB are free there; \
          choose a larger --spacing or a smaller --bbox",
         output.display(),
         grid.nx,
         grid.ny,
         grid.spacing,
-        gigabytes(needed),
-        gigabytes(free)
+        megabytes(needed),
+        megabytes(free)
     )))
 }
 

@@ -99,3 +99,13 @@ fn rasters_apart_leave_nothing_between() {
     let metadata = &area.pages.header().metadata;
     assert_eq!((metadata.empty_share, metadata.void_share), (0.5, 0.0));
 }
+
+#[test]
+fn files_far_apart_are_told() {
+    let notes = |x: f64| {
+        let tile = |x: f64| terrain(&Crs::local(), north_up(x, 640.0, 10.0), (64, 64), |_, _| 100.0);
+        built(vec![tile(0.0), tile(x)], Vec::new(), |_| {}).pages.header().metadata.notes.join("; ")
+    };
+    assert!(!notes(640.0).contains("covers less"));
+    assert!(notes(12_000.0).contains("covers less than"), "{}", notes(12_000.0));
+}

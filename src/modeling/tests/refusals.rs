@@ -151,6 +151,16 @@ fn what_is_no_regular_file_is_neither_read_nor_replaced() {
 }
 
 #[test]
+fn a_missing_folder_is_told_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 9, (400_000.0, 5_000_000.0), 10.0);
+    options.output = folder.path().join("absent").join("area.hop");
+    // Heights without a system would be refused next.
+    let error = build(&options, &Silent).unwrap_err().to_string();
+    assert!(error.contains("cannot create a file beside it"), "{error}");
+}
+
+#[test]
 fn voxels_larger_than_the_area_have_no_surface() {
     let folder = tempfile::tempdir().unwrap();
     let mut options = grid_file(folder.path(), 9, (400_000.0, 5_000_000.0), 10.0);

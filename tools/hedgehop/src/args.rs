@@ -1,7 +1,7 @@
 //! What users type, and what it means: parsers of flag values, and flags that several commands share.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use hedgehop::Error;
@@ -190,6 +190,19 @@ pub fn check_inputs(flag: &str, files: &[PathBuf], example: &str) -> hedgehop::R
         }
     }
     Ok(())
+}
+
+/// Refuses an output that would take the place of an input.
+pub fn check_no_input(flag: &str, output: &Path, inputs: &[&Path]) -> hedgehop::Result<()> {
+    let Ok(target) = output.canonicalize() else { return Ok(()) };
+    let is_target = |input: &&&Path| input.canonicalize().is_ok_and(|input| input == target);
+    match inputs.iter().find(is_target) {
+        Some(input) => Err(Error::Configuration(format!(
+            "{flag} would replace {}, which is an input; write to another file or folder",
+            input.display()
+        ))),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

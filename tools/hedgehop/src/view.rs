@@ -50,11 +50,11 @@ pub struct FlightArgs {
     pub level: bool,
 
     /// Least height above ground, metres; lower parts of the path are raised [default: as the path says]
-    #[arg(long, value_name = "METRES", value_parser = args::number)]
+    #[arg(long, value_name = "METRES", value_parser = args::number, allow_negative_numbers = true)]
     pub clearance: Option<f64>,
 
     /// Horizontal field of view where the path gives none, degrees
-    #[arg(long, value_name = "DEGREES", default_value = "60", value_parser = args::field_of_view)]
+    #[arg(long, value_name = "DEGREES", default_value = "60", value_parser = args::field_of_view, allow_negative_numbers = true)]
     pub hfov: f64,
 
     /// Picture size, pixels
@@ -71,7 +71,7 @@ pub struct LookArgs {
     pub surface: Surface,
 
     /// Meteorological visibility at the lowest ground, metres [default: 40000]
-    #[arg(long, value_name = "METRES", value_parser = args::positive)]
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
     pub visibility: Option<f64>,
 
     /// Sun's azimuth clockwise from north and elevation above the horizon, degrees [default: 135,40]

@@ -174,6 +174,7 @@ fn wrong_flags_are_usage_errors() {
         &["build", "-o", "x.hop"],
         &["build", "--elevation", "a.tif", "-o", "x.hop", "--memory", "many"],
         &["build", "--elevation", "a.tif", "-o", "x.hop", "--bbox", "10,0,-10,5"],
+        &["build", "--elevation", "a.tif", "-o", "x.hop", "--bands", "1,2,3"],
         &["render", "x.hop", "-o", "f.png"],
         &["render", "x.hop", "--path", "p.csv", "--eye", "1,2,3", "-o", "f.png"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.gif"],
@@ -275,6 +276,23 @@ fn progress_as_json_is_json() {
     assert!(count("begin") > 0 && count("begin") == count("end"), "{text}");
     let ends: Vec<_> = events.iter().filter(|event| event["event"] == "end").collect();
     assert!(ends.iter().all(|event| event["done"] == event["total"]), "{text}");
+}
+
+#[test]
+fn outputs_never_take_the_place_of_inputs() {
+    let site = Site::built();
+    let path = fs::read(site.path("path.csv")).unwrap();
+    fs::create_dir(site.path("f")).unwrap();
+    fs::write(site.path("f/poses.csv"), &path).unwrap();
+    let flown =
+        site.run(&["render", "area.hop", "--path", "f/poses.csv", "--size", "9x9", "-o", "f/####.png"]);
+    let timed = site.run(&["bench", "area.hop", "--path", "path.csv", "--svg", "./area.hop"]);
+    for output in [flown, timed] {
+        assert_code(&output, 2);
+        assert!(complaint(&output).contains("is an input"));
+    }
+    assert_eq!(fs::read(site.path("f/poses.csv")).unwrap(), path);
+    assert!(!site.path("f/0001.png").exists());
 }
 
 #[test]

@@ -21,7 +21,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde::Serialize;
 
-use crate::args;
+use crate::args::{self, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::output::WRITER;
@@ -135,6 +135,11 @@ struct Pass {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
+    let inputs: Vec<&Path> =
+        std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path).collect();
+    for (flag, file) in [("--svg", &args.svg), ("--json", &args.json)] {
+        file.iter().try_for_each(|file| check_no_input(flag, file, &inputs))?;
+    }
     let source = PageFile::open(&args.area)?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
     let cameras = args.flight.cameras(&args.area, &source, args.fps, choose, &reporter)?;

@@ -51,7 +51,7 @@ pub struct Args {
     elevation_crs: Option<String>,
 
     /// Reference system of imagery files that state none
-    #[arg(long, value_name = "CRS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "CRS", allow_hyphen_values = true, requires = "imagery")]
     imagery_crs: Option<String>,
 
     /// Take coordinates of files without a reference system as plain metres
@@ -59,7 +59,7 @@ pub struct Args {
     local: bool,
 
     /// Side of the finest voxel in metres, and pixel size of inputs without georeferencing [default: pixel size of the finest elevation file]
-    #[arg(long, value_name = "METRES", value_parser = args::positive)]
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
     spacing: Option<f64>,
 
     /// Area to build, metres in the database's reference system [default: all that elevation covers]
@@ -79,7 +79,7 @@ pub struct Args {
     nodata_fill: NodataFill,
 
     /// Imagery bands to take as red, green and blue, counted from 1 [default: as the file says]
-    #[arg(long, value_name = "R,G,B", value_parser = args::bands)]
+    #[arg(long, value_name = "R,G,B", value_parser = args::bands, requires = "imagery")]
     bands: Option<[u32; 3]>,
 
     /// Memory that the build may hold, bytes with suffix K, M or G

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hedgehop::frame::atomic::write_with;
+use hedgehop::frame::sidecar;
 use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::PageFile;
@@ -16,7 +17,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
-use crate::args::Workers;
+use crate::args::{Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
@@ -156,9 +157,14 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     Ok(Done { files, rendered, kept: cameras.len() - rendered, seconds: begun.elapsed().as_secs_f64() })
 }
 
-/// Refuses before the first frame what would fail after the last one.
+/// Refuses before the first frame what would fail, or destroy an input, after the last one.
 fn check_combination(args: &Args) -> Result<()> {
     let is_stream = args.output.target() == Target::Y4m;
+    if let (Some(path), Some(folder), false) = (&args.flight.path, args.output.folder(), is_stream) {
+        for name in [sidecar::POSES, sidecar::MANIFEST] {
+            check_no_input("-o", &folder.join(name), &[path])?;
+        }
+    }
     if is_stream && args.skip_existing {
         return Err(Error::Configuration(
             "--skip-existing needs frames in files; a y4m stream is always written whole".into(),
