@@ -44,19 +44,24 @@ def build_whole(program, raster, output, size):
         sys.exit(f"more than {MEMORY_MIB} MiB were resident")
     if subprocess.run([program, "verify", output], stdout=subprocess.DEVNULL).returncode != 0:
         sys.exit("the database does not verify")
-    return seconds
 
 
-def kill_half_way(program, raster, output, seconds):
+def kill_half_way(program, raster, output, bytes_whole):
+    """Kills three builds by how much they have written, since a machine's speed changes under them."""
     before = set(output.parent.iterdir())
     for part in (0.05, 0.5, 0.95):
         process = build(program, raster, output)
-        time.sleep(part * seconds)
+        written = 0
+        while written < part * bytes_whole and process.poll() is None:
+            time.sleep(0.05)
+            written = sum(file.stat().st_size for file in set(output.parent.iterdir()) - before)
+        if process.poll() is not None:
+            sys.exit("the build ended before it could be killed")
         process.send_signal(signal.SIGKILL)
         process.wait()
         for file in set(output.parent.iterdir()) - before:
             if opens(program, file):
-                sys.exit(f"killed after {part * seconds:.1f} s, {file.name} opens as a database")
+                sys.exit(f"killed after {written} bytes, {file.name} opens as a database")
             file.unlink()
     print("killed builds left nothing that opens")
 
@@ -75,9 +80,10 @@ def main():
         maker = pathlib.Path(__file__).with_name("make_large_tiff.py")
         flags = ["--size", str(options.size), "--layout", options.layout] + ["--deflate"] * options.deflate
         subprocess.run([sys.executable, maker, raster, *flags], check=True)
-        seconds = build_whole(options.program, raster, output, options.size)
+        build_whole(options.program, raster, output, options.size)
+        bytes_whole = output.stat().st_size
         output.unlink()
-        kill_half_way(options.program, raster, output, seconds)
+        kill_half_way(options.program, raster, output, bytes_whole)
 
 
 if __name__ == "__main__":
