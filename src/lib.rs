@@ -69,3 +69,7 @@ pub mod subimage;
 pub mod voxel;
 
 pub use error::{Error, Result};
+
+#[cfg(test)]
+#[path = "../tests/common/realdata.rs"]
+mod realdata;

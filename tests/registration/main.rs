@@ -3,8 +3,6 @@
 //! Where a file's pixels lie is written down here from its tags, and the mean under a voxel's tent is taken
 //! anew, so that what is checked is not what checks.
 
-#![expect(clippy::print_stdout, reason = "tests say what they skip")]
-
 mod placement;
 #[path = "../common/realdata.rs"]
 mod realdata;

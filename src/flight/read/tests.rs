@@ -308,17 +308,7 @@ fn deep_xml_is_no_matter() {
 }
 
 fn real_trajectory(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("HEDGEHOP_REALDATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata"), PathBuf::from);
-    let path = root.join("trajectories").join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    #[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
-    {
-        eprintln!("skipped: {name} is not there (set HEDGEHOP_REALDATA)");
-    }
-    None
+    crate::realdata::realdata().map(|root| root.join("trajectories").join(name))
 }
 
 #[test]

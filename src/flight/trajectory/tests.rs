@@ -283,18 +283,8 @@ fn what_does_not_fit_is_refused() {
 
 #[test]
 fn a_real_flight_is_smooth_and_near_its_fixes() {
-    let root = std::env::var_os("HEDGEHOP_REALDATA").map_or_else(
-        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/realdata"),
-        PathBuf::from,
-    );
+    let Some(root) = crate::realdata::realdata() else { return };
     let path = root.join("trajectories/DA20-C1_N107TX_KSUS_to_KFYG_2018-10-15_trim.csv");
-    if !path.exists() {
-        #[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
-        {
-            eprintln!("skipped: {} is not there (set HEDGEHOP_REALDATA)", path.display());
-        }
-        return;
-    }
     let mut track = super::super::read_track(&path, &super::super::ReadOptions::default()).unwrap();
     for fix in &mut track.fixes {
         fix.yaw = None;

@@ -1,31 +1,15 @@
 //! Real pairs of elevation and imagery.
 
-use std::path::PathBuf;
-
 use super::support::{Area, options};
 use crate::geo::{Crs, Transform};
 use crate::modeling::{BuildOptions, build};
 use crate::progress::Silent;
+use crate::realdata::realdata;
 use crate::voxel::{Attributes, PageSource};
 
-/// The folder of real data; says so and answers `None` where it is not.
-fn real_data() -> Option<PathBuf> {
-    let folder = std::env::var_os("HEDGEHOP_REALDATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/realdata")),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    #[expect(clippy::print_stderr, reason = "a test that is left out must say so")]
-    {
-        eprintln!("skipped: no real data at {} (set HEDGEHOP_REALDATA)", folder.display());
-    }
-    None
-}
-
+/// The area of a pair of files, or `None` without real data.
 fn pair(elevation: &str, imagery: &str, adjust: impl Fn(&mut BuildOptions)) -> Option<Area> {
-    let data = real_data()?;
+    let data = realdata()?;
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(folder.path());
     options.elevation = vec![data.join(elevation)];
