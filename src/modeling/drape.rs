@@ -6,8 +6,8 @@
 //! nearest pixels so that it cannot ring, and only where its sixteen pixels are all there and opaque.
 
 use super::colour;
-use super::inputs::ImageryInput;
 use super::kernel::{Accumulate, Gather, Shape, Tap};
+use super::placed::ImageryInput;
 use super::warp::{self, Field, Rect, TOLERANCE};
 use crate::error::Result;
 use crate::voxel::Grid;

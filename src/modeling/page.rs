@@ -7,12 +7,12 @@
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
-use super::build::NodataFill;
 use super::colour;
 use super::drape::{Drape, Pigment};
 use super::fill;
-use super::inputs::{ElevationInput, ImageryInput};
 use super::mosaic::{Mosaic, Surface};
+use super::options::NodataFill;
+use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
 use super::tint::Tint;
 use super::warp::{self, Rect};
