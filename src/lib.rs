@@ -1,5 +1,6 @@
 //! Hedgehop: a CPU image generator for low flight over real terrain.
 
+pub mod colour;
 pub mod error;
 pub mod flight;
 pub mod frame;

@@ -4,7 +4,6 @@ pub mod raster;
 
 mod budget;
 mod build;
-mod colour;
 mod drape;
 mod fill;
 mod inputs;

@@ -11,11 +11,10 @@
 //! range; blending between levels hides where one follows the other (Williams, *Pyramidal
 //! parametrics*, 1983), and taps along the footprint keep grazing views sharp.
 
-use std::sync::LazyLock;
-
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Contact, GridRay, PageCursor};
+use crate::colour::linear_from_srgb8;
 use crate::error::Result;
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
 
@@ -128,7 +127,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let Some(colours) = self.cursor.corner_colours(level, cell)? else {
             return if level < self.coarsest { self.colour(level + 1, units) } else { Ok(Vec3::ZERO) };
         };
-        let [sw, se, nw, ne] = colours.map(linear_from_srgb);
+        let [sw, se, nw, ne] = colours.map(|colour| Vec3::from_array(linear_from_srgb8(colour)));
         let (u, v) = (fraction.x as f32, fraction.y as f32);
         Ok(sw.lerp(se, u).lerp(nw.lerp(ne, u), v))
     }
@@ -160,17 +159,4 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         }
         Ok(DVec2::from_array(slope))
     }
-}
-
-/// Linear light of an sRGB-encoded colour (IEC 61966-2-1).
-fn linear_from_srgb(encoded: [u8; 3]) -> Vec3 {
-    static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
-        std::array::from_fn(|code| {
-            let encoded = code as f64 / 255.0;
-            let linear =
-                if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-            linear as f32
-        })
-    });
-    Vec3::from_array(encoded.map(|code| LINEAR[usize::from(code)]))
 }
