@@ -7,7 +7,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec2, DVec3};
-use hedgehop::frame::tone::srgb8_picture;
+use hedgehop::colour::srgb8_picture;
 use hedgehop::render::{RenderOptions, render_frame};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;

@@ -22,7 +22,7 @@
 //! let pose = Pose { eye: glam::dvec3(100.0, 100.0, 80.0), attitude, hfov: 60.0 };
 //! let camera = Camera::new(pose, 160, 90);
 //! let frame = render_frame(&area, &camera, &RenderOptions::default(), &farm)?.frame;
-//! let rgb: Vec<u8> = hedgehop::frame::tone::srgb8_picture(&frame.colour);
+//! let rgb: Vec<u8> = hedgehop::colour::srgb8_picture(&frame.colour);
 //! # assert_eq!(rgb.len(), 160 * 90 * 3);
 //! # assert!(frame.range[0].is_infinite() && frame.range[89 * 160 + 80].is_finite());
 //! # Ok(())
@@ -54,6 +54,7 @@
 //! Marchers and renderers take any [`voxel::PageSource`]: a mapped file ([`memory::PageFile`]), a database in memory
 //! ([`voxel::MemPages`]), or one of your own.
 
+pub mod colour;
 pub mod error;
 pub mod flight;
 pub mod frame;

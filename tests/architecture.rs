@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["error"],
     &["progress"],
-    &["space"],
+    &["space", "colour"],
     &["geo"],
     &["voxel"],
     &["flight"],
@@ -20,7 +20,7 @@ const LAYERS: &[&[&str]] = &[
 ];
 
 /// Database modelling stands beside the layers that render, on these alone.
-const MODELING_MAY_USE: &[&str] = &["error", "progress", "space", "geo", "voxel"];
+const MODELING_MAY_USE: &[&str] = &["error", "progress", "space", "colour", "geo", "voxel"];
 
 /// The only files with unsafe code; each says why.
 const UNSAFE_FILES: &[&str] = &["src/memory/page_file.rs"];

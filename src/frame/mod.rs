@@ -1,7 +1,7 @@
 //! The image stage: pictures and how they are written.
 //!
 //! ```text
-//! Frame ─ tone ─▶ 8-bit sRGB ─┬─▶ png   one file per frame, text chunks say what made it
+//! Frame ────────▶ 8-bit sRGB ─┬─▶ png   one file per frame, text chunks say what made it
 //!   │                         ├─▶ y4m   one stream of frames, BT.709, limited range
 //!   │                         └─▶ video an installed ffmpeg, from the finished frames
 //!   └───────────────────────────▶ exr   linear colour, Z, range, normals, level, id
@@ -13,6 +13,7 @@
 
 use std::path::Path;
 
+use crate::colour::srgb8_picture;
 use crate::error::{Error, Result};
 use crate::space::Camera;
 use crate::voxel::Attributes;
@@ -30,7 +31,6 @@ pub mod rate;
 pub mod sidecar;
 #[cfg(test)]
 mod testing;
-pub mod tone;
 pub mod video;
 pub mod y4m;
 
@@ -141,7 +141,7 @@ pub fn write_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Writt
     Ok(Written::from_bytes(&bytes))
 }
 
-/// Reads a finished frame back as an 8-bit picture; EXR goes through the same [`tone`] as PNG.
+/// Reads a finished frame back as an 8-bit picture; EXR goes through the same [`crate::colour`] as PNG.
 pub fn read_picture(path: &Path) -> Result<Picture> {
     let target = Target::of(path)?;
     let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read it", source))?;
@@ -153,7 +153,7 @@ pub fn read_picture(path: &Path) -> Result<Picture> {
         Target::Exr => {
             let decoded = exr::decode(&bytes, None).map_err(|what| again(&what))?;
             let colour = decoded.colour().ok_or_else(|| again(&"it has no channels R, G and B"))?;
-            let rgb = tone::srgb8_picture(&colour);
+            let rgb = srgb8_picture(&colour);
             Ok(Picture { width: decoded.width, height: decoded.height, rgb })
         }
         Target::Y4m => Err(Error::unsupported(path, "y4m is not read back", "render frames/####.png")),

@@ -12,7 +12,8 @@ use std::path::Path;
 
 use super::info::CAMERA_CONVENTIONS;
 use super::picture::{Picture, Refusal};
-use super::{Frame, FrameInfo, tone};
+use super::{Frame, FrameInfo};
+use crate::colour::srgb8_picture;
 use crate::error::{Error, Result};
 
 /// Most bytes that a decoder may take for anything but the picture (text chunks above all).
@@ -20,7 +21,7 @@ const DECODER_BYTES: usize = 16 << 20;
 
 /// The bytes of a PNG of `frame`.
 pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
-    let rgb = tone::srgb8_picture(&frame.colour);
+    let rgb = srgb8_picture(&frame.colour);
     encode_rgb(frame, info, &rgb)
         .map_err(|source| Error::invalid(path, format!("the PNG encoder refuses the frame: {source}")))
 }
@@ -92,7 +93,7 @@ mod tests {
         let (frame, info) = (testing::frame(33, 21), testing::info());
         let bytes = encode(Path::new("a.png"), &frame, &info).unwrap();
         let (picture, entries) = decode(&bytes, Some((33, 21))).unwrap();
-        assert_eq!(picture.rgb, tone::srgb8_picture(&frame.colour));
+        assert_eq!(picture.rgb, srgb8_picture(&frame.colour));
         assert_eq!(entries["Software"], "hedgehop 0.1.0");
         assert_eq!(entries["hedgehop.database_file"], "Küste.hop");
         assert_eq!(entries["hedgehop.eye_m"], "500123.456789 4649776.225 312.75");
@@ -110,6 +111,6 @@ mod tests {
         let frame = testing::frame(50, 40);
         let bytes = encode(Path::new("a.png"), &frame, &testing::info()).unwrap();
         let picture = image::load_from_memory(&bytes).unwrap().into_rgb8();
-        assert_eq!(picture.into_raw(), tone::srgb8_picture(&frame.colour));
+        assert_eq!(picture.into_raw(), srgb8_picture(&frame.colour));
     }
 }

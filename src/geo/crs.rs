@@ -1,22 +1,12 @@
 //! Horizontal reference systems.
 //!
 //! Every way to name a system (EPSG code, WKT, GeoTIFF keys, PROJ string) ends in a PROJ definition,
-//! which is what the projections are computed from and what a database records.
+//! which is what the projections are computed from and what a database records. What people type is read in
+//! `user`, WKT in `wkt_system`, GeoTIFF keys in `geokeys`.
 
-use std::fs;
-use std::path::Path;
-
-use super::datum::VerticalCrs;
 use super::definition::Definition;
-use super::{choice, epsg, wkt};
+use super::{choice, epsg};
 use crate::error::{Error, Result};
-
-/// What may be typed, for error messages.
-const EXAMPLES: &str =
-    "give for example EPSG:32633, local, '+proj=utm +zone=33 +datum=WGS84', WKT, or the path of a .prj file";
-
-/// Longest text of a reference system that is read, in bytes.
-const LONGEST_FILE: u64 = 1 << 20;
 
 /// A horizontal coordinate reference system. Axes are always (east or longitude, north or
 /// latitude), whatever order the authority gives; units are metres, or degrees if geographic, or
@@ -34,33 +24,6 @@ impl Crs {
         Self { name: "local".into(), epsg: None, proj: None }
     }
 
-    /// From what a user types: `EPSG:32633`, `32633`, `local`, `+proj=…`, WKT, or a `.prj` file's path.
-    pub fn from_user(text: &str) -> Result<Self> {
-        Ok(Self::with_vertical_from_user(text)?.0)
-    }
-
-    /// As [`Crs::from_user`], with the system of the heights where the text names one
-    /// (`EPSG:4326+5773`, `EPSG:9518`, compound WKT).
-    pub fn with_vertical_from_user(text: &str) -> Result<(Self, Option<VerticalCrs>)> {
-        let text = text.trim();
-        if text.eq_ignore_ascii_case("local") {
-            return Ok((Self::local(), None));
-        }
-        if looks_like_proj(text) {
-            return from_proj_or_init(text).map(|crs| (crs, None));
-        }
-        if let Some(code) = strip_authority(text) {
-            return from_codes(code).map_err(Error::Configuration);
-        }
-        if wkt::looks_like_wkt(text) {
-            return Self::with_vertical_from_wkt(text);
-        }
-        if looks_like_path(text) {
-            return from_file(Path::new(text));
-        }
-        Err(Error::Configuration(format!("'{}' names no reference system; {EXAMPLES}", shortened(text))))
-    }
-
     /// From an EPSG code; of a compound system the horizontal part.
     pub fn from_epsg(code: u32) -> Result<Self> {
         Self::by_code(code).map_err(Error::Configuration)
@@ -70,16 +33,6 @@ impl Crs {
         let code = epsg::current(code);
         let definition = epsg::definition(code)?;
         Ok(Self { name: epsg::name(code), epsg: Some(code), proj: Some(definition.to_string()) })
-    }
-
-    /// From WKT 1 (OGC or Esri dialect) or WKT 2; of a compound system the horizontal part.
-    pub fn from_wkt(text: &str) -> Result<Self> {
-        Ok(Self::with_vertical_from_wkt(text)?.0)
-    }
-
-    /// As [`Crs::from_wkt`], with the system of the heights where the text names one.
-    pub fn with_vertical_from_wkt(text: &str) -> Result<(Self, Option<VerticalCrs>)> {
-        wkt::read(text).map_err(Error::Configuration)
     }
 
     /// From a PROJ definition and a name for people.
@@ -179,77 +132,6 @@ impl Crs {
         }
         self
     }
-}
-
-fn looks_like_proj(text: &str) -> bool {
-    text.starts_with('+') || text.starts_with("proj=") || text.starts_with("init=")
-}
-
-fn from_proj_or_init(text: &str) -> Result<Crs> {
-    let init = Definition::parse(text).map_err(Error::Configuration)?.get("init").map(str::to_owned);
-    match init.as_deref().map(strip_authority) {
-        None => Crs::from_proj(text, text),
-        Some(Some(code)) => Ok(from_codes(code).map_err(Error::Configuration)?.0),
-        Some(None) => {
-            Err(Error::Configuration(format!("'{}' is not +init=epsg:CODE; {EXAMPLES}", shortened(text))))
-        }
-    }
-}
-
-/// `32633` of `EPSG:32633`, `epsg:32633`, `ESRI:102100`, `urn:ogc:def:crs:EPSG::32633`, `32633`.
-fn strip_authority(text: &str) -> Option<&str> {
-    let lower = text.to_ascii_lowercase();
-    let prefixes = ["urn:ogc:def:crs:epsg::", "http://www.opengis.net/def/crs/epsg/0/", "epsg:", "esri:"];
-    let skip = prefixes.iter().find(|prefix| lower.starts_with(**prefix)).map_or(0, |prefix| prefix.len());
-    let rest = text.get(skip..)?.trim();
-    let code = skip > 0 || rest.starts_with(|c: char| c.is_ascii_digit()) && !rest.contains(['/', '.', '\\']);
-    code.then_some(rest)
-}
-
-/// `32633` or `4326+5773`.
-fn from_codes(text: &str) -> Result<(Crs, Option<VerticalCrs>), String> {
-    let code = |part: &str| {
-        part.trim().parse::<u32>().map_err(|_| format!("'{}' is no EPSG code; {EXAMPLES}", shortened(text)))
-    };
-    let (horizontal, vertical) = match text.split_once('+') {
-        Some((horizontal, vertical)) => (code(horizontal)?, Some(code(vertical)?)),
-        None => (code(text)?, None),
-    };
-    let vertical = match vertical {
-        None => epsg::vertical_part(horizontal),
-        Some(code) => Some(epsg::vertical(code).ok_or_else(|| {
-            format!("EPSG:{code} is not known here as a system of heights; say what the heights are measured from with --src-vdatum")
-        })?),
-    };
-    Ok((Crs::by_code(horizontal)?, vertical))
-}
-
-fn looks_like_path(text: &str) -> bool {
-    let path = Path::new(text);
-    let extension =
-        path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
-    matches!(extension.as_str(), "prj" | "wkt" | "proj" | "txt") || path.is_file()
-}
-
-fn from_file(path: &Path) -> Result<(Crs, Option<VerticalCrs>)> {
-    let length = fs::metadata(path).map_err(|error| Error::io(path, "read", error))?.len();
-    if length > LONGEST_FILE {
-        return Err(Error::invalid(
-            path,
-            format!("{length} bytes are too many for a reference system; {EXAMPLES}"),
-        ));
-    }
-    let bytes = fs::read(path).map_err(|error| Error::io(path, "read", error))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let text = text.trim_start_matches('\u{feff}').trim();
-    let read = if looks_like_proj(text) {
-        from_proj_or_init(text).map(|crs| (crs, None)).map_err(|error| error.to_string())
-    } else if let Some(code) = strip_authority(text) {
-        from_codes(code)
-    } else {
-        wkt::read(text)
-    };
-    read.map_err(|reason| Error::invalid(path, reason))
 }
 
 /// The first part of a text that may be of any length.

@@ -1,6 +1,6 @@
 //! Projection and ellipsoid of a GeoTIFF that gives them by parameters instead of one code.
 
-use super::geokeys::{Keys, USER_DEFINED, key};
+use super::geokey_directory::{Keys, USER_DEFINED, key};
 use super::projection::{CONVERT, Method, Parameters, Term, proj_terms};
 use super::units;
 

@@ -5,12 +5,14 @@ mod crs;
 mod datum;
 mod definition;
 mod epsg;
+mod geokey_directory;
 mod geokeys;
 mod geokeys_projection;
 mod projection;
 mod transform;
 mod undulation;
 mod units;
+mod user;
 mod wkt;
 mod wkt_names;
 mod wkt_system;
@@ -20,6 +22,5 @@ pub use datum::{VerticalCrs, VerticalDatum, VerticalShift};
 pub use geokeys::{GeoKeys, parse_geokeys};
 pub use transform::{GridNorth, Transform, grid_convergence};
 pub use undulation::egm96_undulation;
-#[cfg(test)]
 #[cfg(test)]
 mod tests;

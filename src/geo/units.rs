@@ -1,6 +1,7 @@
 //! Units of coordinates and heights.
 
 use super::epsg::{FOOT, US_SURVEY_FOOT};
+use super::geokey_directory::USER_DEFINED;
 
 /// Largest relative difference of two numbers that mean the same unit. The two feet differ by 2·10⁻⁶.
 const SAME_RELATIVE: f64 = 1e-8;
@@ -39,7 +40,7 @@ pub(super) fn linear(code: u32) -> Option<f64> {
 pub(super) fn linear_of_keys(code: Option<u16>, size: Option<f64>) -> Result<Option<f64>, String> {
     match code {
         None => Ok(None),
-        Some(super::geokeys::USER_DEFINED) => match size {
+        Some(USER_DEFINED) => match size {
             Some(size) if size > 0.0 => Ok(Some(size)),
             _ => Err("the unit of the coordinates is declared as user-defined, but has no size; write the right one with: gdal_edit.py -a_srs EPSG:CODE FILE".into()),
         },
@@ -59,9 +60,7 @@ pub(super) fn angular_of_keys(code: Option<u16>, size: Option<f64>) -> Result<f6
         Some(9103) => Ok(1.0 / 60.0),
         Some(9104) => Ok(1.0 / 3600.0),
         Some(9105 | 9106) => Ok(0.9),
-        Some(super::geokeys::USER_DEFINED) if size.is_some_and(|size| size > 0.0) => {
-            Ok(size.unwrap_or(1.0).to_degrees())
-        }
+        Some(USER_DEFINED) if size.is_some_and(|size| size > 0.0) => Ok(size.unwrap_or(1.0).to_degrees()),
         Some(code) => Err(format!(
             "the angular unit EPSG:{code} is not known here; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif"
         )),

@@ -10,10 +10,6 @@
 //!
 //! What a tree means is in `wkt_system`.
 
-use super::crs::Crs;
-use super::datum::VerticalCrs;
-use super::wkt_system;
-
 /// Deepest nesting that is read; real texts stay below 10.
 const DEEPEST: usize = 40;
 
@@ -50,15 +46,6 @@ pub(super) fn looks_like_wkt(text: &str) -> bool {
     let end = text.find(['[', '(']).unwrap_or(0);
     let word = text.get(..end).unwrap_or("").trim();
     ROOTS.iter().any(|root| root.eq_ignore_ascii_case(word))
-}
-
-/// Reads a text of a reference system.
-pub(super) fn read(text: &str) -> Result<(Crs, Option<VerticalCrs>), String> {
-    if text.len() > LONGEST {
-        return Err(format!("a WKT of {} bytes is too long (the limit is {LONGEST})", text.len()));
-    }
-    let root = parse(text)?;
-    wkt_system::read(&root)
 }
 
 /// A node of the tree.
@@ -123,7 +110,11 @@ impl Node {
     }
 }
 
-fn parse(text: &str) -> Result<Node, String> {
+/// Reads a text into its tree.
+pub(super) fn parse(text: &str) -> Result<Node, String> {
+    if text.len() > LONGEST {
+        return Err(format!("a WKT of {} bytes is too long (the limit is {LONGEST})", text.len()));
+    }
     let mut parser = Parser { text, place: 0 };
     let word = parser.word()?;
     let root = parser.node(word, 0)?;

@@ -14,9 +14,10 @@ use super::crs::{Crs, shortened};
 use super::datum::{VerticalCrs, VerticalDatum};
 use super::definition::Definition;
 use super::projection::{CONVERT, Parameters, proj_terms};
-use super::wkt::{Item, Node};
+use super::wkt::{Item, Node, parse};
 use super::wkt_names::{Kind, datum_code, method, plain, term};
 use super::{epsg, units};
+use crate::error::{Error, Result};
 
 const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
 const GEOGRAPHIC: [&str; 8] = [
@@ -32,8 +33,25 @@ const GEOGRAPHIC: [&str; 8] = [
 const VERTICAL: [&str; 4] = ["VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"];
 const REPAIR: &str = "write a sound one with: gdalsrsinfo -o wkt1 EPSG:CODE";
 
+impl Crs {
+    /// From WKT 1 (OGC or Esri dialect) or WKT 2; of a compound system the horizontal part.
+    pub fn from_wkt(text: &str) -> Result<Self> {
+        Ok(Self::with_vertical_from_wkt(text)?.0)
+    }
+
+    /// As [`Crs::from_wkt`], with the system of the heights where the text names one.
+    pub fn with_vertical_from_wkt(text: &str) -> Result<(Self, Option<VerticalCrs>)> {
+        read(text).map_err(Error::Configuration)
+    }
+}
+
+/// The system that a text names. The error is a sentence without a place.
+pub(super) fn read(text: &str) -> Result<(Crs, Option<VerticalCrs>), String> {
+    system(&parse(text)?)
+}
+
 /// The system of a tree.
-pub(super) fn read(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
+fn system(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
     match root.word.as_str() {
         "COMPD_CS" | "COMPOUNDCRS" => {
             let horizontal = root.items.iter().find_map(|item| match item {
@@ -41,7 +59,7 @@ pub(super) fn read(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
                 _ => None,
             });
             let horizontal = horizontal.ok_or_else(|| format!("the compound WKT has no horizontal part; {REPAIR}"))?;
-            let (crs, own) = read(horizontal)?;
+            let (crs, own) = system(horizontal)?;
             Ok((crs, root.child(&VERTICAL).and_then(vertical).or(own)))
         }
         "BOUNDCRS" => bound(root),
@@ -225,7 +243,7 @@ fn bound(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
     if source.word == "BOUNDCRS" {
         return Err(format!("the bound WKT holds another; {REPAIR}"));
     }
-    let (crs, vertical) = read(source)?;
+    let (crs, vertical) = system(source)?;
     let definition = crs
         .definition()
         .filter(|definition| definition.get("towgs84").is_none() && definition.get("datum").is_none());

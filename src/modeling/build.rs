@@ -19,8 +19,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::budget::Budget;
-use super::inputs::{self, ElevationInput, ImageryInput, Inputs};
+use super::inputs::{self, Inputs};
+use super::options::{BuildOptions, NodataFill};
 use super::page::{Census, Made, PageMaker, Project};
+use super::placed::{ElevationInput, ImageryInput};
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};
 use super::tint::Tint;
@@ -31,56 +33,6 @@ use crate::error::{Error, Result};
 use crate::geo::VerticalDatum;
 use crate::progress::Observer;
 use crate::voxel::{ContentHash, Grid, HeightCode, Metadata, PageId, PageWriter, coarse_page};
-
-/// What becomes of voxels whose source has no data.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum NodataFill {
-    /// They stay without a surface; rays pass.
-    None,
-    /// Interpolated from the heights around.
-    Interpolate,
-    /// A fixed height, metres above the database's datum.
-    Value(f64),
-}
-
-/// What to build from what.
-#[derive(Debug, Clone)]
-pub struct BuildOptions {
-    /// Elevation rasters, highest priority first; at least one.
-    pub elevation: Vec<PathBuf>,
-    /// Imagery, highest priority first; may be empty.
-    pub imagery: Vec<PathBuf>,
-    /// The database to write.
-    pub output: PathBuf,
-    /// Replace an existing file.
-    pub overwrite: bool,
-    /// CRS of the database as the user typed it; `None` chooses.
-    pub crs: Option<String>,
-    /// CRS of elevation files that state none.
-    pub elevation_crs: Option<String>,
-    /// CRS of imagery files that state none.
-    pub imagery_crs: Option<String>,
-    /// Coordinates of files without a CRS are metres; the database has no place on Earth.
-    pub local: bool,
-    /// Side of the finest voxel, metres; `None`: that of the finest elevation input.
-    pub spacing: Option<f64>,
-    /// Pixel size for inputs that have no georeferencing at all (PNG, raw), metres.
-    pub raw_spacing: Option<f64>,
-    /// Area to build: west, south, east, north in the database's CRS; `None`: all that elevation covers.
-    pub bbox: Option<[f64; 4]>,
-    /// Vertical datum of elevation files that state none.
-    pub src_vdatum: Option<VerticalDatum>,
-    /// Values that mean "no data" besides what the files declare.
-    pub nodata: Vec<f64>,
-    /// What becomes of voids.
-    pub nodata_fill: NodataFill,
-    /// One-based bands of the imagery to take as red, green, blue; `None` chooses.
-    pub bands: Option<[u32; 3]>,
-    /// Bytes that the build may hold resident.
-    pub memory: u64,
-    /// Worker threads, ≥ 1.
-    pub threads: usize,
-}
 
 /// What a build did.
 #[derive(Debug, Clone)]

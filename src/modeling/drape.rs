@@ -5,10 +5,10 @@
 //! Imagery coarser than the voxels is sharpened by the Catmull–Rom cubic, held within the range of the four
 //! nearest pixels so that it cannot ring, and only where its sixteen pixels are all there and opaque.
 
-use super::colour;
-use super::inputs::ImageryInput;
 use super::kernel::{Accumulate, Gather, Shape, Tap};
+use super::placed::ImageryInput;
 use super::warp::{self, Field, Rect, TOLERANCE};
+use crate::colour::linear_from_srgb8;
 use crate::error::Result;
 use crate::voxel::Grid;
 
@@ -118,7 +118,7 @@ impl Accumulate<[u8; 4]> for Painter<'_> {
         let opacity = f32::from(alpha) / 255.0;
         sums.alpha += tent * opacity;
         sums.opaque += u32::from(alpha == 255);
-        for (channel, linear) in colour::decode([red, green, blue]).into_iter().enumerate() {
+        for (channel, linear) in linear_from_srgb8([red, green, blue]).into_iter().enumerate() {
             sums.tent[channel] += tent * opacity * linear;
             sums.sharp[channel] += sharp * linear;
             if tent > 0.0 {

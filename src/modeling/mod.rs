@@ -4,13 +4,14 @@ pub mod raster;
 
 mod budget;
 mod build;
-mod colour;
 mod drape;
 mod fill;
 mod inputs;
 mod kernel;
 mod mosaic;
+mod options;
 mod page;
+mod placed;
 mod plan;
 mod scan;
 #[cfg(test)]
@@ -20,4 +21,5 @@ mod vertical;
 mod warp;
 mod workers;
 
-pub use build::{BuildOptions, BuildReport, NodataFill, build};
+pub use build::{BuildReport, build};
+pub use options::{BuildOptions, NodataFill};

@@ -14,8 +14,8 @@
 //! dividing by the taken weight repeats the outermost pixels, half a pixel wide. The same sums let a lower source fill
 //! the voids of a higher.
 
-use super::inputs::ElevationInput;
 use super::kernel::{Accumulate, Gather, Shape, Tap};
+use super::placed::ElevationInput;
 use super::warp::{self, Field, Rect, TOLERANCE};
 use crate::error::Result;
 use crate::voxel::Grid;

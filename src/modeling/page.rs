@@ -7,15 +7,15 @@
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
-use super::build::NodataFill;
-use super::colour;
 use super::drape::{Drape, Pigment};
 use super::fill;
-use super::inputs::{ElevationInput, ImageryInput};
 use super::mosaic::{Mosaic, Surface};
+use super::options::NodataFill;
+use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
 use super::tint::Tint;
 use super::warp::{self, Rect};
+use crate::colour::srgb8_from_linear;
 use crate::error::Result;
 use crate::voxel::{APRON, Attributes, EncodedPage, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId};
 
@@ -172,7 +172,7 @@ impl<'a> PageMaker<'a> {
                 let pigment = pigments[around.index(x, y)];
                 let bare = 1.0 - pigment.alpha;
                 let tint = if bare > 0.0 { self.tint(ground, x, y) } else { [0.0; 3] };
-                colours.push(std::array::from_fn(|c| colour::encode(pigment.linear[c] + bare * tint[c])));
+                colours.push(std::array::from_fn(|c| srgb8_from_linear(pigment.linear[c] + bare * tint[c])));
             }
         }
         (heights, colours)

@@ -15,8 +15,8 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use super::build::BuildOptions;
-use super::inputs::{Footprint, Inputs, Opened, crs_label, file_name, joined};
+use super::inputs::{Bounds, Footprint, Inputs, Opened, crs_label, file_name, joined};
+use super::options::BuildOptions;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
 use crate::voxel::Grid;
@@ -27,9 +27,6 @@ const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
 const ROUNDING: f64 = 1.0e-6;
 /// Bytes per voxel of level 1 that a database takes at most, coarser levels and aprons included.
 const VOXEL_BYTES: f64 = 10.5;
-
-/// West, south, east, north.
-pub(super) type Bounds = [f64; 4];
 
 /// Where the database lies.
 #[derive(Debug)]

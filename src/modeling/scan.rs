@@ -4,7 +4,7 @@
 //! of the terrain around: per source a surface of at most [`COARSE`]² cell means, whose empty cells are
 //! filled by pull and push (Gortler et al. 1996, §3.4: average what is known upward, then complete downward).
 
-use super::inputs::ElevationInput;
+use super::placed::ElevationInput;
 use super::raster::Window;
 use super::warp;
 use super::workers::in_order;

@@ -4,7 +4,7 @@
 //! lowland's green over ochre and rock to snow, stretched between the datum (or the lowest ground, if that is higher) and
 //! the highest ground. Steep ground shows rock. Shading by the sun is left to the renderer.
 
-use super::colour;
+use crate::colour::linear_from_srgb8;
 
 /// Stops of the ramp above the datum: place (0…1) and sRGB colour.
 const LAND: [(f64, [u8; 3]); 6] = [
@@ -41,7 +41,7 @@ impl Tint {
     /// Linear colour at a height in metres and a slope (rise over run).
     pub fn colour(&self, height: f64, slope: f64) -> [f32; 3] {
         if height.is_nan() {
-            return colour::decode(NEUTRAL);
+            return linear_from_srgb8(NEUTRAL);
         }
         if self.sea && height <= 0.0 {
             return ramp(&SEA, height / self.low.min(-1.0));
@@ -50,7 +50,7 @@ impl Tint {
         // A flat area has one colour, the lowland's.
         let place = (height - foot) / (self.high - foot).max(1.0);
         let rock = ((slope - SCREE.0) / (SCREE.1 - SCREE.0)).clamp(0.0, 1.0) as f32;
-        mix(ramp(&LAND, place), colour::decode(ROCK), rock)
+        mix(ramp(&LAND, place), linear_from_srgb8(ROCK), rock)
     }
 }
 
@@ -58,7 +58,7 @@ fn ramp(stops: &[(f64, [u8; 3])], place: f64) -> [f32; 3] {
     let above = stops.partition_point(|stop| stop.0 <= place).clamp(1, stops.len() - 1);
     let (from, to) = (stops[above - 1], stops[above]);
     let share = ((place - from.0) / (to.0 - from.0)).clamp(0.0, 1.0);
-    mix(colour::decode(from.1), colour::decode(to.1), share as f32)
+    mix(linear_from_srgb8(from.1), linear_from_srgb8(to.1), share as f32)
 }
 
 /// `a` and `share` of `b`.
@@ -69,11 +69,12 @@ pub(super) fn mix(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::srgb8_from_linear;
 
     #[test]
     fn sea_is_blue_lowland_green_and_summits_white() {
         let tint = Tint::new(-4000.0, 3000.0, true);
-        let srgb = |height, slope| tint.colour(height, slope).map(colour::encode);
+        let srgb = |height, slope| tint.colour(height, slope).map(srgb8_from_linear);
         assert_eq!(srgb(-4000.0, 0.0), SEA[2].1);
         assert_eq!((srgb(0.0, 0.0), srgb(1e-6, 0.0)), (SEA[0].1, LAND[0].1));
         assert_eq!(srgb(3000.0, 0.0), LAND[5].1);
@@ -83,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_local_area_has_no_sea() {
-        let [red, green, blue] = Tint::new(-50.0, -10.0, false).colour(-50.0, 0.0).map(colour::encode);
+        let [red, green, blue] = Tint::new(-50.0, -10.0, false).colour(-50.0, 0.0).map(srgb8_from_linear);
         assert!(green > red && green > blue);
     }
 }

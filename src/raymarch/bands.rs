@@ -17,8 +17,9 @@ pub struct LevelBands {
 }
 
 impl LevelBands {
-    /// Bands for pixels of `pixel_angle` radians, seen from `clearance` metres above the highest
-    /// surface (negative: below it). `detail` scales the thresholds: 2 keeps each level twice as far.
+    /// Bands of the levels `0..level_count` for pixels of `pixel_angle` radians (> 0), seen from
+    /// `clearance` metres above the highest surface (negative: below it). `detail` (> 0) scales the
+    /// thresholds: 2 keeps each level twice as far.
     pub fn new(grid: &Grid, level_count: u8, pixel_angle: f64, clearance: f64, detail: f64) -> Self {
         let threshold = |level: u8| if level == 0 { 0.0 } else { detail * grid.side(level) / pixel_angle };
         let finest = (0..level_count).rev().find(|&level| threshold(level) <= clearance).unwrap_or(0);

@@ -11,14 +11,14 @@
 //! range; blending between levels hides where one follows the other (Williams, *Pyramidal
 //! parametrics*, 1983), and taps along the footprint keep grazing views sharp.
 
-use std::sync::LazyLock;
-
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Contact, GridRay, PageCursor};
+use crate::colour::linear_from_srgb8;
 use crate::error::Result;
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
 
+/// Most taps along a footprint; one that is longer, in widths, is filtered over this length only.
 const MOST_TAPS: f64 = 8.0;
 
 /// What a pixel sees where its ray ended.
@@ -53,7 +53,7 @@ struct LevelBlend {
 }
 
 impl<'a, S: PageSource> SurfaceFilter<'a, S> {
-    /// A filter for pixels of `pixel_angle` radians.
+    /// A filter over `source` for pixels of `pixel_angle` radians, > 0.
     pub fn new(source: &'a S, pixel_angle: f64) -> Self {
         let header = source.header();
         Self {
@@ -75,7 +75,10 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         };
         let albedo = self.albedo(ray, units, width, blend, normal)?;
         let side = f64::from(Grid::side_units(contact.level));
-        let voxel = [(units.x / side).floor() as i64, (units.y / side).floor() as i64];
+        // A wall stands on the border of two voxels; half a voxel behind it lies the one that it belongs to.
+        let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
+        let place = units / side + behind;
+        let voxel = [place.x.floor() as i64, place.y.floor() as i64];
         let attributes = self.cursor.attributes(contact.level, voxel)?.unwrap_or_default();
         Ok(SurfaceSample {
             range: contact.range,
@@ -94,6 +97,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         LevelBlend { fine, coarse: (fine + 1).min(self.coarsest), share: position.fract() }
     }
 
+    /// Colour over the footprint of `width` metres (across the ray) around a position in units.
     fn albedo(
         &mut self,
         ray: &GridRay,
@@ -114,6 +118,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Ok(sum / taps as f32)
     }
 
+    /// Colour at a position in units, blended between two levels.
     fn blended_colour(&mut self, blend: LevelBlend, units: DVec2) -> Result<Vec3> {
         let fine = self.colour(blend.fine, units)?;
         if blend.share == 0.0 {
@@ -122,17 +127,19 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Ok(fine.lerp(self.colour(blend.coarse, units)?, blend.share as f32))
     }
 
-    /// Colour of a level at a position, bilinear in linear light.
+    /// Colour of a level at a position in units, bilinear in linear light; where its page is absent, of the
+    /// next coarser level; black where the coarsest one is, too.
     fn colour(&mut self, level: u8, units: DVec2) -> Result<Vec3> {
         let (cell, fraction) = self.cursor.cell_at(level, units);
         let Some(colours) = self.cursor.corner_colours(level, cell)? else {
             return if level < self.coarsest { self.colour(level + 1, units) } else { Ok(Vec3::ZERO) };
         };
-        let [sw, se, nw, ne] = colours.map(linear_from_srgb);
+        let [sw, se, nw, ne] = colours.map(|colour| Vec3::from_array(linear_from_srgb8(colour)));
         let (u, v) = (fraction.x as f32, fraction.y as f32);
         Ok(sw.lerp(se, u).lerp(nw.lerp(ne, u), v))
     }
 
+    /// Unit normal of the smooth surface at a position in units, in world axes.
     fn normal(&mut self, blend: LevelBlend, units: DVec2) -> Result<DVec3> {
         let mut gradient = self.gradient(blend.fine, units)?;
         if blend.share > 0.0 {
@@ -160,17 +167,4 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         }
         Ok(DVec2::from_array(slope))
     }
-}
-
-/// Linear light of an sRGB-encoded colour (IEC 61966-2-1).
-fn linear_from_srgb(encoded: [u8; 3]) -> Vec3 {
-    static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
-        std::array::from_fn(|code| {
-            let encoded = code as f64 / 255.0;
-            let linear =
-                if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-            linear as f32
-        })
-    });
-    Vec3::from_array(encoded.map(|code| LINEAR[usize::from(code)]))
 }

@@ -23,10 +23,14 @@ pub struct Contact {
 pub struct Marcher<'a, S: PageSource> {
     cursor: PageCursor<'a, S>,
     grid: Grid,
+    /// Level index and the ground distances between which it is seen, metres; nearest first.
     bands: Vec<(u8, f64, f64)>,
     surface: Surface,
+    /// Voxels of level 1 eastward and northward.
     size: DVec2,
+    /// Height that no surface reaches, metres above the datum.
     ceiling: f64,
+    /// Index of the coarsest level.
     coarsest: u8,
 }
 
@@ -37,18 +41,20 @@ struct Search<'r> {
 }
 
 impl<'a, S: PageSource> Marcher<'a, S> {
-    /// A marcher over `source` that sees levels in `bands`.
+    /// A marcher over `source` that sees levels in `bands`; in place of those that `source` lacks it
+    /// sees its coarsest.
     pub fn new(source: &'a S, bands: LevelBands, surface: Surface) -> Self {
         let header = source.header();
+        let coarsest = header.level_count - 1;
         Self {
             cursor: PageCursor::new(source),
             grid: header.grid,
-            bands: bands.iter().collect(),
+            bands: bands.iter().map(|(level, start, end)| (level.min(coarsest), start, end)).collect(),
             surface,
             size: DVec2::new(f64::from(header.grid.nx), f64::from(header.grid.ny)),
             // Codes are rounded, by half a step at most.
             ceiling: header.height_range.1 + header.heights.scale,
-            coarsest: header.level_count - 1,
+            coarsest,
         }
     }
 
@@ -139,10 +145,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         };
         let last = [dims[0] - 1, dims[1] - 1];
         for step in CellWalk::new(search.ray, Lattice { side, shift }, first, last, start, end) {
-            let contact = match self.surface {
-                Surface::Smooth => self.smooth_contact(search, level, &step, side)?,
-                Surface::Blocks => self.block_contact(search, level, &step, side)?,
-            };
+            let contact = self.cell_contact(search, level, &step, side)?;
             if contact.is_some() {
                 return Ok(contact);
             }
@@ -150,44 +153,27 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Ok(None)
     }
 
-    fn smooth_contact(
+    /// Where the ray first is on or under the surface within one cell. Where its page is absent, the next
+    /// coarser level stands in.
+    fn cell_contact(
         &mut self,
         search: &Search<'_>,
         level: u8,
         step: &CellStep,
         side: f64,
     ) -> Result<Option<Contact>> {
-        let Some(corners) = self.cursor.corners(level, step.cell)? else {
-            return self.coarser_contact(search, level, step);
+        let found = match self.surface {
+            Surface::Smooth => self.cursor.corners(level, step.cell)?.map(|corners| {
+                Patch::new(corners).first_contact(search.ray, step, side).map(|range| (range, None))
+            }),
+            Surface::Blocks => self.cursor.height(level, step.cell)?.map(|top| {
+                block_contact(search.ray, step, top?, side).map(|(range, face)| (range, Some(face)))
+            }),
         };
-        let range = Patch::new(corners).first_contact(search.ray, step, side);
-        Ok(range.map(|range| Contact { range, level, face: None }))
-    }
-
-    fn block_contact(
-        &mut self,
-        search: &Search<'_>,
-        level: u8,
-        step: &CellStep,
-        side: f64,
-    ) -> Result<Option<Contact>> {
-        let Some(top) = self.cursor.height(level, step.cell)? else {
-            return self.coarser_contact(search, level, step);
-        };
-        let contact = top.and_then(|top| block_contact(search.ray, step, top, side));
-        Ok(contact.map(|(range, face)| Contact { range, level, face: Some(face) }))
-    }
-
-    /// Where a page is absent, the next coarser level stands in.
-    fn coarser_contact(
-        &mut self,
-        search: &Search<'_>,
-        level: u8,
-        step: &CellStep,
-    ) -> Result<Option<Contact>> {
-        if level == self.coarsest {
-            return Ok(None);
+        match found {
+            Some(contact) => Ok(contact.map(|(range, face)| Contact { range, level, face })),
+            None if level < self.coarsest => self.walk_surface(search, level + 1, step.enter, step.leave),
+            None => Ok(None),
         }
-        self.walk_surface(search, level + 1, step.enter, step.leave)
     }
 }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::space::{Attitude, Camera, Pose};
-use crate::voxel::{Grid, HeightCode, MemPages, Metadata, PageSource, build_in_memory};
+use crate::voxel::{Attributes, Grid, HeightCode, MemPages, Metadata, PageSource, build_in_memory};
 
 fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
     let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
@@ -233,4 +233,37 @@ fn a_ray_that_starts_outside_meets_the_side_of_the_area() {
     let eye = (grid.origin + DVec2::new(-200.0, 300.0)).extend(20.0);
     let range = contact(&source, Surface::Smooth, &GridRay::new(&grid, eye, DVec3::X)).unwrap();
     assert!((range - 200.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_wall_has_the_attributes_of_its_own_voxel() {
+    let grid = Grid { nx: 20, ny: 20, spacing: 10.0, origin: DVec2::ZERO };
+    // A pillar of 4 × 4 voxels.
+    let is_pillar = |voxel: u32| (8..12).contains(&(voxel % 20)) && (8..12).contains(&(voxel / 20));
+    let heights: Vec<f64> = (0..400).map(|voxel| if is_pillar(voxel) { 90.0 } else { 0.0 }).collect();
+    let attributes: Vec<Attributes> = (0..400)
+        .map(|voxel| Attributes { source: u16::from(is_pillar(voxel)), ..Attributes::default() })
+        .collect();
+    let colours = vec![[128; 3]; heights.len()];
+    let source = build_in_memory(grid, &heights, &colours, Some(&attributes), &Metadata::default()).unwrap();
+    let mut marcher = Marcher::new(&source, LevelBands::finest_only(), Surface::Blocks);
+    let mut filter = SurfaceFilter::new(&source, 0.001);
+    for direction in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y] {
+        let ray = GridRay::new(&grid, DVec3::new(101.0, 101.0, 40.0) - 90.0 * direction, direction);
+        let contact = marcher.first_contact(&ray, 0.0).unwrap().unwrap();
+        assert_eq!(contact.face, Some(-direction), "{direction}");
+        assert_eq!(filter.sample(&ray, &contact).unwrap().attributes.source, 1, "{direction}");
+    }
+}
+
+#[test]
+fn bands_of_levels_that_the_database_lacks_show_its_coarsest() {
+    let source = terrain(64, 64, |_, _| 100.0);
+    let grid = source.header().grid;
+    let bands = LevelBands::new(&grid, grid.level_count() + 2, 1.0, -1.0, 1.0e-3);
+    let mut marcher = Marcher::new(&source, bands, Surface::Smooth);
+    let eye = (grid.origin + DVec2::new(5.0, 320.0)).extend(130.0);
+    let direction = Attitude { yaw: 90.0, pitch: -4.0, roll: 0.0 }.world_from_view().z_axis;
+    let contact = marcher.first_contact(&GridRay::new(&grid, eye, direction), 0.0).unwrap().unwrap();
+    assert_eq!(contact.level, grid.level_count() - 1);
 }

@@ -1,22 +1,23 @@
-//! sRGB codes to linear light and back (IEC 61966-2-1), in 16-bit integers: sums of them are exact, so
-//! that averages do not depend on the order of summing.
+//! Means of sRGB colours in linear light, in 16-bit integers: sums of them are exact, so that averages do
+//! not depend on the order of summing.
 
 use std::sync::LazyLock;
 
+use crate::colour::linear_from_encoded;
+
 /// Linear light of each sRGB code, 0…65535.
 static LINEAR: LazyLock<[u16; 256]> =
-    LazyLock::new(|| std::array::from_fn(|code| (linear(code as f64) * f64::from(u16::MAX)).round() as u16));
+    LazyLock::new(|| std::array::from_fn(|code| linear(code as f64).round() as u16));
 
 /// The sRGB code for each linear light: that in whose interval, half a code to each side, it falls.
 static CODES: LazyLock<Box<[u8]>> = LazyLock::new(|| {
-    let limits: Vec<f64> = (0..255).map(|code| linear(f64::from(code) + 0.5) * f64::from(u16::MAX)).collect();
+    let limits: Vec<f64> = (0..255).map(|code| linear(f64::from(code) + 0.5)).collect();
     (0..=u16::MAX).map(|light| limits.partition_point(|&limit| limit <= f64::from(light)) as u8).collect()
 });
 
-/// Linear light, 0…1, of an sRGB code, 0…255.
+/// Linear light, 0…65535, of an sRGB code, 0…255.
 fn linear(code: f64) -> f64 {
-    let encoded = code / 255.0;
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    linear_from_encoded(code / 255.0) * f64::from(u16::MAX)
 }
 
 /// Takes means of sRGB colours in linear light.

@@ -214,36 +214,8 @@ fn covers_deep_sea(raster: &dyn Raster, conversion: &Conversion) -> Result<bool>
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{Fixed, raster};
     use super::*;
-
-    struct Fixed(RasterInfo, Vec<f64>);
-
-    impl Raster for Fixed {
-        fn info(&self) -> &RasterInfo {
-            &self.0
-        }
-        fn read(&self, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()> {
-            samples.clear();
-            for y in window.y..window.y + window.height {
-                for x in window.x..window.x + window.width {
-                    let pixel = (y * self.0.width + x) * self.0.bands;
-                    samples.extend(bands.iter().map(|band| self.1[(pixel + band) as usize]));
-                }
-            }
-            Ok(())
-        }
-    }
-
-    fn raster(sample: SampleType, bands: u32, samples: &[f64]) -> Fixed {
-        let info = RasterInfo {
-            width: samples.len() as u32 / bands,
-            height: 1,
-            bands,
-            sample,
-            ..RasterInfo::blank(std::path::Path::new("a.tif"), "GeoTIFF")
-        };
-        Fixed(info, samples.to_vec())
-    }
 
     fn heights(raster: Fixed, nodata: &[f64]) -> (Vec<f64>, Vec<String>) {
         let width = raster.0.width;

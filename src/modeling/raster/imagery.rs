@@ -169,33 +169,8 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{Fixed, raster};
     use super::*;
-
-    struct Fixed(RasterInfo, Vec<f64>);
-
-    impl Raster for Fixed {
-        fn info(&self) -> &RasterInfo {
-            &self.0
-        }
-        fn read(&self, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()> {
-            samples.clear();
-            for x in window.x..window.x + window.width {
-                samples.extend(bands.iter().map(|band| self.1[(x * self.0.bands + band) as usize]));
-            }
-            Ok(())
-        }
-    }
-
-    fn raster(sample: SampleType, bands: u32, samples: Vec<f64>) -> Fixed {
-        let info = RasterInfo {
-            width: samples.len() as u32 / bands,
-            height: 1,
-            bands,
-            sample,
-            ..RasterInfo::blank(std::path::Path::new("a.tif"), "GeoTIFF")
-        };
-        Fixed(info, samples)
-    }
 
     fn pixels(raster: Fixed, bands: Option<[u32; 3]>) -> (Vec<[u8; 4]>, Vec<String>) {
         let width = raster.0.width;
@@ -207,24 +182,24 @@ mod tests {
 
     #[test]
     fn nodata_must_fill_all_bands() {
-        let mut rgb = raster(SampleType::U8, 3, vec![0.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
+        let mut rgb = raster(SampleType::U8, 3, &[0.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
         rgb.0.nodata = Some(0.0);
         assert_eq!(pixels(rgb, None).0, [[0, 0, 0, 0], [0, 7, 0, 255]]);
     }
 
     #[test]
     fn grey_alpha_and_white_is_zero() {
-        let mut grey = raster(SampleType::U8, 2, vec![10.0, 255.0, 20.0, 0.0]);
+        let mut grey = raster(SampleType::U8, 2, &[10.0, 255.0, 20.0, 0.0]);
         grey.0.alpha_band = Some(1);
         assert_eq!(pixels(grey, None).0, [[10, 10, 10, 255], [20, 20, 20, 0]]);
-        let mut inverse = raster(SampleType::U8, 1, vec![10.0]);
+        let mut inverse = raster(SampleType::U8, 1, &[10.0]);
         inverse.0.white_is_zero = true;
         assert_eq!(pixels(inverse, None).0, [[245, 245, 245, 255]]);
     }
 
     #[test]
     fn six_bands() {
-        let six = || raster(SampleType::U8, 6, (1..=6).map(f64::from).collect());
+        let six = || raster(SampleType::U8, 6, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let (first, notes) = pixels(six(), None);
         assert_eq!(first, [[1, 2, 3, 255]]);
         assert!(notes[0].contains("--bands"), "{notes:?}");
@@ -236,7 +211,7 @@ mod tests {
     #[test]
     fn wide_samples_are_stretched_alike() {
         let samples: Vec<f64> = (0..64).flat_map(|i| [f64::from(i) * 100.0 + 1000.0; 3]).collect();
-        let (pixels, notes) = pixels(raster(SampleType::U16, 3, samples), None);
+        let (pixels, notes) = pixels(raster(SampleType::U16, 3, &samples), None);
         assert_eq!((pixels[0][0], pixels[63][2]), (0, 255));
         assert!((i16::from(pixels[32][1]) - 128).abs() < 8);
         assert!(notes[0].contains("stretched"), "{notes:?}");

@@ -31,6 +31,8 @@ mod picture;
 mod raw;
 mod sample;
 mod side;
+#[cfg(test)]
+mod testing;
 mod tiff;
 
 use std::path::{Path, PathBuf};

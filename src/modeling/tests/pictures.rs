@@ -1,8 +1,8 @@
 //! Colours.
 
 use super::support::{built, north_up, sheet, terrain};
+use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::geo::Crs;
-use crate::modeling::colour;
 use crate::voxel::{Attributes, PageSource};
 
 fn ground() -> Vec<crate::modeling::inputs::Opened<f64>> {
@@ -57,7 +57,7 @@ fn filters_keep_the_mean() {
         let area = built(ground(), vec![image], |_| {});
         let mean = |values: &mut dyn Iterator<Item = u8>| {
             let (sum, count) = values.fold((0.0, 0.0), |(sum, count), byte| {
-                (sum + f64::from(colour::LINEAR[usize::from(byte)]), count + 1.0)
+                (sum + f64::from(linear_from_srgb8([byte; 3])[0]), count + 1.0)
             });
             sum / count
         };
@@ -98,7 +98,7 @@ fn the_next_picture_shows_through_and_then_the_tint() {
 #[test]
 fn abutting_pictures_join_without_a_line() {
     let local = Crs::local();
-    let ramp = |x: u32| colour::encode(x as f32 / 40.0);
+    let ramp = |x: u32| srgb8_from_linear(x as f32 / 40.0);
     let tile = |first: u32| {
         sheet(&local, north_up(f64::from(first) * 16.0, 640.0, 16.0), (20, 40), move |c, _| {
             let byte = ramp(first + c);

@@ -5,6 +5,7 @@ mod args;
 mod commands;
 mod contact_sheet;
 mod exit;
+mod figures;
 mod interrupt;
 mod output;
 mod plot;

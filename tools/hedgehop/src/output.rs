@@ -6,10 +6,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use hedgehop::colour::srgb8_picture;
 use hedgehop::frame::check::{Existing, existing};
 use hedgehop::frame::sidecar::{DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest};
 use hedgehop::frame::y4m::{Chroma, Y4mWriter};
-use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, tone, write_frame};
+use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
@@ -164,7 +165,7 @@ impl<W: Write> Stream<W> {
 
     /// Appends one frame.
     pub fn write(&self, shot: &Shot) -> Result<()> {
-        let picture = tone::srgb8_picture(&shot.frame.colour);
+        let picture = srgb8_picture(&shot.frame.colour);
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
         writer.write(&picture).map_err(|error| Error::io(&self.name, "write it", error))
     }

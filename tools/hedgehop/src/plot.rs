@@ -3,7 +3,7 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::commands::bench::{Figures, Report};
+use crate::figures::{Figures, Report};
 
 const SIZE: (u32, u32) = (1100, 820);
 const LINE: RGBColor = RGBColor(31, 95, 160);

@@ -1,6 +1,7 @@
-//! From linear light to 8-bit sRGB, exactly rounded.
+//! 8-bit sRGB to linear light and back, exactly rounded.
 //!
-//! IEC 61966-2-1:1999, 5.2: `v = 12.92 x` up to `x = 0.0031308`, else `v = 1.055 x^(1/2.4) − 0.055`;
+//! Colours are averaged, filtered and shaded in linear light only: the mean of a black and a white
+//! pixel is 188, not 128. Decoding is a table of 256 entries. Encoding, after IEC 61966-2-1:1999, 5.2: `v = 12.92 x` up to `x = 0.0031308`, else `v = 1.055 x^(1/2.4) − 0.055`;
 //! the code is `⌊255 v + ½⌋`. A `powf` per sample is slow, and differs between machines in its last bit.
 //! Since the code never falls as x rises, it is the number of thresholds at or below x, where the k-th
 //! threshold is the least f32 whose code is k. So:
@@ -17,6 +18,10 @@
 //! between two f32 that the last bits of a machine's `powf` could matter.
 
 use std::sync::LazyLock;
+
+/// Linear light of each sRGB code, 0 … 1.
+static LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|code| linear_from_encoded(code as f64 / 255.0) as f32));
 
 /// Buckets per octave, a power of two: the upper mantissa bits that take part in the index.
 const INDEX_SHIFT: u32 = 16;
@@ -50,8 +55,13 @@ fn thresholds() -> [f32; 255] {
 }
 
 /// Inverse of the sRGB curve: linear light, 0 … 1, of an encoded value, 0 … 1.
-fn linear_from_encoded(encoded: f64) -> f64 {
+pub fn linear_from_encoded(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Linear light, 0 … 1, of an 8-bit sRGB colour.
+pub fn linear_from_srgb8(colour: [u8; 3]) -> [f32; 3] {
+    colour.map(|code| LINEAR[usize::from(code)])
 }
 
 /// The 8-bit sRGB code of linear light, where 1 is display white. Values beyond 0 … 1 are clipped, NaN is 0.
@@ -122,6 +132,13 @@ mod tests {
         }
         assert_eq!(code, 255);
         assert_eq!(reference(f64::from(LEAST.next_down())), 0);
+    }
+
+    #[test]
+    fn codes_survive_the_round_trip() {
+        for code in 0..=255 {
+            assert_eq!(linear_from_srgb8([code; 3]).map(srgb8_from_linear), [code; 3]);
+        }
     }
 
     #[test]

@@ -1,0 +1,47 @@
+//! What `bench` measures: what it prints, writes as JSON and plots.
+
+use serde::Serialize;
+
+/// What was measured for one number of workers; medians over the repeats.
+#[derive(Debug, Clone, Serialize)]
+pub struct Figures {
+    /// Worker threads.
+    pub workers: usize,
+    /// Frames per second of wall time, without encoding.
+    pub frames_per_s: f64,
+    /// Million pixels per second of wall time, without encoding.
+    pub mpixel_per_s: f64,
+    /// Speed per worker against the smallest number of workers, 0…1.
+    pub efficiency: f64,
+    /// Marching, milliseconds per frame, summed over workers.
+    pub march_ms: f64,
+    /// Shading, milliseconds per frame, summed over workers.
+    pub shade_ms: f64,
+    /// Image stage, milliseconds per frame, summed over workers.
+    pub image_ms: f64,
+    /// PNG encoding to memory, milliseconds per frame, one thread.
+    pub encode_ms: f64,
+}
+
+/// Everything that was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// Version of the program.
+    pub hedgehop: &'static str,
+    /// Cores that this process may use.
+    pub cores: usize,
+    /// Database.
+    pub area: String,
+    /// Identity of the database.
+    pub content_hash: String,
+    /// Pixels per row and rows.
+    pub size: [u32; 2],
+    /// Frames in a pass.
+    pub frames: Vec<u64>,
+    /// Timed passes.
+    pub repeats: u32,
+    /// All numbers of workers gave the same frames, bit by bit.
+    pub identical_frames: bool,
+    /// One entry per number of workers, rising.
+    pub results: Vec<Figures>,
+}
