@@ -1,8 +1,11 @@
 //! 8-bit sRGB to linear light and back, exactly rounded.
 //!
 //! Colours are averaged, filtered and shaded in linear light only: the mean of a black and a white
-//! pixel is 188, not 128. Decoding is a table of 256 entries. Encoding, after IEC 61966-2-1:1999, 5.2: `v = 12.92 x` up to `x = 0.0031308`, else `v = 1.055 x^(1/2.4) − 0.055`;
-//! the code is `⌊255 v + ½⌋`. A `powf` per sample is slow, and differs between machines in its last bit.
+//! pixel is 188, not 128. Decoding is a table of 256 entries.
+//!
+//! Encoding, IEC 61966-2-1:1999, 5.2: `v = 12.92 x` up to `x = 0.0031308`, else
+//! `v = 1.055 x^(1/2.4) − 0.055`; the code is `⌊255 v + ½⌋`. A `powf` per sample is slow, and differs
+//! between machines in its last bit.
 //! Since the code never falls as x rises, it is the number of thresholds at or below x, where the k-th
 //! threshold is the least f32 whose code is k. So:
 //!

@@ -4,9 +4,9 @@
 //! `ULXMAP` and `ULYMAP` are the centre of the first pixel. What a header leaves out has the defaults of Esri: one band,
 //! band-interleaved by line, 8 bits; 16 bits without `PIXELTYPE` are signed, as in GTOPO30; `.flt` is 32-bit float.
 
-use std::collections::HashMap;
 use std::path::Path;
 
+use super::fields::Fields;
 use super::file::InputFile;
 use super::raw::{Placement, RawRaster, RowStarts};
 use super::sample::ByteOrder;
@@ -15,19 +15,19 @@ use crate::error::{Error, Result};
 
 /// Opens the samples in `file` that the text of `header` describes.
 pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn Raster>> {
-    let fields = Fields::parse(header, text);
+    let fields = parse(header, text);
     let (width, height) = (fields.size("ncols")?, fields.size("nrows")?);
     let bands = fields.whole("nbands")?.unwrap_or(1);
     let float = file.path().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("flt"));
-    let sample = fields.sample(float)?;
-    let order = match fields.word("byteorder").as_deref() {
+    let sample = sample(&fields, float)?;
+    let order = match fields.text("byteorder") {
         None | Some("i" | "lsbfirst" | "vms_ffloat") => ByteOrder::Little,
         Some("m" | "msbfirst") => ByteOrder::Big,
         Some(other) => return Err(fields.wrong("byteorder", other)),
     };
-    let placement = fields.placement((width, height, bands), sample.bytes() as u64, order)?;
-    let nodata = match fields.word("nodata").or_else(|| fields.word("nodata_value")) {
-        Some(text) => nodata::parse(&text, sample).map_err(|text| fields.wrong("nodata", &text))?,
+    let placement = placement(&fields, (width, height, bands), sample.bytes() as u64, order)?;
+    let nodata = match fields.text("nodata").or_else(|| fields.text("nodata_value")) {
+        Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("nodata", &text))?,
         None => None,
     };
     let mut info = RasterInfo {
@@ -35,7 +35,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         height,
         bands,
         sample,
-        geo: fields.geo(height)?,
+        geo: geo(&fields, height)?,
         nodata,
         ..RasterInfo::blank(file.path(), if float { "GridFloat" } else { "Esri raw raster" })
     };
@@ -43,122 +43,81 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }
 
-/// `key value` lines, keys in lower case.
-struct Fields<'a> {
-    path: &'a Path,
-    values: HashMap<String, String>,
+/// `key value` lines; what stands after the value is no part of it.
+fn parse<'a>(path: &'a Path, text: &str) -> Fields<'a> {
+    let pair = |line: &str| {
+        let mut words = line.split_whitespace();
+        Some((words.next()?.to_ascii_lowercase(), words.next()?.to_ascii_lowercase()))
+    };
+    Fields { path, values: text.lines().filter_map(pair).collect() }
 }
 
-impl<'a> Fields<'a> {
-    fn parse(path: &'a Path, text: &str) -> Self {
-        let pair = |line: &str| {
-            let mut words = line.split_whitespace();
-            Some((words.next()?.to_ascii_lowercase(), words.next()?.to_ascii_lowercase()))
-        };
-        Self { path, values: text.lines().filter_map(pair).collect() }
+fn sample(fields: &Fields<'_>, float: bool) -> Result<SampleType> {
+    let bits = fields.whole("nbits")?.unwrap_or(if float { 32 } else { 8 });
+    let kind = fields.text("pixeltype").unwrap_or(if float { "float" } else { "" });
+    match (bits, kind) {
+        (8, "" | "unsignedint") => Ok(SampleType::U8),
+        (8, "signedint") => Ok(SampleType::I8),
+        (16, "unsignedint") => Ok(SampleType::U16),
+        (16, "" | "signedint") => Ok(SampleType::I16),
+        (32, "unsignedint") => Ok(SampleType::U32),
+        (32, "" | "signedint") => Ok(SampleType::I32),
+        (32, "float") => Ok(SampleType::F32),
+        (64, "float") => Ok(SampleType::F64),
+        _ => Err(Error::unsupported(
+            fields.path,
+            format!("states samples of {bits} bits, {kind}"),
+            "convert it: gdal_translate -ot Float32 IN out.tif",
+        )),
     }
+}
 
-    fn word(&self, key: &str) -> Option<String> {
-        self.values.get(key).cloned()
-    }
-
-    fn wrong(&self, key: &str, value: &str) -> Error {
-        Error::invalid(
-            self.path,
-            format!("states {} {value}, which is not understood", key.to_ascii_uppercase()),
-        )
-    }
-
-    fn number(&self, key: &str) -> Result<Option<f64>> {
-        let Some(text) = self.values.get(key) else { return Ok(None) };
-        let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-        number.map(Some).ok_or_else(|| self.wrong(key, text))
-    }
-
-    fn whole(&self, key: &str) -> Result<Option<u32>> {
-        let Some(text) = self.values.get(key) else { return Ok(None) };
-        text.parse().map(Some).map_err(|_| self.wrong(key, text))
-    }
-
-    fn size(&self, key: &str) -> Result<u32> {
-        match self.whole(key)? {
-            Some(size) if size > 0 => Ok(size),
-            _ => Err(Error::invalid(self.path, format!("states no {} above zero", key.to_ascii_uppercase()))),
+fn placement(
+    fields: &Fields<'_>,
+    (width, height, bands): (u32, u32, u32),
+    size: u64,
+    order: ByteOrder,
+) -> Result<Placement> {
+    let first = fields.whole("skipbytes")?.map_or(0, u64::from);
+    let (width, height) = (u64::from(width), u64::from(height));
+    let row = width * size;
+    let total = |default: Option<u64>| match fields.whole("totalrowbytes")? {
+        Some(bytes) => Ok(u64::from(bytes)),
+        None => default.ok_or_else(|| Error::invalid(fields.path, "states a row that exceeds 64 bits")),
+    };
+    let (row_bytes, pixel_bytes, band_bytes) = match fields.text("layout") {
+        None | Some("bil") => {
+            let band = fields.whole("bandrowbytes")?.map_or(row, u64::from);
+            (total(band.checked_mul(u64::from(bands)))?, size, band)
         }
-    }
-
-    fn sample(&self, float: bool) -> Result<SampleType> {
-        let bits = self.whole("nbits")?.unwrap_or(if float { 32 } else { 8 });
-        let kind =
-            self.word("pixeltype").unwrap_or_else(|| if float { "float".into() } else { String::new() });
-        match (bits, kind.as_str()) {
-            (8, "" | "unsignedint") => Ok(SampleType::U8),
-            (8, "signedint") => Ok(SampleType::I8),
-            (16, "unsignedint") => Ok(SampleType::U16),
-            (16, "" | "signedint") => Ok(SampleType::I16),
-            (32, "unsignedint") => Ok(SampleType::U32),
-            (32, "" | "signedint") => Ok(SampleType::I32),
-            (32, "float") => Ok(SampleType::F32),
-            (64, "float") => Ok(SampleType::F64),
-            _ => Err(Error::unsupported(
-                self.path,
-                format!("states samples of {bits} bits, {kind}"),
-                "convert it: gdal_translate -ot Float32 IN out.tif",
-            )),
+        Some("bip") => (total(row.checked_mul(u64::from(bands)))?, size * u64::from(bands), size),
+        Some("bsq") => {
+            let gap = fields.whole("bandgapbytes")?.map_or(0, u64::from);
+            let band = row.checked_mul(height).and_then(|band| band.checked_add(gap));
+            (row, size, band.ok_or_else(|| Error::invalid(fields.path, "states bands that exceed 64 bits"))?)
         }
-    }
+        Some(other) => return Err(fields.wrong("layout", other)),
+    };
+    Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
+}
 
-    fn placement(
-        &self,
-        (width, height, bands): (u32, u32, u32),
-        size: u64,
-        order: ByteOrder,
-    ) -> Result<Placement> {
-        let first = self.whole("skipbytes")?.map_or(0, u64::from);
-        let (width, height) = (u64::from(width), u64::from(height));
-        let row = width * size;
-        let total = |default: Option<u64>| match self.whole("totalrowbytes")? {
-            Some(bytes) => Ok(u64::from(bytes)),
-            None => default.ok_or_else(|| Error::invalid(self.path, "states a row that exceeds 64 bits")),
-        };
-        let (row_bytes, pixel_bytes, band_bytes) = match self.word("layout").as_deref() {
-            None | Some("bil") => {
-                let band = self.whole("bandrowbytes")?.map_or(row, u64::from);
-                (total(band.checked_mul(u64::from(bands)))?, size, band)
-            }
-            Some("bip") => (total(row.checked_mul(u64::from(bands)))?, size * u64::from(bands), size),
-            Some("bsq") => {
-                let gap = self.whole("bandgapbytes")?.map_or(0, u64::from);
-                let band = row.checked_mul(height).and_then(|band| band.checked_add(gap));
-                (
-                    row,
-                    size,
-                    band.ok_or_else(|| Error::invalid(self.path, "states bands that exceed 64 bits"))?,
-                )
-            }
-            Some(other) => return Err(self.wrong("layout", other)),
-        };
-        Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
-    }
-
-    fn geo(&self, rows: u32) -> Result<Option<GeoTransform>> {
-        let cell = self.number("cellsize")?;
-        let step_x = self.number("xdim")?.or(cell);
-        let step_y = self.number("ydim")?.or(cell);
-        let (Some(step_x), Some(step_y)) = (step_x, step_y) else { return Ok(None) };
-        let x = match (self.number("ulxmap")?, self.number("xllcorner")?, self.number("xllcenter")?) {
-            (Some(centre), _, _) | (_, _, Some(centre)) => centre - step_x / 2.0,
-            (_, Some(corner), _) => corner,
-            _ => return Ok(None),
-        };
-        let height = f64::from(rows) * step_y;
-        let y = match (self.number("ulymap")?, self.number("yllcorner")?, self.number("yllcenter")?) {
-            (Some(centre), _, _) => centre + step_y / 2.0,
-            (_, Some(corner), _) => corner + height,
-            (_, _, Some(centre)) => centre - step_y / 2.0 + height,
-            _ => return Ok(None),
-        };
-        let geo = [x, step_x, 0.0, y, 0.0, -step_y];
-        if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(self.wrong("cellsize", "0")) }
-    }
+fn geo(fields: &Fields<'_>, rows: u32) -> Result<Option<GeoTransform>> {
+    let cell = fields.number("cellsize")?;
+    let step_x = fields.number("xdim")?.or(cell);
+    let step_y = fields.number("ydim")?.or(cell);
+    let (Some(step_x), Some(step_y)) = (step_x, step_y) else { return Ok(None) };
+    let x = match (fields.number("ulxmap")?, fields.number("xllcorner")?, fields.number("xllcenter")?) {
+        (Some(centre), _, _) | (_, _, Some(centre)) => centre - step_x / 2.0,
+        (_, Some(corner), _) => corner,
+        _ => return Ok(None),
+    };
+    let height = f64::from(rows) * step_y;
+    let y = match (fields.number("ulymap")?, fields.number("yllcorner")?, fields.number("yllcenter")?) {
+        (Some(centre), _, _) => centre + step_y / 2.0,
+        (_, Some(corner), _) => corner + height,
+        (_, _, Some(centre)) => centre - step_y / 2.0 + height,
+        _ => return Ok(None),
+    };
+    let geo = [x, step_x, 0.0, y, 0.0, -step_y];
+    if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(fields.wrong("cellsize", "0")) }
 }

@@ -8,6 +8,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use super::fields::Fields;
 use super::file::InputFile;
 use super::raw::{Placement, RawRaster, RowStarts};
 use super::sample::ByteOrder;
@@ -17,17 +18,15 @@ use crate::geo::Crs;
 
 /// Opens the samples in `file` that the text of `header` describes.
 pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn Raster>> {
-    let entries = Entries::parse(header, text);
-    let (width, height) = (entries.size("samples")?, entries.size("lines")?);
-    let bands = entries.whole("bands")?.unwrap_or(1);
-    let sample = entries.sample()?;
+    let fields = parse(header, text);
+    let (width, height) = (fields.size("samples")?, fields.size("lines")?);
+    let bands = fields.whole("bands")?.unwrap_or(1);
+    let sample = sample(&fields)?;
     let order =
-        if entries.whole("byte order")?.unwrap_or(0) == 0 { ByteOrder::Little } else { ByteOrder::Big };
-    let placement = entries.placement((width, height, bands), sample.bytes() as u64, order)?;
-    let nodata = match entries.values.get("data ignore value") {
-        Some(text) => {
-            nodata::parse(text, sample).map_err(|text| entries.wrong("data ignore value", &text))?
-        }
+        if fields.whole("byte order")?.unwrap_or(0) == 0 { ByteOrder::Little } else { ByteOrder::Big };
+    let placement = placement(&fields, (width, height, bands), sample.bytes() as u64, order)?;
+    let nodata = match fields.text("data ignore value") {
+        Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("data ignore value", &text))?,
         None => None,
     };
     let mut info = RasterInfo {
@@ -35,137 +34,112 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         height,
         bands,
         sample,
-        geo: entries.geo()?,
+        geo: geo(&fields)?,
         nodata,
         ..RasterInfo::blank(file.path(), "ENVI")
     };
-    entries.set_crs(&mut info)?;
+    set_crs(&fields, &mut info)?;
     side::complete(&mut info)?;
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }
 
-struct Entries<'a> {
-    path: &'a Path,
-    values: HashMap<String, String>,
+/// `key = value` entries.
+fn parse<'a>(path: &'a Path, text: &str) -> Fields<'a> {
+    let mut values = HashMap::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let Some((key, value)) = line.split_once('=') else { continue };
+        let mut value = value.trim().to_owned();
+        while value.starts_with('{') && !value.ends_with('}') {
+            let Some(more) = lines.next() else { break };
+            value.push(' ');
+            value.push_str(more.trim());
+        }
+        let value = value.trim_matches(|c: char| c == '{' || c == '}' || c.is_whitespace()).to_owned();
+        values.insert(key.trim().to_ascii_lowercase(), value);
+    }
+    Fields { path, values }
 }
 
-impl<'a> Entries<'a> {
-    fn parse(path: &'a Path, text: &str) -> Self {
-        let mut values = HashMap::new();
-        let mut lines = text.lines();
-        while let Some(line) = lines.next() {
-            let Some((key, value)) = line.split_once('=') else { continue };
-            let mut value = value.trim().to_owned();
-            while value.starts_with('{') && !value.ends_with('}') {
-                let Some(more) = lines.next() else { break };
-                value.push(' ');
-                value.push_str(more.trim());
-            }
-            let value = value.trim_matches(|c: char| c == '{' || c == '}' || c.is_whitespace()).to_owned();
-            values.insert(key.trim().to_ascii_lowercase(), value);
-        }
-        Self { path, values }
+fn sample(fields: &Fields<'_>) -> Result<SampleType> {
+    match fields.whole("data type")? {
+        Some(1) => Ok(SampleType::U8),
+        Some(2) => Ok(SampleType::I16),
+        Some(3) => Ok(SampleType::I32),
+        Some(4) => Ok(SampleType::F32),
+        Some(5) => Ok(SampleType::F64),
+        Some(12) => Ok(SampleType::U16),
+        Some(13) => Ok(SampleType::U32),
+        other => Err(Error::unsupported(
+            fields.path,
+            format!(
+                "states data type {}",
+                other.map_or_else(|| "nothing".to_owned(), |code| code.to_string())
+            ),
+            "convert it: gdal_translate -ot Float32 IN out.tif",
+        )),
     }
+}
 
-    fn wrong(&self, key: &str, value: &str) -> Error {
-        Error::invalid(self.path, format!("states {key} = {value}, which is not understood"))
-    }
-
-    fn whole(&self, key: &str) -> Result<Option<u32>> {
-        let Some(text) = self.values.get(key) else { return Ok(None) };
-        text.parse().map(Some).map_err(|_| self.wrong(key, text))
-    }
-
-    fn size(&self, key: &str) -> Result<u32> {
-        match self.whole(key)? {
-            Some(size) if size > 0 => Ok(size),
-            _ => Err(Error::invalid(self.path, format!("states no {key} above zero"))),
-        }
-    }
-
-    fn sample(&self) -> Result<SampleType> {
-        match self.whole("data type")? {
-            Some(1) => Ok(SampleType::U8),
-            Some(2) => Ok(SampleType::I16),
-            Some(3) => Ok(SampleType::I32),
-            Some(4) => Ok(SampleType::F32),
-            Some(5) => Ok(SampleType::F64),
-            Some(12) => Ok(SampleType::U16),
-            Some(13) => Ok(SampleType::U32),
-            other => Err(Error::unsupported(
-                self.path,
-                format!(
-                    "states data type {}",
-                    other.map_or_else(|| "nothing".to_owned(), |code| code.to_string())
-                ),
-                "convert it: gdal_translate -ot Float32 IN out.tif",
-            )),
-        }
-    }
-
-    fn placement(
-        &self,
-        (width, height, bands): (u32, u32, u32),
-        size: u64,
-        order: ByteOrder,
-    ) -> Result<Placement> {
-        let first = self.whole("header offset")?.map_or(0, u64::from);
-        let row = u64::from(width) * size;
-        let huge = || Error::invalid(self.path, "states a size that exceeds 64 bits");
-        let all_bands = row.checked_mul(u64::from(bands)).ok_or_else(huge)?;
-        let (row_bytes, pixel_bytes, band_bytes) =
-            match self.values.get("interleave").map(|text| text.to_ascii_lowercase()).as_deref() {
-                None | Some("bsq") => (row, size, row.checked_mul(u64::from(height)).ok_or_else(huge)?),
-                Some("bil") => (all_bands, size, row),
-                Some("bip") => (all_bands, size * u64::from(bands), size),
-                Some(other) => return Err(self.wrong("interleave", other)),
-            };
-        Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
-    }
-
-    fn map_info(&self) -> Vec<&str> {
-        self.values.get("map info").map(|text| text.split(',').map(str::trim).collect()).unwrap_or_default()
-    }
-
-    fn geo(&self) -> Result<Option<GeoTransform>> {
-        let map_info = self.map_info();
-        if map_info.is_empty() {
-            return Ok(None);
-        }
-        let wrong = || self.wrong("map info", &map_info.join(", "));
-        let numbers: Option<Vec<f64>> =
-            map_info.iter().skip(1).take(6).map(|text| text.parse().ok()).collect();
-        let numbers = numbers.and_then(|numbers| <[f64; 6]>::try_from(numbers).ok()).ok_or_else(wrong)?;
-        let [column, row, x, y, width, height] = numbers;
-        let rotation = map_info.iter().find_map(|text| text.strip_prefix("rotation=")).map(str::parse::<f64>);
-        if rotation.is_some_and(|rotation| rotation != Ok(0.0)) {
-            let remedy = "straighten it: gdalwarp IN out.tif";
-            return Err(Error::unsupported(self.path, "states a rotation in map info", remedy));
-        }
-        let geo = [x - (column - 1.0) * width, width, 0.0, y + (row - 1.0) * height, 0.0, -height];
-        if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(wrong()) }
-    }
-
-    fn set_crs(&self, info: &mut RasterInfo) -> Result<()> {
-        if let Some(wkt) = self.values.get("coordinate system string").filter(|wkt| !wkt.is_empty()) {
-            side::set_crs(info, self.path, wkt);
-            return Ok(());
-        }
-        let map_info = self.map_info();
-        let is_wgs84 = map_info.iter().any(|text| text.eq_ignore_ascii_case("WGS-84"));
-        let code = match map_info.first().copied() {
-            Some("Geographic Lat/Lon") => Some(4326),
-            Some("UTM") => {
-                let zone = map_info
-                    .get(7)
-                    .and_then(|zone| zone.parse::<u32>().ok())
-                    .filter(|z| (1..=60).contains(z));
-                let north = map_info.get(8).is_some_and(|half| half.eq_ignore_ascii_case("North"));
-                zone.map(|zone| if north { 32600 + zone } else { 32700 + zone })
-            }
-            _ => None,
+fn placement(
+    fields: &Fields<'_>,
+    (width, height, bands): (u32, u32, u32),
+    size: u64,
+    order: ByteOrder,
+) -> Result<Placement> {
+    let first = fields.whole("header offset")?.map_or(0, u64::from);
+    let row = u64::from(width) * size;
+    let huge = || Error::invalid(fields.path, "states a size that exceeds 64 bits");
+    let all_bands = row.checked_mul(u64::from(bands)).ok_or_else(huge)?;
+    let (row_bytes, pixel_bytes, band_bytes) =
+        match fields.text("interleave").map(str::to_ascii_lowercase).as_deref() {
+            None | Some("bsq") => (row, size, row.checked_mul(u64::from(height)).ok_or_else(huge)?),
+            Some("bil") => (all_bands, size, row),
+            Some("bip") => (all_bands, size * u64::from(bands), size),
+            Some(other) => return Err(fields.wrong("interleave", other)),
         };
-        info.crs = code.filter(|_| is_wgs84).map(Crs::from_epsg).transpose()?;
-        Ok(())
+    Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
+}
+
+fn map_info<'f>(fields: &'f Fields<'_>) -> Vec<&'f str> {
+    fields.text("map info").map(|text| text.split(',').map(str::trim).collect()).unwrap_or_default()
+}
+
+fn geo(fields: &Fields<'_>) -> Result<Option<GeoTransform>> {
+    let map_info = map_info(fields);
+    if map_info.is_empty() {
+        return Ok(None);
     }
+    let wrong = || fields.wrong("map info", &map_info.join(", "));
+    let numbers: Option<Vec<f64>> = map_info.iter().skip(1).take(6).map(|text| text.parse().ok()).collect();
+    let numbers = numbers.and_then(|numbers| <[f64; 6]>::try_from(numbers).ok()).ok_or_else(wrong)?;
+    let [column, row, x, y, width, height] = numbers;
+    let rotation = map_info.iter().find_map(|text| text.strip_prefix("rotation=")).map(str::parse::<f64>);
+    if rotation.is_some_and(|rotation| rotation != Ok(0.0)) {
+        let remedy = "straighten it: gdalwarp IN out.tif";
+        return Err(Error::unsupported(fields.path, "states a rotation in map info", remedy));
+    }
+    let geo = [x - (column - 1.0) * width, width, 0.0, y + (row - 1.0) * height, 0.0, -height];
+    if side::is_sound(&geo) { Ok(Some(geo)) } else { Err(wrong()) }
+}
+
+fn set_crs(fields: &Fields<'_>, info: &mut RasterInfo) -> Result<()> {
+    if let Some(wkt) = fields.text("coordinate system string").filter(|wkt| !wkt.is_empty()) {
+        side::set_crs(info, fields.path, wkt);
+        return Ok(());
+    }
+    let map_info = map_info(fields);
+    let is_wgs84 = map_info.iter().any(|text| text.eq_ignore_ascii_case("WGS-84"));
+    let code = match map_info.first().copied() {
+        Some("Geographic Lat/Lon") => Some(4326),
+        Some("UTM") => {
+            let zone =
+                map_info.get(7).and_then(|zone| zone.parse::<u32>().ok()).filter(|z| (1..=60).contains(z));
+            let north = map_info.get(8).is_some_and(|half| half.eq_ignore_ascii_case("North"));
+            zone.map(|zone| if north { 32600 + zone } else { 32700 + zone })
+        }
+        _ => None,
+    };
+    info.crs = code.filter(|_| is_wgs84).map(Crs::from_epsg).transpose()?;
+    Ok(())
 }

@@ -23,6 +23,7 @@ mod dted;
 mod ehdr;
 mod elevation;
 mod envi;
+mod fields;
 mod file;
 mod hgt;
 mod imagery;
