@@ -149,21 +149,30 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     }
 
     /// Slope eastward and northward, metres per metre: central differences over two voxels of the
-    /// smooth surface, so that shading is continuous where facets meet.
+    /// smooth surface, so that shading is continuous where facets meet. Beyond the outermost posts,
+    /// where the surface goes level, the slope is that of the ground before.
     fn gradient(&mut self, level: u8, units: DVec2) -> Result<DVec2> {
         let side = f64::from(Grid::side_units(level));
-        let centre = self.cursor.smooth_height(level, units)?;
+        let dims = self.cursor.dims(level);
+        let posts = |axis: usize| (0.5 * side, (dims[axis] as f64 - 0.5) * side);
+        let (east, north) = (posts(0), posts(1));
+        let (low, high) = (DVec2::new(east.0, north.0), DVec2::new(east.1, north.1));
+        let centre_at = units.clamp(low, high);
+        let centre = self.cursor.smooth_height(level, centre_at)?;
         let mut slope = [0.0; 2];
         for (axis, step) in [DVec2::new(side, 0.0), DVec2::new(0.0, side)].into_iter().enumerate() {
-            let ahead = self.cursor.smooth_height(level, units + step)?;
-            let behind = self.cursor.smooth_height(level, units - step)?;
-            let metres = side * self.grid.spacing;
-            slope[axis] = match (behind, centre, ahead) {
-                (Some(behind), _, Some(ahead)) => (ahead - behind) / (2.0 * metres),
-                (None, Some(centre), Some(ahead)) => (ahead - centre) / metres,
-                (Some(behind), Some(centre), None) => (centre - behind) / metres,
-                _ => 0.0,
+            let (behind_at, ahead_at) = ((centre_at - step).max(low), (centre_at + step).min(high));
+            let ahead = self.cursor.smooth_height(level, ahead_at)?;
+            let behind = self.cursor.smooth_height(level, behind_at)?;
+            let (rise, run) = match (behind, centre, ahead) {
+                (Some(behind), _, Some(ahead)) => (ahead - behind, ahead_at - behind_at),
+                (None, Some(centre), Some(ahead)) => (ahead - centre, ahead_at - centre_at),
+                (Some(behind), Some(centre), None) => (centre - behind, centre_at - behind_at),
+                _ => (0.0, DVec2::ZERO),
             };
+            if run[axis] > 0.0 {
+                slope[axis] = rise / (run[axis] * self.grid.spacing);
+            }
         }
         Ok(DVec2::from_array(slope))
     }

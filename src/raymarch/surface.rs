@@ -80,8 +80,11 @@ pub(super) fn block_contact(ray: &GridRay, step: &CellStep, top: f64, side: f64)
     (ray.slope.z < 0.0 && down <= step.leave).then_some((down, DVec3::Z))
 }
 
-/// Normal of the vertical face through which the ray entered the cell.
+/// Normal of the vertical face through which the ray entered the cell; up, if it began inside.
 fn entered_face(ray: &GridRay, step: &CellStep, side: f64) -> DVec3 {
+    if step.enter == 0.0 {
+        return DVec3::Z;
+    }
     let enter = ray.at(step.enter);
     let near = |position: f64, slope: f64, cell: i64| {
         let border = (cell + i64::from(slope < 0.0)) as f64 * side;

@@ -267,3 +267,18 @@ fn bands_of_levels_that_the_database_lacks_show_its_coarsest() {
     let contact = marcher.first_contact(&GridRay::new(&grid, eye, direction), 0.0).unwrap().unwrap();
     assert_eq!(contact.level, grid.level_count() - 1);
 }
+
+#[test]
+fn a_ramp_has_one_normal_up_to_the_edge_of_the_area() {
+    let source = terrain(64, 64, |x, _| 3.0 * f64::from(x));
+    let grid = source.header().grid;
+    let mut filter = SurfaceFilter::new(&source, 1.0e-3);
+    for x in [0.2, 4.0, 100.0, 320.0, 636.0, 639.9] {
+        let eye = (grid.origin + DVec2::new(x, 333.0)).extend(400.0);
+        let ray = GridRay::new(&grid, eye, DVec3::NEG_Z);
+        let range = contact(&source, Surface::Smooth, &ray).unwrap();
+        let sample = filter.sample(&ray, &Contact { range, level: 0, face: None }).unwrap();
+        let expected = DVec3::new(-0.3, 0.0, 1.0).normalize().as_vec3();
+        assert!((sample.normal - expected).length() < 1e-3, "{x}: {:?}", sample.normal);
+    }
+}
