@@ -8,9 +8,9 @@
 
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame};
 use crate::raymarch::{
     Contact, GridRay, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column,
@@ -39,6 +39,27 @@ const DEFAULT_VISIBILITY: f64 = 40_000.0;
 impl Default for RenderOptions {
     fn default() -> Self {
         Self { surface: Surface::Smooth, visibility: DEFAULT_VISIBILITY, sun: Sun::default(), detail: 1.0 }
+    }
+}
+
+impl RenderOptions {
+    /// Refuses values outside the ranges that the fields state, and poses that are no view.
+    fn check(&self, camera: &Camera) -> Result<()> {
+        let pose = camera.pose;
+        let attitude = DVec3::new(pose.attitude.yaw, pose.attitude.pitch, pose.attitude.roll);
+        let within = [
+            (self.visibility > 0.0, "visibility must be more than 0 m"),
+            (self.sun.elevation > 0.0 && self.sun.elevation <= 90.0, "the sun must stand 0 to 90° high"),
+            (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
+            (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
+            (pose.hfov > 0.0 && pose.hfov < 180.0, "the field of view must lie between 0 and 180°"),
+            (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
+            (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),
+        ];
+        match within.iter().find(|(holds, _)| !holds) {
+            Some((_, sentence)) => Err(Error::Configuration((*sentence).to_owned())),
+            None => Ok(()),
+        }
     }
 }
 
@@ -72,13 +93,14 @@ struct SubimagePixels {
 /// Renders what `camera` sees. The frame has the same bits for any number of workers.
 ///
 /// # Errors
-/// A page that is damaged.
+/// A page that is damaged; options or a pose outside their ranges.
 pub fn render_frame<S: PageSource>(
     source: &S,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
 ) -> Result<Rendered> {
+    options.check(camera)?;
     let subimages =
         farm.render(camera.width, |subimage| render_subimage(source, camera, options, subimage))?;
     let mut times = StageTimes {
@@ -167,4 +189,36 @@ fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
             *colour = seen.to_array();
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::space::{Attitude, Pose};
+    use crate::voxel::{Grid, Metadata, build_in_memory};
+
+    #[test]
+    fn values_that_make_no_picture_are_refused() {
+        let grid = Grid { nx: 2, ny: 2, spacing: 1.0, origin: DVec2::ZERO };
+        let source = build_in_memory(grid, &[0.0; 4], &[[0; 3]; 4], None, &Metadata::default()).unwrap();
+        let farm = Farm::new(1).unwrap();
+        let sound = (DVec3::ONE, 60.0, RenderOptions::default());
+        let frame = |(eye, hfov, options): (DVec3, f64, RenderOptions)| {
+            let camera = Camera::new(Pose { eye, attitude: Attitude::default(), hfov }, 2, 2);
+            render_frame(&source, &camera, &options, &farm)
+        };
+        assert!(frame(sound).is_ok());
+        let low_sun = Sun { azimuth: 0.0, elevation: 0.0 };
+        for broken in [
+            (DVec3::NAN, 60.0, sound.2),
+            (DVec3::ONE, 180.0, sound.2),
+            (DVec3::ONE, 60.0, RenderOptions { sun: low_sun, ..sound.2 }),
+            (DVec3::ONE, 60.0, RenderOptions { visibility: f64::NAN, ..sound.2 }),
+            (DVec3::ONE, 60.0, RenderOptions { detail: 0.0, ..sound.2 }),
+        ] {
+            assert!(matches!(frame(broken), Err(Error::Configuration(_))), "{broken:?}");
+        }
+    }
 }
