@@ -8,6 +8,7 @@ mod exit;
 mod interrupt;
 mod output;
 mod plot;
+mod program;
 mod progress;
 mod sequence;
 mod view;
