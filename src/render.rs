@@ -184,7 +184,7 @@ fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
             let seen = if range.is_finite() {
                 atmosphere.haze(Vec3::from_array(*colour), camera.pose.eye.z, up, range)
             } else {
-                atmosphere.sky(up)
+                atmosphere.sky(camera.pose.eye.z, up)
             };
             *colour = seen.to_array();
         }

@@ -12,6 +12,9 @@ const SCALE_HEIGHT: f32 = 2000.0;
 const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
 const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
 
+/// Visibility to which the colours of the sky belong, metres: they hold that much haze already.
+const CLEAR_VISIBILITY: f32 = 40_000.0;
+
 /// How fast the sky turns from the horizon's haze to blue, per sine of elevation; it begins
 /// gently, over sines up to `SKY_ONSET`, so that no line shows at the horizon.
 const SKY_DEPTH: f32 = 5.0;
@@ -31,12 +34,16 @@ impl Atmosphere {
         Self { extinction: -VANISHING_CONTRAST.ln() / visibility as f32, base }
     }
 
-    /// Radiance of the sky in a direction of which `up` is the sine of the elevation angle, −1…1.
-    /// Below the horizon it is the haze that fills the distance.
-    pub fn sky(&self, up: f32) -> Vec3 {
+    /// Radiance of the sky from height `eye` (metres above the datum) in a direction of which `up` is the
+    /// sine of the elevation angle, −1…1. Below the horizon it is the haze that fills the distance.
+    pub fn sky(&self, eye: f64, up: f32) -> Vec3 {
         let up = up.max(0.0);
         let clear = 1.0 - (-SKY_DEPTH * up * up / (up + SKY_ONSET)).exp();
-        HORIZON.lerp(ZENITH, clear)
+        // Air that is hazier than a clear day's hides the blue, or a white mountain would stand before it.
+        let excess = (self.extinction - -VANISHING_CONTRAST.ln() / CLEAR_VISIBILITY).max(0.0);
+        let start = ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0);
+        let column = excess * SCALE_HEIGHT * (-start).exp() / up.max(f32::MIN_POSITIVE);
+        HORIZON.lerp(ZENITH, clear * (-column).exp())
     }
 
     /// Radiance that reaches an eye at height `eye` (metres above the datum) from a surface of
@@ -72,7 +79,17 @@ mod tests {
     #[test]
     fn far_ground_meets_the_sky_without_an_edge() {
         let air = Atmosphere::new(1000.0, 0.0);
-        assert!((air.haze(Vec3::ONE, 0.0, 0.0, 1.0e6) - air.sky(0.0)).length() < 1e-6);
+        assert!((air.haze(Vec3::ONE, 0.0, 0.0, 1.0e6) - air.sky(0.0, 0.0)).length() < 1e-6);
+    }
+
+    #[test]
+    fn dense_haze_hides_the_sky_behind_mountains_but_not_from_above_it() {
+        let (clear, dense) = (Atmosphere::new(40_000.0, 0.0), Atmosphere::new(1500.0, 0.0));
+        let mountain = dense.haze(Vec3::ZERO, 10.0, 0.1, 5000.0);
+        assert!((dense.sky(10.0, 0.1) - mountain).abs().max_element() < 0.01);
+        assert!((dense.sky(20_000.0, 0.5) - clear.sky(20_000.0, 0.5)).length() < 1e-3);
+        assert_eq!(clear.sky(10.0, 0.0), HORIZON);
+        assert_eq!(clear.sky(10.0, 1.0), Atmosphere::new(f64::INFINITY, 0.0).sky(10.0, 1.0));
     }
 
     #[test]

@@ -47,7 +47,11 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
                 "--spacing is {spacing}, but must be a positive number of metres"
             )));
         }
-        None => finest_spacing(&inputs.elevation, &crs)?,
+        None => {
+            let spacing = finest_spacing(&inputs.elevation, &crs)?;
+            notes.extend(coarse_note(&inputs.imagery, &crs, spacing)?);
+            spacing
+        }
     };
     let data = union(&inputs.elevation, &crs)?;
     let area = match options.bbox {
@@ -91,7 +95,8 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
         if own.is_local() != crs.is_local() {
             return Err(Error::Configuration(format!(
                 "{} is in {} and the database in {}: plain metres and places on Earth do not go together; \
-                 give the reference system with --elevation-crs or --imagery-crs instead of --local",
+                 give the reference system with --elevation-crs or --imagery-crs, and a world file to what has no georeferencing; \
+                 or build without the other file",
                 file_name(path),
                 own.name(),
                 crs.name()
@@ -123,6 +128,24 @@ fn finest_spacing(elevation: &[Opened<f64>], crs: &Crs) -> Result<f64> {
             crs_label(crs)
         ))),
     }
+}
+
+/// Says when voxels as large as the pixels of elevation blur imagery that is much finer.
+fn coarse_note(imagery: &[Opened<[u8; 4]>], crs: &Crs, spacing: f64) -> Result<Option<String>> {
+    /// Pixels of a voxel's side that are worth a word: as many as make a visible difference.
+    const MUCH: f64 = 2.0;
+    let mut finest = f64::INFINITY;
+    for raster in imagery {
+        finest = raster.pixel_side(crs)?.map_or(finest, |side| finest.min(side));
+    }
+    Ok((MUCH * finest <= spacing).then(|| {
+        let growth = (spacing / finest).powi(2);
+        format!(
+            "voxels are as large as the pixels of elevation and lose detail of the imagery; \
+             --spacing {} keeps it and makes the database about {growth:.0} times as large",
+            rounded(finest)
+        )
+    }))
 }
 
 /// To three significant digits: a reprojected raster has no spacing of its own to keep.

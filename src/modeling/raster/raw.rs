@@ -132,12 +132,7 @@ pub(super) fn open_headerless(file: InputFile, options: &OpenOptions) -> Result<
         );
         return Err(Error::invalid(file.path(), what));
     }
-    let info = RasterInfo {
-        width,
-        height,
-        sample: SampleType::F32,
-        ..RasterInfo::blank(file.path(), "raw float32")
-    };
+    let info = RasterInfo { width, height, sample: SampleType::F32, ..RasterInfo::blank(file.path(), "raw") };
     let placement = Placement {
         rows: RowStarts::Even { first: 0, row_bytes: u64::from(width) * 4 },
         pixel_bytes: 4,

@@ -33,6 +33,21 @@ fn imagery_beside_the_area_is_told() {
 }
 
 #[test]
+fn the_spacing_that_keeps_finer_imagery_is_told() {
+    let notes = |side: f64, spacing: Option<f64>| {
+        let pixels = (640.0 / side) as u32;
+        let image = sheet(&Crs::local(), north_up(0.0, 640.0, side), (pixels, pixels), |_, _| [9, 9, 9, 255]);
+        let area = built(ground(), vec![image], |options| options.spacing = spacing);
+        area.pages.header().metadata.notes.join("; ")
+    };
+    let told = notes(2.0, None);
+    assert!(told.contains("--spacing 2 ") && told.contains("about 25 times"), "{told}");
+    for quiet in [notes(8.0, None), notes(20.0, None), notes(2.0, Some(10.0))] {
+        assert!(!quiet.contains("--spacing"), "{quiet}");
+    }
+}
+
+#[test]
 fn finer_imagery_is_averaged_in_linear_light() {
     let board = sheet(&Crs::local(), north_up(0.0, 640.0, 1.0), (640, 640), |c, r| {
         let byte = if (c + r) % 2 == 0 { 255 } else { 0 };

@@ -9,6 +9,7 @@ mod figures;
 mod interrupt;
 mod output;
 mod plot;
+mod program;
 mod progress;
 mod sequence;
 mod view;

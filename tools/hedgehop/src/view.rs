@@ -24,9 +24,10 @@ const MOST_FRAMES: usize = 10_000_000;
 /// Where the eye goes.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Flight")]
+#[command(group(clap::ArgGroup::new("view").required(true).args(["path", "eye"])))]
 pub struct FlightArgs {
     /// Flight path: CSV, JSBSim CSV, KML gx:Track, GPX or IGC
-    #[arg(long, value_name = "FILE", required_unless_present = "eye", conflicts_with = "eye")]
+    #[arg(long, value_name = "FILE")]
     pub path: Option<PathBuf>,
 
     /// A single eye instead of a path: metres in the database's reference system
@@ -37,7 +38,7 @@ pub struct FlightArgs {
     #[arg(long, requires = "eye")]
     pub eye_lonlat: bool,
 
-    /// Attitude of --eye, degrees: yaw clockwise from north, pitch up, roll right wing down [default: 0,0,0]
+    /// Attitude of --eye, degrees: yaw clockwise from true north, pitch up, roll right wing down [default: 0,0,0]
     #[arg(long, value_name = "YAW,PITCH,ROLL", value_parser = args::attitude, requires = "eye", allow_hyphen_values = true)]
     pub ypr: Option<[f64; 3]>,
 
@@ -202,7 +203,10 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     let inside = |pose: &Pose| header.grid.contains(pose.eye.truncate());
     let Some((number, pose)) = poses.iter().find(|(_, pose)| !inside(pose)) else { return Ok(()) };
     let within: Vec<u64> = poses.iter().filter(|(_, pose)| inside(pose)).map(|(number, _)| *number).collect();
-    let remedy = if within.is_empty() {
+    let degrees = !area::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
+    let remedy = if within.is_empty() && degrees {
+        "degrees need --eye-lonlat, or columns lon_deg and lat_deg".to_owned()
+    } else if within.is_empty() {
         "check the reference system and the order of the axes".to_owned()
     } else {
         format!("--frames {} are inside", ranges(&within))

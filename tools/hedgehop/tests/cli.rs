@@ -330,6 +330,14 @@ fn a_camera_outside_the_area_is_told_the_extents() {
 }
 
 #[test]
+fn a_picture_from_nowhere_is_told_both_ways_to_say_where() {
+    let site = Site::built();
+    let output = site.run(&["render", "area.hop", "-o", "view.png"]);
+    assert_code(&output, 2);
+    assert!(stderr(&output).contains("--path <FILE>|--eye <X,Y,Z>"), "{}", stderr(&output));
+}
+
+#[test]
 fn bench_finds_identical_frames_and_writes_its_figures() {
     let site = Site::built();
     let output = site.run(&[

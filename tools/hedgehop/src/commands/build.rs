@@ -14,6 +14,7 @@ use crate::area;
 use crate::args::{self, Workers};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::program::program;
 use crate::progress::{Mode, Reporter};
 
 const EXAMPLE: &str = "\
@@ -195,8 +196,9 @@ pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> 
     // Writing to a String cannot fail.
     let _ = write!(
         text,
-        "Next:\n  hedgehop render {file} --eye {x:.0},{y:.0},{z:.0} --ypr 0,-15,0 -o view.png\n  \
-         hedgehop render {file} --path TRACK -o frames/####.png\n",
+        "Next:\n  {me} render {file} --eye {x:.0},{y:.0},{z:.0} --ypr 0,-15,0 -o view.png\n  \
+         {me} render {file} --path TRACK -o frames/####.png\n",
+        me = program(),
         file = output.display()
     );
     Ok(text)

@@ -15,6 +15,7 @@ use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::view::{FlightArgs, LookArgs, Surface};
 
@@ -157,24 +158,25 @@ fn sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
 
 /// Commands to go on with; each works as it stands.
 fn next(folder: &Path, area: &Path, has_film: bool) -> String {
+    let me = program();
     let (area, path) = (area.display(), folder.join(PATH.0));
     let path = path.display();
     let film = if has_film {
         String::new()
     } else {
         format!(
-            "  (no film: ffmpeg is not installed; once it is:)\n  hedgehop render {area} --path {path} -o {0} --skip-existing --video {1}\n",
+            "  (no film: ffmpeg is not installed; once it is:)\n  {me} render {area} --path {path} -o {0} --skip-existing --video {1}\n",
             folder.join("frames").join("####.png").display(),
             folder.join("valley.mp4").display()
         )
     };
     format!(
         "Next:\n{film}  \
-         hedgehop info {area}\n  \
-         hedgehop render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
-         hedgehop render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
-         hedgehop bench {area} --path {path}\n  \
-         hedgehop build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
+         {me} info {area}\n  \
+         {me} render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
+         {me} render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
+         {me} bench {area} --path {path}\n  \
+         {me} build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
         blocks = folder.join("blocks-####.png").display(),
         haze = folder.join("haze-####.png").display()
     )

@@ -111,13 +111,14 @@ impl Done {
         // A flight that took no measurable time has no rate to speak of.
         let seconds = self.seconds.max(1e-3);
         let kept = if self.kept > 0 { format!(", kept {}", self.kept) } else { String::new() };
+        let plural = if self.rendered == 1 { "" } else { "s" };
         let place = match self.files.as_slice() {
             [] => String::new(),
             [file] => format!(" -> {}", file.display()),
             [first, .., last] => format!(" -> {} to {}", first.display(), last.display()),
         };
         format!(
-            "rendered {} frames{kept} in {:.1} s ({:.2} frames/s, {:.2} Mpixel/s){place}\n",
+            "rendered {} frame{plural}{kept} in {:.1} s ({:.2} frames/s, {:.2} Mpixel/s){place}\n",
             self.rendered,
             self.seconds,
             self.rendered as f64 / seconds,
