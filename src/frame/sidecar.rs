@@ -23,6 +23,19 @@ use crate::space::Camera;
 pub const MANIFEST: &str = "manifest.json";
 /// Name of the table of poses in the folder of the frames.
 pub const POSES: &str = "poses.csv";
+const POSES_COLUMNS: [&str; 11] = [
+    "frame",
+    "t_s",
+    "x_m",
+    "y_m",
+    "z_m",
+    "lon_deg",
+    "lat_deg",
+    "yaw_deg",
+    "pitch_deg",
+    "roll_deg",
+    "hfov_deg",
+];
 const LOCK: &str = ".manifest.lock";
 /// Version of the manifest's layout.
 const LAYOUT: u32 = 1;
@@ -159,6 +172,26 @@ impl Manifest {
         })
     }
 
+    /// Refuses a folder whose `manifest.json` or `poses.csv` somebody else wrote: a run would replace them.
+    pub fn check_folder(folder: &Path) -> Result<()> {
+        let begins = |name: &str, ours: &dyn Fn(&str) -> bool| -> Result<()> {
+            let path = folder.join(name);
+            let bytes = match std::fs::read(&path) {
+                Ok(bytes) => bytes,
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+                Err(error) => return Err(Error::io(&path, "read it", error)),
+            };
+            if ours(&String::from_utf8_lossy(&bytes)) {
+                return Ok(());
+            }
+            let what =
+                "it is not of a render by this program, which would replace it; give another folder to -o";
+            Err(Error::Configuration(format!("{}: {what}", path.display())))
+        };
+        begins(MANIFEST, &|text| serde_json::from_str::<Self>(text).is_ok())?;
+        begins(POSES, &|text| text.lines().next() == Some(POSES_COLUMNS.join(",").as_str()))
+    }
+
     /// Writes `manifest.json` and `poses.csv` into `folder`, keeping the entries of earlier runs of the
     /// same flight over the same database with the same settings. Returns what the manifest now holds.
     pub fn write(mut self, folder: &Path) -> Result<Self> {
@@ -210,19 +243,7 @@ fn lock(folder: &Path) -> Option<File> {
 fn poses_csv(path: &Path, frames: &[FrameRecord]) -> Result<Vec<u8>> {
     let rows = || -> Result<Vec<u8>, Box<dyn std::error::Error>> {
         let mut table = csv::Writer::from_writer(Vec::new());
-        table.write_record([
-            "frame",
-            "t_s",
-            "x_m",
-            "y_m",
-            "z_m",
-            "lon_deg",
-            "lat_deg",
-            "yaw_deg",
-            "pitch_deg",
-            "roll_deg",
-            "hfov_deg",
-        ])?;
+        table.write_record(POSES_COLUMNS)?;
         for frame in frames {
             let [x, y, z] = frame.eye_m;
             let [lon, lat] =
@@ -324,6 +345,19 @@ mod tests {
         assert!(message.contains(MANIFEST) && message.contains("line 1"), "{message}");
         run(folder.path(), "haze", &[3]);
         assert_eq!(numbers(folder.path()), [3]);
+    }
+
+    #[test]
+    fn a_folder_with_files_of_somebody_else_is_refused() {
+        let (folder, _) = testing::place("");
+        run(folder.path(), "clear", &[5]);
+        Manifest::check_folder(folder.path()).unwrap();
+        for (name, text) in [(POSES, "t,lon,lat\n0,1,2\n"), (MANIFEST, "{\"name\": \"my app\"}")] {
+            let other = tempfile::tempdir().unwrap();
+            std::fs::write(other.path().join(name), text).unwrap();
+            let message = Manifest::check_folder(other.path()).unwrap_err().to_string();
+            assert!(message.contains(name) && message.contains("-o"), "{message}");
+        }
     }
 
     #[test]

@@ -151,8 +151,9 @@ impl Opener<'_> {
             (None, None) => return Err(no_crs(info, geo, flag)),
         };
         if info.crs.is_none() {
+            let because = if given.is_some() { format!(", as {flag} says") } else { String::new() };
             self.notes.push(format!(
-                "{}: states no reference system, taken as {}",
+                "{}: states no reference system, taken as {}{because}",
                 file_name(path),
                 crs.name()
             ));

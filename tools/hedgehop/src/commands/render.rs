@@ -117,6 +117,9 @@ impl Done {
             [file] => format!(" -> {}", file.display()),
             [first, .., last] => format!(" -> {} to {}", first.display(), last.display()),
         };
+        if self.rendered == 0 {
+            return format!("rendered nothing{kept}{place}\n");
+        }
         format!(
             "rendered {} frame{plural}{kept} in {:.1} s ({:.2} frames/s, {:.2} Mpixel/s){place}\n",
             self.rendered,
@@ -165,6 +168,7 @@ fn check_combination(args: &Args) -> Result<()> {
         for name in [sidecar::POSES, sidecar::MANIFEST] {
             check_no_input("-o", &folder.join(name), &[path])?;
         }
+        sidecar::Manifest::check_folder(folder)?;
     }
     if is_stream && args.skip_existing {
         return Err(Error::Configuration(
