@@ -53,3 +53,32 @@ pub struct BuildOptions {
     /// Worker threads, ≥ 1.
     pub threads: usize,
 }
+
+/// Bytes that a build may hold unless told otherwise.
+const DEFAULT_MEMORY: u64 = 512 << 20;
+
+impl BuildOptions {
+    /// Everything that `elevation` covers, draped with `imagery`, into the new file `output`: all choices left to
+    /// the program, voids kept, 512 MiB, one worker per core.
+    pub fn new(elevation: Vec<PathBuf>, imagery: Vec<PathBuf>, output: PathBuf) -> Self {
+        Self {
+            elevation,
+            imagery,
+            output,
+            overwrite: false,
+            crs: None,
+            elevation_crs: None,
+            imagery_crs: None,
+            local: false,
+            spacing: None,
+            raw_spacing: None,
+            bbox: None,
+            src_vdatum: None,
+            nodata: Vec::new(),
+            nodata_fill: NodataFill::None,
+            bands: None,
+            memory: DEFAULT_MEMORY,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+        }
+    }
+}

@@ -6,7 +6,7 @@ use glam::DVec2;
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::raster::{OpenOptions, Window, open};
-use hedgehop::modeling::{BuildOptions, NodataFill, build};
+use hedgehop::modeling::{BuildOptions, build};
 use hedgehop::progress::Silent;
 use hedgehop::raymarch::ground_height;
 use hedgehop::voxel::{Attributes, PAGE_SIDE, PageId, PageSource};
@@ -44,25 +44,11 @@ impl Area {
         adjust: impl Fn(&mut BuildOptions),
     ) -> Self {
         let output = tempfile::tempdir().unwrap();
-        let mut options = BuildOptions {
-            elevation: vec![folder.join(elevation.file)],
-            imagery: vec![folder.join(imagery.file)],
-            output: output.path().join("area.hop"),
-            overwrite: false,
-            crs: None,
-            elevation_crs: None,
-            imagery_crs: None,
-            local: false,
-            spacing: None,
-            raw_spacing: None,
-            bbox: None,
-            src_vdatum: None,
-            nodata: Vec::new(),
-            nodata_fill: NodataFill::None,
-            bands: None,
-            memory: 512 << 20,
-            threads: 2,
-        };
+        let mut options = BuildOptions::new(
+            vec![folder.join(elevation.file)],
+            vec![folder.join(imagery.file)],
+            output.path().join("area.hop"),
+        );
         adjust(&mut options);
         build(&options, &Silent).unwrap();
         let file = PageFile::open(&options.output).unwrap();

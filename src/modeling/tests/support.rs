@@ -8,7 +8,7 @@ use crate::modeling::budget::Budget;
 use crate::modeling::build;
 use crate::modeling::inputs::{Inputs, Opened};
 use crate::modeling::kernel::Samples;
-use crate::modeling::options::{BuildOptions, NodataFill};
+use crate::modeling::options::BuildOptions;
 use crate::modeling::raster::{GeoTransform, Window};
 use crate::progress::Silent;
 use crate::voxel::{Attributes, Grid, MemPages, PAGE_SIDE, PageId, PageSource};
@@ -74,23 +74,9 @@ pub fn terrain(
 /// Options for a build in a folder.
 pub fn options(folder: &Path) -> BuildOptions {
     BuildOptions {
-        elevation: Vec::new(),
-        imagery: Vec::new(),
-        output: folder.join("area.hop"),
         overwrite: true,
-        crs: None,
-        elevation_crs: None,
-        imagery_crs: None,
-        local: false,
-        spacing: None,
-        raw_spacing: None,
-        bbox: None,
-        src_vdatum: None,
-        nodata: Vec::new(),
-        nodata_fill: NodataFill::None,
-        bands: None,
-        memory: 512 << 20,
         threads: 2,
+        ..BuildOptions::new(Vec::new(), Vec::new(), folder.join("area.hop"))
     }
 }
 

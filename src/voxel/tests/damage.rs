@@ -36,7 +36,7 @@ fn every_flipped_byte_is_refused_or_changes_nothing() {
     let sound = content(&bytes).unwrap();
     let mut harmless = 0;
     for position in 0..bytes.len() {
-        for flip in [0xff, 0x01, 0x80] {
+        for flip in 1..=0xff {
             bytes[position] ^= flip;
             match content(&bytes) {
                 Ok(read) => {
@@ -48,7 +48,7 @@ fn every_flipped_byte_is_refused_or_changes_nothing() {
             bytes[position] ^= flip;
         }
     }
-    assert!(harmless < 3 * bytes.len(), "something must have been refused");
+    assert!(harmless < 255 * bytes.len(), "something must have been refused");
 }
 
 /// Makes all checksums right again, as far as the file says where things are.

@@ -7,7 +7,7 @@ use hedgehop::frame::FramePattern;
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::video::check_video;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{BuildOptions, NodataFill, build};
+use hedgehop::modeling::{BuildOptions, build};
 use hedgehop::{Error, Result};
 
 use crate::args::{self, Size, Workers};
@@ -98,23 +98,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 
 fn options(folder: &Path, area: &Path) -> BuildOptions {
     BuildOptions {
-        elevation: vec![folder.join(ELEVATION.0)],
-        imagery: vec![folder.join(IMAGERY.0)],
-        output: area.to_owned(),
         overwrite: true,
-        crs: None,
-        elevation_crs: None,
-        imagery_crs: None,
-        local: false,
-        spacing: None,
-        raw_spacing: None,
-        bbox: None,
-        src_vdatum: None,
-        nodata: Vec::new(),
-        nodata_fill: NodataFill::None,
-        bands: None,
         memory: MEMORY,
         threads: args::available_cores(),
+        ..BuildOptions::new(vec![folder.join(ELEVATION.0)], vec![folder.join(IMAGERY.0)], area.to_owned())
     }
 }
 
