@@ -65,6 +65,7 @@ pub mod progress;
 pub mod raymarch;
 pub mod render;
 pub mod sensor;
+pub mod simd;
 pub mod space;
 pub mod subimage;
 pub mod voxel;
