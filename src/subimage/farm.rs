@@ -6,7 +6,7 @@
 //! ```
 //! Whoever is free takes the next task, so that workers are never more than one task apart at the end. Taking one
 //! is an atomic addition. A worker never waits inside a task for other tasks; that is why a free one
-//! can always go on with the next frame, and why this is no parallel iterator:
+//! can always go on with the next frame (see [`Farm::fly`]), and why this is no parallel iterator:
 //! there, a worker that waits for its frame may take on all of another one first.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -62,6 +62,10 @@ impl Farm {
     /// How large tasks should be.
     pub fn task_size(&self) -> TaskSize {
         self.task_size
+    }
+
+    pub(super) fn trace(&self) -> Option<&Trace> {
+        self.trace.as_deref()
     }
 
     /// Runs `work(index, task)` for every task on the workers and returns when all are done. A task owns what it

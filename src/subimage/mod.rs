@@ -10,12 +10,20 @@
 //! has the same bits for any number of workers and any size of task. This is the only module that
 //! knows rayon.
 //!
-//! [`farm`](Farm) runs tasks, [`TaskSize`] says how large they are, [`Trace`] remembers when each ran.
+//! [`Farm::each`] runs the tasks of a stage, [`Farm::fly`] frames that overlap; [`TaskSize`] says how large tasks
+//! are, [`Trace`] remembers when each ran, [`chrome_trace`] draws that, [`makespan`] says from it what other
+//! numbers of workers would take.
 
+mod chrome;
 mod farm;
+mod overlap;
+mod schedule;
 mod task;
 mod trace;
 
+pub use chrome::chrome_trace;
 pub use farm::Farm;
+pub use overlap::Batch;
+pub use schedule::{FrameWork, makespan};
 pub use task::{Stage, Subimage, TaskSize, split};
 pub use trace::{FrameSpan, TaskSpan, Trace};
