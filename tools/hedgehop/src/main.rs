@@ -12,6 +12,7 @@ mod plot;
 mod program;
 mod progress;
 mod sequence;
+mod speedup;
 mod view;
 
 use std::process::ExitCode;

@@ -17,7 +17,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
-use crate::args::{Workers, check_no_input};
+use crate::args::{Overlap, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
@@ -68,6 +68,9 @@ pub struct Args {
 
     #[command(flatten)]
     pub workers: Workers,
+
+    #[command(flatten)]
+    pub overlap: Overlap,
 
     #[command(flatten)]
     pub flight: FlightArgs,
@@ -139,7 +142,8 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let farm = Farm::new(args.workers.count())?;
     let options = args.look.options();
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
-    let sequence = Sequence { source, options: &options, farm: &farm, encoders };
+    let in_flight = farm.in_flight(args.overlap.in_flight);
+    let sequence = Sequence { source, options: &options, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, &stream, &cameras, reporter)?)
