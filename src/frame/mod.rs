@@ -48,7 +48,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Linear Rec. 709 radiance, display-referred: 1 is display white.
     pub colour: Vec<[f32; 3]>,
-    /// Distance along the ray, metres; infinite where the sky is seen.
+    /// Distance along the ray, metres; infinite where the sky is seen, and where the screen has no picture
+    /// ([`Camera::ray`] is `None`): there the colour is black.
     pub range: Vec<f32>,
     /// Unit surface normal in world space (x east, y north, z up); zero for the sky.
     pub normal: Vec<[f32; 3]>,

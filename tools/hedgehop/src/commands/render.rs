@@ -212,9 +212,9 @@ fn fly_files(
 ) -> Result<usize> {
     let is_kept =
         |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
-    let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().copied().partition(is_kept);
+    let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
     let flown = sequence.fly(&wanted, &|shot| files.write(&shot), reporter);
-    whole.extend(wanted.iter().filter(|(number, _)| flown.finished.contains(number)));
+    whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
     let listed = files.list(&whole);
     // What ended the flight explains more than what then happened to the list.
