@@ -22,15 +22,9 @@ fn angles(direction: DVec3) -> (f64, f64) {
     (direction.x.atan2(direction.y).to_degrees(), direction.z.asin().to_degrees())
 }
 
-/// A table with the directions of another camera's pixels, in the axes of its view.
+/// A table with the directions of another camera's pixels.
 fn table_of(camera: &Camera) -> Arc<RayTable> {
-    let view_from_world = camera.world_from_view().transpose();
-    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    let directions = pixels.map(|(column, row)| {
-        let ray = camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5);
-        ray.map_or([0.0; 3], |ray| (view_from_world * ray.direction).as_vec3().to_array())
-    });
-    Arc::new(RayTable::new(camera.width, camera.height, directions.collect()).unwrap())
+    Arc::new(RayTable::of_screen(camera.screen(), camera.width, camera.height).unwrap())
 }
 
 fn screens() -> Vec<Screen> {
@@ -145,6 +139,7 @@ fn entries_that_are_no_direction_have_no_ray() {
     }
     assert!(RayTable::new(3, 1, none.to_vec()).unwrap_err().to_string().contains("no pixel"));
     assert!(RayTable::new(2, 2, none.to_vec()).is_err());
+    assert!(RayTable::of_screen(&Screen::Orthographic { width: 5.0 }, 4, 4).is_err());
     assert!(RayTable::new(0, 0, Vec::new()).is_err());
     assert!(RayTable::new(u32::MAX, u32::MAX, Vec::new()).is_err());
     let lone = RayTable::new(1, 1, vec![[0.0, 0.0, 2.0]]).unwrap();

@@ -20,7 +20,7 @@ use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
-use crate::args::{self, check_no_input};
+use crate::args::{self, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{Figures, Report};
 use crate::interrupt::Interrupt;
@@ -98,8 +98,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     let source = PageFile::open(&args.area)?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
-    let cameras = args.flight.cameras(&args.area, &source, args.fps, choose, &reporter)?;
-    let report = measure(args, &source, &cameras, &reporter)?;
+    let setup = args.flight.screen.setup()?;
+    let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
+    let report = measure(args, &source, setup.size, &cameras, &reporter)?;
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
@@ -136,7 +137,13 @@ fn default_workers() -> Vec<usize> {
     counts
 }
 
-fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: &Reporter) -> Result<Report> {
+fn measure(
+    args: &Args,
+    source: &PageFile,
+    size: Size,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<Report> {
     let mut counts = if args.workers.is_empty() { default_workers() } else { args.workers.clone() };
     counts.sort_unstable();
     counts.dedup();
@@ -157,7 +164,6 @@ fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: 
     reporter.end();
 
     let identical_frames = timed.iter().flatten().all(|pass| pass.hashes == reference);
-    let size = args.flight.size;
     let pixels = f64::from(size.width) * f64::from(size.height);
     let mut results: Vec<Figures> = counts
         .iter()
