@@ -6,7 +6,6 @@ use proptest::prelude::*;
 use super::*;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
 use crate::simd::{Isa, LANES};
-use crate::space::Attitude;
 use crate::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
 
 /// Rows of a test's planes.

@@ -11,6 +11,7 @@ mod output;
 mod plot;
 mod program;
 mod progress;
+mod screen;
 mod sequence;
 mod speedup;
 mod view;
