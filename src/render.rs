@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
 
+use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame};
 use crate::raymarch::{
@@ -31,6 +32,10 @@ pub struct RenderOptions {
     pub sun: Sun,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel.
     pub detail: f64,
+    /// How fast heights drop with ground distance; flat by default. [`Self::of`] chooses by the database.
+    pub curvature: Curvature,
+    /// The area repeats without end, eastward and northward.
+    pub tile_world: bool,
 }
 
 /// Visibility of a clear day, metres.
@@ -38,20 +43,36 @@ const DEFAULT_VISIBILITY: f64 = 40_000.0;
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { surface: Surface::Smooth, visibility: DEFAULT_VISIBILITY, sun: Sun::default(), detail: 1.0 }
+        Self {
+            surface: Surface::Smooth,
+            visibility: DEFAULT_VISIBILITY,
+            sun: Sun::default(),
+            detail: 1.0,
+            curvature: Curvature::FLAT,
+            tile_world: false,
+        }
     }
 }
 
 impl RenderOptions {
+    /// The defaults for a database: a place on Earth is curved, local metres are flat.
+    pub fn of(header: &Header) -> Self {
+        let on_earth = header.metadata.crs_proj.is_some();
+        let curvature = if on_earth { Curvature::standard() } else { Curvature::FLAT };
+        Self { curvature, ..Self::default() }
+    }
+
     /// Refuses values outside the ranges that the fields state, and poses that are no view.
     fn check(&self, camera: &Camera) -> Result<()> {
         let pose = camera.pose;
         let attitude = DVec3::new(pose.attitude.yaw, pose.attitude.pitch, pose.attitude.roll);
+        let bend = self.curvature.inverse_diameter;
         let within = [
             (self.visibility > 0.0, "visibility must be more than 0 m"),
             (self.sun.elevation > 0.0 && self.sun.elevation <= 90.0, "the sun must stand 0 to 90° high"),
             (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
             (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
+            (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
             (pose.hfov > 0.0 && pose.hfov < 180.0, "the field of view must lie between 0 and 180°"),
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
             (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),

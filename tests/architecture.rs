@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["error"],
     &["progress"],
-    &["space", "colour"],
+    &["space", "colour", "earth"],
     &["geo"],
     &["voxel"],
     &["flight"],
