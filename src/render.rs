@@ -13,9 +13,7 @@ use glam::{DVec3, Vec3};
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame};
-use crate::raymarch::{
-    Contact, GridRay, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column,
-};
+use crate::raymarch::{Contact, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column};
 use crate::sensor::{Sun, VisualSensor};
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
@@ -145,14 +143,19 @@ fn render_subimage<S: PageSource>(
 ) -> Result<SubimagePixels> {
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
-    let mut marcher = Marcher::new(source, level_bands(source.header(), camera, options), options.surface);
+    let header = source.header();
+    let mut marcher =
+        Marcher::new(source, level_bands(header, camera, options), options.surface).curved(options.curvature);
+    let mut filter = SurfaceFilter::new(source, camera.pixel_angle());
+    if options.tile_world {
+        marcher = marcher.endless(far_limit(header, camera, options));
+        filter = filter.endless();
+    }
     let contacts: Vec<Vec<Option<Contact>>> =
         columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
     let marched = Instant::now();
 
-    let mut filter = SurfaceFilter::new(source, camera.pixel_angle());
     let sensor = VisualSensor::new(options.sun);
-    let grid = source.header().grid;
     let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
@@ -161,7 +164,7 @@ fn render_subimage<S: PageSource>(
                 continue;
             };
             let direction = camera.direction(f64::from(column) + 0.5, row as f64 + 0.5);
-            let sample = filter.sample(&GridRay::new(&grid, camera.pose.eye, direction), contact)?;
+            let sample = filter.sample(&marcher.ray(camera.pose.eye, direction), contact)?;
             pixels.push(Some((sample, sensor.radiance(&sample))));
         }
     }
@@ -172,6 +175,13 @@ fn render_subimage<S: PageSource>(
 pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) -> LevelBands {
     let clearance = camera.pose.eye.z - header.height_range.1;
     LevelBands::new(&header.grid, header.level_count, camera.pixel_angle(), clearance, options.detail)
+}
+
+/// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
+/// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
+pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
+    let (lowest, highest) = header.height_range;
+    Atmosphere::new(options.visibility, lowest).reach(camera.pose.eye.z, highest)
 }
 
 /// Puts the subimages' columns side by side.

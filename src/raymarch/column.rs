@@ -1,6 +1,6 @@
 //! One vertical scan line, bottom to top, with range coherence where it is exact.
 
-use super::{Contact, GridRay, Marcher};
+use super::{Contact, Marcher};
 use crate::error::Result;
 use crate::space::Camera;
 use crate::voxel::PageSource;
@@ -13,7 +13,8 @@ pub type Column = Vec<Option<Contact>>;
 /// With pitch and roll 0 a screen column lies in a vertical plane through the eye. Over a
 /// single-valued surface a ray with a higher elevation angle then cannot end at a lesser ground
 /// distance, so each ray starts where the one below it ended, and above a ray that sees the sky there is
-/// only sky (Hughes patent, "coherence"; claim 14). In any other attitude each ray starts at the eye.
+/// only sky (Hughes patent, "coherence"; claim 14). Curvature changes nothing in that: over ground distance `d`
+/// it adds the same `d² / 2R′` to every ray, so the higher ray stays the higher one, and the surface has one height. In any other attitude each ray starts at the eye.
 pub fn march_column<S: PageSource>(
     marcher: &mut Marcher<'_, S>,
     camera: &Camera,
@@ -21,12 +22,11 @@ pub fn march_column<S: PageSource>(
 ) -> Result<Column> {
     let attitude = camera.pose.attitude;
     let coherent = attitude.pitch == 0.0 && attitude.roll == 0.0;
-    let grid = marcher.grid();
     let mut contacts = vec![None; camera.height as usize];
     let mut ground_distance = 0.0;
     for row in (0..camera.height).rev() {
         let direction = camera.direction(f64::from(column) + 0.5, f64::from(row) + 0.5);
-        let ray = GridRay::new(&grid, camera.pose.eye, direction);
+        let ray = marcher.ray(camera.pose.eye, direction);
         let contact = marcher.first_contact(&ray, ground_distance)?;
         contacts[row as usize] = contact;
         match contact {

@@ -44,5 +44,5 @@ pub use cursor::PageCursor;
 pub use filter::{SurfaceFilter, SurfaceSample};
 pub use march::{Contact, Marcher};
 pub use ray::GridRay;
-pub use surface::{Surface, ground_height};
-pub use walk::{CellStep, CellWalk};
+pub use surface::{Surface, endless_ground_height, ground_height};
+pub use walk::{CellStep, CellWalk, Lattice, Span};
