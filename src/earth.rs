@@ -35,6 +35,11 @@ impl Curvature {
         Self::refracted(Self::STANDARD_REFRACTION)
     }
 
+    /// R′, metres; `None` if flat.
+    pub fn radius(&self) -> Option<f64> {
+        (self.inverse_diameter > 0.0).then(|| 0.5 / self.inverse_diameter)
+    }
+
     /// How much lower ground at this horizontal distance (metres) appears, metres.
     pub fn drop_at(&self, ground_distance: f64) -> f64 {
         ground_distance * ground_distance * self.inverse_diameter

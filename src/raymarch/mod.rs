@@ -37,6 +37,8 @@ mod surface;
 #[cfg(test)]
 mod tests;
 mod walk;
+#[cfg(test)]
+mod world_tests;
 
 pub use bands::LevelBands;
 pub use column::{Column, march_column};

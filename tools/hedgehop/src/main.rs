@@ -13,6 +13,7 @@ mod program;
 mod progress;
 mod sequence;
 mod view;
+mod world;
 
 use std::process::ExitCode;
 

@@ -8,7 +8,6 @@ use glam::DVec2;
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::progress::Observer;
-use hedgehop::raymarch::ground_height;
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::Sun;
 use hedgehop::space::{Camera, Pose};
@@ -17,6 +16,7 @@ use hedgehop::{Error, Result};
 
 use crate::area;
 use crate::args::{self, AltitudeMode, Size};
+use crate::world::WorldArgs;
 
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
 const MOST_FRAMES: usize = 10_000_000;
@@ -61,6 +61,9 @@ pub struct FlightArgs {
     /// Picture size, pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = args::size)]
     pub size: Size,
+
+    #[command(flatten)]
+    pub world: WorldArgs,
 }
 
 /// How pictures look.
@@ -113,7 +116,7 @@ impl FlightArgs {
     /// Binds the path, or the single eye, to a database.
     fn bind<S: PageSource>(&self, source: &S, observer: &dyn Observer) -> Result<Trajectory> {
         let track = self.track()?;
-        let trajectory = bind(&track, source, &self.bind_options())?;
+        let trajectory = bind(&track, source, self.world, &self.bind_options())?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
     }
@@ -143,8 +146,11 @@ impl FlightArgs {
                 trajectory.duration()
             )));
         }
-        check_inside(file, source, &poses)?;
-        note_underground(source, &poses, observer)?;
+        if !self.world.tile_world {
+            check_inside(file, source, &poses)?;
+        }
+        self.world.note_seam(source.header(), observer);
+        note_underground(source, self.world, &poses, observer)?;
         let Size { width, height } = self.size;
         Ok(poses.into_iter().map(|(number, pose)| (number, Camera::new(pose, width, height))).collect())
     }
@@ -182,10 +188,15 @@ impl FlightArgs {
 }
 
 /// Binds a track to a database whose surface answers questions about the ground.
-fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> Result<Trajectory> {
+fn bind<S: PageSource>(
+    track: &Track,
+    source: &S,
+    world: WorldArgs,
+    options: &BindOptions,
+) -> Result<Trajectory> {
     let damaged = RefCell::new(None);
     let ground = |position: DVec2| {
-        ground_height(source, position).unwrap_or_else(|error| {
+        world.ground(source, position).unwrap_or_else(|error| {
             damaged.borrow_mut().get_or_insert(error);
             None
         })
@@ -220,9 +231,14 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     )))
 }
 
-fn note_underground<S: PageSource>(source: &S, poses: &[(u64, Pose)], observer: &dyn Observer) -> Result<()> {
+fn note_underground<S: PageSource>(
+    source: &S,
+    world: WorldArgs,
+    poses: &[(u64, Pose)],
+    observer: &dyn Observer,
+) -> Result<()> {
     for (number, pose) in poses {
-        let Some(ground) = ground_height(source, pose.eye.truncate())? else { continue };
+        let Some(ground) = world.ground(source, pose.eye.truncate())? else { continue };
         if pose.eye.z < ground {
             observer.note(&format!(
                 "the camera of frame {number} is {:.1} m below the ground; --clearance raises it, --alt-mode says what altitudes are measured from",

@@ -141,7 +141,7 @@ fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: 
     counts.sort_unstable();
     counts.dedup();
     let farms = counts.iter().map(|&count| Farm::new(count)).collect::<Result<Vec<_>>>()?;
-    let options = args.look.options();
+    let options = args.flight.world.apply(source.header(), args.look.options());
     let fastest =
         farms.last().ok_or_else(|| Error::Configuration("--workers: give at least one number".into()))?;
 

@@ -18,6 +18,7 @@ use crate::interrupt::Interrupt;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -127,6 +128,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             clearance: None,
             hfov: HFOV,
             size: SIZE,
+            world: WorldArgs::default(),
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
         progress: Mode::Auto,

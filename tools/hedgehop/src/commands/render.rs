@@ -137,7 +137,7 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, source, args.fps, choose, reporter)?;
     let farm = Farm::new(args.workers.count())?;
-    let options = args.look.options();
+    let options = args.flight.world.apply(source.header(), args.look.options());
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let sequence = Sequence { source, options: &options, farm: &farm, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
@@ -199,6 +199,8 @@ fn settings(args: &Args, options: &RenderOptions) -> Value {
         "visibility_m": options.visibility,
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
         "detail": options.detail,
+        "effective_earth_radius_m": options.curvature.radius(),
+        "tile_world": options.tile_world,
     })
 }
 
