@@ -105,18 +105,26 @@ proptest! {
         yaw in 0.0..360.0_f64, pitch in -60.0..20.0_f64,
     ) {
         let source = terrain(nx, ny, hills(seed));
-        let grid = source.header().grid;
-        let eye = (grid.origin + DVec2::new(x, y) * 10.0).extend(z);
         let curvature = if bent { TIGHT } else { Curvature::FLAT };
-        let mut marcher =
-            Marcher::new(&source, only(&source, level), surface(blocks)).curved(curvature).endless(1500.0);
-        let ray = marcher.ray(eye, direction(yaw, pitch));
-        let found = marcher.first_contact(&ray, 0.0).unwrap().map(|contact| contact.range);
-        let mut cursor = PageCursor::new(&source).endless();
-        assert_same(found, 1500.0 / ray.ground_cosine, blocks, |range| {
-            let point = ray.at(range);
-            point.z - height(&mut cursor, surface(blocks), level, point.truncate())
-        })?;
+        endless_against_small_steps(&source, level, blocks, curvature, DVec3::new(x, y, z), direction(yaw, pitch))?;
+    }
+
+    /// One post stands out, and the ray runs or falls where the surface rises to it across the seam.
+    #[test]
+    fn a_peak_is_seen_across_the_seam(
+        nx in 1_u32..150, ny in 1_u32..150, level in 0_u8..4, east: bool, north: bool, lone: bool,
+        along in 0.0..1.0_f64, near in -0.5..0.5_f64, near_too in -0.5..0.5_f64, corner: bool,
+        z in 1.0..99.0_f64, quarter in 0_u8..4, turn in -0.2..0.2_f64, steep: bool, pitch in -3.0..0.0_f64,
+    ) {
+        let peak = [if east { nx - 1 } else { 0 }, if north { ny - 1 } else { 0 }];
+        let source =
+            terrain(nx, ny, |x, y| if x == peak[0] && (y == peak[1] || !lone) { 100.0 } else { 0.0 });
+        let side = 4_f64.powi(i32::from(level));
+        let y = if corner { near_too * side } else { along * f64::from(ny) };
+        let eye = DVec3::new(near * side, y, z);
+        let pitch = if steep { -90.0 - pitch } else { pitch };
+        let way = direction(90.0 * f64::from(quarter) + turn, pitch);
+        endless_against_small_steps(&source, level, false, Curvature::FLAT, eye, way)?;
     }
 
     #[test]
@@ -185,6 +193,28 @@ proptest! {
     }
 }
 
+/// Holds a level of an endless area against small steps, from an eye in units, units and metres.
+fn endless_against_small_steps(
+    source: &MemPages,
+    level: u8,
+    blocks: bool,
+    curvature: Curvature,
+    eye: DVec3,
+    direction: DVec3,
+) -> Result<(), TestCaseError> {
+    let origin = source.header().grid.origin;
+    let eye = (origin + eye.truncate() * 10.0).extend(eye.z);
+    let mut marcher =
+        Marcher::new(source, only(source, level), surface(blocks)).curved(curvature).endless(1500.0);
+    let ray = marcher.ray(eye, direction);
+    let found = marcher.first_contact(&ray, 0.0).unwrap().map(|contact| contact.range);
+    let mut cursor = PageCursor::new(source).endless();
+    assert_same(found, (1500.0 / ray.ground_cosine).min(3000.0), blocks, |range| {
+        let point = ray.at(range);
+        point.z - height(&mut cursor, surface(blocks), level, point.truncate())
+    })
+}
+
 /// Holds an endless area against a database of 3 × 3 copies of it, for an eye in the middle one.
 fn compare_with_copies(
     [nx, ny]: [u32; 2],
@@ -226,6 +256,60 @@ fn compare_with_copies(
         }
     }
     Ok(())
+}
+
+#[test]
+fn a_bent_ray_meets_a_plane_at_the_root_of_its_parabola() {
+    let source = terrain(400, 400, |_, _| 100.0);
+    let c = TIGHT.inverse_diameter;
+    let eye = (source.header().grid.origin + DVec2::new(55.0, 2000.0)).extend(103.0);
+    let mut hits = 0;
+    for tenths in 1..60 {
+        let pitch = -0.1 * f64::from(tenths);
+        for level in 0..4 {
+            // It is lowest in the middle of a voxel more often than at its border.
+            let mut marcher = Marcher::new(&source, only(&source, level), Surface::Smooth).curved(TIGHT);
+            let ray = marcher.ray(eye, direction(90.0, pitch));
+            let found = marcher.first_contact(&ray, 0.0).unwrap().map(|contact| contact.range);
+            let slope = pitch.to_radians().tan();
+            let square = slope * slope - 4.0 * c * (3.0 - source.header().heights.scale);
+            if square.abs() < 1e-6 {
+                continue;
+            }
+            let exact = (square > 0.0).then(|| (-slope - square.sqrt()) / (2.0 * c) / ray.ground_cosine);
+            hits += u32::from(exact.is_some());
+            match (found, exact) {
+                (Some(found), Some(exact)) => {
+                    assert!((found - exact).abs() < 0.1, "{pitch}: {found} {exact}")
+                }
+                (found, exact) => assert!(found.is_none() && exact.is_none(), "{pitch}: {found:?} {exact:?}"),
+            }
+        }
+    }
+    assert!(hits > 100 && hits < 59 * 4 - 20, "{hits}");
+}
+
+#[test]
+fn a_peak_in_a_corner_is_seen_from_all_four_copies_that_meet_there() {
+    for [nx, ny] in [[7, 9], [130, 70], [64, 129]] {
+        for peak in [[0, 0], [nx - 1, 0], [0, ny - 1], [nx - 1, ny - 1]] {
+            let source = terrain(nx, ny, |x, y| if [x, y] == peak { 100.0 } else { 0.0 });
+            let mut cursor = PageCursor::new(&source).endless();
+            for level in 0..4 {
+                let side = 4_f64.powi(i32::from(level)).min(f64::from(nx.min(ny)));
+                let top =
+                    cursor.height(level, peak.map(|post| i64::from(post) / 4_i64.pow(u32::from(level))));
+                for quadrant in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
+                    // Level, across one quadrant around the corner, below the surface only in its middle.
+                    let place = |x: f64, y: f64| DVec2::new(x * quadrant.0, y * quadrant.1) * side;
+                    let (eye, way) = (place(0.4, 0.01), place(-0.39, 0.39).normalize().extend(0.0));
+                    let z = 0.07 * top.as_ref().unwrap().unwrap().unwrap();
+                    endless_against_small_steps(&source, level, false, Curvature::FLAT, eye.extend(z), way)
+                        .unwrap();
+                }
+            }
+        }
+    }
 }
 
 #[test]
