@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["error"],
     &["progress"],
-    &["space", "colour", "simd"],
+    &["space", "colour", "simd", "earth"],
     &["geo"],
     &["voxel"],
     &["flight"],

@@ -15,6 +15,7 @@ mod screen;
 mod sequence;
 mod speedup;
 mod view;
+mod world;
 
 use std::process::ExitCode;
 

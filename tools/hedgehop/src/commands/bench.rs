@@ -176,7 +176,12 @@ fn measure(
     reporter: &Reporter,
 ) -> Result<Report> {
     let mut crews = crews(args)?;
-    let job = Job { source, cameras, options: args.look.options(), reporter };
+    let job = Job {
+        source,
+        cameras,
+        options: args.flight.world.apply(source.header(), args.look.options()),
+        reporter,
+    };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews)?;

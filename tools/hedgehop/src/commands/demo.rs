@@ -19,6 +19,7 @@ use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -128,6 +129,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             level: false,
             clearance: None,
             screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
+            world: WorldArgs::default(),
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
         progress: Mode::Auto,

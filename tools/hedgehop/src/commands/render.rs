@@ -145,7 +145,7 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
     let farm = Farm::new(args.workers.count())?;
-    let options = args.look.options();
+    let options = args.flight.world.apply(source.header(), args.look.options());
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
     let sequence = Sequence { source, options: &options, farm: &farm, in_flight, encoders };
@@ -214,6 +214,8 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
         "visibility_m": options.visibility,
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
         "detail": options.detail,
+        "effective_earth_radius_m": options.curvature.radius(),
+        "tile_world": options.tile_world,
     })
 }
 
