@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["error"],
     &["progress"],
-    &["space", "colour", "simd", "earth"],
+    &["space", "colour", "earth"],
+    &["simd"],
     &["geo"],
     &["voxel"],
     &["flight"],

@@ -9,19 +9,19 @@ const VANISHING_CONTRAST: f32 = 0.05;
 const UNSEEN: f64 = 1.0 / 1024.0;
 
 /// Height over which haze thins by the factor e, metres: aerosol of the lower air.
-const SCALE_HEIGHT: f32 = 2000.0;
+pub(super) const SCALE_HEIGHT: f32 = 2000.0;
 
 /// Linear Rec. 709 colours of the clear sky.
-const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
-const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
+pub(super) const ZENITH: Vec3 = Vec3::new(0.10, 0.22, 0.52);
+pub(super) const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
 
 /// Visibility to which the colours of the sky belong, metres: they hold that much haze already.
 const CLEAR_VISIBILITY: f32 = 40_000.0;
 
 /// How fast the sky turns from the horizon's haze to blue, per sine of elevation; it begins
 /// gently, over sines up to `SKY_ONSET`, so that no line shows at the horizon.
-const SKY_DEPTH: f32 = 5.0;
-const SKY_ONSET: f32 = 0.12;
+pub(super) const SKY_DEPTH: f32 = 5.0;
+pub(super) const SKY_ONSET: f32 = 0.12;
 
 /// Hazy air under a clear sky; the haze is thickest at a base height and thins exponentially above it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,15 +37,29 @@ impl Atmosphere {
         Self { extinction: -VANISHING_CONTRAST.ln() / visibility as f32, base }
     }
 
+    /// Extinction at the base, 1/metres.
+    pub(super) fn extinction(&self) -> f32 {
+        self.extinction
+    }
+
+    /// Extinction beyond that of a clear day, 1/metres: it hides the sky.
+    pub(super) fn excess(&self) -> f32 {
+        (self.extinction - -VANISHING_CONTRAST.ln() / CLEAR_VISIBILITY).max(0.0)
+    }
+
+    /// Height of an eye above the base, in scale heights, ≥ 0.
+    pub(super) fn scale_heights(&self, eye: f64) -> f32 {
+        ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0)
+    }
+
     /// Radiance of the sky from height `eye` (metres above the datum) in a direction of which `up` is the
     /// sine of the elevation angle, −1…1. Below the horizon it is the haze that fills the distance.
     pub fn sky(&self, eye: f64, up: f32) -> Vec3 {
         let up = up.max(0.0);
         let clear = 1.0 - (-SKY_DEPTH * up * up / (up + SKY_ONSET)).exp();
         // Air that is hazier than a clear day's hides the blue, or a white mountain would stand before it.
-        let excess = (self.extinction - -VANISHING_CONTRAST.ln() / CLEAR_VISIBILITY).max(0.0);
-        let start = ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0);
-        let column = excess * SCALE_HEIGHT * (-start).exp() / up.max(f32::MIN_POSITIVE);
+        let start = self.scale_heights(eye);
+        let column = self.excess() * SCALE_HEIGHT * (-start).exp() / up.max(f32::MIN_POSITIVE);
         HORIZON.lerp(ZENITH, clear * (-column).exp())
     }
 
@@ -69,7 +83,7 @@ impl Atmosphere {
 
     /// Extinction integrated along a ray: `∫ β·exp(−h/H) ds` in closed form, `h` above the base.
     fn optical_depth(&self, eye: f64, up: f32, range: f32) -> f32 {
-        let start = ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0);
+        let start = self.scale_heights(eye);
         let end = (start + up * range / SCALE_HEIGHT).max(0.0);
         // From the lower end up, where nothing overflows: e^−low · (1 − e^−rise)/rise.
         let rise = (end - start).abs();

@@ -30,6 +30,7 @@ mod png;
 pub mod rate;
 mod ray_table;
 pub mod sidecar;
+pub mod stage;
 #[cfg(test)]
 mod testing;
 pub mod video;

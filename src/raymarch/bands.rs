@@ -41,6 +41,12 @@ impl LevelBands {
         Self { starts: vec![0.0], finest: 0 }
     }
 
+    /// Index of the level that is seen at a ground distance, metres ≥ 0.
+    pub fn level_at(&self, ground_distance: f64) -> u8 {
+        let finer = |&(_, start, _): &(u8, f64, f64)| start <= ground_distance;
+        self.iter().take_while(finer).last().map_or(self.finest, |(level, ..)| level)
+    }
+
     /// Level indices with the ground distances (metres) between which they are seen, nearest first.
     pub fn iter(&self) -> impl Iterator<Item = (u8, f64, f64)> + '_ {
         (self.finest..self.starts.len() as u8).map(|level| {

@@ -189,6 +189,20 @@ impl Simd for Avx2 {
         (I(a, c), I(b, d))
     }
     #[inline(always)]
+    fn store_triples(self, values: I, target: &mut [u8; 3 * LANES]) {
+        // SAFETY: six lanes of four bytes are written per half, which is what the target has.
+        unsafe {
+            let triples = _mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1);
+            let order = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 3, 7);
+            let six = _mm256_setr_epi32(-1, -1, -1, -1, -1, -1, 0, 0);
+            for (half, part) in [values.0, values.1].into_iter().enumerate() {
+                let quarters = _mm256_shuffle_epi8(part, _mm256_broadcastsi128_si256(triples));
+                let together = _mm256_permutevar8x32_epi32(quarters, order);
+                _mm256_maskstore_epi32(target.as_mut_ptr().add(24 * half).cast(), six, together);
+            }
+        }
+    }
+    #[inline(always)]
     fn permute2(self, low: F, high: F, index: I) -> F {
         let part = |index: __m256i| {
             lanes!({

@@ -164,6 +164,18 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
+    fn store_triples(self, values: I, target: &mut [u8; 3 * LANES]) {
+        // Twelve bytes in each quarter, then the quarters together.
+        // SAFETY: twelve lanes of four bytes are written, which is what the target has.
+        unsafe {
+            let triples = _mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1);
+            let quarters = _mm512_shuffle_epi8(values.0, _mm512_broadcast_i32x4(triples));
+            let order = _mm512_setr_epi32(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 3, 7, 11, 15);
+            let together = _mm512_permutexvar_epi32(order, quarters);
+            _mm512_mask_storeu_epi32(target.as_mut_ptr().cast(), 0x0fff, together);
+        }
+    }
+    #[inline(always)]
     fn permute2(self, low: F, high: F, index: I) -> F {
         F(lanes!(_mm512_permutex2var_ps(low.0, index.0, high.0)))
     }

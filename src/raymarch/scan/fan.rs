@@ -1,6 +1,6 @@
 //! Vertical planes through the eye, sixteen at a time.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use crate::simd::LANES;
 use crate::voxel::Grid;
@@ -66,15 +66,4 @@ fn clip(eye: DVec2, slope: DVec2, size: DVec2) -> (f64, f64) {
         over = (over.0.max(a.min(b)), over.1.min(a.max(b)));
     }
     over
-}
-
-/// Planes and rows of one view.
-#[derive(Debug, Clone)]
-pub struct Fan {
-    /// The eye: units, units, metres.
-    pub eye: DVec3,
-    /// The planes, from left to right.
-    pub groups: Vec<PlaneGroup>,
-    /// Tangents of the elevation angle of each row's centre, rising.
-    pub tangents: Vec<f32>,
 }

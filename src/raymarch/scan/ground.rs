@@ -25,6 +25,8 @@ pub struct Ground<V: Simd> {
     pub forward: i64,
     /// Metres of depth, units across and (per square) metres of curvature per unit of major distance.
     pub depth: V::F,
+    /// Units of major distance per metre of depth.
+    pub per_depth: V::F,
     pub minor: V::F,
     pub drop: V::F,
     /// Metres per step of a height code, and height of code 0 above the eye, metres.
@@ -73,7 +75,7 @@ impl<V: Simd> Ground<V> {
         surface: impl Fn(V::F) -> V::F,
     ) -> V::F {
         let zero = self.simd.splat(0.0);
-        let per_depth = self.depth.recip();
+        let per_depth = self.per_depth;
         let [mut below, mut above] = heights;
         let (mut near, mut far) = (segment.last.depth * per_depth, segment.post.depth * per_depth);
         let mut at = inverse.recip() * per_depth;

@@ -76,6 +76,7 @@ impl<S: PageSource> Kernel for Filling<'_, '_, S> {
         let nearest = enter.iter().fold(f32::INFINITY, |a, &b| a.min(b));
         let farthest = leave.iter().fold(0.0_f32, |a, &b| a.max(b));
         if nearest > farthest {
+            rows.inverse.fill([0.0; LANES]);
             return Ok(());
         }
         let size = [march.grid.nx, march.grid.ny][group.major];
@@ -84,6 +85,7 @@ impl<S: PageSource> Kernel for Filling<'_, '_, S> {
             across: eye[1 - group.major],
             forward: group.forward as i64,
             depth: simd.load(&group.depth),
+            per_depth: simd.load(&group.depth).recip(),
             minor: simd.load(&group.minor),
             drop: simd.load(&group.drop),
             scale: simd.splat(march.heights.scale as f32),
@@ -144,8 +146,9 @@ impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
         // What a plane sees between its last line and the edge of the area.
         if self.last.is_some() {
             let nothing = self.simd.splat(NOTHING);
-            self.reach(f32::INFINITY, Post { z: nothing, depth: nothing }, None);
+            self.reach(f32::INFINITY, Post { z: nothing, depth: nothing, slope: nothing }, None);
         }
+        self.open.finish();
         Ok(())
     }
 
@@ -288,7 +291,9 @@ impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
         if start == 0.0 && self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
             self.open.flood();
         }
-        self.last = Some(Post { z, depth: self.ground.depth * at });
+        let post = self.post(z, at, start as f32);
+        self.open.raise(&post);
+        self.last = Some(post);
         Ok(())
     }
 
@@ -298,7 +303,15 @@ impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
         let distance = self.way.distance(level, line) as f32;
         let at = self.simd.splat(distance);
         let z = self.ground.height(self.ground.codes(lines, level, line, at), at);
-        self.reach(distance, Post { z, depth: self.ground.depth * at }, near.then_some((lines, level, line)));
+        let post = self.post(z, at, distance);
+        self.reach(distance, post, near.then_some((lines, level, line)));
+    }
+
+    /// The surface at height `z` above the eye, at a major distance.
+    #[inline(always)]
+    fn post(&self, z: V::F, at: V::F, distance: f32) -> Post<V> {
+        let per_unit = self.simd.splat(1.0 / distance.max(f32::MIN_POSITIVE));
+        Post { z, depth: self.ground.depth * at, slope: z * self.ground.per_depth * per_unit }
     }
 
     /// Fills what the surface hides between here and a line at a major distance.
@@ -310,7 +323,10 @@ impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
         if from < self.inner[0] || distance > self.inner[1] {
             segment = self.within_area(segment, from, distance);
         }
-        let Some(first) = self.open.first_risen(&segment) else { return };
+        let Some(first) = self.open.first_risen(&segment) else {
+            self.open.raise(&segment.post);
+            return;
+        };
         match near {
             None => self.open.fill(&segment, first, |linear, _, _| linear),
             Some((lines, level, line)) => {
@@ -326,6 +342,7 @@ impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
                 });
             }
         }
+        self.open.raise(&segment.post);
     }
 
     /// Ends the segment where planes enter and leave the area: the surface goes on level to its edge.
@@ -343,6 +360,7 @@ impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
         last.depth = (self.ground.depth * enter).select(entering, last.depth);
         post.z = last.z.select(leaving, post.z);
         post.depth = (self.ground.depth * leave).select(leaving, post.depth);
+        post.slope = post.slope.select(after, self.simd.splat(NOTHING));
         Segment { last, post, inside: before | after }
     }
 }

@@ -38,8 +38,11 @@ mod segment;
 mod strides;
 #[cfg(test)]
 mod tests;
+mod upright;
 
-pub use fan::{Fan, PlaneGroup};
+pub use fan::PlaneGroup;
 pub use march::{PlaneMarch, Rows};
 pub use pages::Pages;
+pub use segment::EDGE_STEPS;
 pub use strides::Strides;
+pub use upright::{LevelRow, Look, Upright};

@@ -97,12 +97,12 @@ impl<'a, S: PageSource> RadiancePages<'a, S> {
 
     /// A page's radiance; `None` where the page is absent.
     #[inline]
-    pub fn get(&mut self, id: PageId) -> Result<Option<&RadiancePage>> {
+    pub fn get(&mut self, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
         let slot = &mut self.slots[hash as usize % SLOTS];
         if slot.as_ref().is_none_or(|(known, _)| *known != id) {
             *slot = Some((id, self.radiance.page(self.source, id)?));
         }
-        Ok(slot.as_ref().and_then(|(_, page)| page.as_deref()))
+        Ok(slot.as_ref().and_then(|(_, page)| page.clone()))
     }
 }

@@ -8,8 +8,8 @@ use crate::raymarch::PageCursor;
 use crate::sensor::VisualSensor;
 use crate::voxel::{APRON, HeightCode, PageId, PageSource, PageView};
 
-/// Radiance of the greatest code.
-pub const BRIGHTEST: f32 = 2.25;
+/// Root of the radiance of the greatest code.
+pub const ROOT_OF_BRIGHTEST: f32 = 1.5;
 /// Greatest code of a channel.
 pub const CODE_LIMIT: f32 = 1023.0;
 /// Posts around the page that are computed with it: the half-resolution image's apron takes two.
@@ -83,7 +83,9 @@ fn image(size: [i64; 2], radiance: impl Fn(i64, i64) -> Vec3) -> Image {
     let mut texels = Vec::with_capacity(((size[0] + 2) * (size[1] + 2)) as usize);
     for y in -1..=size[1] {
         for x in -1..=size[0] {
-            let root = (radiance(x, y) / BRIGHTEST).clamp(Vec3::ZERO, Vec3::ONE).map(f32::sqrt);
+            let root = (radiance(x, y) / (ROOT_OF_BRIGHTEST * ROOT_OF_BRIGHTEST))
+                .clamp(Vec3::ZERO, Vec3::ONE)
+                .map(f32::sqrt);
             let [red, green, blue] = (root * CODE_LIMIT + 0.5).to_array().map(|code| code as u32);
             texels.push(red | green << 10 | blue << 20);
         }

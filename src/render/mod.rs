@@ -6,17 +6,24 @@
 //!                                        frame ◀── haze, sky ◀── merge ◀─┘
 //! ```
 
-use std::time::{Duration, Instant};
+mod planes;
+mod reference;
+mod surface;
 
-use glam::{DVec3, Vec3};
+use std::time::Duration;
 
+use glam::DVec3;
+
+use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
-use crate::frame::{Atmosphere, Frame};
-use crate::raymarch::{Contact, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column};
+use crate::frame::{Atmosphere, Frame, Picture};
+use crate::raymarch::{LevelBands, Surface};
+use crate::sensor::radiance::Radiance;
 use crate::sensor::{Sun, VisualSensor};
+use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
-use crate::subimage::{Farm, Subimage};
+use crate::subimage::Farm;
 use crate::voxel::{Header, PageSource};
 
 /// How a frame is rendered.
@@ -102,73 +109,93 @@ pub struct Rendered {
     pub times: StageTimes,
 }
 
-/// Pixels of one subimage, `[column][row]`; `None` = sky, or no ray.
-struct SubimagePixels {
-    pixels: Vec<Option<(SurfaceSample, Vec3)>>,
-    march: Duration,
-    shade: Duration,
+/// Renders frames of one database, one after the other or several at once.
+///
+/// Keeps what frames share: the radiance of pages under the sun of the options.
+#[derive(Debug)]
+pub struct Renderer<'a, S> {
+    source: &'a S,
+    options: RenderOptions,
+    isa: Isa,
+    radiance: Radiance,
 }
 
-/// Renders what `camera` sees. The frame has the same bits for any number of workers.
+impl<'a, S: PageSource> Renderer<'a, S> {
+    /// A renderer with the fastest instruction set of this machine.
+    pub fn new(source: &'a S, options: &RenderOptions) -> Self {
+        let radiance = Radiance::new(VisualSensor::new(options.sun));
+        Self { source, options: *options, isa: Isa::best(), radiance }
+    }
+
+    /// The same with another instruction set; frames differ by rounding.
+    #[must_use]
+    pub fn with_isa(self, isa: Isa) -> Self {
+        Self { isa, ..self }
+    }
+
+    /// What `camera` sees, as linear light with range, normals, levels and ids. The frame has the same bits for
+    /// any number of workers.
+    ///
+    /// # Errors
+    /// A page that is damaged; options or a pose outside their ranges.
+    pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
+        self.options.check(camera)?;
+        match self.planes(camera)? {
+            Some(view) => planes::frame(self, &view, farm),
+            None => reference::render(self.source, camera, &self.options, farm),
+        }
+    }
+
+    /// What `camera` sees, as an 8-bit picture: the same light as [`Self::frame`]'s, without the rest.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, StageTimes)> {
+        self.options.check(camera)?;
+        match self.planes(camera)? {
+            Some(view) => planes::picture(self, &view, farm),
+            None => {
+                let Rendered { frame, times } = reference::render(self.source, camera, &self.options, farm)?;
+                let rgb = srgb8_picture(&frame.colour);
+                Ok((Picture { width: camera.width, height: camera.height, rgb }, times))
+            }
+        }
+    }
+
+    /// How scan planes see what the camera sees; `None` where they do not serve.
+    fn planes<'c>(&self, camera: &'c Camera) -> Result<Option<planes::View<'c>>> {
+        if self.options.surface != Surface::Smooth || self.options.tile_world {
+            return Ok(None);
+        }
+        Ok(planes::View::new(self.source.header(), camera))
+    }
+}
+
+/// Renders what `camera` sees, once; a [`Renderer`] is faster for several frames.
 ///
 /// # Errors
-/// A page that is damaged; options or a pose outside their ranges.
+/// As of [`Renderer::frame`].
 pub fn render_frame<S: PageSource>(
     source: &S,
     camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
 ) -> Result<Rendered> {
-    options.check(camera)?;
-    let subimages =
-        farm.render(camera.width, |subimage| render_subimage(source, camera, options, subimage))?;
-    let mut times = StageTimes {
-        march: subimages.iter().map(|subimage| subimage.march).sum(),
-        shade: subimages.iter().map(|subimage| subimage.shade).sum(),
-        image: Duration::ZERO,
-    };
-    let started = Instant::now();
-    let mut frame = merge(camera, &subimages);
-    let atmosphere = Atmosphere::new(options.visibility, source.header().height_range.0);
-    add_air(&mut frame, &atmosphere, farm);
-    times.image = started.elapsed();
-    Ok(Rendered { frame, times })
+    Renderer::new(source, options).frame(camera, farm)
 }
 
-fn render_subimage<S: PageSource>(
+/// Renders with the reference marcher, which every faster path is held against: pixel by pixel, in double precision.
+///
+/// # Errors
+/// As of [`Renderer::frame`].
+pub fn render_reference<S: PageSource>(
     source: &S,
     camera: &Camera,
     options: &RenderOptions,
-    subimage: Subimage,
-) -> Result<SubimagePixels> {
-    let columns = subimage.first_column..subimage.first_column + subimage.columns;
-    let started = Instant::now();
-    let header = source.header();
-    let mut marcher =
-        Marcher::new(source, level_bands(header, camera, options), options.surface).curved(options.curvature);
-    let mut filter = SurfaceFilter::new(source, camera.footprint());
-    if options.tile_world {
-        marcher = marcher.endless(far_limit(header, camera, options));
-        filter = filter.endless();
-    }
-    let contacts: Vec<Vec<Option<Contact>>> =
-        columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
-    let marched = Instant::now();
-
-    let sensor = VisualSensor::new(options.sun);
-    let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
-    for (column, contacts) in columns.zip(&contacts) {
-        for (row, contact) in contacts.iter().enumerate() {
-            let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
-            let (Some(contact), Some(ray)) = (contact, ray) else {
-                pixels.push(None);
-                continue;
-            };
-            let sample = filter.sample(&marcher.ray(ray.origin, ray.direction), contact)?;
-            pixels.push(Some((sample, sensor.radiance(&sample))));
-        }
-    }
-    Ok(SubimagePixels { pixels, march: marched - started, shade: marched.elapsed() })
+    farm: &Farm,
+) -> Result<Rendered> {
+    options.check(camera)?;
+    reference::render(source, camera, options, farm)
 }
 
 /// The bands of distance in which `camera` sees each level.
@@ -186,45 +213,6 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
 pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
     let (lowest, highest) = header.height_range;
     Atmosphere::new(options.visibility, lowest).reach(camera.pose.eye.z, highest)
-}
-
-/// Puts the subimages' columns side by side.
-fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
-    let mut frame = Frame::sky(camera.clone());
-    let (width, height) = (camera.width as usize, camera.height as usize);
-    let pixels = subimages.iter().flat_map(|subimage| &subimage.pixels);
-    for (index, pixel) in pixels.enumerate() {
-        let (column, row) = (index / height, index % height);
-        if let Some((sample, radiance)) = pixel {
-            let target = row * width + column;
-            frame.colour[target] = radiance.to_array();
-            frame.range[target] = sample.range as f32;
-            frame.normal[target] = sample.normal.to_array();
-            frame.level[target] = sample.level;
-            frame.id[target] = Frame::pixel_id(sample.attributes);
-        }
-    }
-    frame
-}
-
-/// Adds haze before the ground and fills the rest with sky; pixels without a ray stay black.
-fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
-    let camera = &frame.camera;
-    let range = &frame.range;
-    let width = camera.width as usize;
-    farm.rows(&mut frame.colour, width, |row, line| {
-        for (column, colour) in line.iter_mut().enumerate() {
-            let range = range[row * width + column];
-            let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
-            let (eye, up) = (ray.origin.z, ray.direction.z as f32);
-            let seen = if range.is_finite() {
-                atmosphere.haze(Vec3::from_array(*colour), eye, up, range)
-            } else {
-                atmosphere.sky(eye, up)
-            };
-            *colour = seen.to_array();
-        }
-    });
 }
 
 #[cfg(test)]

@@ -1,0 +1,80 @@
+//! Haze and sky of sixteen pixels: the twin of [`Atmosphere`]'s closed forms.
+
+use super::super::Atmosphere;
+use super::super::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
+use crate::simd::math::exp_neg;
+use crate::simd::{Floats, Mask, Simd};
+
+/// Rise in scale heights below which four terms of a series are exact to 10⁻⁵.
+const SMALL_RISE: f32 = 0.2;
+
+/// The air around an eye.
+#[derive(Debug, Clone, Copy)]
+pub struct Air {
+    extinction: f32,
+    /// Haze beyond a clear day's, above the eye, times scale height: its optical depth to the zenith.
+    excess: f32,
+    /// Height of the eye above the haze's base, scale heights, and the density of haze there.
+    start: f32,
+    density: f32,
+}
+
+impl Air {
+    /// Seen from height `eye`, metres above the datum.
+    pub fn new(atmosphere: &Atmosphere, eye: f64) -> Self {
+        let start = atmosphere.scale_heights(eye);
+        let density = (-start).exp();
+        let excess = atmosphere.excess() * SCALE_HEIGHT * density;
+        Self { extinction: atmosphere.extinction(), excess, start, density }
+    }
+
+    /// Share of light that haze lets through from `range` metres, where `up` is the sine of the elevation.
+    #[inline(always)]
+    fn through<V: Simd>(&self, simd: V, range: V::F, up: V::F) -> V::F {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        // The ray's rise in scale heights; haze is as thick as at its base below that.
+        let rise = (up * range).mul_add(simd.splat(1.0 / SCALE_HEIGHT), zero).max(simd.splat(-self.start));
+        // Mean density: e^−start · (1 − e^−rise) / rise; the quotient loses its digits where a few terms do.
+        let series = (rise * simd.splat(-1.0 / 24.0) + simd.splat(1.0 / 6.0)).mul_add(rise, simd.splat(-0.5));
+        let mut mean = series.mul_add(rise, one);
+        let small = rise.abs().lt(simd.splat(SMALL_RISE));
+        if !small.all() {
+            // e^−x of x < 0 through its reciprocal.
+            let falling = rise.lt(zero);
+            let power = exp_neg(simd, rise.abs());
+            let power = power.max(simd.splat(1.0e-37)).recip().select(falling, power);
+            mean = mean.select(small, (one - power) * rise.recip());
+        }
+        exp_neg(simd, simd.splat(self.extinction * self.density) * range * mean)
+    }
+
+    /// Radiance that reaches the eye from ground of `radiance`.
+    #[inline(always)]
+    pub fn haze<V: Simd>(&self, simd: V, radiance: [V::F; 3], range: V::F, up: V::F) -> [V::F; 3] {
+        let through = self.through(simd, range, up);
+        let mut seen = radiance;
+        for (seen, horizon) in seen.iter_mut().zip(HORIZON.to_array()) {
+            let horizon = simd.splat(horizon);
+            *seen = (*seen - horizon).mul_add(through, horizon);
+        }
+        seen
+    }
+
+    /// Radiance of the sky in a direction of which `up` is the sine of the elevation.
+    #[inline(always)]
+    pub fn sky<V: Simd>(&self, simd: V, up: V::F) -> [V::F; 3] {
+        let up = up.max(simd.splat(1.0e-6));
+        let blue = up * up * simd.splat(SKY_DEPTH) * (up + simd.splat(SKY_ONSET)).recip();
+        let mut clear = simd.splat(1.0) - exp_neg(simd, blue);
+        if self.excess > 0.0 {
+            clear = clear * exp_neg(simd, simd.splat(self.excess) * up.recip());
+        }
+        let mut seen = [clear; 3];
+        for (seen, (horizon, zenith)) in
+            seen.iter_mut().zip(HORIZON.to_array().into_iter().zip(ZENITH.to_array()))
+        {
+            *seen = clear.mul_add(simd.splat(zenith - horizon), simd.splat(horizon));
+        }
+        seen
+    }
+}

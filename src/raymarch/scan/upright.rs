@@ -1,0 +1,231 @@
+//! The planes and rows that a planar screen needs.
+//!
+//! Vertical planes through the eye meet a planar screen in lines through one point, the nadir's image. Turned
+//! upright (roll taken out, pitch kept) they meet each row of the screen at equal distances: with
+//! `x`, `y` on the upright screen (pixels from its centre, y up, focal length f, pitch p)
+//!
+//! ```text
+//! w = cos p − y/f · sin p                    horizontal depth per depth along the optical axis
+//! a = x/f / w                                tangent of the plane's angle to the heading
+//! t = (y/f · cos p + sin p) / w              tangent of the elevation, times 1/√(1 + a²) of it
+//! ```
+//!
+//! so that a plane is an `a` and a row is a `t`, whatever the pitch: the rows of the march are those of the upright
+//! screen, planes need interpolation along one axis only, and roll turns the picture as a whole (the
+//! patent's image stage).
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::PlaneGroup;
+use crate::simd::{Floats, LANES, Simd};
+use crate::space::{Attitude, Camera, Screen};
+use crate::voxel::Grid;
+
+/// Least share of horizontal depth in depth: steeper views need too many planes.
+const LEAST_HORIZONTAL: f64 = 0.25;
+
+/// Rows and planes beyond the screen's edge that interpolation may touch.
+const MARGIN: f64 = 1.5;
+
+/// A planar screen as scan planes see it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Upright {
+    focal: f64,
+    /// Sine and cosine of pitch and of roll.
+    pitch: [f64; 2],
+    roll: [f64; 2],
+    /// The heading, and to its right: ground metres per metre of depth.
+    ahead: DVec2,
+    right: DVec2,
+    /// Screen's centre, pixels.
+    centre: DVec2,
+    /// `a` of plane 0, and from one plane to the next.
+    plane: [f64; 2],
+    /// `y` of row 0, pixels.
+    row: f64,
+    /// Planes, a multiple of the lanes, and rows.
+    pub size: [usize; 2],
+    /// Corners of the screen, as (a, t), in order around it.
+    corners: [DVec2; 4],
+}
+
+/// What sixteen pixels look along, and where in the fan.
+pub struct Look<V: Simd> {
+    /// `a`: to the right per metre of depth.
+    pub across: V::F,
+    /// `t`: up per metre of depth.
+    pub tangent: V::F,
+    /// Plane, fractional; centres at integers.
+    pub plane: V::F,
+    /// Row, fractional; centres at integers.
+    pub row: V::F,
+}
+
+impl Upright {
+    /// For a planar screen; `None` for another, or where planes would crowd: a view too steep.
+    pub fn new(camera: &Camera) -> Option<Self> {
+        let Screen::Planar { .. } = camera.screen() else { return None };
+        let Attitude { yaw, pitch, roll } = camera.pose.attitude;
+        let (yaw, pitch, roll) =
+            (yaw.to_radians().sin_cos(), pitch.to_radians().sin_cos(), roll.to_radians().sin_cos());
+        let focal = camera.focal_px();
+        let centre = DVec2::new(f64::from(camera.width), f64::from(camera.height)) * 0.5;
+        let turn = |x: f64, y: f64| DVec2::new(x * roll.1 + y * roll.0, y * roll.1 - x * roll.0);
+        let outline = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| turn(x * (centre.x + MARGIN), y * (centre.y + MARGIN)));
+        let horizontal = |y: f64| pitch.1 - y / focal * pitch.0;
+        let least = outline.iter().map(|at| horizontal(at.y)).fold(f64::INFINITY, f64::min);
+        let reach = outline.iter().map(|at| at.length()).fold(0.0, f64::max);
+        if least < LEAST_HORIZONTAL * (1.0 + (reach / focal).powi(2)).sqrt().min(2.0) {
+            return None;
+        }
+        let corners = outline.map(|at| {
+            let depth = horizontal(at.y);
+            DVec2::new(at.x / focal / depth, (at.y / focal * pitch.1 + pitch.0) / depth)
+        });
+        let fold = |values: [f64; 4]| {
+            values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &value| {
+                [low.min(value), high.max(value)]
+            })
+        };
+        let rows = fold(outline.map(|at| at.y));
+        let across = fold(corners.map(|corner| corner.x));
+        // Planes are a pixel apart at the horizon, or at the row of the screen that is nearest to it.
+        let nearest = (-focal * pitch.0 / pitch.1).clamp(rows[0], rows[1]);
+        let step = 1.0 / (focal * horizontal(nearest));
+        // Without roll, rows are those of the screen.
+        let first = if roll.0 == 0.0 && roll.1 == 1.0 { 0.5 - centre.y } else { rows[0].floor() };
+        let last = if roll.0 == 0.0 && roll.1 == 1.0 { centre.y - 0.5 } else { rows[1].ceil() };
+        let planes = ((across[1] - across[0]) / step).ceil() as usize + 1;
+        Some(Self {
+            focal,
+            pitch: [pitch.0, pitch.1],
+            roll: [roll.0, roll.1],
+            ahead: DVec2::new(yaw.0, yaw.1),
+            right: DVec2::new(yaw.1, -yaw.0),
+            centre,
+            plane: [across[0], step],
+            row: first,
+            size: [planes.next_multiple_of(LANES), (last - first).round() as usize + 1],
+            corners,
+        })
+    }
+
+    /// Tangent of each row, rising, and +∞ behind the last.
+    pub fn tangents(&self) -> Vec<f32> {
+        let [sin, cos] = self.pitch;
+        let tangent = |row: usize| {
+            let y = (self.row + row as f64) / self.focal;
+            ((y * cos + sin) / (cos - y * sin)) as f32
+        };
+        (0..self.size[1]).map(tangent).chain([f32::INFINITY]).collect()
+    }
+
+    /// Groups of sixteen planes.
+    pub fn groups(&self) -> usize {
+        self.size[0] / LANES
+    }
+
+    /// The planes of a group, from `eye` (units).
+    pub fn group(&self, index: usize, grid: &Grid, eye: DVec3, inverse_diameter: f64) -> PlaneGroup {
+        let directions = std::array::from_fn(|lane| {
+            let a = self.plane[0] + (index * LANES + lane) as f64 * self.plane[1];
+            self.ahead + self.right * a
+        });
+        PlaneGroup::new(grid, eye.truncate(), &directions, inverse_diameter)
+    }
+
+    /// Rows of a group that some pixel of the screen needs.
+    pub fn rows(&self, index: usize) -> Range<usize> {
+        let at = |plane: f64| self.plane[0] + plane * self.plane[1];
+        let strip = [at((index * LANES) as f64 - MARGIN), at(((index + 1) * LANES) as f64 + MARGIN)];
+        let mut extent = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut add = |t: f64| extent = [extent[0].min(t), extent[1].max(t)];
+        for (index, from) in self.corners.iter().enumerate() {
+            let to = self.corners[(index + 1) % self.corners.len()];
+            if (strip[0]..=strip[1]).contains(&from.x) {
+                add(from.y);
+            }
+            for edge in strip {
+                let share = (edge - from.x) / (to.x - from.x);
+                if (0.0..=1.0).contains(&share) {
+                    add(from.y + share * (to.y - from.y));
+                }
+            }
+        }
+        if extent[0] > extent[1] {
+            return 0..0;
+        }
+        let row = |t: f64| {
+            let [sin, cos] = self.pitch;
+            // t of y, solved for y.
+            self.focal * (t * cos - sin) / (cos + t * sin) - self.row
+        };
+        let first = (row(extent[0]) - MARGIN).floor().max(0.0) as usize;
+        let end = (row(extent[1]) + MARGIN).ceil().max(0.0) as usize + 1;
+        first.min(self.size[1])..end.min(self.size[1])
+    }
+
+    /// Whether rows of the screen are rows of the fan.
+    pub fn is_level(&self) -> bool {
+        self.roll == [0.0, 1.0]
+    }
+
+    /// What a row of an unrolled screen looks along, and where it lies in the fan; `None` if the screen is rolled.
+    pub fn level_row(&self, row: f32) -> Option<LevelRow> {
+        if !self.is_level() {
+            return None;
+        }
+        let up = self.centre.y - f64::from(row);
+        let [sin, cos] = self.pitch;
+        let horizontal = cos - up / self.focal * sin;
+        let per_column = 1.0 / (self.focal * horizontal);
+        let per_plane = 1.0 / self.plane[1];
+        Some(LevelRow {
+            across: [per_column as f32, (-self.centre.x * per_column) as f32],
+            tangent: ((up / self.focal * cos + sin) / horizontal) as f32,
+            plane: [
+                (per_column * per_plane) as f32,
+                ((-self.centre.x * per_column - self.plane[0]) * per_plane) as f32,
+            ],
+            row: (up - self.row).round() as i32,
+        })
+    }
+
+    /// The heading and to its right: ground eastward and northward per metre of depth.
+    pub fn axes(&self) -> [[f32; 2]; 2] {
+        [[self.ahead.x as f32, self.ahead.y as f32], [self.right.x as f32, self.right.y as f32]]
+    }
+
+    /// Pixels of row `row`, at columns `column`; both in pixels, centres at half-integers.
+    #[inline(always)]
+    pub fn look<V: Simd>(&self, simd: V, column: V::F, row: f32) -> Look<V> {
+        let x = column - simd.splat(self.centre.x as f32);
+        let down = simd.splat((self.centre.y - f64::from(row)) as f32);
+        let (sin, cos) = (simd.splat(self.roll[0] as f32), simd.splat(self.roll[1] as f32));
+        let across = x.mul_add(cos, down * sin);
+        let up = x.neg_mul_add(sin, down * cos);
+        let [sin, cos] = self.pitch;
+        let per_focal = 1.0 / self.focal;
+        let horizontal = up.neg_mul_add(simd.splat((sin * per_focal) as f32), simd.splat(cos as f32)).recip();
+        let across = across * simd.splat(per_focal as f32) * horizontal;
+        let tangent = up.mul_add(simd.splat((cos * per_focal) as f32), simd.splat(sin as f32)) * horizontal;
+        let plane = (across - simd.splat(self.plane[0] as f32)) * simd.splat((1.0 / self.plane[1]) as f32);
+        Look { across, tangent, plane, row: up - simd.splat(self.row as f32) }
+    }
+}
+
+/// A row of an unrolled screen: what follows from a pixel's column is linear in it.
+#[derive(Debug, Clone, Copy)]
+pub struct LevelRow {
+    /// `a` per column, and at column 0.
+    pub across: [f32; 2],
+    /// Tangent of elevation.
+    pub tangent: f32,
+    /// Plane per column, and at column 0.
+    pub plane: [f32; 2],
+    /// Row of the fan.
+    pub row: i32,
+}

@@ -1,0 +1,121 @@
+//! The reference marcher's frame: what the engine is held against, and what renders where it does not reach.
+
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use super::{RenderOptions, Rendered, StageTimes, far_limit, level_bands};
+use crate::error::Result;
+use crate::frame::{Atmosphere, Frame};
+use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
+use crate::sensor::VisualSensor;
+use crate::space::Camera;
+use crate::subimage::{Farm, Subimage};
+use crate::voxel::PageSource;
+
+/// Pixels of one subimage, `[column][row]`; `None` = sky, or no ray.
+struct SubimagePixels {
+    pixels: Vec<Option<(SurfaceSample, Vec3)>>,
+    march: Duration,
+    shade: Duration,
+}
+
+/// Renders with the reference marcher: any screen, any surface, pixel by pixel in double precision.
+///
+/// # Errors
+/// A page that is damaged.
+pub(super) fn render<S: PageSource>(
+    source: &S,
+    camera: &Camera,
+    options: &RenderOptions,
+    farm: &Farm,
+) -> Result<Rendered> {
+    let subimages =
+        farm.render(camera.width, |subimage| render_subimage(source, camera, options, subimage))?;
+    let mut times = StageTimes {
+        march: subimages.iter().map(|subimage| subimage.march).sum(),
+        shade: subimages.iter().map(|subimage| subimage.shade).sum(),
+        image: Duration::ZERO,
+    };
+    let started = Instant::now();
+    let mut frame = merge(camera, &subimages);
+    let atmosphere = Atmosphere::new(options.visibility, source.header().height_range.0);
+    add_air(&mut frame, &atmosphere, farm);
+    times.image = started.elapsed();
+    Ok(Rendered { frame, times })
+}
+
+fn render_subimage<S: PageSource>(
+    source: &S,
+    camera: &Camera,
+    options: &RenderOptions,
+    subimage: Subimage,
+) -> Result<SubimagePixels> {
+    let columns = subimage.first_column..subimage.first_column + subimage.columns;
+    let started = Instant::now();
+    let header = source.header();
+    let mut marcher =
+        Marcher::new(source, level_bands(header, camera, options), options.surface).curved(options.curvature);
+    let mut filter = SurfaceFilter::new(source, camera.footprint());
+    if options.tile_world {
+        marcher = marcher.endless(far_limit(header, camera, options));
+        filter = filter.endless();
+    }
+    let contacts: Vec<Vec<Option<Contact>>> =
+        columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
+    let marched = Instant::now();
+
+    let sensor = VisualSensor::new(options.sun);
+    let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
+    for (column, contacts) in columns.zip(&contacts) {
+        for (row, contact) in contacts.iter().enumerate() {
+            let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
+            let (Some(contact), Some(ray)) = (contact, ray) else {
+                pixels.push(None);
+                continue;
+            };
+            let sample = filter.sample(&marcher.ray(ray.origin, ray.direction), contact)?;
+            pixels.push(Some((sample, sensor.radiance(&sample))));
+        }
+    }
+    Ok(SubimagePixels { pixels, march: marched - started, shade: marched.elapsed() })
+}
+
+/// Puts the subimages' columns side by side.
+fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
+    let mut frame = Frame::sky(camera.clone());
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let pixels = subimages.iter().flat_map(|subimage| &subimage.pixels);
+    for (index, pixel) in pixels.enumerate() {
+        let (column, row) = (index / height, index % height);
+        if let Some((sample, radiance)) = pixel {
+            let target = row * width + column;
+            frame.colour[target] = radiance.to_array();
+            frame.range[target] = sample.range as f32;
+            frame.normal[target] = sample.normal.to_array();
+            frame.level[target] = sample.level;
+            frame.id[target] = Frame::pixel_id(sample.attributes);
+        }
+    }
+    frame
+}
+
+/// Adds haze before the ground and fills the rest with sky; pixels without a ray stay black.
+fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
+    let camera = &frame.camera;
+    let range = &frame.range;
+    let width = camera.width as usize;
+    farm.rows(&mut frame.colour, width, |row, line| {
+        for (column, colour) in line.iter_mut().enumerate() {
+            let range = range[row * width + column];
+            let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
+            let (eye, up) = (ray.origin.z, ray.direction.z as f32);
+            let seen = if range.is_finite() {
+                atmosphere.haze(Vec3::from_array(*colour), eye, up, range)
+            } else {
+                atmosphere.sky(eye, up)
+            };
+            *colour = seen.to_array();
+        }
+    });
+}
