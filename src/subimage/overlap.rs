@@ -25,8 +25,8 @@ use crate::error::{Error, Result};
 use crate::progress::Observer;
 
 /// Frames in flight if nobody says otherwise, and there is more than one worker. Two are enough to
-/// fill the ends of stages; more only take memory.
-const DEFAULT_IN_FLIGHT: usize = 2;
+/// fill the ends of stages; more take memory.
+pub const DEFAULT_IN_FLIGHT: usize = 2;
 
 /// Frames that are to be rendered.
 #[derive(Clone, Copy)]

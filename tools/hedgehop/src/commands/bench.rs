@@ -19,7 +19,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Rendered, StageTimes, render_frame};
 use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, Farm, FrameWork, TaskSize, Trace, chrome_trace};
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -189,7 +189,7 @@ fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: 
         crews.iter().map(|crew| figures(crew, encode_ms, cameras.len() as f64, pixels)).collect();
     let one = crews[0].passes.iter().map(|pass| FrameWork::from_trace(&pass.trace));
     let measured: Vec<_> = all.iter().map(|figures| (figures.workers, figures.frames_per_s)).collect();
-    let in_flight = crews.iter().map(|crew| crew.in_flight).max().unwrap_or(1);
+    let in_flight = args.overlap.in_flight.unwrap_or(DEFAULT_IN_FLIGHT);
     let prediction = Prediction::new(&FrameWork::least(one), in_flight, &measured);
     let listed = all.into_iter().zip(&crews).filter(|(_, crew)| crew.is_listed);
     let mut results: Vec<Figures> = listed.map(|(figures, _)| figures).collect();
@@ -225,7 +225,8 @@ fn crews(args: &Args) -> Result<Vec<Crew>> {
 
 /// The last pass of every number of workers.
 fn last_passes(crews: &[Crew]) -> serde_json::Value {
-    let name = |crew: &Crew| format!("{} workers, {} frames in flight", crew.farm.workers(), crew.in_flight);
+    let name =
+        |crew: &Crew| format!("workers: {}, frames in flight: {}", crew.farm.workers(), crew.in_flight);
     let runs: Vec<_> = crews
         .iter()
         .filter_map(|crew| Some((name(crew), crew.passes.last()?)))
