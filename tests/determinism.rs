@@ -94,7 +94,10 @@ fn frames_do_not_depend_on_how_many_are_in_flight() {
             farm.fly(
                 &batch,
                 |farm, (view, options)| Ok(render(&world, view, options, farm)),
-                |_, frame| Ok(found.push(bits(&frame))),
+                |_, frame| {
+                    found.push(bits(&frame));
+                    Ok(())
+                },
             )
             .unwrap();
             assert!(found == expected, "{workers} workers, {in_flight} frames in flight");

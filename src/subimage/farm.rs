@@ -307,7 +307,8 @@ mod tests {
         let farm = Farm::new(2).unwrap();
         let outcome = farm.each(Stage::March, vec![(); 10_000], |index, ()| {
             started.fetch_add(1, Ordering::Relaxed);
-            if index == 3 { Err(no(index)) } else { Ok(thread::sleep(Duration::from_millis(1))) }
+            thread::sleep(Duration::from_millis(1));
+            if index == 3 { Err(no(index)) } else { Ok(()) }
         });
         assert!(outcome.is_err());
         assert!(started.load(Ordering::Relaxed) < 1000);

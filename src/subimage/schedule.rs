@@ -185,7 +185,10 @@ mod tests {
         let trace = Arc::new(Trace::new(1));
         let farm = Farm::new(1).unwrap().with_trace(&trace);
         let frames: Vec<_> = (1..=3).map(|number| (number, ())).collect();
-        let nap = |_, ()| Ok(std::thread::sleep(MS));
+        let nap = |_, ()| {
+            std::thread::sleep(MS);
+            Ok(())
+        };
         let batch = Batch { frames: &frames, in_flight: 1, observer: &Silent };
         let render = |farm: &Farm, (): &()| {
             std::thread::sleep(MS * 2);
@@ -214,7 +217,10 @@ mod tests {
         let render = |farm: &Farm, (): &()| {
             std::thread::sleep(work.serial);
             Stage::ALL.into_iter().try_for_each(|stage| {
-                farm.each(stage, (0..24).collect(), |_, task| Ok(std::thread::sleep(length(task, stage))))
+                farm.each(stage, (0..24).collect(), |_, task| {
+                    std::thread::sleep(length(task, stage));
+                    Ok(())
+                })
             })
         };
         for (workers, in_flight) in [(2, 1), (8, 1), (8, 2), (24, 2), (24, 3)] {
