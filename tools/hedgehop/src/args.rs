@@ -68,8 +68,8 @@ pub fn positive(text: &str) -> Result<f64, String> {
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     number(text)
         .ok()
-        .filter(|angle| (0.01..=175.0).contains(angle))
-        .ok_or_else(|| "want degrees from 0.01 to 175 (the screen is plane)".into())
+        .filter(|angle| *angle > 0.0 && *angle <= 360.0)
+        .ok_or_else(|| "want degrees above 0 and up to 360; a planar screen sees up to 175".into())
 }
 
 fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], String> {

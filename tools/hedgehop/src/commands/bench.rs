@@ -23,7 +23,7 @@ use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Tr
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
-use crate::args::{self, Overlap, check_no_input};
+use crate::args::{self, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{Figures, Report};
 use crate::interrupt::Interrupt;
@@ -129,8 +129,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     let source = PageFile::open(&args.area)?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
-    let cameras = args.flight.cameras(&args.area, &source, args.fps, choose, &reporter)?;
-    let report = measure(args, &source, &cameras, &reporter)?;
+    let setup = args.flight.screen.setup()?;
+    let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
+    let report = measure(args, &source, setup.size, &cameras, &reporter)?;
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
@@ -167,9 +168,20 @@ fn default_workers() -> Vec<usize> {
     counts
 }
 
-fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: &Reporter) -> Result<Report> {
+fn measure(
+    args: &Args,
+    source: &PageFile,
+    size: Size,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<Report> {
     let mut crews = crews(args)?;
-    let job = Job { source, cameras, options: args.look.options(), reporter };
+    let job = Job {
+        source,
+        cameras,
+        options: args.flight.world.apply(source.header(), args.look.options()),
+        reporter,
+    };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews)?;
@@ -183,7 +195,6 @@ fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: 
         write_bytes(file, format!("{}\n", last_passes(&crews)).as_bytes())?;
     }
 
-    let size = args.flight.size;
     let pixels = f64::from(size.width) * f64::from(size.height);
     let all: Vec<Figures> =
         crews.iter().map(|crew| figures(crew, encode_ms, cameras.len() as f64, pixels)).collect();

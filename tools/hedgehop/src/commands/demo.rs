@@ -17,7 +17,9 @@ use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
+use crate::screen::ScreenArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -86,7 +88,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 
     let flight = flight(folder, &area)?;
     let done = render::fly(&flight, &PageFile::open(&area)?, &reporter)?;
-    exit::print(&format!("3. {}", done.sentence(&flight)))?;
+    exit::print(&format!("3. {}", done.sentence()))?;
     let sheet = sheet(folder, &done.files)?;
     exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
     if let Some(film) = &flight.video {
@@ -126,8 +128,8 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             alt_mode: None,
             level: false,
             clearance: None,
-            hfov: HFOV,
-            size: SIZE,
+            screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
+            world: WorldArgs::default(),
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
         progress: Mode::Auto,
