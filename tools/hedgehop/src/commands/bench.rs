@@ -19,7 +19,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Rendered, StageTimes, render_frame};
 use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Stage, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -295,10 +295,13 @@ impl Job<'_> {
         self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |_, rendered| {
             stages.march += rendered.times.march;
             stages.shade += rendered.times.shade;
-            stages.image += rendered.times.image;
             Ok(())
         })?;
-        Ok(Pass { wall: begun.elapsed(), stages, trace })
+        let wall = begun.elapsed();
+        // A frame's own clock would count the tasks of others that run meanwhile.
+        let image = trace.tasks().into_iter().filter(|task| task.stage == Stage::Image);
+        stages.image = image.map(|task| task.end - task.start).sum();
+        Ok(Pass { wall, stages, trace })
     }
 }
 
