@@ -6,9 +6,10 @@ mod scene;
 use glam::{DVec2, DVec3};
 use hedgehop::frame::{Frame, FrameInfo, encode_frame};
 use hedgehop::memory::PageFile;
+use hedgehop::progress::Silent;
 use hedgehop::raymarch::Surface;
 use hedgehop::render::{RenderOptions, render_frame};
-use hedgehop::subimage::Farm;
+use hedgehop::subimage::{Batch, Farm, TaskSize};
 use hedgehop::voxel::{Arrays, Metadata, PageSource, write_arrays};
 use scene::{Terrain, View, clear_air};
 
@@ -60,6 +61,46 @@ fn frames_do_not_depend_on_the_number_of_workers() {
                 let found = bits(&render(&world, &view, &options, farm));
                 assert!(found == expected, "{view:?}: {} workers, time {time}", farm.workers());
             }
+        }
+    }
+}
+
+#[test]
+fn frames_do_not_depend_on_the_size_of_tasks() {
+    let world = terrain().in_memory();
+    let farm = Farm::new(3).unwrap();
+    for (view, options) in views() {
+        let expected = bits(&render(&world, &view, &options, &farm));
+        for (lines, rows) in [(1, 1), (3, 7), (16, 2), (u32::MAX, u32::MAX), (0, 0)] {
+            let farm = farm.with_task_size(TaskSize { lines, rows });
+            let found = bits(&render(&world, &view, &options, &farm));
+            assert!(found == expected, "{view:?}: tasks of {lines} lines and {rows} rows");
+        }
+    }
+}
+
+#[test]
+fn frames_do_not_depend_on_how_many_are_in_flight() {
+    let world = terrain().in_memory();
+    let views: Vec<_> = (1..).zip(views()).collect();
+    let one = Farm::new(1).unwrap();
+    let expected: Vec<_> =
+        views.iter().map(|(_, (view, options))| bits(&render(&world, view, options, &one))).collect();
+    for workers in [1, 2, 3, 5] {
+        let farm = Farm::new(workers).unwrap();
+        for in_flight in 1..=3 {
+            let batch = Batch { frames: &views, in_flight, observer: &Silent };
+            let mut found = Vec::new();
+            farm.fly(
+                &batch,
+                |farm, (view, options)| Ok(render(&world, view, options, farm)),
+                |_, frame| {
+                    found.push(bits(&frame));
+                    Ok(())
+                },
+            )
+            .unwrap();
+            assert!(found == expected, "{workers} workers, {in_flight} frames in flight");
         }
     }
 }

@@ -96,7 +96,8 @@ mod tests {
         let render = |farm: &Farm, (): &()| {
             Stage::ALL.into_iter().try_for_each(|stage| {
                 farm.each(stage, (0..12).collect(), |_, task| {
-                    Ok(std::thread::sleep(Duration::from_micros(50 + 7 * task)))
+                    std::thread::sleep(Duration::from_micros(50 + 7 * task));
+                    Ok(())
                 })
             })
         };

@@ -81,10 +81,22 @@ impl Farm {
         tasks: Vec<T>,
         work: impl Fn(usize, T) -> Result<()> + Sync,
     ) -> Result<()> {
+        self.each_with(stage, tasks, || (), |(), index, task| work(index, task))
+    }
+
+    /// [`Self::each`] with scratch memory: each worker that takes part makes one and lends it to each of its tasks. A
+    /// task must not find in it what another left there, or frames depend on the number of workers.
+    pub fn each_with<T: Send, W>(
+        &self,
+        stage: Stage,
+        tasks: Vec<T>,
+        scratch: impl Fn() -> W + Sync,
+        work: impl Fn(&mut W, usize, T) -> Result<()> + Sync,
+    ) -> Result<()> {
         let failure = Failure::default();
-        self.run(stage, tasks, |index, task| {
+        self.run(stage, tasks, scratch, |scratch, index, task| {
             if failure.permits(index)
-                && let Err(error) = work(index, task)
+                && let Err(error) = work(scratch, index, task)
             {
                 failure.report(index, error);
             }
@@ -112,23 +124,35 @@ impl Farm {
     pub fn rows<T: Send>(&self, image: &mut [T], width: usize, task: impl Fn(usize, &mut [T]) + Sync + Send) {
         let rows = self.task_size.rows.max(1) as usize;
         let blocks = image.chunks_mut(width.saturating_mul(rows).max(1)).collect();
-        self.run(Stage::Image, blocks, |index, block| {
-            for (row, line) in block.chunks_mut(width.max(1)).enumerate() {
-                task(index * rows + row, line);
-            }
-        });
+        self.run(
+            Stage::Image,
+            blocks,
+            || (),
+            |(), index, block| {
+                for (row, line) in block.chunks_mut(width.max(1)).enumerate() {
+                    task(index * rows + row, line);
+                }
+            },
+        );
     }
 
     /// Hands out `tasks` in order until all are done.
-    fn run<T: Send>(&self, stage: Stage, tasks: Vec<T>, work: impl Fn(usize, T) + Sync) {
+    fn run<T: Send, W>(
+        &self,
+        stage: Stage,
+        tasks: Vec<T>,
+        scratch: impl Fn() -> W + Sync,
+        work: impl Fn(&mut W, usize, T) + Sync,
+    ) {
         let queue = Queue::new(tasks);
         let take_part = |worker: usize| {
+            let mut scratch = scratch();
             while let Some((index, task)) = queue.take() {
                 match &self.trace {
-                    None => work(index, task),
+                    None => work(&mut scratch, index, task),
                     Some(trace) => {
                         let start = trace.now();
-                        work(index, task);
+                        work(&mut scratch, index, task);
                         trace.task(worker, stage, self.frame, index, start);
                     }
                 }
@@ -245,6 +269,20 @@ mod tests {
     }
 
     #[test]
+    fn no_more_scratch_is_made_than_there_are_workers() {
+        for farm in farms() {
+            let made = AtomicUsize::new(0);
+            let scratch = || vec![made.fetch_add(1, Ordering::Relaxed); 4];
+            farm.each_with(Stage::March, (0..100).collect(), scratch, |scratch, _, task: usize| {
+                scratch.fill(task);
+                Ok(())
+            })
+            .unwrap();
+            assert!((1..=farm.workers()).contains(&made.into_inner()));
+        }
+    }
+
+    #[test]
     fn the_first_error_in_task_order_wins() {
         for farm in farms() {
             for _ in 0..20 {
@@ -269,7 +307,8 @@ mod tests {
         let farm = Farm::new(2).unwrap();
         let outcome = farm.each(Stage::March, vec![(); 10_000], |index, ()| {
             started.fetch_add(1, Ordering::Relaxed);
-            if index == 3 { Err(no(index)) } else { Ok(thread::sleep(Duration::from_millis(1))) }
+            thread::sleep(Duration::from_millis(1));
+            if index == 3 { Err(no(index)) } else { Ok(()) }
         });
         assert!(outcome.is_err());
         assert!(started.load(Ordering::Relaxed) < 1000);

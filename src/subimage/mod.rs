@@ -23,7 +23,7 @@ mod trace;
 
 pub use chrome::chrome_trace;
 pub use farm::Farm;
-pub use overlap::Batch;
+pub use overlap::{Batch, DEFAULT_IN_FLIGHT};
 pub use schedule::{FrameWork, makespan};
 pub use task::{Stage, Subimage, TaskSize, split};
 pub use trace::{FrameSpan, TaskSpan, Trace};

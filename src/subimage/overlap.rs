@@ -25,8 +25,8 @@ use crate::error::{Error, Result};
 use crate::progress::Observer;
 
 /// Frames in flight if nobody says otherwise, and there is more than one worker. Two are enough to
-/// fill the ends of stages; more only take memory.
-const DEFAULT_IN_FLIGHT: usize = 2;
+/// fill the ends of stages; more take memory.
+pub const DEFAULT_IN_FLIGHT: usize = 2;
 
 /// Frames that are to be rendered.
 #[derive(Clone, Copy)]
@@ -266,7 +266,11 @@ mod tests {
         let mut values = vec![index; 40];
         for stage in Stage::ALL {
             farm.each(stage, values.iter_mut().collect(), |task, value| {
-                thread::sleep(Duration::from_micros(if (task + index) % 13 == 0 { 400 } else { 20 }));
+                thread::sleep(Duration::from_micros(if (task + index).is_multiple_of(13) {
+                    400
+                } else {
+                    20
+                }));
                 *value += task;
                 Ok(())
             })?;
@@ -319,7 +323,10 @@ mod tests {
                     8.. => Err(no(index)),
                     _ => render(farm, index),
                 },
-                |_, _| Ok(taken += 1),
+                |_, _| {
+                    taken += 1;
+                    Ok(())
+                },
             );
             assert_eq!(outcome.unwrap_err().to_string(), "frame 7");
             assert_eq!(taken, 7);
@@ -360,7 +367,10 @@ mod tests {
                     stopped.0.fetch_or(index == 5, Ordering::SeqCst);
                     render(farm, index)
                 },
-                |_, _| Ok(taken += 1),
+                |_, _| {
+                    taken += 1;
+                    Ok(())
+                },
             );
             assert!(matches!(outcome, Err(Error::Interrupted(_))));
             assert_eq!(taken, begun.into_inner());
@@ -374,14 +384,24 @@ mod tests {
             let frames = frames();
             let all = batch(&frames, in_flight, &Silent);
             let render = |farm: &Farm, index: usize| {
-                farm.each(Stage::March, vec![(); 9], |_, ()| Ok(assert_ne!(index, 6)))
+                farm.each(Stage::March, vec![(); 9], |_, ()| {
+                    assert_ne!(index, 6);
+                    Ok(())
+                })
             };
             let rendering = catch_unwind(AssertUnwindSafe(|| {
                 farm.fly(&all, |farm, &index| render(farm, index), |_, ()| Ok(()))
             }));
             assert!(rendering.is_err());
             let taking = catch_unwind(AssertUnwindSafe(|| {
-                farm.fly(&all, |_, &index| Ok(index), |_, index| Ok(assert_ne!(index, 3)))
+                farm.fly(
+                    &all,
+                    |_, &index| Ok(index),
+                    |_, index| {
+                        assert_ne!(index, 3);
+                        Ok(())
+                    },
+                )
             }));
             assert!(taking.is_err());
         });
@@ -403,7 +423,8 @@ mod tests {
         let render = |farm: &Farm| {
             Stage::ALL.into_iter().try_for_each(|stage| {
                 farm.each(stage, (0..10).collect(), |_, task| {
-                    Ok(thread::sleep(Duration::from_millis(if task == 9 { 9 } else { 1 })))
+                    thread::sleep(Duration::from_millis(if task == 9 { 9 } else { 1 }));
+                    Ok(())
                 })
             })
         };

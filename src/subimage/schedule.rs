@@ -111,9 +111,13 @@ fn hand_out(tasks: &[Duration], ready: Duration, workers: &mut BinaryHeap<Revers
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use proptest::prelude::*;
 
     use super::*;
+    use crate::progress::Silent;
+    use crate::subimage::{Batch, Farm};
 
     const MS: Duration = Duration::from_millis(1);
 
@@ -178,12 +182,15 @@ mod tests {
 
     #[test]
     fn a_trace_of_one_worker_gives_its_own_time_back() {
-        let trace = std::sync::Arc::new(Trace::new(1));
-        let farm = super::super::Farm::new(1).unwrap().with_trace(&trace);
+        let trace = Arc::new(Trace::new(1));
+        let farm = Farm::new(1).unwrap().with_trace(&trace);
         let frames: Vec<_> = (1..=3).map(|number| (number, ())).collect();
-        let nap = |_, ()| Ok(std::thread::sleep(MS));
-        let batch = super::super::Batch { frames: &frames, in_flight: 1, observer: &crate::progress::Silent };
-        let render = |farm: &super::super::Farm, (): &()| {
+        let nap = |_, ()| {
+            std::thread::sleep(MS);
+            Ok(())
+        };
+        let batch = Batch { frames: &frames, in_flight: 1, observer: &Silent };
+        let render = |farm: &Farm, (): &()| {
             std::thread::sleep(MS * 2);
             Stage::ALL.into_iter().try_for_each(|stage| farm.each(stage, vec![(); 4], nap))
         };
@@ -198,6 +205,37 @@ mod tests {
         let least = FrameWork::least([work.clone(), vec![frame(0, &[&[0; 4], &[9000; 4]]); 3]]);
         assert_eq!(least[0].stages[1], work[0].stages[1]);
         assert_eq!(least[0].total(), work[0].stages[1].iter().sum::<Duration>());
+    }
+
+    /// Sleeping tasks need no cores, so that more workers can be tried than the machine has.
+    #[test]
+    fn the_farm_takes_as_long_as_the_schedule_says() {
+        let length = |task: u32, stage: Stage| MS * (2 + (task * 7 + stage as u32) % 9);
+        let task_times = |stage| (0..24).map(|task| length(task, stage)).collect();
+        let work = FrameWork { serial: MS * 5, stages: Stage::ALL.map(task_times).to_vec() };
+        let frames: Vec<_> = (1..=6).map(|number| (number, ())).collect();
+        let render = |farm: &Farm, (): &()| {
+            std::thread::sleep(work.serial);
+            Stage::ALL.into_iter().try_for_each(|stage| {
+                farm.each(stage, (0..24).collect(), |_, task| {
+                    std::thread::sleep(length(task, stage));
+                    Ok(())
+                })
+            })
+        };
+        for (workers, in_flight) in [(2, 1), (8, 1), (8, 2), (24, 2), (24, 3)] {
+            let farm = Farm::new(workers).unwrap();
+            let batch = Batch { frames: &frames, in_flight, observer: &Silent };
+            let predicted = makespan(&vec![work.clone(); frames.len()], workers, in_flight).as_secs_f64();
+            let mut ratios = std::iter::repeat_with(|| {
+                let begun = std::time::Instant::now();
+                farm.fly(&batch, render, |_, ()| Ok(())).unwrap();
+                begun.elapsed().as_secs_f64() / predicted
+            });
+            // Sleepers wake late where others are busy; one undisturbed flight shows what the farm does.
+            let agrees = ratios.by_ref().take(10).any(|ratio| (0.95..1.3).contains(&ratio));
+            assert!(agrees, "{workers} workers, {in_flight} in flight: {:?}", ratios.next());
+        }
     }
 
     fn frames() -> impl Strategy<Value = Vec<FrameWork>> {

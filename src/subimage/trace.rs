@@ -103,7 +103,11 @@ mod tests {
             let trace = Arc::new(Trace::new(workers));
             let farm = Farm::new(workers).unwrap().with_trace(&trace).for_frame(7);
             for stage in Stage::ALL {
-                farm.each(stage, vec![(); 100], |_, ()| Ok(std::hint::black_box(()))).unwrap();
+                farm.each(stage, vec![(); 100], |_, ()| {
+                    std::hint::black_box(());
+                    Ok(())
+                })
+                .unwrap();
             }
             let tasks = trace.tasks();
             let mut noted: Vec<_> = tasks.iter().map(|span| (span.stage, span.task)).collect();

@@ -65,12 +65,12 @@ impl Prediction {
 
     /// For people.
     pub fn table(&self) -> String {
-        let mut text = String::from("\nspeed-up     predicted  measured   error\n");
+        let mut text = String::from("\nspeed-up      predicted  measured   error\n");
         for line in &self.speed_up {
             let measured = line.measured.map_or_else(|| "-".into(), |measured| format!("{measured:.2}"));
             let error = line.error_percent.map_or_else(|| "-".into(), |error| format!("{error:+.1} %"));
             text +=
-                &format!("{:>3} workers  {:>9.2}  {measured:>8}  {error:>6}\n", line.workers, line.predicted);
+                &format!("{:>4} workers  {:>9.2}  {measured:>8}  {error:>6}\n", line.workers, line.predicted);
         }
         let in_flight = self.speed_up.iter().map(|line| line.in_flight).max().unwrap_or(1);
         text += &format!(
@@ -93,7 +93,7 @@ mod tests {
         let ms = Duration::from_millis;
         let frame = FrameWork { serial: ms(10), stages: vec![vec![ms(1); 45], vec![ms(1); 45]] };
         let prediction = Prediction::new(&vec![frame; 4], 1, &[(1, 10.0), (3, 24.0)]);
-        assert_eq!(prediction.serial_share, 0.1);
+        assert!((prediction.serial_share - 0.1).abs() < 1e-9);
         let workers: Vec<_> = prediction.speed_up.iter().map(|line| line.workers).collect();
         assert_eq!(workers, [1, 2, 3, 4, 8, 16, 32, 64, 128, 256]);
         let three = &prediction.speed_up[2];
@@ -102,7 +102,7 @@ mod tests {
         assert!((three.error_percent.unwrap() - 100.0 / 24.0).abs() < 1e-9);
         assert_eq!(prediction.speed_up[1].measured, None);
         let table = prediction.table();
-        assert!(table.contains("  3 workers       2.50      2.40  +4.2 %\n"), "{table}");
-        assert!(table.contains("  2 workers       1.79         -       -\n"), "{table}");
+        assert!(table.contains("   3 workers       2.50      2.40  +4.2 %\n"), "{table}");
+        assert!(table.contains("   2 workers       1.79         -       -\n"), "{table}");
     }
 }

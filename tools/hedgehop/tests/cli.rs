@@ -386,6 +386,10 @@ fn bench_finds_identical_frames_and_writes_its_figures() {
         "b.json",
         "--svg",
         "b.svg",
+        "--trace",
+        "t.json",
+        "--task-size",
+        "16,4",
         "--progress",
         "none",
     ]);
@@ -394,6 +398,18 @@ fn bench_finds_identical_frames_and_writes_its_figures() {
     let json: serde_json::Value = serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();
     assert_eq!(json["results"][0]["workers"], 1);
     assert_eq!(json["identical_frames"], true);
+    assert_eq!([1, 2], [0, 1].map(|run| json["results"][run]["in_flight"].as_u64().unwrap()));
+    let speed_up = json["prediction"]["speed_up"].as_array().unwrap();
+    let workers: Vec<_> = speed_up.iter().map(|line| line["workers"].as_u64().unwrap()).collect();
+    assert_eq!(workers, [1, 2, 4, 8, 16, 32, 64, 128, 256]);
+    assert!(speed_up[1]["measured"].is_f64() && speed_up[1]["error_percent"].is_f64());
+    assert!(speed_up[2]["predicted"].is_f64() && speed_up[2]["measured"].is_null());
+    assert!(stdout(&output).contains("256 workers"), "{}", stdout(&output));
+    let trace: serde_json::Value = serde_json::from_slice(&fs::read(site.path("t.json")).unwrap()).unwrap();
+    let events = trace["traceEvents"].as_array().unwrap();
+    // Two frames with one worker and two with two; 64 columns and 36 rows make 4 and 9 tasks.
+    let tasks = |stage: &str| events.iter().filter(|event| event["args"]["stage"] == stage).count();
+    assert_eq!((tasks("march"), tasks("image")), (2 * 2 * 4, 2 * 2 * 9));
     let svg = fs::read_to_string(site.path("b.svg")).unwrap();
     assert!(svg.contains("Mpixel/s") && svg.contains("ideal"));
 }

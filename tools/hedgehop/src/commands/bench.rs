@@ -19,7 +19,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Rendered, StageTimes, render_frame};
 use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, Farm, FrameWork, TaskSize, Trace, chrome_trace};
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Stage, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -200,7 +200,7 @@ fn measure(
         crews.iter().map(|crew| figures(crew, encode_ms, cameras.len() as f64, pixels)).collect();
     let one = crews[0].passes.iter().map(|pass| FrameWork::from_trace(&pass.trace));
     let measured: Vec<_> = all.iter().map(|figures| (figures.workers, figures.frames_per_s)).collect();
-    let in_flight = crews.iter().map(|crew| crew.in_flight).max().unwrap_or(1);
+    let in_flight = args.overlap.in_flight.unwrap_or(DEFAULT_IN_FLIGHT);
     let prediction = Prediction::new(&FrameWork::least(one), in_flight, &measured);
     let listed = all.into_iter().zip(&crews).filter(|(_, crew)| crew.is_listed);
     let mut results: Vec<Figures> = listed.map(|(figures, _)| figures).collect();
@@ -236,7 +236,8 @@ fn crews(args: &Args) -> Result<Vec<Crew>> {
 
 /// The last pass of every number of workers.
 fn last_passes(crews: &[Crew]) -> serde_json::Value {
-    let name = |crew: &Crew| format!("{} workers, {} frames in flight", crew.farm.workers(), crew.in_flight);
+    let name =
+        |crew: &Crew| format!("workers: {}, frames in flight: {}", crew.farm.workers(), crew.in_flight);
     let runs: Vec<_> = crews
         .iter()
         .filter_map(|crew| Some((name(crew), crew.passes.last()?)))
@@ -294,10 +295,13 @@ impl Job<'_> {
         self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |_, rendered| {
             stages.march += rendered.times.march;
             stages.shade += rendered.times.shade;
-            stages.image += rendered.times.image;
             Ok(())
         })?;
-        Ok(Pass { wall: begun.elapsed(), stages, trace })
+        let wall = begun.elapsed();
+        // A frame's own clock would count the tasks of others that run meanwhile.
+        let image = trace.tasks().into_iter().filter(|task| task.stage == Stage::Image);
+        stages.image = image.map(|task| task.end - task.start).sum();
+        Ok(Pass { wall, stages, trace })
     }
 }
 
