@@ -6,6 +6,7 @@ mod scene;
 mod attitude;
 mod horizon;
 mod light;
+mod projections;
 mod screen;
 mod seams;
 mod slopes;
