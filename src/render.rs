@@ -10,11 +10,10 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
 
+use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame};
-use crate::raymarch::{
-    Contact, GridRay, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column,
-};
+use crate::raymarch::{Contact, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column};
 use crate::sensor::{Sun, VisualSensor};
 use crate::space::{Camera, Footprint};
 use crate::subimage::{Farm, Subimage};
@@ -31,6 +30,10 @@ pub struct RenderOptions {
     pub sun: Sun,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel.
     pub detail: f64,
+    /// How fast heights drop with ground distance; flat by default. [`Self::of`] chooses by the database.
+    pub curvature: Curvature,
+    /// The area repeats without end, eastward and northward.
+    pub tile_world: bool,
 }
 
 /// Visibility of a clear day, metres.
@@ -38,21 +41,37 @@ const DEFAULT_VISIBILITY: f64 = 40_000.0;
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { surface: Surface::Smooth, visibility: DEFAULT_VISIBILITY, sun: Sun::default(), detail: 1.0 }
+        Self {
+            surface: Surface::Smooth,
+            visibility: DEFAULT_VISIBILITY,
+            sun: Sun::default(),
+            detail: 1.0,
+            curvature: Curvature::FLAT,
+            tile_world: false,
+        }
     }
 }
 
 impl RenderOptions {
+    /// The defaults for a database: a place on Earth is curved, local metres are flat.
+    pub fn of(header: &Header) -> Self {
+        let on_earth = header.metadata.crs_proj.is_some();
+        let curvature = if on_earth { Curvature::standard() } else { Curvature::FLAT };
+        Self { curvature, ..Self::default() }
+    }
+
     /// Refuses values outside the ranges that the fields state, and poses that are no view.
     fn check(&self, camera: &Camera) -> Result<()> {
         camera.screen().check()?;
         let pose = camera.pose;
         let attitude = DVec3::new(pose.attitude.yaw, pose.attitude.pitch, pose.attitude.roll);
+        let bend = self.curvature.inverse_diameter;
         let within = [
             (self.visibility > 0.0, "visibility must be more than 0 m"),
             (self.sun.elevation > 0.0 && self.sun.elevation <= 90.0, "the sun must stand 0 to 90° high"),
             (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
             (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
+            (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
             (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),
         ];
@@ -124,14 +143,19 @@ fn render_subimage<S: PageSource>(
 ) -> Result<SubimagePixels> {
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
-    let mut marcher = Marcher::new(source, level_bands(source.header(), camera, options), options.surface);
+    let header = source.header();
+    let mut marcher =
+        Marcher::new(source, level_bands(header, camera, options), options.surface).curved(options.curvature);
+    let mut filter = SurfaceFilter::new(source, camera.footprint());
+    if options.tile_world {
+        marcher = marcher.endless(far_limit(header, camera, options));
+        filter = filter.endless();
+    }
     let contacts: Vec<Vec<Option<Contact>>> =
         columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
     let marched = Instant::now();
 
-    let mut filter = SurfaceFilter::new(source, camera.footprint());
     let sensor = VisualSensor::new(options.sun);
-    let grid = source.header().grid;
     let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
@@ -140,7 +164,7 @@ fn render_subimage<S: PageSource>(
                 pixels.push(None);
                 continue;
             };
-            let sample = filter.sample(&GridRay::new(&grid, ray.origin, ray.direction), contact)?;
+            let sample = filter.sample(&marcher.ray(ray.origin, ray.direction), contact)?;
             pixels.push(Some((sample, sensor.radiance(&sample))));
         }
     }
@@ -155,6 +179,13 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
         Footprint::Angle(angle) => LevelBands::new(grid, count, angle, clearance, options.detail),
         Footprint::Width(width) => LevelBands::uniform(grid, count, width, options.detail),
     }
+}
+
+/// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
+/// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
+pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
+    let (lowest, highest) = header.height_range;
+    Atmosphere::new(options.visibility, lowest).reach(camera.pose.eye.z, highest)
 }
 
 /// Puts the subimages' columns side by side.

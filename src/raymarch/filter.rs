@@ -65,6 +65,11 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         }
     }
 
+    /// The same over the area repeated without end.
+    pub fn endless(self) -> Self {
+        Self { cursor: self.cursor.endless(), ..self }
+    }
+
     /// What `ray` sees where it ended.
     pub fn sample(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
         let units = ray.at(contact.range).truncate();
@@ -74,13 +79,11 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             Some(face) => face,
             None => self.normal(blend, units)?,
         };
-        let albedo = self.albedo(ray, units, width, blend, normal)?;
-        let side = f64::from(Grid::side_units(contact.level));
-        // A wall stands on the border of two voxels; half a voxel behind it lies the one that it belongs to.
+        let slope = ray.slope.truncate().extend(ray.rise_at(contact.range));
+        let albedo = self.albedo(slope, units, width, blend, normal)?;
+        // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
         let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
-        let place = units / side + behind;
-        let voxel = [place.x.floor() as i64, place.y.floor() as i64];
-        let attributes = self.cursor.attributes(contact.level, voxel)?.unwrap_or_default();
+        let attributes = self.cursor.attributes_at(contact.level, units + behind)?.unwrap_or_default();
         Ok(SurfaceSample {
             range: contact.range,
             level: contact.level,
@@ -98,16 +101,17 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         LevelBlend { fine, coarse: (fine + 1).min(self.coarsest), share: position.fract() }
     }
 
-    /// Colour over the footprint of `width` metres (across the ray) around a position in units.
+    /// Colour over the footprint of `width` metres (across the ray) around a position in units, where the ray
+    /// changes by `slope` (units, units, metres) per metre of range.
     fn albedo(
         &mut self,
-        ray: &GridRay,
+        slope: DVec3,
         units: DVec2,
         width: f64,
         blend: LevelBlend,
         normal: DVec3,
     ) -> Result<Vec3> {
-        let direction = ray.slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
+        let direction = slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
         let grazing = normal.dot(direction).abs().max(1.0 / MOST_TAPS);
         let taps = (1.0 / grazing).ceil();
         let along = direction.truncate().normalize_or_zero() * (width / grazing / self.grid.spacing);
@@ -131,7 +135,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     /// Colour of a level at a position in units, bilinear in linear light; where its page is absent, of the
     /// next coarser level; black where the coarsest one is, too.
     fn colour(&mut self, level: u8, units: DVec2) -> Result<Vec3> {
-        let (cell, fraction) = self.cursor.cell_at(level, units);
+        let (cell, fraction) = self.cursor.cells(level).cell_at(units);
         let Some(colours) = self.cursor.corner_colours(level, cell)? else {
             return if level < self.coarsest { self.colour(level + 1, units) } else { Ok(Vec3::ZERO) };
         };
@@ -156,7 +160,8 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let side = f64::from(Grid::side_units(level));
         let dims = self.cursor.dims(level);
         let posts = |axis: usize| (0.5 * side, (dims[axis] as f64 - 0.5) * side);
-        let (east, north) = (posts(0), posts(1));
+        let endless = (f64::NEG_INFINITY, f64::INFINITY);
+        let (east, north) = if self.cursor.is_endless() { (endless, endless) } else { (posts(0), posts(1)) };
         let (low, high) = (DVec2::new(east.0, north.0), DVec2::new(east.1, north.1));
         let centre_at = units.clamp(low, high);
         let centre = self.cursor.smooth_height(level, centre_at)?;

@@ -7,7 +7,7 @@ use super::*;
 use crate::space::{Attitude, Camera, Footprint, Pose};
 use crate::voxel::{Attributes, Grid, HeightCode, MemPages, Metadata, PageSource, build_in_memory};
 
-fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
+pub(super) fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
     let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
     let heights: Vec<f64> =
         (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))).map(|(x, y)| height(x, y)).collect();
@@ -16,14 +16,14 @@ fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
 }
 
 /// A repeatable number in 0..1 for integers.
-fn noise(x: u32, y: u32, seed: u32) -> f64 {
+pub(super) fn noise(x: u32, y: u32, seed: u32) -> f64 {
     let mut bits = x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77) ^ seed.wrapping_mul(0xC2B2_AE3D);
     bits = (bits ^ bits >> 15).wrapping_mul(0x2C1B_3C6D);
     bits = (bits ^ bits >> 12).wrapping_mul(0x297A_2D39);
     f64::from(bits ^ bits >> 15) / f64::from(u32::MAX)
 }
 
-fn hills(seed: u32) -> impl Fn(u32, u32) -> f64 {
+pub(super) fn hills(seed: u32) -> impl Fn(u32, u32) -> f64 {
     move |x, y| {
         let broad = noise(x / 16, y / 16, seed) * 150.0;
         if noise(x, y, seed ^ 7) > 0.985 { f64::NAN } else { broad + noise(x, y, seed) * 40.0 }

@@ -13,7 +13,9 @@ mod program;
 mod progress;
 mod screen;
 mod sequence;
+mod speedup;
 mod view;
+mod world;
 
 use std::process::ExitCode;
 

@@ -8,7 +8,6 @@ use glam::DVec2;
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::progress::Observer;
-use hedgehop::raymarch::ground_height;
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::Sun;
 use hedgehop::space::{Attitude, Camera, Pose};
@@ -18,6 +17,7 @@ use hedgehop::{Error, Result};
 use crate::area;
 use crate::args::{self, AltitudeMode};
 use crate::screen::{ScreenArgs, Setup};
+use crate::world::WorldArgs;
 
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
 const MOST_FRAMES: usize = 10_000_000;
@@ -57,6 +57,9 @@ pub struct FlightArgs {
 
     #[command(flatten)]
     pub screen: ScreenArgs,
+
+    #[command(flatten)]
+    pub world: WorldArgs,
 }
 
 /// How pictures look.
@@ -113,7 +116,7 @@ impl FlightArgs {
             observer.note("the path's fields of view are for planar screens; this one has its own");
         }
         let options = BindOptions { level: self.level, hfov: setup.hfov, clearance: self.clearance };
-        let trajectory = bind(&track, source, &options)?;
+        let trajectory = bind(&track, source, self.world, &options)?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
     }
@@ -159,11 +162,14 @@ impl FlightArgs {
                 trajectory.duration()
             )));
         }
-        check_inside(file, source, &poses)?;
+        if !self.world.tile_world {
+            check_inside(file, source, &poses)?;
+        }
         if setup.is_map() {
             self.look_down(source.header().height_range.1, &mut poses, observer);
         }
-        note_underground(source, &poses, observer)?;
+        self.world.note_seam(source.header(), observer);
+        note_underground(source, self.world, &poses, observer)?;
         Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect())
     }
 
@@ -196,10 +202,15 @@ impl FlightArgs {
 }
 
 /// Binds a track to a database whose surface answers questions about the ground.
-fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> Result<Trajectory> {
+fn bind<S: PageSource>(
+    track: &Track,
+    source: &S,
+    world: WorldArgs,
+    options: &BindOptions,
+) -> Result<Trajectory> {
     let damaged = RefCell::new(None);
     let ground = |position: DVec2| {
-        ground_height(source, position).unwrap_or_else(|error| {
+        world.ground(source, position).unwrap_or_else(|error| {
             damaged.borrow_mut().get_or_insert(error);
             None
         })
@@ -234,9 +245,14 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     )))
 }
 
-fn note_underground<S: PageSource>(source: &S, poses: &[(u64, Pose)], observer: &dyn Observer) -> Result<()> {
+fn note_underground<S: PageSource>(
+    source: &S,
+    world: WorldArgs,
+    poses: &[(u64, Pose)],
+    observer: &dyn Observer,
+) -> Result<()> {
     for (number, pose) in poses {
-        let Some(ground) = ground_height(source, pose.eye.truncate())? else { continue };
+        let Some(ground) = world.ground(source, pose.eye.truncate())? else { continue };
         if pose.eye.z < ground {
             observer.note(&format!(
                 "the camera of frame {number} is {:.1} m below the ground; --clearance raises it, --alt-mode says what altitudes are measured from",

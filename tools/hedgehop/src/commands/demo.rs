@@ -10,7 +10,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, build};
 use hedgehop::{Error, Result};
 
-use crate::args::{self, Size, Workers};
+use crate::args::{self, Overlap, Size, Workers};
 use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
@@ -19,6 +19,7 @@ use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -118,6 +119,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         // Without ffmpeg there is no film, which the demo says at its end.
         video: check_video(&film).is_ok().then_some(film),
         workers: Workers { jobs: None },
+        overlap: Overlap::default(),
         flight: FlightArgs {
             path: Some(folder.join(PATH.0)),
             eye: None,
@@ -127,6 +129,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             level: false,
             clearance: None,
             screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
+            world: WorldArgs::default(),
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
         progress: Mode::Auto,

@@ -17,7 +17,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
-use crate::args::{Size, Workers, check_no_input};
+use crate::args::{Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
@@ -71,6 +71,9 @@ pub struct Args {
 
     #[command(flatten)]
     pub workers: Workers,
+
+    #[command(flatten)]
+    pub overlap: Overlap,
 
     #[command(flatten)]
     pub flight: FlightArgs,
@@ -142,9 +145,10 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
     let farm = Farm::new(args.workers.count())?;
-    let options = args.look.options();
+    let options = args.flight.world.apply(source.header(), args.look.options());
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
-    let sequence = Sequence { source, options: &options, farm: &farm, encoders };
+    let in_flight = farm.in_flight(args.overlap.in_flight);
+    let sequence = Sequence { source, options: &options, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
@@ -210,6 +214,8 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
         "visibility_m": options.visibility,
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
         "detail": options.detail,
+        "effective_earth_radius_m": options.curvature.radius(),
+        "tile_world": options.tile_world,
     })
 }
 
