@@ -109,12 +109,14 @@ impl Camera {
     pub fn ray(&self, column: f64, row: f64) -> Option<Ray> {
         let (origin, direction) = self.mapping.ray(column, row)?;
         let direction = (self.world_from_mapping * direction).normalize();
-        let origin = if origin == DVec3::ZERO {
-            self.pose.eye
-        } else {
-            self.pose.eye + self.world_from_mapping * origin
-        };
-        Some(Ray { origin, direction })
+        if let Screen::Orthographic { .. } = self.screen() {
+            // The cosine of 90° is not quite 0 in floating point. Beside the area such rays would reach it far below
+            // its surface, where parallel rays straight down never do.
+            let vertical = direction.z.abs() == 1.0;
+            let direction = if vertical { DVec3::Z * direction.z } else { direction };
+            return Some(Ray { origin: self.pose.eye + self.world_from_mapping * origin, direction });
+        }
+        Some(Ray { origin: self.pose.eye, direction })
     }
 
     /// Direction of [`Self::ray`]; the optical axis where there is no ray.

@@ -14,7 +14,8 @@
 //!
 //! After Hughes patent, "non-planar screens": the screen point of each pixel from a table, rotated with the
 //! eye; the closed forms are tables that need no memory. Projections: Snyder, *Map Projections: A Working
-//! Manual* (1987), central cylindrical and equidistant; Greene, *Environment Mapping* (1986), fisheye.
+//! Manual* (1987), equidistant cylindrical and azimuthal equidistant; Greene, *Environment Mapping and Other
+//! Applications of World Projections* (1986), fisheye.
 
 use std::sync::Arc;
 
@@ -46,7 +47,7 @@ pub enum Screen {
         vfov: f64,
     },
     /// A dome: the angle from the optical axis grows evenly with the distance from the picture's centre. The
-    /// circle of `fov` touches the shorter sides' middles; outside of it there is no picture.
+    /// circle of `fov` touches the longer sides' middles; outside of it there is no picture.
     Fisheye {
         /// Angle across the circle, degrees, 0 < fov ≤ 360.
         fov: f64,

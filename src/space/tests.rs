@@ -99,7 +99,7 @@ fn orthographic_rays_are_parallel_and_north_is_up() {
     let camera = Camera::with_screen(pose(0.0, -90.0, 0.0), Screen::Orthographic { width: 800.0 }, 400, 300);
     for (column, row, east, north) in [(200.0, 150.0, 0.0, 0.0), (400.0, 0.0, 400.0, 300.0)] {
         let ray = camera.ray(column, row).unwrap();
-        assert!((ray.direction - DVec3::NEG_Z).length() < 1e-12);
+        assert_eq!(ray.direction, DVec3::NEG_Z, "exactly down");
         assert!((ray.origin - EYE - DVec3::new(east, north, 0.0)).length() < 1e-9, "{ray:?}");
     }
     assert_eq!(camera.footprint(), Footprint::Width(2.0));

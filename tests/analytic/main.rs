@@ -7,6 +7,7 @@ mod attitude;
 mod earth;
 mod horizon;
 mod light;
+mod projections;
 mod screen;
 mod seams;
 mod slopes;

@@ -121,12 +121,18 @@ impl FlightArgs {
         Ok(trajectory)
     }
 
-    /// Attitude of a frame: a map looks straight down with grid north up, unless somebody says otherwise.
-    fn look(&self, setup: &Setup, pose: Pose) -> Pose {
-        if setup.is_map() && self.ypr.is_none() {
-            Pose { attitude: Attitude { yaw: 0.0, pitch: -90.0, roll: 0.0 }, ..pose }
-        } else {
-            pose
+    /// Poses of a map: straight down from above all ground, grid north up, unless --ypr says otherwise.
+    fn look_down(&self, highest: f64, poses: &mut [(u64, Pose)], observer: &dyn Observer) {
+        if self.ypr.is_some() {
+            return;
+        }
+        let above = highest.ceil() + 1.0;
+        if poses.iter().any(|(_, pose)| pose.eye.z < above) {
+            observer.note(&format!("the map is seen from {above} m, above all ground"));
+        }
+        for (_, pose) in poses {
+            pose.attitude = Attitude { yaw: 0.0, pitch: -90.0, roll: 0.0 };
+            pose.eye.z = pose.eye.z.max(above);
         }
     }
 
@@ -145,7 +151,7 @@ impl FlightArgs {
         let count = trajectory.frame_count(fps.per_second());
         let frames = choose(count)?;
         frames.check_within(count)?;
-        let poses: Vec<_> = frames
+        let mut poses: Vec<_> = frames
             .iter()
             .take(MOST_FRAMES)
             .map(|number| (number, trajectory.pose_at(fps.seconds_at(number))))
@@ -159,9 +165,12 @@ impl FlightArgs {
         if !self.world.tile_world {
             check_inside(file, source, &poses)?;
         }
+        if setup.is_map() {
+            self.look_down(source.header().height_range.1, &mut poses, observer);
+        }
         self.world.note_seam(source.header(), observer);
         note_underground(source, self.world, &poses, observer)?;
-        Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(self.look(setup, pose)))).collect())
+        Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect())
     }
 
     fn track(&self) -> Result<Track> {

@@ -180,6 +180,8 @@ fn wrong_flags_are_usage_errors() {
         &["render", "x.hop", "--path", "p.csv", "-o", "f.gif"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--size", "0x9"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "-j", "0"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--screen", "flat"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--hfov", "361"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--curvature", "2"],
         &["bench", "x.hop", "--path", "p.csv", "--workers", "two"],
     ] {
