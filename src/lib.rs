@@ -67,6 +67,7 @@ pub mod progress;
 pub mod raymarch;
 pub mod render;
 pub mod sensor;
+pub mod simd;
 pub mod space;
 pub mod subimage;
 pub mod voxel;

@@ -184,6 +184,11 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         Ok(Some([south[0], south[1], north[0], north[1]]))
     }
 
+    /// Colour of voxel `cell`, sRGB; `None` where the page is absent.
+    pub fn colour(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[u8; 3]>> {
+        Ok(self.place(level, cell)?.map(|place| place.view.colours[place.with_apron()]))
+    }
+
     /// The same one by one: at the area's edge, aprons repeat the edge itself, not what lies beyond the seam.
     #[cold]
     fn corners_at_seam<T: Copy>(

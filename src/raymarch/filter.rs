@@ -1,7 +1,7 @@
 //! What a pixel sees of the surface: colour and normal, filtered over the pixel's footprint.
 //!
 //! ```text
-//! width  = range · pixel angle                         footprint across the ray
+//! width  = range · pixel angle, or constant            footprint across the ray
 //! length = width / sine of the grazing angle           footprint along the ray, on the surface
 //! taps   = length / width, at most 8, spread along the footprint
 //! each tap: bilinear in the two levels whose voxels enclose the width, blended by log₄(width)
@@ -16,6 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::{Contact, GridRay, PageCursor};
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
+use crate::space::Footprint;
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
 
 /// Most taps along a footprint; one that is longer, in widths, is filtered over this length only.
@@ -36,11 +37,11 @@ pub struct SurfaceSample {
     pub attributes: Attributes,
 }
 
-/// Samples the surface for pixels of one angle.
+/// Samples the surface for pixels of one footprint.
 pub struct SurfaceFilter<'a, S: PageSource> {
     cursor: PageCursor<'a, S>,
     grid: Grid,
-    pixel_angle: f64,
+    footprint: Footprint,
     coarsest: u8,
 }
 
@@ -53,13 +54,13 @@ struct LevelBlend {
 }
 
 impl<'a, S: PageSource> SurfaceFilter<'a, S> {
-    /// A filter over `source` for pixels of `pixel_angle` radians, > 0.
-    pub fn new(source: &'a S, pixel_angle: f64) -> Self {
+    /// A filter over `source` for pixels that are as wide as `footprint` says.
+    pub fn new(source: &'a S, footprint: Footprint) -> Self {
         let header = source.header();
         Self {
             cursor: PageCursor::new(source),
             grid: header.grid,
-            pixel_angle,
+            footprint,
             coarsest: header.level_count - 1,
         }
     }
@@ -72,7 +73,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     /// What `ray` sees where it ended.
     pub fn sample(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
         let units = ray.at(contact.range).truncate();
-        let width = contact.range * self.pixel_angle;
+        let width = self.footprint.at(contact.range);
         let blend = self.levels_for(width);
         let normal = match contact.face {
             Some(face) => face,

@@ -33,6 +33,7 @@ mod cursor;
 mod filter;
 mod march;
 mod ray;
+pub mod scan;
 mod surface;
 #[cfg(test)]
 mod tests;

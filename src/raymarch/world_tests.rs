@@ -336,7 +336,7 @@ fn rays_that_never_meet_an_endless_plane_end() {
 fn attributes_colours_and_ground_repeat_with_the_area() {
     let source = terrain(30, 20, |x, _| f64::from(x));
     let grid = source.header().grid;
-    let mut filter = SurfaceFilter::new(&source, 1e-3).endless();
+    let mut filter = SurfaceFilter::new(&source, crate::space::Footprint::Angle(1e-3)).endless();
     let mut marcher = Marcher::new(&source, LevelBands::finest_only(), Surface::Smooth).endless(1e4);
     let mut seen = |x: f64| {
         let ray = marcher.ray((grid.origin + DVec2::new(x, 77.0)).extend(500.0), DVec3::NEG_Z);

@@ -2,11 +2,15 @@
 
 use serde::Serialize;
 
+use crate::speedup::Prediction;
+
 /// What was measured for one number of workers; medians over the repeats.
 #[derive(Debug, Clone, Serialize)]
 pub struct Figures {
     /// Worker threads.
     pub workers: usize,
+    /// Frames that were rendered at once.
+    pub in_flight: usize,
     /// Frames per second of wall time, without encoding.
     pub frames_per_s: f64,
     /// Million pixels per second of wall time, without encoding.
@@ -44,4 +48,6 @@ pub struct Report {
     pub identical_frames: bool,
     /// One entry per number of workers, rising.
     pub results: Vec<Figures>,
+    /// What other numbers of workers would reach.
+    pub prediction: Prediction,
 }

@@ -11,7 +11,9 @@ mod output;
 mod plot;
 mod program;
 mod progress;
+mod screen;
 mod sequence;
+mod speedup;
 mod view;
 mod world;
 

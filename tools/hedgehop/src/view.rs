@@ -10,12 +10,13 @@ use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::Sun;
-use hedgehop::space::{Camera, Pose};
+use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::area;
-use crate::args::{self, AltitudeMode, Size};
+use crate::args::{self, AltitudeMode};
+use crate::screen::{ScreenArgs, Setup};
 use crate::world::WorldArgs;
 
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
@@ -54,13 +55,8 @@ pub struct FlightArgs {
     #[arg(long, value_name = "METRES", value_parser = args::number, allow_negative_numbers = true)]
     pub clearance: Option<f64>,
 
-    /// Horizontal field of view where the path gives none, degrees
-    #[arg(long, value_name = "DEGREES", default_value = "60", value_parser = args::field_of_view, allow_negative_numbers = true)]
-    pub hfov: f64,
-
-    /// Picture size, pixels
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = args::size)]
-    pub size: Size,
+    #[command(flatten)]
+    pub screen: ScreenArgs,
 
     #[command(flatten)]
     pub world: WorldArgs,
@@ -114,11 +110,24 @@ impl LookArgs {
 
 impl FlightArgs {
     /// Binds the path, or the single eye, to a database.
-    fn bind<S: PageSource>(&self, source: &S, observer: &dyn Observer) -> Result<Trajectory> {
+    fn bind<S: PageSource>(&self, source: &S, setup: &Setup, observer: &dyn Observer) -> Result<Trajectory> {
         let track = self.track()?;
-        let trajectory = bind(&track, source, self.world, &self.bind_options())?;
+        if !setup.takes_hfov_from_path() && track.fixes.iter().any(|fix| fix.hfov.is_some()) {
+            observer.note("the path's fields of view are for planar screens; this one has its own");
+        }
+        let options = BindOptions { level: self.level, hfov: setup.hfov, clearance: self.clearance };
+        let trajectory = bind(&track, source, self.world, &options)?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
+    }
+
+    /// Attitude of a frame: a map looks straight down with grid north up, unless somebody says otherwise.
+    fn look(&self, setup: &Setup, pose: Pose) -> Pose {
+        if setup.is_map() && self.ypr.is_none() {
+            Pose { attitude: Attitude { yaw: 0.0, pitch: -90.0, roll: 0.0 }, ..pose }
+        } else {
+            pose
+        }
     }
 
     /// Numbers and cameras of the frames that `choose` takes out of the flight's count, after checks that
@@ -127,11 +136,12 @@ impl FlightArgs {
         &self,
         file: &Path,
         source: &S,
+        setup: &Setup,
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
     ) -> Result<Vec<(u64, Camera)>> {
-        let trajectory = self.bind(source, observer)?;
+        let trajectory = self.bind(source, setup, observer)?;
         let count = trajectory.frame_count(fps.per_second());
         let frames = choose(count)?;
         frames.check_within(count)?;
@@ -151,12 +161,7 @@ impl FlightArgs {
         }
         self.world.note_seam(source.header(), observer);
         note_underground(source, self.world, &poses, observer)?;
-        let Size { width, height } = self.size;
-        Ok(poses.into_iter().map(|(number, pose)| (number, Camera::new(pose, width, height))).collect())
-    }
-
-    fn bind_options(&self) -> BindOptions {
-        BindOptions { level: self.level, hfov: self.hfov, clearance: self.clearance }
+        Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(self.look(setup, pose)))).collect())
     }
 
     fn track(&self) -> Result<Track> {
