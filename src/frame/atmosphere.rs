@@ -58,7 +58,7 @@ impl Atmosphere {
     }
 
     /// Range beyond which nothing of the ground is seen from height `eye`, metres: haze lets through less than
-    /// [`UNSEEN`] of a surface at any height up to `highest`. Infinite where there is no haze.
+    /// a thousandth of a surface at any height up to `highest`. Infinite where there is no haze.
     pub fn reach(&self, eye: f64, highest: f64) -> f64 {
         let air = Self { extinction: 1.0, ..*self };
         // Level with the highest ground, or between it and the eye: the clearest way that ends on ground. The
