@@ -72,7 +72,7 @@ impl Atmosphere {
     }
 
     /// Range beyond which nothing of the ground is seen from height `eye`, metres: haze lets through less than
-    /// [`UNSEEN`] of a surface at any height up to `highest`. Infinite where there is no haze.
+    /// a thousandth of a surface at any height up to `highest`. Infinite where there is no haze.
     pub fn reach(&self, eye: f64, highest: f64) -> f64 {
         let air = Self { extinction: 1.0, ..*self };
         // Level with the highest ground, or between it and the eye: the clearest way that ends on ground. The
@@ -129,7 +129,7 @@ mod tests {
                 let left = air.haze(Vec3::ONE, eye, up, reach as f32) - HORIZON;
                 assert!(left.length() < 1.2e-3 * (Vec3::ONE - HORIZON).length(), "{eye} {ground}: {left}");
             }
-            assert!(reach > 40_000.0 && reach < 1.0e6, "{reach}");
+            assert!(reach > 40_000.0 && reach < 2.0e6, "{reach}");
         }
         assert_eq!(Atmosphere::new(f64::INFINITY, 0.0).reach(100.0, 50.0), f64::INFINITY);
     }

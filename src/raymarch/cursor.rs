@@ -11,14 +11,16 @@ pub struct PageCursor<'a, S: PageSource> {
     source: &'a S,
     heights: HeightCode,
     slots: Vec<Slot<'a>>,
-    /// Sides of the area, units, where it repeats; infinite where it ends.
-    period: [f64; 2],
+    endless: bool,
 }
 
 /// The page of one level that was read last.
 struct Slot<'a> {
     /// Voxels (eastward, northward) of the level.
     dims: [i64; 2],
+    /// Them as a lattice, and the cells between their posts.
+    voxels: Lattice,
+    cells: Lattice,
     /// Its first voxel; before the area while no page has been read.
     first: [i64; 2],
     /// Its voxels (eastward, northward); 0 while no page has been read.
@@ -35,6 +37,20 @@ struct Place<'s, 'a> {
 }
 
 impl<'a> Slot<'a> {
+    fn new(grid: &Grid, level: u8, endless: bool) -> Self {
+        let (nx, ny) = grid.dims(level);
+        let dims = [i64::from(nx), i64::from(ny)];
+        let sides = [f64::from(grid.nx), f64::from(grid.ny)];
+        let lattice = |first: i64, shift: f64| {
+            let period = if endless { sides } else { [f64::INFINITY; 2] };
+            let spans =
+                [0, 1].map(|axis| Span { period: period[axis], ..Span::once(first, dims[axis] - 1, 0.0) });
+            Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
+        };
+        let (voxels, cells) = (lattice(0, 0.0), lattice(if endless { 0 } else { -1 }, 0.5));
+        Self { dims, voxels, cells, first: [-1, -1], size: [0, 0], view: None }
+    }
+
     /// Brings the page of a voxel (clamped into the area) into the slot.
     #[cold]
     fn turn_to<S: PageSource>(&mut self, source: &'a S, level: u8, cell: [i64; 2]) -> Result<()> {
@@ -55,43 +71,31 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     /// A cursor over all levels of `source`.
     pub fn new(source: &'a S) -> Self {
         let header = source.header();
-        let slots = (0..header.level_count)
-            .map(|level| {
-                let (nx, ny) = header.grid.dims(level);
-                Slot { dims: [i64::from(nx), i64::from(ny)], first: [-1, -1], size: [0, 0], view: None }
-            })
-            .collect();
-        Self { source, heights: header.heights, slots, period: [f64::INFINITY; 2] }
+        let slots = (0..header.level_count).map(|level| Slot::new(&header.grid, level, false)).collect();
+        Self { source, heights: header.heights, slots, endless: false }
     }
 
     /// The same over the area repeated without end.
-    pub fn endless(mut self) -> Self {
-        let Grid { nx, ny, .. } = self.source.header().grid;
-        self.period = [f64::from(nx), f64::from(ny)];
-        self
+    pub fn endless(self) -> Self {
+        let header = self.source.header();
+        let slots = (0..header.level_count).map(|level| Slot::new(&header.grid, level, true)).collect();
+        Self { slots, endless: true, ..self }
     }
 
     /// Whether the area repeats.
     pub fn is_endless(&self) -> bool {
-        self.period[0].is_finite()
+        self.endless
     }
 
     /// The voxels of a level.
     pub fn voxels(&self, level: u8) -> Lattice {
-        self.lattice(level, 0, 0.0)
+        self.slots[usize::from(level)].voxels
     }
 
     /// The cells between the posts of a level. Without repetition there is one more at each edge, over the outer
     /// halves of the outermost voxels.
     pub fn cells(&self, level: u8) -> Lattice {
-        self.lattice(level, if self.is_endless() { 0 } else { -1 }, 0.5)
-    }
-
-    fn lattice(&self, level: u8, first: i64, shift: f64) -> Lattice {
-        let dims = self.dims(level);
-        let spans =
-            [0, 1].map(|axis| Span { period: self.period[axis], ..Span::once(first, dims[axis] - 1, 0.0) });
-        Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
+        self.slots[usize::from(level)].cells
     }
 
     /// Voxels (eastward, northward) of a level.
@@ -167,11 +171,11 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 
     /// Samples of a plane with apron at the corners of a cell.
     #[inline]
-    fn corner_samples<T: Copy>(
+    fn corner_samples<T: Copy + 'a>(
         &mut self,
         level: u8,
         cell: [i64; 2],
-        plane: fn(&PageView<'a>) -> &'a [T],
+        plane: impl Fn(&PageView<'a>) -> &'a [T],
     ) -> Result<Option<[T; 4]>> {
         if self.is_endless() {
             let dims = self.dims(level);
@@ -191,11 +195,11 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 
     /// The same one by one: at the area's edge, aprons repeat the edge itself, not what lies beyond the seam.
     #[cold]
-    fn corners_at_seam<T: Copy>(
+    fn corners_at_seam<T: Copy + 'a>(
         &mut self,
         level: u8,
         [west, south]: [i64; 2],
-        plane: fn(&PageView<'a>) -> &'a [T],
+        plane: impl Fn(&PageView<'a>) -> &'a [T],
     ) -> Result<Option<[T; 4]>> {
         let dims = self.dims(level);
         let (east, north) = ((west + 1) % dims[0], (south + 1) % dims[1]);

@@ -76,11 +76,13 @@ impl Span {
         Self { first, last, origin, period: f64::INFINITY }
     }
 
+    #[inline]
     fn repeats(&self) -> bool {
         self.period.is_finite()
     }
 
     /// This span in the copy of the area that holds `position`, and the cell there, clamped into the span.
+    #[inline]
     fn locate(mut self, position: f64, side: f64, shift: f64) -> (Self, i64) {
         if self.repeats() {
             self.origin = ((position - shift * side) / self.period).floor() * self.period;
@@ -90,11 +92,13 @@ impl Span {
     }
 
     /// Lower border of a cell, units. Sums of whole and half units, hence exact; so is [`Self::upper`].
+    #[inline]
     fn lower(&self, cell: i64, side: f64, shift: f64) -> f64 {
         self.origin + (cell as f64 + shift) * side
     }
 
     /// Upper border of a cell, units.
+    #[inline]
     fn upper(&self, cell: i64, side: f64, shift: f64) -> f64 {
         if cell == self.last && self.repeats() {
             self.origin + self.period + shift * side
@@ -119,12 +123,12 @@ impl Lattice {
 
     /// South-west corner and extent of the cell of a step, units.
     pub fn place(&self, step: &CellStep) -> (DVec2, DVec2) {
-        let borders = [0, 1].map(|axis| {
+        let borders = |axis: usize| {
             let span = Span { origin: step.origin[axis], ..self.spans[axis] };
             let cell = step.cell[axis];
             (span.lower(cell, self.side, self.shift), span.upper(cell, self.side, self.shift))
-        });
-        let [x, y] = borders;
+        };
+        let (x, y) = (borders(0), borders(1));
         (DVec2::new(x.0, y.0), DVec2::new(x.1 - x.0, y.1 - y.0))
     }
 }
