@@ -7,6 +7,9 @@
 //! ```
 //! Worker counts are interleaved, so that a machine that slows down slows all of them.
 
+mod frames;
+mod ranges;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -28,6 +31,8 @@ use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
 use crate::view::{FlightArgs, LookArgs};
+
+use frames::{Clocks, FrameTimes};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -69,6 +74,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
 
+    /// Write the ranges of every frame N, metres along the ray, to FOLDER/range_N.f32 (raw float32, infinity = sky)
+    #[arg(long, value_name = "FOLDER")]
+    dump_ranges: Option<PathBuf>,
+
     #[command(flatten)]
     flight: FlightArgs,
 
@@ -86,6 +95,7 @@ struct Pass {
     encode: Duration,
     stages: StageTimes,
     hashes: Vec<blake3::Hash>,
+    frames: Vec<FrameTimes>,
 }
 
 /// Runs the command.
@@ -147,11 +157,11 @@ fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: 
 
     let passes = 1 + u64::from(args.repeats) * counts.len() as u64;
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
-    let reference = pass(source, cameras, &options, fastest, reporter)?.hashes;
+    let reference = pass(source, cameras, &options, fastest, reporter, args.dump_ranges.as_deref())?.hashes;
     let mut timed: Vec<Vec<Pass>> = counts.iter().map(|_| Vec::new()).collect();
     for _ in 0..args.repeats {
         for (farm, passes) in farms.iter().zip(&mut timed) {
-            passes.push(pass(source, cameras, &options, farm, reporter)?);
+            passes.push(pass(source, cameras, &options, farm, reporter, None)?);
         }
     }
     reporter.end();
@@ -184,25 +194,32 @@ fn pass(
     options: &RenderOptions,
     farm: &Farm,
     reporter: &Reporter,
+    dump_ranges: Option<&Path>,
 ) -> Result<Pass> {
     let mut pass = Pass {
         wall: Duration::ZERO,
         encode: Duration::ZERO,
         stages: StageTimes::default(),
         hashes: Vec::with_capacity(cameras.len()),
+        frames: Vec::with_capacity(cameras.len()),
     };
     for (number, camera) in cameras {
         if reporter.cancelled() {
             return Err(Error::Interrupted("nothing was measured".into()));
         }
-        let begun = Instant::now();
+        let clocks = Clocks::start();
         let rendered = render_frame(source, camera, options, farm)?;
-        pass.wall += begun.elapsed();
+        let (wall, cpu) = clocks.elapsed();
+        pass.frames.push(FrameTimes { number: *number, wall, cpu, stages: rendered.times });
+        pass.wall += wall;
         pass.stages.march += rendered.times.march;
         pass.stages.shade += rendered.times.shade;
         pass.stages.image += rendered.times.image;
         pass.encode += encode(&rendered.frame, *number)?;
         pass.hashes.push(hash(&rendered.frame));
+        if let Some(folder) = dump_ranges {
+            ranges::dump(folder, *number, &rendered.frame)?;
+        }
         reporter.advance(1);
     }
     Ok(pass)
@@ -261,6 +278,7 @@ fn figures(workers: usize, passes: &[Pass], frames: f64, pixels: f64) -> Figures
         shade_ms: per_frame(|pass| pass.stages.shade),
         image_ms: per_frame(|pass| pass.stages.image),
         encode_ms: per_frame(|pass| pass.encode),
+        fastest_passes: frames::fastest(passes.iter().map(|pass| pass.frames.as_slice())),
     }
 }
 
