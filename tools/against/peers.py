@@ -81,6 +81,8 @@ class Peer:
     bytes_per_sample, bytes_besides = 0, 200 * MIB
     #: What to bear in mind when its figures are read.
     remark = ""
+    #: Whether its pixels see the same directions as hedgehop's.
+    ranges_comparable = True
     cpu_time = re.compile(r"^pose +(\d+)\b.*\bcpu min +([\d.]+) ms", re.MULTILINE)
     cpu_unit_ms = 1.0
     version_line = re.compile(r"^(\S+)", re.MULTILINE)
@@ -147,9 +149,12 @@ class Reference(Peer):
 
     program, remedy = "ref_bench", "any C++17 compiler builds it"
 
-    def __init__(self, algorithm, bytes_per_sample, remark=""):
+    def __init__(self, algorithm, bytes_per_sample):
         self.name = self.family = self.algorithm = algorithm
-        self.bytes_per_sample, self.remark = bytes_per_sample, remark
+        self.bytes_per_sample = bytes_per_sample
+        if algorithm == "voxelspace":
+            self.ranges_comparable = False
+            self.remark = "shears the picture instead of pitching: its ranges (in parentheses) are of other directions"
 
     def settings(self):
         return ["--algo", self.algorithm]
@@ -199,7 +204,7 @@ class PovRay(Script):
 
     def version(self, text):
         said = subprocess.run(["povray", "--version"], capture_output=True, text=True, check=False)
-        match = re.search(r"POV-Ray (\d[\w.]*)", said.stdout + said.stderr)
+        match = re.search(r"POV-Ray (\d[\d.]*\d)", said.stdout + said.stderr)
         return match[1] if match else ""
 
 
@@ -223,7 +228,7 @@ class Vtk(Script):
 ALL = (
     Embree("tri", "embree-triangles", 230),
     Embree("grid", "embree-grid", 31),
-    Reference("voxelspace", 8, "shears the picture to pitch: its ranges cannot be compared pixel by pixel"),
+    Reference("voxelspace", 8),
     Reference("maxmip", 9),
     PovRay(),
     Vtk(),

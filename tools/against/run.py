@@ -28,9 +28,10 @@ import tables
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-#: Stages of `hedgehop bench` that find the surface, colour it and haze it; where bench states no stage of
-#: that name, its work is part of another one.
-MARCH_SHADE = ("march_ms", "shade_ms", "haze_ms")
+#: Stages of `hedgehop bench` that find the surface and colour it, and the one that hazes it; where bench states
+#: no haze, that work is part of another stage.
+MARCH_SHADE = ("march_ms", "shade_ms")
+HAZE = "haze_ms"
 
 
 class BenchError(Exception):
@@ -73,7 +74,7 @@ def hedgehop_frame(frame):
     wall = frame["wall_ms"]
     cpu = frame["cpu_ms"] if frame.get("cpu_ms") is not None else wall
     share = min(1.0, cpu / wall)
-    stages = sum(frame.get(stage, 0.0) for stage in MARCH_SHADE)
+    stages = sum(frame[stage] for stage in MARCH_SHADE) + frame.get(HAZE, 0.0)
     return {"wall_ms": wall, "frame_ms": cpu, "march_shade_ms": stages * share, "cpu_share": share}
 
 
@@ -117,6 +118,7 @@ class Duel:
             "size": [screen.width, screen.height],
             "family": self.peer.family,
             "remark": self.peer.remark,
+            "ranges_comparable": self.peer.ranges_comparable,
             "peer_version": self.version,
             **versions,
         }
@@ -309,6 +311,7 @@ def main(words=None):
             pathlib.Path(options.json).write_text(text, encoding="utf-8")
     if options.json != "-":
         print(tables.render(rows, skipped, screen, options.markdown), end="")
+    sys.exit(0 if rows else 1)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,14 @@ TEXT_COLUMNS = 3
 
 def cells(row):
     """One line of the table; a * marks the fastest of a family that has several."""
-    median = row.get("range_error_median")
+    median = row["range_error_median"]
+    ranges = [
+        "-" if median is None else f"{median:.1e}",
+        f"{100 * row['far_off']:.2f} %",
+        f"{100 * row['hit_disagreement']:.3f} %",
+    ]
+    if not row["ranges_comparable"]:
+        ranges = [f"({cell})" for cell in ranges]
     return [
         row["terrain"],
         row["path"],
@@ -22,9 +29,7 @@ def cells(row):
         f"{row['hedgehop_frame_ms']:.1f}",
         f"{row['ratio_march_shade']:.2f}",
         f"{row['ratio_frame']:.2f}",
-        "-" if median is None else f"{median:.1e}",
-        f"{100 * row['far_off']:.2f} %",
-        f"{100 * row['hit_disagreement']:.3f} %",
+        *ranges,
     ]
 
 
@@ -61,7 +66,10 @@ def notes(rows, skipped, screen):
             f"the machine was busy: hedgehop had the CPU for {100 * disturbed:.0f} % of its frames' time at the worst, "
             "so that march+shade is an estimate"
         )
-    lines += [f"skipped: {peer} on {scene.path} {scene.size}: {reason}" for peer, scene, reason in skipped]
+    scenes = {}
+    for peer, scene, reason in skipped:
+        scenes.setdefault((peer, reason), []).append(f"{scene.path} {scene.size}")
+    lines += [f"skipped: {peer} ({', '.join(where)}): {reason}" for (peer, reason), where in scenes.items()]
     return lines
 
 

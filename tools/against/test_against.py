@@ -127,7 +127,7 @@ class WhatHedgehopSays(unittest.TestCase):
     def test_json_of_another_shape_is_an_error(self):
         good = {"hedgehop": "1.2.3", "results": [{"fastest_passes": [frame(2.0, 1.0)]}]}
         self.assertEqual(run.bench_figures(json.dumps(good), 1)[0], "1.2.3")
-        for text, poses in (("", 1), ("{}", 1), ("[]", 1), ('{"results": []}', 1), (json.dumps(good), 2)):
+        for text, poses in (("", 1), ("{}", 1), ("[]", 1), ('{"results": []}', 1), (json.dumps(good), 2), (json.dumps(good).replace("march", "m"), 1)):
             with self.assertRaises(run.BenchError):
                 run.bench_figures(text, poses)
 
@@ -158,16 +158,18 @@ class Ratios(unittest.TestCase):
             self.duel("embree-grid", [([1.0], [frame(1.0, 1.0)] * 2)])
 
     def test_the_faster_embree_is_marked_and_both_tables_show_all(self):
+        versions = {"hedgehop_version": "1", "processor": "P"}
         rows = [
-            self.duel(name, [([time], [frame(2.0, 2.0, 1.0)])]).row(SCREEN, {"hedgehop_version": "1", "processor": "P"})
+            self.duel(name, [([time], [frame(2.0, 2.0, 1.0)])]).row(SCREEN, versions)
             for name, time in (("embree-triangles", 40.0), ("embree-grid", 50.0), ("voxelspace", 9.0))
         ]
         run.mark_best(rows)
         self.assertEqual([row["best_of_family"] for row in rows], [True, False, True])
-        skipped = [("vtk", peers.Scene(pathlib.Path("."), 64, "open"), "no vtk_bench.py")]
+        scenes = [peers.Scene(pathlib.Path("."), 64, path) for path in ("open", "climb")]
+        skipped = [("vtk", scene, "no vtk_bench.py") for scene in scenes]
         for as_markdown in (False, True):
             text = tables.render(rows, skipped, SCREEN, as_markdown)
-            for part in ("embree-triangles *", "embree-grid", "voxelspace", "20.00", "skipped: vtk on open 64"):
+            for part in ("embree-triangles *", "voxelspace", "(1.0e-05)", "20.00", "skipped: vtk (open 64, climb 64)"):
                 self.assertIn(part, text)
         self.assertEqual(tables.render(rows, [], SCREEN, True).splitlines()[1].count("---:"), len(tables.HEADINGS) - 3)
 
