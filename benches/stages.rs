@@ -63,7 +63,7 @@ fn shade(criterion: &mut Criterion) {
             let column: Column =
                 march_column(&mut marcher(&area, &camera, Surface::Smooth), &camera, WIDTH / 2).unwrap();
             let seen: Vec<_> = column.iter().enumerate().filter_map(|(row, c)| c.map(|c| (row, c))).collect();
-            let mut filter = SurfaceFilter::new(&area, camera.pixel_angle());
+            let mut filter = SurfaceFilter::new(&area, camera.footprint());
             let sensor = VisualSensor::new(Sun::default());
             group.throughput(Throughput::Elements(seen.len() as u64));
             group.bench_function(BenchmarkId::new(name, pitch), |bencher| {

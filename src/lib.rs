@@ -40,6 +40,7 @@
 //! | [`error`] | few kinds of error, each with path, place and remedy |
 //! | [`progress`] | how long work reports, and how it is stopped |
 //! | [`space`] | world, view and screen; poses and cameras |
+//! | [`earth`] | curvature and refraction: how much lower far ground appears |
 //! | [`geo`] | coordinate reference systems, vertical datums |
 //! | [`voxel`] | the database: grid, levels, pages, reader, writer; its page describes every byte |
 //! | [`flight`] | path files, interpolation, attitude: a pose for any time |
@@ -55,6 +56,7 @@
 //! ([`voxel::MemPages`]), or one of your own.
 
 pub mod colour;
+pub mod earth;
 pub mod error;
 pub mod flight;
 pub mod frame;
@@ -65,6 +67,7 @@ pub mod progress;
 pub mod raymarch;
 pub mod render;
 pub mod sensor;
+pub mod simd;
 pub mod space;
 pub mod subimage;
 pub mod voxel;

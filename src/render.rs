@@ -10,13 +10,12 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
 
+use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame};
-use crate::raymarch::{
-    Contact, GridRay, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column,
-};
+use crate::raymarch::{Contact, LevelBands, Marcher, Surface, SurfaceFilter, SurfaceSample, march_column};
 use crate::sensor::{Sun, VisualSensor};
-use crate::space::Camera;
+use crate::space::{Camera, Footprint};
 use crate::subimage::{Farm, Subimage};
 use crate::voxel::{Header, PageSource};
 
@@ -31,6 +30,10 @@ pub struct RenderOptions {
     pub sun: Sun,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel.
     pub detail: f64,
+    /// How fast heights drop with ground distance; flat by default. [`Self::of`] chooses by the database.
+    pub curvature: Curvature,
+    /// The area repeats without end, eastward and northward.
+    pub tile_world: bool,
 }
 
 /// Visibility of a clear day, metres.
@@ -38,21 +41,37 @@ const DEFAULT_VISIBILITY: f64 = 40_000.0;
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { surface: Surface::Smooth, visibility: DEFAULT_VISIBILITY, sun: Sun::default(), detail: 1.0 }
+        Self {
+            surface: Surface::Smooth,
+            visibility: DEFAULT_VISIBILITY,
+            sun: Sun::default(),
+            detail: 1.0,
+            curvature: Curvature::FLAT,
+            tile_world: false,
+        }
     }
 }
 
 impl RenderOptions {
+    /// The defaults for a database: a place on Earth is curved, local metres are flat.
+    pub fn of(header: &Header) -> Self {
+        let on_earth = header.metadata.crs_proj.is_some();
+        let curvature = if on_earth { Curvature::standard() } else { Curvature::FLAT };
+        Self { curvature, ..Self::default() }
+    }
+
     /// Refuses values outside the ranges that the fields state, and poses that are no view.
     fn check(&self, camera: &Camera) -> Result<()> {
+        camera.screen().check()?;
         let pose = camera.pose;
         let attitude = DVec3::new(pose.attitude.yaw, pose.attitude.pitch, pose.attitude.roll);
+        let bend = self.curvature.inverse_diameter;
         let within = [
             (self.visibility > 0.0, "visibility must be more than 0 m"),
             (self.sun.elevation > 0.0 && self.sun.elevation <= 90.0, "the sun must stand 0 to 90° high"),
             (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
             (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
-            (pose.hfov > 0.0 && pose.hfov < 180.0, "the field of view must lie between 0 and 180°"),
+            (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
             (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),
         ];
@@ -83,7 +102,7 @@ pub struct Rendered {
     pub times: StageTimes,
 }
 
-/// Pixels of one subimage, `[column][row]`; `None` = sky.
+/// Pixels of one subimage, `[column][row]`; `None` = sky, or no ray.
 struct SubimagePixels {
     pixels: Vec<Option<(SurfaceSample, Vec3)>>,
     march: Duration,
@@ -124,23 +143,28 @@ fn render_subimage<S: PageSource>(
 ) -> Result<SubimagePixels> {
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
-    let mut marcher = Marcher::new(source, level_bands(source.header(), camera, options), options.surface);
+    let header = source.header();
+    let mut marcher =
+        Marcher::new(source, level_bands(header, camera, options), options.surface).curved(options.curvature);
+    let mut filter = SurfaceFilter::new(source, camera.footprint());
+    if options.tile_world {
+        marcher = marcher.endless(far_limit(header, camera, options));
+        filter = filter.endless();
+    }
     let contacts: Vec<Vec<Option<Contact>>> =
         columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
     let marched = Instant::now();
 
-    let mut filter = SurfaceFilter::new(source, camera.pixel_angle());
     let sensor = VisualSensor::new(options.sun);
-    let grid = source.header().grid;
     let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
-            let Some(contact) = contact else {
+            let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
+            let (Some(contact), Some(ray)) = (contact, ray) else {
                 pixels.push(None);
                 continue;
             };
-            let direction = camera.direction(f64::from(column) + 0.5, row as f64 + 0.5);
-            let sample = filter.sample(&GridRay::new(&grid, camera.pose.eye, direction), contact)?;
+            let sample = filter.sample(&marcher.ray(ray.origin, ray.direction), contact)?;
             pixels.push(Some((sample, sensor.radiance(&sample))));
         }
     }
@@ -150,12 +174,23 @@ fn render_subimage<S: PageSource>(
 /// The bands of distance in which `camera` sees each level.
 pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) -> LevelBands {
     let clearance = camera.pose.eye.z - header.height_range.1;
-    LevelBands::new(&header.grid, header.level_count, camera.pixel_angle(), clearance, options.detail)
+    let (grid, count) = (&header.grid, header.level_count);
+    match camera.footprint() {
+        Footprint::Angle(angle) => LevelBands::new(grid, count, angle, clearance, options.detail),
+        Footprint::Width(width) => LevelBands::uniform(grid, count, width, options.detail),
+    }
+}
+
+/// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
+/// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
+pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
+    let (lowest, highest) = header.height_range;
+    Atmosphere::new(options.visibility, lowest).reach(camera.pose.eye.z, highest)
 }
 
 /// Puts the subimages' columns side by side.
 fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
-    let mut frame = Frame::sky(*camera);
+    let mut frame = Frame::sky(camera.clone());
     let (width, height) = (camera.width as usize, camera.height as usize);
     let pixels = subimages.iter().flat_map(|subimage| &subimage.pixels);
     for (index, pixel) in pixels.enumerate() {
@@ -172,19 +207,20 @@ fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
     frame
 }
 
-/// Adds haze before the ground and fills the rest with sky.
+/// Adds haze before the ground and fills the rest with sky; pixels without a ray stay black.
 fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
-    let camera = frame.camera;
+    let camera = &frame.camera;
     let range = &frame.range;
     let width = camera.width as usize;
     farm.rows(&mut frame.colour, width, |row, line| {
         for (column, colour) in line.iter_mut().enumerate() {
             let range = range[row * width + column];
-            let up = camera.direction(column as f64 + 0.5, row as f64 + 0.5).z as f32;
+            let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
+            let (eye, up) = (ray.origin.z, ray.direction.z as f32);
             let seen = if range.is_finite() {
-                atmosphere.haze(Vec3::from_array(*colour), camera.pose.eye.z, up, range)
+                atmosphere.haze(Vec3::from_array(*colour), eye, up, range)
             } else {
-                atmosphere.sky(camera.pose.eye.z, up)
+                atmosphere.sky(eye, up)
             };
             *colour = seen.to_array();
         }

@@ -5,6 +5,9 @@ use glam::Vec3;
 /// Contrast at which an object is taken to vanish: meteorological optical range is defined by 5 %.
 const VANISHING_CONTRAST: f32 = 0.05;
 
+/// Share of a surface's radiance that makes no difference to the eye: less than half a step of 8 bits.
+const UNSEEN: f64 = 1.0 / 1024.0;
+
 /// Height over which haze thins by the factor e, metres: aerosol of the lower air.
 const SCALE_HEIGHT: f32 = 2000.0;
 
@@ -54,6 +57,16 @@ impl Atmosphere {
         HORIZON.lerp(radiance, through)
     }
 
+    /// Range beyond which nothing of the ground is seen from height `eye`, metres: haze lets through less than
+    /// [`UNSEEN`] of a surface at any height up to `highest`. Infinite where there is no haze.
+    pub fn reach(&self, eye: f64, highest: f64) -> f64 {
+        let air = Self { extinction: 1.0, ..*self };
+        // Level with the highest ground, or between it and the eye: the clearest way that ends on ground. The
+        // depth of a way of 1 m that rises or sinks as far is that of its mean.
+        let mean = air.optical_depth(eye, (highest - eye) as f32, 1.0);
+        -UNSEEN.ln() / f64::from(self.extinction * mean)
+    }
+
     /// Extinction integrated along a ray: `∫ β·exp(−h/H) ds` in closed form, `h` above the base.
     fn optical_depth(&self, eye: f64, up: f32, range: f32) -> f32 {
         let start = ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0);
@@ -90,6 +103,21 @@ mod tests {
         assert!((dense.sky(20_000.0, 0.5) - clear.sky(20_000.0, 0.5)).length() < 1e-3);
         assert_eq!(clear.sky(10.0, 0.0), HORIZON);
         assert_eq!(clear.sky(10.0, 1.0), Atmosphere::new(f64::INFINITY, 0.0).sky(10.0, 1.0));
+    }
+
+    #[test]
+    fn beyond_reach_no_ground_differs_from_the_haze() {
+        let air = Atmosphere::new(20_000.0, 100.0);
+        for (eye, highest) in [(150.0, 100.0), (3000.0, 100.0), (500.0, 2500.0), (12_000.0, 4000.0)] {
+            let reach = air.reach(eye, highest);
+            for ground in [100.0, 0.5 * (100.0 + highest), highest] {
+                let up = ((ground - eye) / reach) as f32;
+                let left = air.haze(Vec3::ONE, eye, up, reach as f32) - HORIZON;
+                assert!(left.length() < 1.2e-3 * (Vec3::ONE - HORIZON).length(), "{eye} {ground}: {left}");
+            }
+            assert!(reach > 40_000.0 && reach < 1.0e6, "{reach}");
+        }
+        assert_eq!(Atmosphere::new(f64::INFINITY, 0.0).reach(100.0, 50.0), f64::INFINITY);
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! | channel | type | content |
 //! |---|---|---|
-//! | `R G B A` | half | linear Rec. 709, 1 is display white; A is 1 |
-//! | `Z` | float | metres along the optical axis (planar depth), +∞ for the sky |
+//! | `R G B A` | half | linear Rec. 709, 1 is display white; A is 1, 0 where the screen has no picture |
+//! | `Z` | float | metres along the optical axis (planar depth) on planar and orthographic screens, `range` on others |
 //! | `range` | float | metres along the ray (slant range), +∞ for the sky |
 //! | `N.X N.Y N.Z` | half | unit normal, x east, y north, z up; 0 for the sky |
 //! | `level` | uint | level index of the surface, 255 for the sky |
@@ -36,13 +36,14 @@ use super::info::{CAMERA_CONVENTIONS, Value};
 use super::picture::Refusal;
 use super::{Frame, FrameInfo};
 use crate::error::{Error, Result};
-use crate::space::Camera;
+use crate::space::{Camera, Ray, Screen};
 
 type Channels = AnyChannels<FlatSamples>;
 
 /// Meaning of the channels.
 const CHANNEL_CONVENTIONS: &str = "R G B: linear Rec. 709, 1 is display white; Z: metres along the optical \
-     axis (planar), range: metres along the ray (slant), both +infinity for the sky; N: unit surface normal, \
+     axis (planar depth) on planar and orthographic screens, the range on others, range: metres along the ray \
+     (slant), both +infinity for the sky; A: 0 where the screen has no picture, else 1; N: unit surface normal, \
      x east, y north, z up, 0 for the sky; level: index of the voxel level (side 4^level units), 255 for the \
      sky; id: source << 16 | material << 8 | flags, 4294967295 for the sky; worldToCamera: row vectors, \
      camera x right, y up, z forward; its translation is rounded to f32, the eye is exact in hedgehop.eye_m";
@@ -90,14 +91,14 @@ fn channels(frame: &Frame) -> Channels {
     let normal = |part: usize| {
         FlatSamples::F16(frame.normal.iter().map(|normal| f16::from_f32(normal[part])).collect())
     };
-    let alpha = FlatSamples::F16(vec![f16::ONE; frame.colour.len()]);
+    let alpha = FlatSamples::F16(rays(frame).map(|ray| ray.map_or(f16::ZERO, |_| f16::ONE)).collect());
     let level = FlatSamples::U32(frame.level.iter().copied().map(u32::from).collect());
     let named = [
         ("R", colour(0)),
         ("G", colour(1)),
         ("B", colour(2)),
         ("A", alpha),
-        ("Z", float(planar_depth(frame))),
+        ("Z", float(depth(frame))),
         ("range", float(frame.range.clone())),
         ("N.X", normal(0)),
         ("N.Y", normal(1)),
@@ -113,17 +114,25 @@ fn half_from_radiance(radiance: f32) -> f16 {
     f16::from_f32(radiance.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()))
 }
 
-/// Metres along the optical axis of every pixel: `Z = range · cos`.
-fn planar_depth(frame: &Frame) -> Vec<f32> {
+/// The ray of every pixel, row by row.
+fn rays(frame: &Frame) -> impl Iterator<Item = Option<Ray>> + '_ {
     let camera = &frame.camera;
     let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    pixels
-        .zip(&frame.range)
-        .map(|((column, row), &range)| {
-            let direction = camera.direction(f64::from(column) + 0.5, f64::from(row) + 0.5);
-            (f64::from(range) * camera.axis_cosine(direction)) as f32
-        })
-        .collect()
+    pixels.map(|(column, row)| camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5))
+}
+
+/// Metres along the optical axis of every pixel, `Z = range · cos`, where all of the picture lies before the eye; else the
+/// range, since depth along an axis says nothing of what is beside or behind it.
+fn depth(frame: &Frame) -> Vec<f32> {
+    let camera = &frame.camera;
+    if !matches!(camera.screen(), Screen::Planar { .. } | Screen::Orthographic { .. }) {
+        return frame.range.clone();
+    }
+    let planar = |(ray, &range): (Option<Ray>, &f32)| match ray {
+        Some(ray) => (f64::from(range) * camera.axis_cosine(ray.direction)) as f32,
+        None => f32::INFINITY,
+    };
+    rays(frame).zip(&frame.range).map(planar).collect()
 }
 
 fn attributes(camera: &Camera, info: &FrameInfo, channels: &Channels) -> LayerAttributes {
@@ -141,11 +150,14 @@ fn attributes(camera: &Camera, info: &FrameInfo, channels: &Channels) -> LayerAt
     }
     attributes.software_name = Some(text(&info.writer));
     attributes.world_to_camera = Some(camera_from_world(camera));
-    attributes.horizontal_field_of_view = Some(camera.pose.hfov as f32);
-    let half_height = 0.5 * f64::from(camera.height) / camera.focal_px();
-    attributes.vertical_field_of_view = Some((2.0 * half_height.atan()).to_degrees() as f32);
-    // The window that the screen covers in the plane at distance 1 (OpenEXR, Technical Introduction).
-    attributes.screen_window_width = (f64::from(camera.width) / camera.focal_px()) as f32;
+    // OpenEXR's own attributes know planes only; `hedgehop.screen` says what others are.
+    if let Screen::Planar { hfov } = *camera.screen() {
+        attributes.horizontal_field_of_view = Some(hfov as f32);
+        let half_height = 0.5 * f64::from(camera.height) / camera.focal_px();
+        attributes.vertical_field_of_view = Some((2.0 * half_height.atan()).to_degrees() as f32);
+        // The window that the screen covers in the plane at distance 1 (OpenEXR, Technical Introduction).
+        attributes.screen_window_width = (f64::from(camera.width) / camera.focal_px()) as f32;
+    }
     attributes
 }
 
@@ -235,15 +247,23 @@ pub(super) struct Decoded {
 }
 
 impl Decoded {
+    /// The samples of a channel, `[height][width]`.
+    pub fn channel(&self, name: &str) -> Option<&FlatSamples> {
+        let found = self.channels.list.iter().find(|channel| &channel.name == name)?;
+        Some(&found.sample_data)
+    }
+
+    /// Names of the channels.
+    pub fn channel_names(&self) -> Vec<String> {
+        self.channels.list.iter().map(|channel| channel.name.to_string()).collect()
+    }
+
     /// Linear colour, `[height][width]`; `None` without half or float channels `R G B`.
     pub fn colour(&self) -> Option<Vec<[f32; 3]>> {
-        let plane = |name: &str| {
-            let channel = self.channels.list.iter().find(|channel| &channel.name == name)?;
-            match &channel.sample_data {
-                FlatSamples::F16(samples) => Some(samples.iter().map(|sample| sample.to_f32()).collect()),
-                FlatSamples::F32(samples) => Some(samples.clone()),
-                FlatSamples::U32(_) => None,
-            }
+        let plane = |name: &str| match self.channel(name)? {
+            FlatSamples::F16(samples) => Some(samples.iter().map(|sample| sample.to_f32()).collect()),
+            FlatSamples::F32(samples) => Some(samples.clone()),
+            FlatSamples::U32(_) => None,
         };
         let (red, green, blue): (Vec<f32>, Vec<f32>, Vec<f32>) = (plane("R")?, plane("G")?, plane("B")?);
         Some(red.into_iter().zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue]).collect())
@@ -276,7 +296,7 @@ pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, 
 }
 
 /// Validates what decides how much memory decoding takes, and returns the size.
-fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u32, u32), Refusal> {
+pub(super) fn check_header(bytes: &[u8], size: Option<(u32, u32)>) -> Result<(u32, u32), Refusal> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(|error| error.to_string())?;
     let [header] = meta.headers.as_slice() else { return Err("it has more than one part".to_owned().into()) };
     if header.deep {
@@ -375,6 +395,21 @@ mod tests {
             }
         }
         assert_eq!(depth[0], f32::INFINITY, "the sky");
+    }
+
+    #[test]
+    fn around_the_eye_z_is_range_and_nothing_is_transparent_beyond_the_picture() {
+        let mut frame = testing::frame(16, 12);
+        frame.camera = Camera::with_screen(frame.camera.pose, Screen::Fisheye { fov: 180.0 }, 16, 12);
+        let layer = flat(&encoded(&frame));
+        assert_eq!(plane(&layer, "Z"), FlatSamples::F32(frame.range.clone()));
+        let FlatSamples::F16(alpha) = plane(&layer, "A") else { panic!("A is half") };
+        assert_eq!((alpha[0], alpha[6 * 16 + 8]), (f16::ZERO, f16::ONE));
+        let attributes = &layer.attributes;
+        assert_eq!(attributes.horizontal_field_of_view, None);
+        let decoded = decode(&encoded(&frame), None).unwrap();
+        assert_eq!(decoded.entries["hedgehop.screen"], "fisheye fov_deg=180");
+        assert!(!decoded.entries.contains_key("hedgehop.hfov_deg"));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::space::Camera;
+use crate::space::{Camera, Screen};
 
 /// What made a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,11 +44,12 @@ impl std::fmt::Display for Value {
 /// Meaning of the camera's entries.
 pub(super) const CAMERA_CONVENTIONS: &str = "eye: metres in the named reference system, x east, y north, \
      z up from the vertical datum; yaw: degrees clockwise from grid north; pitch: degrees, nose up \
-     positive; roll: degrees, right wing down positive; hfov: horizontal field of view, degrees; \
+     positive; roll: degrees, right wing down positive; all of the view itself; screen: projection and its \
+     parameters; hfov: horizontal field of view of a planar screen, degrees; \
      pixel centres at half-integers, row 0 at the top";
 
 /// Entries that two files of the same picture share; others may differ (a database that was renamed).
-const IDENTITY: [&str; 8] = [
+const IDENTITY: [&str; 9] = [
     "hedgehop.frame",
     "hedgehop.database_hash",
     "hedgehop.settings_digest",
@@ -56,6 +57,7 @@ const IDENTITY: [&str; 8] = [
     "hedgehop.yaw_deg",
     "hedgehop.pitch_deg",
     "hedgehop.roll_deg",
+    "hedgehop.screen",
     "hedgehop.hfov_deg",
 ];
 
@@ -66,7 +68,7 @@ impl FrameInfo {
         let text = |text: &str| Value::Text(text.replace('\0', " "));
         let pose = &camera.pose;
         let eye = format!("{} {} {}", pose.eye.x, pose.eye.y, pose.eye.z);
-        vec![
+        let mut entries = vec![
             ("hedgehop.frame", Value::Text(self.frame.to_string())),
             ("hedgehop.seconds", Value::Number(self.seconds)),
             ("hedgehop.database_file", text(&self.database_file)),
@@ -78,8 +80,12 @@ impl FrameInfo {
             ("hedgehop.yaw_deg", Value::Number(pose.attitude.yaw)),
             ("hedgehop.pitch_deg", Value::Number(pose.attitude.pitch)),
             ("hedgehop.roll_deg", Value::Number(pose.attitude.roll)),
-            ("hedgehop.hfov_deg", Value::Number(pose.hfov)),
-        ]
+            ("hedgehop.screen", Value::Text(camera.screen().to_string())),
+        ];
+        if let Screen::Planar { hfov } = *camera.screen() {
+            entries.push(("hedgehop.hfov_deg", Value::Number(hfov)));
+        }
+        entries
     }
 
     /// The first entry by which a file with the entries `found` shows, or may show, another picture than this one;
@@ -101,6 +107,7 @@ impl FrameInfo {
 #[cfg(test)]
 mod tests {
     use super::super::testing;
+    use crate::space::{Camera, Screen};
 
     #[test]
     fn only_what_decides_the_picture_is_compared() {
@@ -115,6 +122,13 @@ mod tests {
         assert_eq!(info.difference(&frame.camera, &found), None);
         found.insert("hedgehop.roll_deg".to_owned(), "12.5".to_owned());
         assert_eq!(info.difference(&frame.camera, &found).unwrap(), "roll_deg is 12.5, not 20");
+        let (width, height) = (frame.camera.width, frame.camera.height);
+        let round = Camera::with_screen(frame.camera.pose, Screen::Fisheye { fov: 60.0 }, width, height);
+        found.insert("hedgehop.roll_deg".to_owned(), "20".to_owned());
+        assert_eq!(
+            info.difference(&round, &found).unwrap(),
+            "screen is planar hfov_deg=60, not fisheye fov_deg=60"
+        );
         found.clear();
         let silent = info.difference(&frame.camera, &found).unwrap();
         assert!(silent.starts_with("it does not say"), "{silent}");

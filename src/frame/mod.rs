@@ -8,7 +8,7 @@
 //! ```
 //!
 //! [`pattern`] names the files, [`frames`] says which of them are wanted, [`check`] whether one that
-//! exists is whole, [`sidecar`] writes what made them beside them, [`atomic`] sees to it that no half
+//! exists is whole, [`read_ray_table`] reads screens from EXR, [`sidecar`] writes what made them beside them, [`atomic`] sees to it that no half
 //! file is ever seen under its final name. `docs/output.md` describes all of it to users.
 
 use std::path::Path;
@@ -28,6 +28,7 @@ pub mod pattern;
 mod picture;
 mod png;
 pub mod rate;
+mod ray_table;
 pub mod sidecar;
 #[cfg(test)]
 mod testing;
@@ -40,6 +41,7 @@ pub use info::FrameInfo;
 pub use pattern::{FramePattern, Target};
 pub use picture::Picture;
 pub use rate::FrameRate;
+pub use ray_table::{read_ray_table, write_ray_table};
 
 /// One rendered frame. All planes are `[height][width]`, row 0 at the top of the screen.
 #[derive(Debug, Clone)]
@@ -48,7 +50,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Linear Rec. 709 radiance, display-referred: 1 is display white.
     pub colour: Vec<[f32; 3]>,
-    /// Distance along the ray, metres; infinite where the sky is seen.
+    /// Distance along the ray, metres; infinite where the sky is seen, and where the screen has no picture
+    /// ([`Camera::ray`] is `None`): there the colour is black.
     pub range: Vec<f32>,
     /// Unit surface normal in world space (x east, y north, z up); zero for the sky.
     pub normal: Vec<[f32; 3]>,

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::info::CAMERA_CONVENTIONS;
 use super::{FrameInfo, Written, atomic};
 use crate::error::{Error, Result};
-use crate::space::Camera;
+use crate::space::{Camera, Screen};
 
 /// Name of the manifest in the folder of the frames.
 pub const MANIFEST: &str = "manifest.json";
@@ -103,8 +103,11 @@ pub struct FrameRecord {
     pub pitch_deg: f64,
     /// Right wing down positive, degrees.
     pub roll_deg: f64,
-    /// Horizontal field of view, degrees.
-    pub hfov_deg: f64,
+    /// Projection and its parameters: [`Screen`] as text.
+    #[serde(default)]
+    pub screen: String,
+    /// Horizontal field of view of a planar screen, degrees; absent on others.
+    pub hfov_deg: Option<f64>,
     /// Pixels: width, height.
     pub size_px: [u32; 2],
 }
@@ -118,6 +121,10 @@ impl FrameRecord {
         file: Option<(&Path, &Written)>,
     ) -> Self {
         let pose = &camera.pose;
+        let hfov_deg = match *camera.screen() {
+            Screen::Planar { hfov } => Some(hfov),
+            _ => None,
+        };
         let name =
             file.and_then(|(path, _)| path.file_name()).map(|name| name.to_string_lossy().into_owned());
         Self {
@@ -130,7 +137,8 @@ impl FrameRecord {
             yaw_deg: pose.attitude.yaw,
             pitch_deg: pose.attitude.pitch,
             roll_deg: pose.attitude.roll,
-            hfov_deg: pose.hfov,
+            screen: camera.screen().to_string(),
+            hfov_deg,
             size_px: [camera.width, camera.height],
         }
     }
@@ -248,11 +256,11 @@ fn poses_csv(path: &Path, frames: &[FrameRecord]) -> Result<Vec<u8>> {
             let [x, y, z] = frame.eye_m;
             let [lon, lat] =
                 frame.lon_lat_deg.map_or_else(Default::default, |at| at.map(|at| at.to_string()));
-            let attitude = [frame.yaw_deg, frame.pitch_deg, frame.roll_deg, frame.hfov_deg];
+            let attitude = [frame.yaw_deg, frame.pitch_deg, frame.roll_deg].map(|angle| angle.to_string());
+            let hfov = frame.hfov_deg.map_or_else(String::new, |hfov| hfov.to_string());
             let before = [frame.frame.to_string(), frame.seconds.to_string()];
             let position = [x, y, z].map(|value| value.to_string()).into_iter().chain([lon, lat]);
-            let after = attitude.map(|value| value.to_string());
-            table.write_record(before.into_iter().chain(position).chain(after))?;
+            table.write_record(before.into_iter().chain(position).chain(attitude).chain([hfov]))?;
         }
         Ok(table.into_inner()?)
     };

@@ -28,6 +28,14 @@ impl LevelBands {
         Self { starts, finest }
     }
 
+    /// One level for parallel rays, whose pixels are `width` metres wide (> 0) at any distance: the coarsest whose
+    /// voxels are not wider than `width / detail`.
+    pub fn uniform(grid: &Grid, level_count: u8, width: f64, detail: f64) -> Self {
+        let fits = |level: &u8| detail * grid.side(*level) <= width;
+        let finest = (0..level_count).rev().find(fits).unwrap_or(0);
+        Self { starts: vec![0.0; usize::from(finest) + 1], finest }
+    }
+
     /// Only level 1, at any distance.
     pub fn finest_only() -> Self {
         Self { starts: vec![0.0], finest: 0 }
@@ -56,6 +64,15 @@ mod tests {
         let bands = LevelBands::new(&grid, 4, pixel_angle, 0.0, 1.0);
         let starts: Vec<f64> = bands.iter().map(|(_, start, _)| start.round()).collect();
         assert_eq!(starts, [0.0, 2445.0, 9778.0, 39114.0]);
+    }
+
+    #[test]
+    fn parallel_rays_see_one_level() {
+        let grid = Grid { nx: 100_000, ny: 100_000, spacing: 2.0, origin: DVec2::ZERO };
+        for (width, level) in [(0.1, 0), (7.9, 0), (8.0, 1), (31.0, 1), (32.5, 2), (1e6, 3)] {
+            let bands: Vec<_> = LevelBands::uniform(&grid, 4, width, 1.0).iter().collect();
+            assert_eq!(bands, [(level, 0.0, f64::INFINITY)], "{width} m");
+        }
     }
 
     #[test]

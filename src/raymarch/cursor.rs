@@ -1,13 +1,18 @@
 //! Reading voxels through the page that was read last, per level.
 
+use glam::DVec2;
+
+use super::walk::{Lattice, Span};
 use crate::error::Result;
-use crate::voxel::{Attributes, HeightCode, PAGE_SIDE, PageId, PageSource, PageView};
+use crate::voxel::{Attributes, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView};
 
 /// Reads the planes of a [`PageSource`]; looks a page up only when a read leaves the last one.
 pub struct PageCursor<'a, S: PageSource> {
     source: &'a S,
     heights: HeightCode,
     slots: Vec<Slot<'a>>,
+    /// Sides of the area, units, where it repeats; infinite where it ends.
+    period: [f64; 2],
 }
 
 /// The page of one level that was read last.
@@ -56,7 +61,37 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
                 Slot { dims: [i64::from(nx), i64::from(ny)], first: [-1, -1], size: [0, 0], view: None }
             })
             .collect();
-        Self { source, heights: header.heights, slots }
+        Self { source, heights: header.heights, slots, period: [f64::INFINITY; 2] }
+    }
+
+    /// The same over the area repeated without end.
+    pub fn endless(mut self) -> Self {
+        let Grid { nx, ny, .. } = self.source.header().grid;
+        self.period = [f64::from(nx), f64::from(ny)];
+        self
+    }
+
+    /// Whether the area repeats.
+    pub fn is_endless(&self) -> bool {
+        self.period[0].is_finite()
+    }
+
+    /// The voxels of a level.
+    pub fn voxels(&self, level: u8) -> Lattice {
+        self.lattice(level, 0, 0.0)
+    }
+
+    /// The cells between the posts of a level. Without repetition there is one more at each edge, over the outer
+    /// halves of the outermost voxels.
+    pub fn cells(&self, level: u8) -> Lattice {
+        self.lattice(level, if self.is_endless() { 0 } else { -1 }, 0.5)
+    }
+
+    fn lattice(&self, level: u8, first: i64, shift: f64) -> Lattice {
+        let dims = self.dims(level);
+        let spans =
+            [0, 1].map(|axis| Span { period: self.period[axis], ..Span::once(first, dims[axis] - 1, 0.0) });
+        Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
     }
 
     /// Voxels (eastward, northward) of a level.
@@ -78,8 +113,30 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 
     /// Upper bound of every finer surface over voxel `cell` of level index ≥ 1, metres: −∞ where
     /// there is none, +∞ where the page is absent.
+    ///
+    /// In an area that repeats, a surface near the seam also depends on posts beyond it, which the stored bound
+    /// does not know. They lie in the voxel there or in its ring: its bound covers them.
     #[inline]
     pub fn upper_bound(&mut self, level: u8, cell: [i64; 2]) -> Result<f64> {
+        let dims = self.dims(level);
+        let is_inside = |axis: usize| cell[axis] > 0 && cell[axis] < dims[axis] - 1;
+        if !self.is_endless() || (is_inside(0) && is_inside(1)) {
+            return self.stored_bound(level, cell);
+        }
+        let beyond = [0, 1].map(|axis| match cell[axis] {
+            0 => dims[axis] - 1,
+            index if index == dims[axis] - 1 => 0,
+            index => index,
+        });
+        let mut bound = f64::NEG_INFINITY;
+        for voxel in [cell, [beyond[0], cell[1]], [cell[0], beyond[1]], beyond] {
+            bound = bound.max(self.stored_bound(level, voxel)?);
+        }
+        Ok(bound)
+    }
+
+    #[inline]
+    fn stored_bound(&mut self, level: u8, cell: [i64; 2]) -> Result<f64> {
         let heights = self.heights;
         let Some(place) = self.place(level, cell)? else { return Ok(f64::INFINITY) };
         let code = place.view.high[place.y as usize * place.view.width as usize + place.x as usize];
@@ -95,28 +152,68 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 
     /// Heights at the corners (south-west, south-east, north-west, north-east) of the cell of the
     /// smooth surface between voxels `cell` and `cell + 1`, metres; NaN where there is no surface.
-    /// `None` where the page is absent. `cell` may be −1, at the area's south or west edge.
+    /// `None` where a page of it is absent. `cell` may be −1, at the area's south or west edge, unless it repeats.
     #[inline]
     pub fn corners(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[f64; 4]>> {
         let heights = self.heights;
-        let Some(place) = self.place(level, cell)? else { return Ok(None) };
-        let height = |code| heights.decode(code).unwrap_or(f64::NAN);
-        let [south, north] = place.corner_rows(place.view.heights);
-        Ok(Some([height(south[0]), height(south[1]), height(north[0]), height(north[1])]))
+        let codes = self.corner_samples(level, cell, |view| view.heights)?;
+        Ok(codes.map(|codes| codes.map(|code| heights.decode(code).unwrap_or(f64::NAN))))
     }
 
     /// Colours at the same corners, sRGB.
     pub fn corner_colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[[u8; 3]; 4]>> {
+        self.corner_samples(level, cell, |view| view.colours)
+    }
+
+    /// Samples of a plane with apron at the corners of a cell.
+    #[inline]
+    fn corner_samples<T: Copy>(
+        &mut self,
+        level: u8,
+        cell: [i64; 2],
+        plane: fn(&PageView<'a>) -> &'a [T],
+    ) -> Result<Option<[T; 4]>> {
+        if self.is_endless() {
+            let dims = self.dims(level);
+            if cell[0] == dims[0] - 1 || cell[1] == dims[1] - 1 {
+                return self.corners_at_seam(level, cell, plane);
+            }
+        }
         let Some(place) = self.place(level, cell)? else { return Ok(None) };
-        let [south, north] = place.corner_rows(place.view.colours);
+        let [south, north] = place.corner_rows(plane(place.view));
         Ok(Some([south[0], south[1], north[0], north[1]]))
     }
 
-    /// Attributes of the voxel `cell`, clamped into the area.
-    pub fn attributes(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Attributes>> {
+    /// Colour of voxel `cell`, sRGB; `None` where the page is absent.
+    pub fn colour(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[u8; 3]>> {
+        Ok(self.place(level, cell)?.map(|place| place.view.colours[place.with_apron()]))
+    }
+
+    /// The same one by one: at the area's edge, aprons repeat the edge itself, not what lies beyond the seam.
+    #[cold]
+    fn corners_at_seam<T: Copy>(
+        &mut self,
+        level: u8,
+        [west, south]: [i64; 2],
+        plane: fn(&PageView<'a>) -> &'a [T],
+    ) -> Result<Option<[T; 4]>> {
         let dims = self.dims(level);
-        let cell = [0, 1].map(|axis| cell[axis].clamp(0, dims[axis] - 1));
-        Ok(self.place(level, cell)?.map(|place| place.view.attributes_at(place.x as u32, place.y as u32)))
+        let (east, north) = ((west + 1) % dims[0], (south + 1) % dims[1]);
+        let mut sample = |voxel| -> Result<Option<T>> {
+            Ok(self.place(level, voxel)?.map(|place| plane(place.view)[place.with_apron()]))
+        };
+        let corners =
+            (sample([west, south])?, sample([east, south])?, sample([west, north])?, sample([east, north])?);
+        match corners {
+            (Some(sw), Some(se), Some(nw), Some(ne)) => Ok(Some([sw, se, nw, ne])),
+            _ => Ok(None),
+        }
+    }
+
+    /// Attributes of the voxel of a level at a position in units, clamped into the area or repeated with it.
+    pub fn attributes_at(&mut self, level: u8, units: DVec2) -> Result<Option<Attributes>> {
+        let (voxel, _) = self.voxels(level).cell_at(units);
+        Ok(self.place(level, voxel)?.map(|place| place.view.attributes_at(place.x as u32, place.y as u32)))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a pixel sees of the surface: colour and normal, filtered over the pixel's footprint.
 //!
 //! ```text
-//! width  = range · pixel angle                         footprint across the ray
+//! width  = range · pixel angle, or constant            footprint across the ray
 //! length = width / sine of the grazing angle           footprint along the ray, on the surface
 //! taps   = length / width, at most 8, spread along the footprint
 //! each tap: bilinear in the two levels whose voxels enclose the width, blended by log₄(width)
@@ -16,6 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::{Contact, GridRay, PageCursor};
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
+use crate::space::Footprint;
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
 
 /// Most taps along a footprint; one that is longer, in widths, is filtered over this length only.
@@ -36,11 +37,11 @@ pub struct SurfaceSample {
     pub attributes: Attributes,
 }
 
-/// Samples the surface for pixels of one angle.
+/// Samples the surface for pixels of one footprint.
 pub struct SurfaceFilter<'a, S: PageSource> {
     cursor: PageCursor<'a, S>,
     grid: Grid,
-    pixel_angle: f64,
+    footprint: Footprint,
     coarsest: u8,
 }
 
@@ -53,33 +54,36 @@ struct LevelBlend {
 }
 
 impl<'a, S: PageSource> SurfaceFilter<'a, S> {
-    /// A filter over `source` for pixels of `pixel_angle` radians, > 0.
-    pub fn new(source: &'a S, pixel_angle: f64) -> Self {
+    /// A filter over `source` for pixels that are as wide as `footprint` says.
+    pub fn new(source: &'a S, footprint: Footprint) -> Self {
         let header = source.header();
         Self {
             cursor: PageCursor::new(source),
             grid: header.grid,
-            pixel_angle,
+            footprint,
             coarsest: header.level_count - 1,
         }
+    }
+
+    /// The same over the area repeated without end.
+    pub fn endless(self) -> Self {
+        Self { cursor: self.cursor.endless(), ..self }
     }
 
     /// What `ray` sees where it ended.
     pub fn sample(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
         let units = ray.at(contact.range).truncate();
-        let width = contact.range * self.pixel_angle;
+        let width = self.footprint.at(contact.range);
         let blend = self.levels_for(width);
         let normal = match contact.face {
             Some(face) => face,
             None => self.normal(blend, units)?,
         };
-        let albedo = self.albedo(ray, units, width, blend, normal)?;
-        let side = f64::from(Grid::side_units(contact.level));
-        // A wall stands on the border of two voxels; half a voxel behind it lies the one that it belongs to.
+        let slope = ray.slope.truncate().extend(ray.rise_at(contact.range));
+        let albedo = self.albedo(slope, units, width, blend, normal)?;
+        // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
         let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
-        let place = units / side + behind;
-        let voxel = [place.x.floor() as i64, place.y.floor() as i64];
-        let attributes = self.cursor.attributes(contact.level, voxel)?.unwrap_or_default();
+        let attributes = self.cursor.attributes_at(contact.level, units + behind)?.unwrap_or_default();
         Ok(SurfaceSample {
             range: contact.range,
             level: contact.level,
@@ -97,16 +101,17 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         LevelBlend { fine, coarse: (fine + 1).min(self.coarsest), share: position.fract() }
     }
 
-    /// Colour over the footprint of `width` metres (across the ray) around a position in units.
+    /// Colour over the footprint of `width` metres (across the ray) around a position in units, where the ray
+    /// changes by `slope` (units, units, metres) per metre of range.
     fn albedo(
         &mut self,
-        ray: &GridRay,
+        slope: DVec3,
         units: DVec2,
         width: f64,
         blend: LevelBlend,
         normal: DVec3,
     ) -> Result<Vec3> {
-        let direction = ray.slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
+        let direction = slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
         let grazing = normal.dot(direction).abs().max(1.0 / MOST_TAPS);
         let taps = (1.0 / grazing).ceil();
         let along = direction.truncate().normalize_or_zero() * (width / grazing / self.grid.spacing);
@@ -130,7 +135,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     /// Colour of a level at a position in units, bilinear in linear light; where its page is absent, of the
     /// next coarser level; black where the coarsest one is, too.
     fn colour(&mut self, level: u8, units: DVec2) -> Result<Vec3> {
-        let (cell, fraction) = self.cursor.cell_at(level, units);
+        let (cell, fraction) = self.cursor.cells(level).cell_at(units);
         let Some(colours) = self.cursor.corner_colours(level, cell)? else {
             return if level < self.coarsest { self.colour(level + 1, units) } else { Ok(Vec3::ZERO) };
         };
@@ -155,7 +160,8 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let side = f64::from(Grid::side_units(level));
         let dims = self.cursor.dims(level);
         let posts = |axis: usize| (0.5 * side, (dims[axis] as f64 - 0.5) * side);
-        let (east, north) = (posts(0), posts(1));
+        let endless = (f64::NEG_INFINITY, f64::INFINITY);
+        let (east, north) = if self.cursor.is_endless() { (endless, endless) } else { (posts(0), posts(1)) };
         let (low, high) = (DVec2::new(east.0, north.0), DVec2::new(east.1, north.1));
         let centre_at = units.clamp(low, high);
         let centre = self.cursor.smooth_height(level, centre_at)?;

@@ -3,8 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use super::surface::{Patch, block_contact};
-use super::walk::Lattice;
+use super::walk::{Lattice, Span};
 use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, Surface};
+use crate::earth::Curvature;
 use crate::error::Result;
 use crate::voxel::{Grid, PageSource, RADIX};
 
@@ -32,7 +33,16 @@ pub struct Marcher<'a, S: PageSource> {
     ceiling: f64,
     /// Index of the coarsest level.
     coarsest: u8,
+    curvature: Curvature,
+    /// Ground distance at which the search ends, metres: finite where the area repeats.
+    far: f64,
 }
+
+/// Ground distance beyond which an area without end is not looked at, metres, whatever the air: from 10 km up
+/// this is a third of a degree below the horizontal, if the Earth is flat.
+const FARTHEST: f64 = 2.0e6;
+/// The same in voxels of the coarsest level: a bound on the work where the area is tiny.
+const MOST_VOXELS: f64 = 1.0e6;
 
 /// One ray's search for the surface of one level.
 struct Search<'r> {
@@ -55,7 +65,28 @@ impl<'a, S: PageSource> Marcher<'a, S> {
             // Codes are rounded, by half a step at most.
             ceiling: header.height_range.1 + header.heights.scale,
             coarsest,
+            curvature: Curvature::FLAT,
+            far: f64::INFINITY,
         }
+    }
+
+    /// The same over ground of this curvature.
+    pub fn curved(self, curvature: Curvature) -> Self {
+        Self { curvature, ..self }
+    }
+
+    /// The same over the area repeated without end. As a ray near the horizon may never meet the ground, it is
+    /// followed no further than a ground distance of `far` metres, and in no case beyond 2000 km or a million
+    /// voxels of the coarsest level.
+    pub fn endless(self, far: f64) -> Self {
+        let side = f64::from(Grid::side_units(self.coarsest)).min(self.size.min_element());
+        let far = far.min(FARTHEST).min(MOST_VOXELS * side * self.grid.spacing);
+        Self { cursor: self.cursor.endless(), far, ..self }
+    }
+
+    /// A ray from a world point along a unit world direction, over the ground of this marcher.
+    pub fn ray(&self, world_eye: DVec3, world_direction: DVec3) -> GridRay {
+        GridRay::new(&self.grid, world_eye, world_direction).over(self.curvature)
     }
 
     /// The grid that is marched through.
@@ -66,7 +97,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     /// The first contact at a ground distance of at least `from` metres (0 unless a neighbour's
     /// range is known to bound this one), or `None`: the sky.
     pub fn first_contact(&mut self, ray: &GridRay, from: f64) -> Result<Option<Contact>> {
-        let Some((over_area, off_area)) = ray.clip(self.size, self.ceiling) else { return Ok(None) };
+        let Some((over_area, off_area)) = self.clip(ray) else { return Ok(None) };
         // A vertical ray stays at ground distance 0, in the first band, for ever.
         let range_at = |ground: f64| if ground == 0.0 { 0.0 } else { ground / ray.ground_cosine };
         for index in 0..self.bands.len() {
@@ -83,36 +114,37 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Ok(None)
     }
 
+    /// Ranges between which the ray can meet a surface.
+    fn clip(&self, ray: &GridRay) -> Option<(f64, f64)> {
+        if !self.cursor.is_endless() {
+            return ray.clip(self.size, self.ceiling);
+        }
+        let under = ray.under(self.ceiling)?;
+        let (start, end) = (under.0.max(0.0), under.1.min(self.far / ray.ground_cosine));
+        (start <= end).then_some((start, end))
+    }
+
     fn search(&mut self, search: &Search<'_>, start: f64, end: f64) -> Result<Option<Contact>> {
         if search.level == self.coarsest {
             return self.walk_surface(search, search.level, start, end);
         }
-        let dims = self.cursor.dims(self.coarsest);
-        self.descend(search, self.coarsest, [[0, 0], [dims[0] - 1, dims[1] - 1]], start, end)
+        let walk = CellWalk::new(search.ray, self.cursor.voxels(self.coarsest), start, end);
+        self.descend(search, self.coarsest, walk)
     }
 
-    /// Walks the voxels `first..=last` of `level`, which is coarser than the one that is searched,
-    /// and goes into those that the ray does not clear.
-    fn descend(
-        &mut self,
-        search: &Search<'_>,
-        level: u8,
-        [first, last]: [[i64; 2]; 2],
-        start: f64,
-        end: f64,
-    ) -> Result<Option<Contact>> {
+    /// Walks voxels of `level`, which is coarser than the one that is searched, and goes into those
+    /// that the ray does not clear.
+    fn descend(&mut self, search: &Search<'_>, level: u8, walk: CellWalk) -> Result<Option<Contact>> {
         let ray = search.ray;
-        let lattice = Lattice { side: f64::from(Grid::side_units(level)), shift: 0.0 };
-        for CellStep { cell, enter, leave } in CellWalk::new(ray, lattice, first, last, start, end) {
-            let lowest = ray.height_at(enter).min(ray.height_at(leave));
-            if lowest > self.cursor.upper_bound(level, cell)? {
+        for step in walk {
+            if ray.lowest_between(step.enter, step.leave) > self.cursor.upper_bound(level, step.cell)? {
                 continue;
             }
             let contact = if level == search.level + 1 {
-                self.walk_surface(search, search.level, enter, leave)?
+                self.walk_surface(search, search.level, step.enter, step.leave)?
             } else {
-                let inside = self.finer_cells(level, cell);
-                self.descend(search, level - 1, inside, enter, leave)?
+                let inside = self.finer_voxels(level, &step);
+                self.descend(search, level - 1, CellWalk::new(ray, inside, step.enter, step.leave))?
             };
             if contact.is_some() {
                 return Ok(contact);
@@ -121,12 +153,15 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Ok(None)
     }
 
-    /// First and last of the next finer voxels inside a voxel.
-    fn finer_cells(&self, level: u8, cell: [i64; 2]) -> [[i64; 2]; 2] {
+    /// The next finer voxels inside a voxel.
+    fn finer_voxels(&self, level: u8, step: &CellStep) -> Lattice {
         let radix = i64::from(RADIX);
         let dims = self.cursor.dims(level - 1);
-        let first = cell.map(|index| index * radix);
-        [first, [0, 1].map(|axis| (first[axis] + radix - 1).min(dims[axis] - 1))]
+        let spans = [0, 1].map(|axis| {
+            let first = step.cell[axis] * radix;
+            Span::once(first, (first + radix - 1).min(dims[axis] - 1), step.origin[axis])
+        });
+        Lattice { spans, ..self.cursor.voxels(level - 1) }
     }
 
     /// Intersects the cells of `level`'s surface between two ranges.
@@ -137,15 +172,12 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         start: f64,
         end: f64,
     ) -> Result<Option<Contact>> {
-        let dims = self.cursor.dims(level);
-        let side = f64::from(Grid::side_units(level));
-        let (shift, first) = match self.surface {
-            Surface::Smooth => (0.5, [-1, -1]),
-            Surface::Blocks => (0.0, [0, 0]),
+        let lattice = match self.surface {
+            Surface::Smooth => self.cursor.cells(level),
+            Surface::Blocks => self.cursor.voxels(level),
         };
-        let last = [dims[0] - 1, dims[1] - 1];
-        for step in CellWalk::new(search.ray, Lattice { side, shift }, first, last, start, end) {
-            let contact = self.cell_contact(search, level, &step, side)?;
+        for step in CellWalk::new(search.ray, lattice, start, end) {
+            let contact = self.cell_contact(search, level, &step, &lattice)?;
             if contact.is_some() {
                 return Ok(contact);
             }
@@ -160,14 +192,15 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         search: &Search<'_>,
         level: u8,
         step: &CellStep,
-        side: f64,
+        lattice: &Lattice,
     ) -> Result<Option<Contact>> {
+        let place = lattice.place(step);
         let found = match self.surface {
             Surface::Smooth => self.cursor.corners(level, step.cell)?.map(|corners| {
-                Patch::new(corners).first_contact(search.ray, step, side).map(|range| (range, None))
+                Patch::new(corners).first_contact(search.ray, step, place).map(|range| (range, None))
             }),
             Surface::Blocks => self.cursor.height(level, step.cell)?.map(|top| {
-                block_contact(search.ray, step, top?, side).map(|(range, face)| (range, Some(face)))
+                block_contact(search.ray, step, top?, place).map(|(range, face)| (range, Some(face)))
             }),
         };
         match found {

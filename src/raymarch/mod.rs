@@ -33,10 +33,13 @@ mod cursor;
 mod filter;
 mod march;
 mod ray;
+pub mod scan;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod walk;
+#[cfg(test)]
+mod world_tests;
 
 pub use bands::LevelBands;
 pub use column::{Column, march_column};
@@ -44,5 +47,5 @@ pub use cursor::PageCursor;
 pub use filter::{SurfaceFilter, SurfaceSample};
 pub use march::{Contact, Marcher};
 pub use ray::GridRay;
-pub use surface::{Surface, ground_height};
-pub use walk::{CellStep, CellWalk};
+pub use surface::{Surface, endless_ground_height, ground_height};
+pub use walk::{CellStep, CellWalk, Lattice, Span};

@@ -39,19 +39,26 @@ impl Patch {
 
     /// Range at which a ray first is on or under the patch within a step through its cell, metres.
     ///
-    /// Along a ray u, v and z are linear in range, so the ray's height above the patch is a
-    /// quadratic: its first root is exact, and no root between two borders can be missed.
-    pub fn first_contact(&self, ray: &GridRay, step: &CellStep, side: f64) -> Option<f64> {
+    /// Along a ray u and v are linear in range, and z is quadratic, so the ray's height above the patch is a
+    /// quadratic: its first root is exact, and no root between two borders can be missed. `place` is the
+    /// cell's south-west corner and extent, units.
+    pub fn first_contact(
+        &self,
+        ray: &GridRay,
+        step: &CellStep,
+        (corner, extent): (DVec2, DVec2),
+    ) -> Option<f64> {
         let enter = ray.at(step.enter);
-        let (u, v) =
-            (enter.x / side - (step.cell[0] as f64 + 0.5), enter.y / side - (step.cell[1] as f64 + 0.5));
-        let (du, dv) = (ray.slope.x / side, ray.slope.y / side);
+        let at = (enter.truncate() - corner) / extent;
+        let (u, v) = (at.x, at.y);
+        let (du, dv) = (ray.slope.x / extent.x, ray.slope.y / extent.y);
         let above = enter.z - self.height(u, v);
         if above <= 0.0 {
             return Some(step.enter);
         }
-        let linear = ray.slope.z - self.east * du - self.north * dv - self.twist * (u * dv + v * du);
-        let quadratic = -self.twist * du * dv;
+        let rise = ray.rise_at(step.enter);
+        let linear = rise - self.east * du - self.north * dv - self.twist * (u * dv + v * du);
+        let quadratic = ray.bend - self.twist * du * dv;
         let length = step.leave - step.enter;
         first_root(quadratic, linear, above).filter(|&root| root <= length).map(|root| step.enter + root)
     }
@@ -71,26 +78,34 @@ fn first_root(a: f64, b: f64, c: f64) -> Option<f64> {
     root.is_finite().then_some(root)
 }
 
-/// Range and face normal where a ray first is on or in a column of height `top` metres.
-pub(super) fn block_contact(ray: &GridRay, step: &CellStep, top: f64, side: f64) -> Option<(f64, DVec3)> {
+/// Range and face normal where a ray first is on or in a column of height `top` metres. `place` is the column's
+/// south-west corner and extent, units.
+pub(super) fn block_contact(
+    ray: &GridRay,
+    step: &CellStep,
+    top: f64,
+    place: (DVec2, DVec2),
+) -> Option<(f64, DVec3)> {
     if ray.height_at(step.enter) <= top {
-        return Some((step.enter, entered_face(ray, step, side)));
+        return Some((step.enter, entered_face(ray, step, place)));
     }
-    let down = (top - ray.eye.z) / ray.slope.z;
-    (ray.slope.z < 0.0 && down <= step.leave).then_some((down, DVec3::Z))
+    // A ray falls through a height once at most. One that has, and was over a hole then, rises here.
+    let (down, _) = ray.under(top)?;
+    (ray.rise_at(step.enter) < 0.0 && down <= step.leave).then_some((down, DVec3::Z))
 }
 
 /// Normal of the vertical face through which the ray entered the cell; up, if it began inside.
-fn entered_face(ray: &GridRay, step: &CellStep, side: f64) -> DVec3 {
+fn entered_face(ray: &GridRay, step: &CellStep, (corner, extent): (DVec2, DVec2)) -> DVec3 {
     if step.enter == 0.0 {
         return DVec3::Z;
     }
     let enter = ray.at(step.enter);
-    let near = |position: f64, slope: f64, cell: i64| {
-        let border = (cell + i64::from(slope < 0.0)) as f64 * side;
-        if slope == 0.0 { f64::INFINITY } else { (position - border).abs() }
+    let near = |axis: usize| {
+        let slope = ray.slope[axis];
+        let border = corner[axis] + if slope < 0.0 { extent[axis] } else { 0.0 };
+        if slope == 0.0 { f64::INFINITY } else { (enter[axis] - border).abs() }
     };
-    if near(enter.x, ray.slope.x, step.cell[0]) <= near(enter.y, ray.slope.y, step.cell[1]) {
+    if near(0) <= near(1) {
         DVec3::new(-ray.slope.x.signum(), 0.0, 0.0)
     } else {
         DVec3::new(0.0, -ray.slope.y.signum(), 0.0)
@@ -108,27 +123,20 @@ pub fn ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Optio
     PageCursor::new(source).smooth_height(0, units)
 }
 
+/// The same over the area repeated without end: `None` only where there is no surface.
+pub fn endless_ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Option<f64>> {
+    let grid = source.header().grid;
+    let units = (position - grid.origin) / grid.spacing;
+    PageCursor::new(source).endless().smooth_height(0, units)
+}
+
 impl<S: PageSource> PageCursor<'_, S> {
     /// Height of a level's smooth surface at a position in units, metres; `None` where there is no
     /// surface or its page is absent.
     pub fn smooth_height(&mut self, level: u8, units: DVec2) -> Result<Option<f64>> {
-        let (cell, fraction) = self.cell_at(level, units);
+        let (cell, fraction) = self.cells(level).cell_at(units);
         let Some(corners) = self.corners(level, cell)? else { return Ok(None) };
         let height = Patch::new(corners).height(fraction.x, fraction.y);
         Ok((!height.is_nan()).then_some(height))
-    }
-
-    /// The smooth surface's cell that holds a position in units (clamped into the area), and the
-    /// position within it, 0…1.
-    pub(super) fn cell_at(&self, level: u8, units: DVec2) -> ([i64; 2], DVec2) {
-        let side = f64::from(crate::voxel::Grid::side_units(level));
-        let dims = self.dims(level);
-        let lattice = units / side - 0.5;
-        let cell = [
-            (lattice.x.floor() as i64).clamp(-1, dims[0] - 1),
-            (lattice.y.floor() as i64).clamp(-1, dims[1] - 1),
-        ];
-        let within = lattice - DVec2::new(cell[0] as f64, cell[1] as f64);
-        (cell, within.clamp(DVec2::ZERO, DVec2::ONE))
     }
 }

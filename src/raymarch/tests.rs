@@ -4,10 +4,10 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::space::{Attitude, Camera, Pose};
+use crate::space::{Attitude, Camera, Footprint, Pose};
 use crate::voxel::{Attributes, Grid, HeightCode, MemPages, Metadata, PageSource, build_in_memory};
 
-fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
+pub(super) fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
     let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
     let heights: Vec<f64> =
         (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))).map(|(x, y)| height(x, y)).collect();
@@ -16,14 +16,14 @@ fn terrain(nx: u32, ny: u32, height: impl Fn(u32, u32) -> f64) -> MemPages {
 }
 
 /// A repeatable number in 0..1 for integers.
-fn noise(x: u32, y: u32, seed: u32) -> f64 {
+pub(super) fn noise(x: u32, y: u32, seed: u32) -> f64 {
     let mut bits = x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77) ^ seed.wrapping_mul(0xC2B2_AE3D);
     bits = (bits ^ bits >> 15).wrapping_mul(0x2C1B_3C6D);
     bits = (bits ^ bits >> 12).wrapping_mul(0x297A_2D39);
     f64::from(bits ^ bits >> 15) / f64::from(u32::MAX)
 }
 
-fn hills(seed: u32) -> impl Fn(u32, u32) -> f64 {
+pub(super) fn hills(seed: u32) -> impl Fn(u32, u32) -> f64 {
     move |x, y| {
         let broad = noise(x / 16, y / 16, seed) * 150.0;
         if noise(x, y, seed ^ 7) > 0.985 { f64::NAN } else { broad + noise(x, y, seed) * 40.0 }
@@ -247,7 +247,7 @@ fn a_wall_has_the_attributes_of_its_own_voxel() {
     let colours = vec![[128; 3]; heights.len()];
     let source = build_in_memory(grid, &heights, &colours, Some(&attributes), &Metadata::default()).unwrap();
     let mut marcher = Marcher::new(&source, LevelBands::finest_only(), Surface::Blocks);
-    let mut filter = SurfaceFilter::new(&source, 0.001);
+    let mut filter = SurfaceFilter::new(&source, Footprint::Angle(0.001));
     for direction in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y] {
         let ray = GridRay::new(&grid, DVec3::new(101.0, 101.0, 40.0) - 90.0 * direction, direction);
         let contact = marcher.first_contact(&ray, 0.0).unwrap().unwrap();
@@ -272,7 +272,7 @@ fn bands_of_levels_that_the_database_lacks_show_its_coarsest() {
 fn a_ramp_has_one_normal_up_to_the_edge_of_the_area() {
     let source = terrain(64, 64, |x, _| 3.0 * f64::from(x));
     let grid = source.header().grid;
-    let mut filter = SurfaceFilter::new(&source, 1.0e-3);
+    let mut filter = SurfaceFilter::new(&source, Footprint::Angle(1.0e-3));
     for x in [0.2, 4.0, 100.0, 320.0, 636.0, 639.9] {
         let eye = (grid.origin + DVec2::new(x, 333.0)).extend(400.0);
         let ray = GridRay::new(&grid, eye, DVec3::NEG_Z);

@@ -5,6 +5,8 @@
 //! progress (Hughes patent, "stepping by integer boundaries"; Amanatides and Woo, *A fast voxel
 //! traversal algorithm for ray tracing*, 1987).
 
+use glam::DVec2;
+
 use super::GridRay;
 
 /// One cell on the way, and the ranges between which the ray is in it.
@@ -12,14 +14,15 @@ use super::GridRay;
 pub struct CellStep {
     /// Cell column and row.
     pub cell: [i64; 2],
+    /// Position of the copy of the area that they are counted in, units; 0 in an area that does not repeat.
+    pub origin: [f64; 2],
     /// Range at which the ray enters, metres.
     pub enter: f64,
     /// Range at which it leaves, metres, ≥ `enter`.
     pub leave: f64,
 }
 
-/// Cells of a square lattice along a ray, in order. Cell `i` of an axis covers
-/// `side · [i + shift, i + 1 + shift)` units.
+/// Cells of a lattice along a ray, in order.
 #[derive(Debug, Clone)]
 pub struct CellWalk {
     axes: [Axis; 2],
@@ -31,73 +34,147 @@ pub struct CellWalk {
 /// The walk along one axis.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
+    span: Span,
+    lattice: (f64, f64),
     cell: i64,
-    step: i64,
-    last: i64,
+    forward: bool,
     eye: f64,
     range_per_unit: f64,
-    /// Position of the next border, units; a sum of whole sides, so it is exact.
-    border_units: f64,
-    side_units: f64,
     /// Range of the next border, metres.
     border: f64,
 }
 
-/// A lattice of cells: their side in units, and by how many cells it is shifted.
+/// A lattice of square cells: along an axis, cell `i` covers `origin + side · [i + shift, i + 1 + shift)` units.
+/// Where the area repeats, so do the cells; the last one of each copy then ends where the next copy's first one
+/// begins, and is narrower than the others if the area's side is no multiple of theirs.
 #[derive(Debug, Clone, Copy)]
 pub struct Lattice {
     /// Side of a cell, units.
     pub side: f64,
     /// Shift of the whole lattice, cells.
     pub shift: f64,
+    /// Cells eastward and northward.
+    pub spans: [Span; 2],
+}
+
+/// Which cells a lattice has along one axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// First cell; 0 where they repeat.
+    pub first: i64,
+    /// Last cell.
+    pub last: i64,
+    /// Position from which cells are counted, units.
+    pub origin: f64,
+    /// Distance at which they repeat, units; infinite where they do not.
+    pub period: f64,
+}
+
+impl Span {
+    /// Cells `first..=last` without repetition.
+    pub fn once(first: i64, last: i64, origin: f64) -> Self {
+        Self { first, last, origin, period: f64::INFINITY }
+    }
+
+    fn repeats(&self) -> bool {
+        self.period.is_finite()
+    }
+
+    /// This span in the copy of the area that holds `position`, and the cell there, clamped into the span.
+    fn locate(mut self, position: f64, side: f64, shift: f64) -> (Self, i64) {
+        if self.repeats() {
+            self.origin = ((position - shift * side) / self.period).floor() * self.period;
+        }
+        let cell = ((position - self.origin) / side - shift).floor() as i64;
+        (self, cell.clamp(self.first, self.last))
+    }
+
+    /// Lower border of a cell, units. Sums of whole and half units, hence exact; so is [`Self::upper`].
+    fn lower(&self, cell: i64, side: f64, shift: f64) -> f64 {
+        self.origin + (cell as f64 + shift) * side
+    }
+
+    /// Upper border of a cell, units.
+    fn upper(&self, cell: i64, side: f64, shift: f64) -> f64 {
+        if cell == self.last && self.repeats() {
+            self.origin + self.period + shift * side
+        } else {
+            self.lower(cell + 1, side, shift)
+        }
+    }
+}
+
+impl Lattice {
+    /// The cell (clamped into the lattice) at a position in units, and the position within it, 0…1.
+    pub fn cell_at(&self, position: DVec2) -> ([i64; 2], DVec2) {
+        let (mut cell, mut within) = ([0; 2], [0.0; 2]);
+        for axis in 0..2 {
+            let (span, index) = self.spans[axis].locate(position[axis], self.side, self.shift);
+            let low = span.lower(index, self.side, self.shift);
+            cell[axis] = index;
+            within[axis] = (position[axis] - low) / (span.upper(index, self.side, self.shift) - low);
+        }
+        (cell, DVec2::from_array(within).clamp(DVec2::ZERO, DVec2::ONE))
+    }
+
+    /// South-west corner and extent of the cell of a step, units.
+    pub fn place(&self, step: &CellStep) -> (DVec2, DVec2) {
+        let borders = [0, 1].map(|axis| {
+            let span = Span { origin: step.origin[axis], ..self.spans[axis] };
+            let cell = step.cell[axis];
+            (span.lower(cell, self.side, self.shift), span.upper(cell, self.side, self.shift))
+        });
+        let [x, y] = borders;
+        (DVec2::new(x.0, y.0), DVec2::new(x.1 - x.0, y.1 - y.0))
+    }
 }
 
 impl CellWalk {
-    /// The cells `first..=last` (per axis) that `ray` crosses between the ranges `start` and `end`.
-    pub fn new(
-        ray: &GridRay,
-        lattice: Lattice,
-        first: [i64; 2],
-        last: [i64; 2],
-        start: f64,
-        end: f64,
-    ) -> Self {
+    /// The cells of `lattice` that `ray` crosses between the ranges `start` and `end`.
+    pub fn new(ray: &GridRay, lattice: Lattice, start: f64, end: f64) -> Self {
         let point = ray.at(start);
         let axis = |index: usize| {
-            let lattice_position = point[index] / lattice.side - lattice.shift;
-            let cell = (lattice_position.floor() as i64).clamp(first[index], last[index]);
-            Axis::new(cell, [first[index], last[index]], lattice, ray.eye[index], ray.range_per_unit[index])
+            let (span, cell) = lattice.spans[index].locate(point[index], lattice.side, lattice.shift);
+            let range_per_unit = ray.range_per_unit[index];
+            let forward = range_per_unit > 0.0;
+            let eye = ray.eye[index];
+            let lattice = (lattice.side, lattice.shift);
+            let mut axis = Axis { span, lattice, cell, forward, eye, range_per_unit, border: f64::INFINITY };
+            if range_per_unit.is_finite() {
+                axis.find_border();
+            }
+            axis
         };
         Self { axes: [axis(0), axis(1)], range: start, end, done: start > end }
     }
 }
 
 impl Axis {
-    fn new(cell: i64, [first, last]: [i64; 2], lattice: Lattice, eye: f64, range_per_unit: f64) -> Self {
-        let forward = range_per_unit > 0.0;
-        let border_units = ((cell + i64::from(forward)) as f64 + lattice.shift) * lattice.side;
-        let still = range_per_unit.is_infinite();
-        Self {
-            cell,
-            step: if forward { 1 } else { -1 },
-            last: if forward { last } else { first },
-            eye,
-            range_per_unit,
-            border_units,
-            side_units: lattice.side.copysign(range_per_unit),
-            border: if still { f64::INFINITY } else { (border_units - eye) * range_per_unit },
-        }
+    #[inline]
+    fn find_border(&mut self) {
+        let (side, shift) = self.lattice;
+        let border = if self.forward {
+            self.span.upper(self.cell, side, shift)
+        } else {
+            self.span.lower(self.cell, side, shift)
+        };
+        self.border = (border - self.eye) * self.range_per_unit;
     }
 
     /// Moves on by one cell; false at the end of the lattice.
     #[inline]
     fn advance(&mut self) -> bool {
-        if self.cell == self.last {
+        let Span { first, last, period, .. } = self.span;
+        let (step, end, begin) = if self.forward { (1, last, first) } else { (-1, first, last) };
+        if self.cell != end {
+            self.cell += step;
+        } else if self.span.repeats() {
+            self.cell = begin;
+            self.span.origin += period * step as f64;
+        } else {
             return false;
         }
-        self.cell += self.step;
-        self.border_units += self.side_units;
-        self.border = (self.border_units - self.eye) * self.range_per_unit;
+        self.find_border();
         true
     }
 }
@@ -111,17 +188,17 @@ impl Iterator for CellWalk {
             return None;
         }
         let [x, y] = &mut self.axes;
-        let cell = [x.cell, y.cell];
+        let (cell, origin) = ([x.cell, y.cell], [x.span.origin, y.span.origin]);
         let nearer = if x.border <= y.border { x } else { y };
         let border = nearer.border;
         let enter = self.range;
         if border >= self.end {
             self.done = true;
-            return Some(CellStep { cell, enter, leave: self.end });
+            return Some(CellStep { cell, origin, enter, leave: self.end });
         }
         let leave = if border > enter { border } else { enter };
         self.range = leave;
         self.done = !nearer.advance();
-        Some(CellStep { cell, enter, leave })
+        Some(CellStep { cell, origin, enter, leave })
     }
 }

@@ -1,5 +1,6 @@
-//! Sensors: from a surface sample to radiance.
+//! From surface samples to radiance; so far the visual sensor.
 
+pub mod radiance;
 mod visual;
 
 pub use visual::{Sun, VisualSensor};

@@ -50,12 +50,16 @@ impl VisualSensor {
     }
 
     /// Radiance towards the eye, linear Rec. 709, 1 = display white.
-    ///
-    /// Lambert's law for the sun, and a uniform sky that a slope sees less of (half of it on a wall).
     pub fn radiance(&self, sample: &SurfaceSample) -> Vec3 {
-        let direct = sample.normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
-        let sky = 0.5 + 0.5 * sample.normal.z;
-        sample.albedo * (SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct)
+        sample.albedo * self.light(sample.normal)
+    }
+
+    /// Light on a surface of unit `normal`, 1 on level ground: Lambert's law for the sun, and a uniform sky that
+    /// a slope sees less of (half of it on a wall).
+    pub fn light(&self, normal: Vec3) -> f32 {
+        let direct = normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
+        let sky = 0.5 + 0.5 * normal.z;
+        SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct
     }
 }
 

@@ -4,6 +4,7 @@
 mod scene;
 
 mod attitude;
+mod earth;
 mod horizon;
 mod light;
 mod screen;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use hedgehop::Error;
+use hedgehop::subimage::TaskSize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
 const MAX_SIDE: u32 = 16384;
@@ -67,8 +68,8 @@ pub fn positive(text: &str) -> Result<f64, String> {
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     number(text)
         .ok()
-        .filter(|angle| (0.01..=175.0).contains(angle))
-        .ok_or_else(|| "want degrees from 0.01 to 175 (the screen is plane)".into())
+        .filter(|angle| *angle > 0.0 && *angle <= 360.0)
+        .ok_or_else(|| "want degrees above 0 and up to 360; a planar screen sees up to 175".into())
 }
 
 fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], String> {
@@ -149,6 +150,35 @@ impl Workers {
 /// Cores that this process may use; 1 where the system does not say.
 pub fn available_cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
+/// Frames that are rendered at once.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct Overlap {
+    /// Frames in flight: the next begins while the last tasks of one run; each takes memory for a frame
+    /// [default: 2; always 1 with one worker]
+    #[arg(long, value_name = "N", value_parser = in_flight)]
+    pub in_flight: Option<usize>,
+}
+
+/// Beyond this, frames only take memory.
+const MAX_IN_FLIGHT: usize = 64;
+
+fn in_flight(text: &str) -> Result<usize, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|count| (1..=MAX_IN_FLIGHT).contains(count))
+        .ok_or_else(|| format!("want 1 to {MAX_IN_FLIGHT} frames"))
+}
+
+/// `LINES,ROWS`: scan lines of a march task, screen rows of an image task.
+pub fn task_size(text: &str) -> Result<TaskSize, String> {
+    let sides = text.split_once(',').map(|(lines, rows)| (lines.trim().parse(), rows.trim().parse()));
+    match sides {
+        Some((Ok(lines), Ok(rows))) if lines > 0 && rows > 0 => Ok(TaskSize { lines, rows }),
+        _ => Err("want LINES,ROWS, each at least 1, such as 16,8".into()),
+    }
 }
 
 /// What altitudes are measured from, where a path file leaves it open.

@@ -2,11 +2,15 @@
 
 use serde::Serialize;
 
+use crate::speedup::Prediction;
+
 /// What was measured for one number of workers; medians over the repeats.
 #[derive(Debug, Clone, Serialize)]
 pub struct Figures {
     /// Worker threads.
     pub workers: usize,
+    /// Frames that were rendered at once.
+    pub in_flight: usize,
     /// Frames per second of wall time, without encoding.
     pub frames_per_s: f64,
     /// Million pixels per second of wall time, without encoding.
@@ -21,7 +25,7 @@ pub struct Figures {
     pub image_ms: f64,
     /// PNG encoding to memory, milliseconds per frame, one thread.
     pub encode_ms: f64,
-    /// Every frame in its fastest pass.
+    /// Every frame in its fastest pass; empty where frames overlap (`in_flight` > 1).
     pub fastest_passes: Vec<FrameFigures>,
 }
 
@@ -63,4 +67,6 @@ pub struct Report {
     pub identical_frames: bool,
     /// One entry per number of workers, rising.
     pub results: Vec<Figures>,
+    /// What other numbers of workers would reach.
+    pub prediction: Prediction,
 }

@@ -11,8 +11,11 @@ mod output;
 mod plot;
 mod program;
 mod progress;
+mod screen;
 mod sequence;
+mod speedup;
 mod view;
+mod world;
 
 use std::process::ExitCode;
 

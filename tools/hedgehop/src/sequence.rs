@@ -1,10 +1,10 @@
-//! Many frames, one after the other; writing overlaps with rendering the next.
+//! Many frames: each overlaps with rendering the next, and with writing the one before.
 //!
 //! ```text
-//! for each camera:  frame = render on the farm ──bounded channel──▶ encoder threads: sink(frame)
+//! cameras ──▶ farm, k frames in flight ──in order, bounded channel──▶ encoder threads: sink(frame)
 //! ```
 //! The channel holds as many frames as there are encoders, so that memory stays bounded when the
-//! disk is slower than the farm.
+//! disk is slower than the farm: k + 2 · encoders frames at most.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -14,7 +14,7 @@ use hedgehop::frame::Frame;
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, render_frame};
 use hedgehop::space::Camera;
-use hedgehop::subimage::Farm;
+use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -36,6 +36,8 @@ pub struct Sequence<'a, S> {
     pub options: &'a RenderOptions,
     /// Who renders.
     pub farm: &'a Farm,
+    /// Frames that are rendered at once.
+    pub in_flight: usize,
     /// Threads that write; one if the order matters.
     pub encoders: usize,
 }
@@ -92,19 +94,18 @@ impl<S: PageSource> Sequence<'_, S> {
         failed: &AtomicBool,
         observer: &dyn Observer,
     ) -> Result<()> {
-        for &(number, ref camera) in cameras {
+        let batch = Batch { frames: cameras, in_flight: self.in_flight, observer };
+        let render = |farm: &Farm, camera: &Camera| {
+            render_frame(self.source, camera, self.options, farm).map(|rendered| rendered.frame)
+        };
+        self.farm.fly(&batch, render, |number, frame| {
+            // What the encoder that failed says replaces this.
+            let stopped = || Error::Interrupted("no frame can be written".into());
             if failed.load(Ordering::Relaxed) {
-                break;
+                return Err(stopped());
             }
-            if observer.cancelled() {
-                return Err(Error::Interrupted("frames written so far are whole".into()));
-            }
-            let frame = render_frame(self.source, camera, self.options, self.farm)?.frame;
-            if sender.send(Shot { number, frame }).is_err() {
-                break;
-            }
-        }
-        Ok(())
+            sender.send(Shot { number, frame }).map_err(|_| stopped())
+        })
     }
 }
 

@@ -8,15 +8,16 @@ use glam::DVec2;
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::progress::Observer;
-use hedgehop::raymarch::ground_height;
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::Sun;
-use hedgehop::space::{Camera, Pose};
+use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::area;
-use crate::args::{self, AltitudeMode, Size};
+use crate::args::{self, AltitudeMode};
+use crate::screen::{ScreenArgs, Setup};
+use crate::world::WorldArgs;
 
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
 const MOST_FRAMES: usize = 10_000_000;
@@ -54,13 +55,11 @@ pub struct FlightArgs {
     #[arg(long, value_name = "METRES", value_parser = args::number, allow_negative_numbers = true)]
     pub clearance: Option<f64>,
 
-    /// Horizontal field of view where the path gives none, degrees
-    #[arg(long, value_name = "DEGREES", default_value = "60", value_parser = args::field_of_view, allow_negative_numbers = true)]
-    pub hfov: f64,
+    #[command(flatten)]
+    pub screen: ScreenArgs,
 
-    /// Picture size, pixels
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = args::size)]
-    pub size: Size,
+    #[command(flatten)]
+    pub world: WorldArgs,
 }
 
 /// How pictures look.
@@ -111,11 +110,24 @@ impl LookArgs {
 
 impl FlightArgs {
     /// Binds the path, or the single eye, to a database.
-    fn bind<S: PageSource>(&self, source: &S, observer: &dyn Observer) -> Result<Trajectory> {
+    fn bind<S: PageSource>(&self, source: &S, setup: &Setup, observer: &dyn Observer) -> Result<Trajectory> {
         let track = self.track()?;
-        let trajectory = bind(&track, source, &self.bind_options())?;
+        if !setup.takes_hfov_from_path() && track.fixes.iter().any(|fix| fix.hfov.is_some()) {
+            observer.note("the path's fields of view are for planar screens; this one has its own");
+        }
+        let options = BindOptions { level: self.level, hfov: setup.hfov, clearance: self.clearance };
+        let trajectory = bind(&track, source, self.world, &options)?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
+    }
+
+    /// Attitude of a frame: a map looks straight down with grid north up, unless somebody says otherwise.
+    fn look(&self, setup: &Setup, pose: Pose) -> Pose {
+        if setup.is_map() && self.ypr.is_none() {
+            Pose { attitude: Attitude { yaw: 0.0, pitch: -90.0, roll: 0.0 }, ..pose }
+        } else {
+            pose
+        }
     }
 
     /// Numbers and cameras of the frames that `choose` takes out of the flight's count, after checks that
@@ -124,11 +136,12 @@ impl FlightArgs {
         &self,
         file: &Path,
         source: &S,
+        setup: &Setup,
         fps: FrameRate,
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
     ) -> Result<Vec<(u64, Camera)>> {
-        let trajectory = self.bind(source, observer)?;
+        let trajectory = self.bind(source, setup, observer)?;
         let count = trajectory.frame_count(fps.per_second());
         let frames = choose(count)?;
         frames.check_within(count)?;
@@ -143,14 +156,12 @@ impl FlightArgs {
                 trajectory.duration()
             )));
         }
-        check_inside(file, source, &poses)?;
-        note_underground(source, &poses, observer)?;
-        let Size { width, height } = self.size;
-        Ok(poses.into_iter().map(|(number, pose)| (number, Camera::new(pose, width, height))).collect())
-    }
-
-    fn bind_options(&self) -> BindOptions {
-        BindOptions { level: self.level, hfov: self.hfov, clearance: self.clearance }
+        if !self.world.tile_world {
+            check_inside(file, source, &poses)?;
+        }
+        self.world.note_seam(source.header(), observer);
+        note_underground(source, self.world, &poses, observer)?;
+        Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(self.look(setup, pose)))).collect())
     }
 
     fn track(&self) -> Result<Track> {
@@ -182,10 +193,15 @@ impl FlightArgs {
 }
 
 /// Binds a track to a database whose surface answers questions about the ground.
-fn bind<S: PageSource>(track: &Track, source: &S, options: &BindOptions) -> Result<Trajectory> {
+fn bind<S: PageSource>(
+    track: &Track,
+    source: &S,
+    world: WorldArgs,
+    options: &BindOptions,
+) -> Result<Trajectory> {
     let damaged = RefCell::new(None);
     let ground = |position: DVec2| {
-        ground_height(source, position).unwrap_or_else(|error| {
+        world.ground(source, position).unwrap_or_else(|error| {
             damaged.borrow_mut().get_or_insert(error);
             None
         })
@@ -220,9 +236,14 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     )))
 }
 
-fn note_underground<S: PageSource>(source: &S, poses: &[(u64, Pose)], observer: &dyn Observer) -> Result<()> {
+fn note_underground<S: PageSource>(
+    source: &S,
+    world: WorldArgs,
+    poses: &[(u64, Pose)],
+    observer: &dyn Observer,
+) -> Result<()> {
     for (number, pose) in poses {
-        let Some(ground) = ground_height(source, pose.eye.truncate())? else { continue };
+        let Some(ground) = world.ground(source, pose.eye.truncate())? else { continue };
         if pose.eye.z < ground {
             observer.note(&format!(
                 "the camera of frame {number} is {:.1} m below the ground; --clearance raises it, --alt-mode says what altitudes are measured from",

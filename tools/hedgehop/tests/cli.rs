@@ -180,6 +180,7 @@ fn wrong_flags_are_usage_errors() {
         &["render", "x.hop", "--path", "p.csv", "-o", "f.gif"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--size", "0x9"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "-j", "0"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--curvature", "2"],
         &["bench", "x.hop", "--path", "p.csv", "--workers", "two"],
     ] {
         let output = run(args);
@@ -327,6 +328,34 @@ fn a_camera_outside_the_area_is_told_the_extents() {
     assert_code(&output, 2);
     assert!(stderr(&output).contains("x 0.0 to 1600.0"), "{}", stderr(&output));
     assert!(!site.path("view.png").exists());
+}
+
+#[test]
+fn an_endless_area_has_no_outside_and_frames_say_so() {
+    let site = Site::built();
+    let view =
+        ["render", "area.hop", "--size", "64x36", "--alt-mode", "agl", "--ypr", "0,-5,0", "--tile-world"];
+    // 3 copies to the west and 2 to the north: the same picture.
+    for (eye, name) in [("300,500,60", "here/####.png"), ("-4500,3700,60", "there/####.png")] {
+        let output = site.run(&[&view[..], &["--eye", eye, "-o", name]].concat());
+        assert_code(&output, 0);
+        assert!(stderr(&output).contains("160 x 160 voxels are no multiple of 64"), "{}", stderr(&output));
+    }
+    let picture = |folder: &str| {
+        let (_, bytes) = frames_in(&site.path(folder)).remove(0);
+        bytes[bytes.windows(4).position(|chunk| chunk == b"IDAT").expect("pixels")..].to_vec()
+    };
+    assert!(picture("here") == picture("there"));
+    let manifest = |folder: &str| {
+        let text = fs::read(site.path(folder).join("manifest.json")).expect("a manifest");
+        serde_json::from_slice::<serde_json::Value>(&text).expect("JSON")["settings"].clone()
+    };
+    let settings = manifest("here");
+    assert_eq!(settings["tile_world"], true);
+    assert!(settings["effective_earth_radius_m"].is_null(), "local metres are flat: {settings}");
+    assert_code(&site.render(&["--frames", "1", "--curvature", "on", "-o", "bent/####.png"]), 0);
+    let radius = manifest("bent")["effective_earth_radius_m"].as_f64().expect("a radius");
+    assert!((radius - 7_432_844.0).abs() < 1.0, "{radius}");
 }
 
 #[test]

@@ -2,15 +2,18 @@
 //!
 //! ```text
 //! warm up: every frame once (pages into memory); remember the hash of each
-//! repeat R times: for each worker count: every frame, timed; compare hashes
-//! report medians over the repeats
+//! for each worker count: every frame, untimed; compare hashes
+//! repeat R times: for each worker count: every frame, timed and traced
+//! report medians over the repeats; replay the tasks of one worker for other numbers of them
 //! ```
-//! Worker counts are interleaved, so that a machine that slows down slows all of them.
+//! Worker counts are interleaved, so that a machine that slows down slows all of them. Frames overlap
+//! as they do in `render`, so nothing but rendering may happen in a timed pass.
 
 mod frames;
 mod ranges;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use hedgehop::frame::atomic::write_bytes;
@@ -19,20 +22,21 @@ use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, StageTimes, render_frame};
 use hedgehop::space::Camera;
-use hedgehop::subimage::Farm;
+use hedgehop::subimage::{Batch, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
-use crate::args::{self, check_no_input};
+use crate::args::{self, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{Figures, Report};
 use crate::interrupt::Interrupt;
 use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
+use crate::speedup::Prediction;
 use crate::view::{FlightArgs, LookArgs};
 
-use frames::{Clocks, FrameTimes};
+use frames::{FrameTimes, Timed};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -74,9 +78,20 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
 
+    /// Write when each worker did which task, for Perfetto or chrome://tracing
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
+
+    /// Scan lines of a march task and screen rows of an image task [default: chosen by measurement]
+    #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
+    task_size: Option<TaskSize>,
+
     /// Write the ranges of every frame N, metres along the ray, to FOLDER/range_N.f32 (raw float32, infinity = sky)
     #[arg(long, value_name = "FOLDER")]
     dump_ranges: Option<PathBuf>,
+
+    #[command(flatten)]
+    overlap: Overlap,
 
     #[command(flatten)]
     flight: FlightArgs,
@@ -89,13 +104,30 @@ pub struct Args {
     progress: Mode,
 }
 
-/// One pass over all frames.
+/// One timed pass over all frames.
 struct Pass {
     wall: Duration,
-    encode: Duration,
     stages: StageTimes,
-    hashes: Vec<blake3::Hash>,
+    /// Empty where frames overlap: none is measured alone then.
     frames: Vec<FrameTimes>,
+    trace: Arc<Trace>,
+}
+
+/// A number of workers, and what it was measured to do.
+struct Crew {
+    farm: Farm,
+    in_flight: usize,
+    /// Whether it was asked for; one worker is measured in any case, to predict others from.
+    is_listed: bool,
+    passes: Vec<Pass>,
+}
+
+/// What is rendered.
+struct Job<'a> {
+    source: &'a PageFile,
+    cameras: &'a [(u64, Camera)],
+    options: RenderOptions,
+    reporter: &'a Reporter,
 }
 
 /// Runs the command.
@@ -103,13 +135,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let inputs: Vec<&Path> =
         std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path).collect();
-    for (flag, file) in [("--svg", &args.svg), ("--json", &args.json)] {
+    for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
         file.iter().try_for_each(|file| check_no_input(flag, file, &inputs))?;
     }
     let source = PageFile::open(&args.area)?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
-    let cameras = args.flight.cameras(&args.area, &source, args.fps, choose, &reporter)?;
-    let report = measure(args, &source, &cameras, &reporter)?;
+    let setup = args.flight.screen.setup()?;
+    let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
+    let report = measure(args, &source, setup.size, &cameras, &reporter)?;
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
@@ -146,34 +179,42 @@ fn default_workers() -> Vec<usize> {
     counts
 }
 
-fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: &Reporter) -> Result<Report> {
-    let mut counts = if args.workers.is_empty() { default_workers() } else { args.workers.clone() };
-    counts.sort_unstable();
-    counts.dedup();
-    let farms = counts.iter().map(|&count| Farm::new(count)).collect::<Result<Vec<_>>>()?;
-    let options = args.look.options();
-    let fastest =
-        farms.last().ok_or_else(|| Error::Configuration("--workers: give at least one number".into()))?;
-
-    let passes = 1 + u64::from(args.repeats) * counts.len() as u64;
+fn measure(
+    args: &Args,
+    source: &PageFile,
+    size: Size,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) -> Result<Report> {
+    let mut crews = crews(args)?;
+    let job = Job {
+        source,
+        cameras,
+        options: args.flight.world.apply(source.header(), args.look.options()),
+        reporter,
+    };
+    let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
-    let reference = pass(source, cameras, &options, fastest, reporter, args.dump_ranges.as_deref())?.hashes;
-    let mut timed: Vec<Vec<Pass>> = counts.iter().map(|_| Vec::new()).collect();
+    let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;
     for _ in 0..args.repeats {
-        for (farm, passes) in farms.iter().zip(&mut timed) {
-            passes.push(pass(source, cameras, &options, farm, reporter, None)?);
+        for crew in &mut crews {
+            crew.passes.push(job.time(crew)?);
         }
     }
     reporter.end();
+    if let Some(file) = &args.trace {
+        write_bytes(file, format!("{}\n", last_passes(&crews)).as_bytes())?;
+    }
 
-    let identical_frames = timed.iter().flatten().all(|pass| pass.hashes == reference);
-    let size = args.flight.size;
     let pixels = f64::from(size.width) * f64::from(size.height);
-    let mut results: Vec<Figures> = counts
-        .iter()
-        .zip(&timed)
-        .map(|(&workers, passes)| figures(workers, passes, cameras.len() as f64, pixels))
-        .collect();
+    let all: Vec<Figures> =
+        crews.iter().map(|crew| figures(crew, encode_ms, cameras.len() as f64, pixels)).collect();
+    let one = crews[0].passes.iter().map(|pass| FrameWork::from_trace(&pass.trace));
+    let measured: Vec<_> = all.iter().map(|figures| (figures.workers, figures.frames_per_s)).collect();
+    let in_flight = crews.iter().map(|crew| crew.in_flight).max().unwrap_or(1);
+    let prediction = Prediction::new(&FrameWork::least(one), in_flight, &measured);
+    let listed = all.into_iter().zip(&crews).filter(|(_, crew)| crew.is_listed);
+    let mut results: Vec<Figures> = listed.map(|(figures, _)| figures).collect();
     set_efficiency(&mut results);
     Ok(Report {
         hedgehop: env!("CARGO_PKG_VERSION"),
@@ -185,44 +226,97 @@ fn measure(args: &Args, source: &PageFile, cameras: &[(u64, Camera)], reporter: 
         repeats: args.repeats,
         identical_frames,
         results,
+        prediction,
     })
 }
 
-fn pass(
-    source: &PageFile,
-    cameras: &[(u64, Camera)],
-    options: &RenderOptions,
-    farm: &Farm,
-    reporter: &Reporter,
-    dump_ranges: Option<&Path>,
-) -> Result<Pass> {
-    let mut pass = Pass {
-        wall: Duration::ZERO,
-        encode: Duration::ZERO,
-        stages: StageTimes::default(),
-        hashes: Vec::with_capacity(cameras.len()),
-        frames: Vec::with_capacity(cameras.len()),
+/// The numbers of workers that were asked for, rising, and always one.
+fn crews(args: &Args) -> Result<Vec<Crew>> {
+    let asked = if args.workers.is_empty() { default_workers() } else { args.workers.clone() };
+    let mut counts = asked.clone();
+    counts.push(1);
+    counts.sort_unstable();
+    counts.dedup();
+    let crew = |workers| {
+        let farm = Farm::new(workers)?.with_task_size(args.task_size.unwrap_or_default());
+        let in_flight = farm.in_flight(args.overlap.in_flight);
+        Ok(Crew { farm, in_flight, is_listed: asked.contains(&workers), passes: Vec::new() })
     };
-    for (number, camera) in cameras {
-        if reporter.cancelled() {
-            return Err(Error::Interrupted("nothing was measured".into()));
-        }
-        let clocks = Clocks::start();
-        let rendered = render_frame(source, camera, options, farm)?;
-        let (wall, cpu) = clocks.elapsed();
-        pass.frames.push(FrameTimes { number: *number, wall, cpu, stages: rendered.times });
-        pass.wall += wall;
-        pass.stages.march += rendered.times.march;
-        pass.stages.shade += rendered.times.shade;
-        pass.stages.image += rendered.times.image;
-        pass.encode += encode(&rendered.frame, *number)?;
-        pass.hashes.push(hash(&rendered.frame));
-        if let Some(folder) = dump_ranges {
-            ranges::dump(folder, *number, &rendered.frame)?;
-        }
-        reporter.advance(1);
+    counts.into_iter().map(crew).collect()
+}
+
+/// The last pass of every number of workers.
+fn last_passes(crews: &[Crew]) -> serde_json::Value {
+    let name = |crew: &Crew| format!("{} workers, {} frames in flight", crew.farm.workers(), crew.in_flight);
+    let runs: Vec<_> = crews
+        .iter()
+        .filter_map(|crew| Some((name(crew), crew.passes.last()?)))
+        .map(|(name, pass)| (name, &*pass.trace))
+        .collect();
+    chrome_trace(&runs)
+}
+
+impl Job<'_> {
+    /// Renders every frame and shows it to `look` in order.
+    fn fly(
+        &self,
+        farm: &Farm,
+        in_flight: usize,
+        mut look: impl FnMut(u64, Timed) -> Result<()>,
+    ) -> Result<()> {
+        let batch = Batch { frames: self.cameras, in_flight, observer: self.reporter };
+        let render = |farm: &Farm, camera: &Camera| {
+            Timed::render(|| render_frame(self.source, camera, &self.options, farm))
+        };
+        let flown = farm.fly(&batch, render, |number, timed| {
+            self.reporter.advance(1);
+            look(number, timed)
+        });
+        flown.map_err(|error| match error {
+            Error::Interrupted(_) => Error::Interrupted("nothing was measured".into()),
+            other => other,
+        })
     }
-    Ok(pass)
+
+    /// Whether all numbers of workers make the same frames, and how long one takes to encode, milliseconds.
+    /// The first frames' ranges go into `dump_ranges`.
+    fn compare(&self, crews: &[Crew], dump_ranges: Option<&Path>) -> Result<(bool, f64)> {
+        let Some(most) = crews.last() else { return Ok((true, 0.0)) };
+        let mut encoding = Duration::ZERO;
+        let mut reference = Vec::with_capacity(self.cameras.len());
+        // One frame after the other, so that rendering does not slow the encoder.
+        self.fly(&most.farm, 1, |number, Timed { rendered, .. }| {
+            encoding += encode(&rendered.frame, number)?;
+            reference.push(hash(&rendered.frame));
+            dump_ranges.map_or(Ok(()), |folder| ranges::dump(folder, number, &rendered.frame))
+        })?;
+        let mut is_identical = true;
+        for crew in crews {
+            let mut expected = reference.iter();
+            self.fly(&crew.farm, crew.in_flight, |_, Timed { rendered, .. }| {
+                is_identical &= expected.next() == Some(&hash(&rendered.frame));
+                Ok(())
+            })?;
+        }
+        Ok((is_identical, encoding.as_secs_f64() * 1000.0 / self.cameras.len() as f64))
+    }
+
+    fn time(&self, crew: &Crew) -> Result<Pass> {
+        let trace = Arc::new(Trace::new(crew.farm.workers()));
+        let mut stages = StageTimes::default();
+        let mut frames = Vec::new();
+        let begun = Instant::now();
+        self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |number, timed| {
+            stages.march += timed.rendered.times.march;
+            stages.shade += timed.rendered.times.shade;
+            stages.image += timed.rendered.times.image;
+            if crew.in_flight == 1 {
+                frames.push(timed.times(number));
+            }
+            Ok(())
+        })?;
+        Ok(Pass { wall: begun.elapsed(), stages, frames, trace })
+    }
 }
 
 /// Time to make a PNG in memory.
@@ -263,21 +357,23 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-fn figures(workers: usize, passes: &[Pass], frames: f64, pixels: f64) -> Figures {
+fn figures(crew: &Crew, encode_ms: f64, frames: f64, pixels: f64) -> Figures {
+    let passes = &crew.passes;
     let seconds = median(passes.iter().map(|pass| pass.wall.as_secs_f64()));
     let per_frame = |time: fn(&Pass) -> Duration| {
         median(passes.iter().map(|pass| time(pass).as_secs_f64())) * 1000.0 / frames
     };
     let frames_per_s = frames / seconds;
     Figures {
-        workers,
+        workers: crew.farm.workers(),
+        in_flight: crew.in_flight,
         frames_per_s,
         mpixel_per_s: frames_per_s * pixels / 1e6,
         efficiency: 1.0,
         march_ms: per_frame(|pass| pass.stages.march),
         shade_ms: per_frame(|pass| pass.stages.shade),
         image_ms: per_frame(|pass| pass.stages.image),
-        encode_ms: per_frame(|pass| pass.encode),
+        encode_ms,
         fastest_passes: frames::fastest(passes.iter().map(|pass| pass.frames.as_slice())),
     }
 }
@@ -318,10 +414,11 @@ fn table(report: &Report) -> String {
         "\nefficiency: speed per worker against {base}; march, shade and image: time per frame, summed over workers;\n\
          encode: PNG to memory on one thread, not part of frames/s\n"
     );
+    text += &report.prediction.table();
     text += if report.identical_frames {
-        "all numbers of workers gave identical frames\n"
+        "\nall numbers of workers gave identical frames\n"
     } else {
-        "FRAMES DIFFER between numbers of workers\n"
+        "\nFRAMES DIFFER between numbers of workers\n"
     };
     text
 }

@@ -10,14 +10,16 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, build};
 use hedgehop::{Error, Result};
 
-use crate::args::{self, Size, Workers};
+use crate::args::{self, Overlap, Size, Workers};
 use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
+use crate::screen::ScreenArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
+use crate::world::WorldArgs;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -86,7 +88,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 
     let flight = flight(folder, &area)?;
     let done = render::fly(&flight, &PageFile::open(&area)?, &reporter)?;
-    exit::print(&format!("3. {}", done.sentence(&flight)))?;
+    exit::print(&format!("3. {}", done.sentence()))?;
     let sheet = sheet(folder, &done.files)?;
     exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
     if let Some(film) = &flight.video {
@@ -117,6 +119,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         // Without ffmpeg there is no film, which the demo says at its end.
         video: check_video(&film).is_ok().then_some(film),
         workers: Workers { jobs: None },
+        overlap: Overlap::default(),
         flight: FlightArgs {
             path: Some(folder.join(PATH.0)),
             eye: None,
@@ -125,8 +128,8 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             alt_mode: None,
             level: false,
             clearance: None,
-            hfov: HFOV,
-            size: SIZE,
+            screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
+            world: WorldArgs::default(),
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
         progress: Mode::Auto,

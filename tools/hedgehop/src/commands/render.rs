@@ -17,11 +17,12 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
-use crate::args::{Workers, check_no_input};
+use crate::args::{Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
+use crate::screen::Setup;
 use crate::sequence::Sequence;
 use crate::view::{FlightArgs, LookArgs};
 
@@ -30,6 +31,8 @@ Examples:
   hedgehop render area.hop --path track.gpx -o frames/####.png --video film.mp4
   hedgehop render area.hop --path track.csv --frames 100-200 --skip-existing -o frames/%04d.exr
   hedgehop render area.hop --eye 500120,4180300,850 --ypr 90,-10,0 -o view.png
+  hedgehop render area.hop --eye 500120,4180300,3000 --screen orthographic --ground-width 2000 -o map.png
+  hedgehop render area.hop --path track.csv --screen fisheye --channel 0,90,0 -o dome/####.png
   hedgehop render area.hop --path track.kml -o - | ffplay -";
 
 /// Workers per encoder thread: a picture takes several times as long to render as to encode.
@@ -70,6 +73,9 @@ pub struct Args {
     pub workers: Workers,
 
     #[command(flatten)]
+    pub overlap: Overlap,
+
+    #[command(flatten)]
     pub flight: FlightArgs,
 
     #[command(flatten)]
@@ -85,6 +91,7 @@ pub struct Args {
 pub struct Done {
     /// Files of the frames asked for, rising; the one file of a stream.
     pub files: Vec<PathBuf>,
+    size: Size,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -96,17 +103,17 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let source = PageFile::open(&args.area)?;
     let done = fly(args, &source, &reporter)?;
     if args.output.is_standard_output() {
-        reporter.note(done.sentence(args).trim_end());
+        reporter.note(done.sentence().trim_end());
     } else {
-        exit::print(&done.sentence(args))?;
+        exit::print(&done.sentence())?;
     }
     Ok(())
 }
 
 impl Done {
     /// What was done, for people.
-    pub fn sentence(&self, args: &Args) -> String {
-        let size = args.flight.size;
+    pub fn sentence(&self) -> String {
+        let size = self.size;
         let megapixels = self.rendered as f64 * f64::from(size.width) * f64::from(size.height) / 1e6;
         // A flight that took no measurable time has no rate to speak of.
         let seconds = self.seconds.max(1e-3);
@@ -134,22 +141,24 @@ impl Done {
 pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> {
     let begun = Instant::now();
     check_combination(args)?;
+    let setup = args.flight.screen.setup()?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let cameras = args.flight.cameras(&args.area, source, args.fps, choose, reporter)?;
+    let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
     let farm = Farm::new(args.workers.count())?;
-    let options = args.look.options();
+    let options = args.flight.world.apply(source.header(), args.look.options());
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
-    let sequence = Sequence { source, options: &options, farm: &farm, encoders };
+    let in_flight = farm.in_flight(args.overlap.in_flight);
+    let sequence = Sequence { source, options: &options, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
-        (vec![args.output.path(1)], fly_stream(args, &stream, &cameras, reporter)?)
+        (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
     } else {
         let origin = Origin {
             area: &args.area,
             header: source.header(),
             path: args.flight.path.as_deref(),
             fps: args.fps,
-            settings: settings(args, &options),
+            settings: settings(args, &setup, &options),
         };
         let files = Files::new(origin, &args.output);
         let rendered = fly_files(args, &sequence, &files, &cameras, reporter)?;
@@ -158,7 +167,13 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     if let Some(film) = &args.video {
         encode_video(files.iter().cloned(), args.fps, film, reporter)?;
     }
-    Ok(Done { files, rendered, kept: cameras.len() - rendered, seconds: begun.elapsed().as_secs_f64() })
+    Ok(Done {
+        files,
+        size: setup.size,
+        rendered,
+        kept: cameras.len() - rendered,
+        seconds: begun.elapsed().as_secs_f64(),
+    })
 }
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
@@ -185,13 +200,13 @@ fn check_combination(args: &Args) -> Result<()> {
 }
 
 /// Everything that decides the pictures besides database and path.
-fn settings(args: &Args, options: &RenderOptions) -> Value {
+fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
     let (flight, look) = (&args.flight, &args.look);
     json!({
         "renderer": WRITER,
         "fps": args.fps.to_string(),
-        "size_px": [flight.size.width, flight.size.height],
-        "hfov_deg": flight.hfov,
+        "size_px": [setup.size.width, setup.size.height],
+        "screen": setup.record(),
         "level": flight.level,
         "clearance_m": flight.clearance,
         "alt_mode": flight.alt_mode.map(|mode| format!("{mode:?}").to_lowercase()),
@@ -199,6 +214,8 @@ fn settings(args: &Args, options: &RenderOptions) -> Value {
         "visibility_m": options.visibility,
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
         "detail": options.detail,
+        "effective_earth_radius_m": options.curvature.radius(),
+        "tile_world": options.tile_world,
     })
 }
 
@@ -212,9 +229,9 @@ fn fly_files(
 ) -> Result<usize> {
     let is_kept =
         |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
-    let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().copied().partition(is_kept);
+    let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
     let flown = sequence.fly(&wanted, &|shot| files.write(&shot), reporter);
-    whole.extend(wanted.iter().filter(|(number, _)| flown.finished.contains(number)));
+    whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
     let listed = files.list(&whole);
     // What ended the flight explains more than what then happened to the list.
@@ -225,11 +242,11 @@ fn fly_files(
 
 fn fly_stream(
     args: &Args,
+    size: Size,
     sequence: &Sequence<'_, PageFile>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
 ) -> Result<usize> {
-    let size = args.flight.size;
     if args.output.is_standard_output() {
         let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
         let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);

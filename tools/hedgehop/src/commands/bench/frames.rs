@@ -6,7 +6,8 @@
 
 use std::time::{Duration, Instant};
 
-use hedgehop::render::StageTimes;
+use hedgehop::Result;
+use hedgehop::render::{Rendered, StageTimes};
 
 use crate::figures::FrameFigures;
 
@@ -23,25 +24,29 @@ pub(super) struct FrameTimes {
     pub stages: StageTimes,
 }
 
-/// Both clocks at the start of a frame.
-pub(super) struct Clocks {
-    wall: Instant,
+/// A frame with its clocks.
+pub(super) struct Timed {
+    /// What was rendered.
+    pub rendered: Rendered,
+    wall: Duration,
     cpu: Option<Duration>,
 }
 
-impl Clocks {
-    /// Starts both.
-    pub(super) fn start() -> Self {
-        // The CPU clock is read first and last: what reading it costs is never hidden.
-        let cpu = process_cpu_time();
-        Self { wall: Instant::now(), cpu }
+impl Timed {
+    /// Renders a frame between two looks at both clocks. While frames overlap, they also tell of others.
+    pub(super) fn render(render: impl FnOnce() -> Result<Rendered>) -> Result<Self> {
+        // The CPU clock is read first and last, so that what reading it costs is counted, not hidden.
+        let cpu_begun = process_cpu_time();
+        let begun = Instant::now();
+        let rendered = render()?;
+        let wall = begun.elapsed();
+        let cpu = cpu_begun.zip(process_cpu_time()).map(|(begun, end)| end.saturating_sub(begun));
+        Ok(Self { rendered, wall, cpu })
     }
 
-    /// Wall and CPU time since the start.
-    pub(super) fn elapsed(&self) -> (Duration, Option<Duration>) {
-        let wall = self.wall.elapsed();
-        let cpu = self.cpu.zip(process_cpu_time()).map(|(begin, end)| end.saturating_sub(begin));
-        (wall, cpu)
+    /// Its times as those of frame `number`.
+    pub(super) fn times(&self, number: u64) -> FrameTimes {
+        FrameTimes { number, wall: self.wall, cpu: self.cpu, stages: self.rendered.times }
     }
 }
 
@@ -106,18 +111,13 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn cpu_time_is_spent_by_work_and_not_by_sleep() {
-        let clocks = Clocks::start();
-        std::thread::sleep(Duration::from_millis(300));
-        let (wall, slept) = clocks.elapsed();
-        assert!(wall >= Duration::from_millis(300));
-        let busy = Instant::now();
+    fn cpu_time_grows_with_work() {
+        let before = process_cpu_time().unwrap();
+        let begun = Instant::now();
         let mut sum = 0_u64;
-        while busy.elapsed() < Duration::from_millis(20) {
+        while begun.elapsed() < Duration::from_millis(20) {
             sum = std::hint::black_box(sum.wrapping_add(1));
         }
-        let (_, worked) = clocks.elapsed();
-        // Other tests of this process may run meanwhile, so that only growth is certain.
-        assert!(worked.unwrap() > slept.unwrap());
+        assert!(process_cpu_time().unwrap() > before);
     }
 }

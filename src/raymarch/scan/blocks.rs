@@ -1,0 +1,102 @@
+//! Blocks of lines along the major axis, in the order of the march.
+
+use super::strides::Stride;
+use crate::voxel::Grid;
+
+/// A block of lines: `first`, and every `step`-th from there, `count` of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    /// Level and stride of the lines.
+    pub stride: Stride,
+    /// Index of the block along the major axis, in blocks of `side` units.
+    pub index: i64,
+    /// Length, units: that of the voxels whose bounds skip it.
+    pub side: i64,
+    /// Nearest line.
+    pub first: i64,
+    /// From one line to the next, negative where the march runs down the axis.
+    pub step: i64,
+    /// Lines, ≥ 0.
+    pub count: i64,
+}
+
+/// The way of a march along its major axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
+    /// The eye, units.
+    pub eye: f64,
+    /// +1 or −1.
+    pub forward: f64,
+    /// Units of the area along the axis.
+    pub size: i64,
+    /// Unit at which the next block begins.
+    frontier: i64,
+}
+
+impl Way {
+    /// From major distance `start`, units.
+    pub fn new(eye: f64, forward: f64, size: u32, start: f64) -> Self {
+        let size = i64::from(size);
+        let at = eye + forward * start;
+        let unit = if forward > 0.0 { at.floor() } else { at.ceil() };
+        Self { eye, forward, size, frontier: (unit as i64).clamp(0, size) }
+    }
+
+    /// Major distance of a line, units.
+    #[inline(always)]
+    pub fn distance(&self, level: u8, line: i64) -> f64 {
+        let side = f64::from(Grid::side_units(level));
+        ((line as f64 + 0.5) * side - self.eye) * self.forward
+    }
+
+    /// Major distance at which a block ends, units.
+    #[inline(always)]
+    pub fn end(&self, block: &Block) -> f64 {
+        let edge = if self.forward > 0.0 { block.index + 1 } else { block.index };
+        ((edge * block.side) as f64 - self.eye) * self.forward
+    }
+
+    /// The same way from the beginning of a block on.
+    pub fn back_to(&self, block: &Block) -> Self {
+        let near = if self.forward > 0.0 { block.index } else { block.index + 1 };
+        Self { frontier: (near * block.side).min(self.size), ..*self }
+    }
+
+    /// Whether a block lies behind.
+    pub fn is_past(&self, block: &Block) -> bool {
+        if self.forward > 0.0 {
+            self.frontier >= (block.index + 1) * block.side
+        } else {
+            self.frontier <= block.index * block.side
+        }
+    }
+
+    /// The next block, of lines beyond major distance `reached`; `None`: the area ends.
+    #[inline(always)]
+    pub fn next(&mut self, stride: Stride, reached: f64) -> Option<Block> {
+        let ahead = self.forward > 0.0;
+        if if ahead { self.frontier >= self.size } else { self.frontier <= 0 } {
+            return None;
+        }
+        let level_side = i64::from(Grid::side_units(stride.level));
+        let every = i64::from(stride.lines);
+        let side = level_side * stride.block_lines();
+        let index = if ahead { self.frontier.div_euclid(side) } else { (self.frontier - 1).div_euclid(side) };
+        self.frontier = if ahead { (index + 1) * side } else { index * side };
+        let lines = (self.size + level_side - 1) / level_side;
+        let (low, high) = (index * side / level_side, ((index + 1) * side / level_side).min(lines) - 1);
+        // Lines keep their place whatever the eye does, so that nothing swims: the middle of each stride.
+        let phase = every / 2;
+        let at = (self.eye + self.forward * reached) / level_side as f64 - 0.5;
+        let (first, last, step) = if ahead {
+            let low = low.max(at.floor() as i64 + 1);
+            (low + (phase - low).rem_euclid(every), high, every)
+        } else {
+            let high = high.min(at.ceil() as i64 - 1);
+            (high - (high - phase).rem_euclid(every), low, -every)
+        };
+        let count = ((last - first) / step + 1).max(0);
+        let count = if (last - first) * step < 0 { 0 } else { count };
+        Some(Block { stride, index, side, first, step, count })
+    }
+}

@@ -1,0 +1,90 @@
+//! Sixteen planes over the ground: heights where they are.
+
+use super::lines::Lines;
+use super::segment::Segment;
+use crate::simd::{Floats, Simd};
+use crate::voxel::{Grid, HeightCode};
+
+/// Height above the eye of what is no surface, metres.
+pub const NOTHING: f32 = -1.0e30;
+
+/// Codes below this are no surface's.
+const NO_CODE: f32 = HeightCode::EMPTY as f32 + 0.5;
+
+/// Steps of false position near the eye. A bilinear surface bends gently within a cell and has a kink
+/// between cells: these are enough for 10⁻⁵ of the range.
+const REFINEMENTS: usize = 4;
+
+/// How the planes lie, and how heights are coded.
+#[derive(Clone, Copy)]
+pub struct Ground<V: Simd> {
+    pub simd: V,
+    /// The eye across the planes, units.
+    pub across: f64,
+    /// Sense along the major axis, +1 or −1.
+    pub forward: i64,
+    /// Metres of depth, units across and (per square) metres of curvature per unit of major distance.
+    pub depth: V::F,
+    pub minor: V::F,
+    pub drop: V::F,
+    /// Metres per step of a height code, and height of code 0 above the eye, metres.
+    pub scale: V::F,
+    pub offset: V::F,
+}
+
+impl<V: Simd> Ground<V> {
+    /// Codes of a line where the planes are at a major distance.
+    #[inline(always)]
+    pub fn codes(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F) -> V::F {
+        let side = f64::from(Grid::side_units(level));
+        let eye = self.across / side - 0.5 - lines.first[1] as f64;
+        let minor = self.minor * self.simd.splat((1.0 / side) as f32);
+        let post = minor.mul_add(distance, self.simd.splat(eye as f32));
+        lines.codes(self.simd, (line - lines.first[0]) as i32, post)
+    }
+
+    /// Height above the eye at a major distance, metres, of a code there.
+    #[inline(always)]
+    pub fn height(&self, codes: V::F, distance: V::F) -> V::F {
+        let z = self.drop.neg_mul_add(distance * distance, codes.mul_add(self.scale, self.offset));
+        self.simd.splat(NOTHING).select(codes.lt(self.simd.splat(NO_CODE)), z)
+    }
+
+    /// Height above the eye of the bilinear surface at a major distance, `share` of the way from the line
+    /// before `line` to it, metres.
+    #[inline(always)]
+    pub fn surface(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F, share: V::F) -> V::F {
+        let near = self.codes(lines, level, line - self.forward, distance);
+        let far = self.codes(lines, level, line, distance);
+        let nothing = near.min(far).lt(self.simd.splat(NO_CODE));
+        let codes = (far - near).mul_add(share, near);
+        self.height(self.simd.splat(0.0).select(nothing, codes), distance)
+    }
+
+    /// Inverse depth where a ray meets `surface` (height above the eye at a major distance) within a segment;
+    /// `heights` above the ray at its ends, ≤ 0 and > 0.
+    #[inline(always)]
+    pub fn refine(
+        &self,
+        segment: &Segment<V>,
+        inverse: V::F,
+        tangent: V::F,
+        heights: [V::F; 2],
+        surface: impl Fn(V::F) -> V::F,
+    ) -> V::F {
+        let zero = self.simd.splat(0.0);
+        let per_depth = self.depth.recip();
+        let [mut below, mut above] = heights;
+        let (mut near, mut far) = (segment.last.depth * per_depth, segment.post.depth * per_depth);
+        let mut at = inverse.recip() * per_depth;
+        for _ in 0..REFINEMENTS {
+            let height = surface(at) - tangent * self.depth * at;
+            let under = zero.lt(height);
+            (far, above) = (at.select(under, far), height.select(under, above));
+            (near, below) = (near.select(under, at), below.select(under, height));
+            at = near + (far - near) * (below / (below - above));
+        }
+        let refined = (at * self.depth).recip();
+        inverse.select(zero.le(below - above) | !zero.lt(at), refined)
+    }
+}

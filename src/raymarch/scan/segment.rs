@@ -1,0 +1,107 @@
+//! The surface between two lines, and the rows that it fills.
+
+use super::Rows;
+use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+
+/// Least height above a ray of what is on it, metres: keeps quotients finite.
+const TOUCH: f32 = 1.0e-30;
+
+/// Inverse depth of what touches the eye, 1/metres.
+const AT_EYE: f32 = 1.0e30;
+
+/// Where each plane's surface is at a line.
+#[derive(Clone, Copy)]
+pub struct Post<V: Simd> {
+    /// Height above the eye, metres.
+    pub z: V::F,
+    /// Depth, metres.
+    pub depth: V::F,
+}
+
+/// The surface between two lines, in the planes that are `inside` the area.
+#[derive(Clone, Copy)]
+pub struct Segment<V: Simd> {
+    /// At the nearer line.
+    pub last: Post<V>,
+    /// At the farther one.
+    pub post: Post<V>,
+    /// Planes that count.
+    pub inside: V::M,
+}
+
+/// The rows that are still open.
+pub struct Open<'r, V: Simd> {
+    simd: V,
+    rows: Rows<'r>,
+    depth: V::F,
+    /// First open row of each plane.
+    next: V::I,
+    /// Tangent of its elevation angle.
+    pub tangent: V::F,
+    /// Height of its ray per unit of major distance, metres.
+    slope: V::F,
+}
+
+impl<'r, V: Simd> Open<'r, V> {
+    /// All rows are open. `depth`: metres per unit of major distance.
+    #[inline(always)]
+    pub fn new(simd: V, rows: Rows<'r>, depth: V::F) -> Self {
+        let tangent = simd.splat(rows.tangents[0]);
+        Self { simd, rows, depth, next: simd.splat_int(0), tangent, slope: tangent * depth }
+    }
+
+    /// Planes whose next ray is above the height `z` (metres above the eye) at a major distance.
+    #[inline(always)]
+    pub fn clears(&self, distance: V::F, z: V::F) -> V::M {
+        self.slope.neg_mul_add(distance, z).lt(self.simd.splat(0.0))
+    }
+
+    /// The first row that a segment fills in any plane.
+    #[inline(always)]
+    pub fn first_risen(&self, segment: &Segment<V>) -> Option<usize> {
+        let height = self.tangent.neg_mul_add(segment.post.depth, segment.post.z);
+        let risen = self.simd.splat(0.0).le(height) & segment.inside;
+        risen.any().then(|| self.next.least(risen) as usize)
+    }
+
+    /// Everything is at the eye.
+    #[cold]
+    pub fn flood(&mut self) {
+        self.rows.inverse.fill([AT_EYE; LANES]);
+        self.next = self.simd.splat_int(self.rows.inverse.len() as i32);
+        self.tangent = self.simd.splat(f32::INFINITY);
+        self.slope = self.tangent;
+    }
+
+    /// Fills the rows from `first` on that a segment hides. `refine(inverse depth, tangent, heights above the ray at
+    /// both ends)` has the last word on each.
+    #[inline(always)]
+    pub fn fill(
+        &mut self,
+        segment: &Segment<V>,
+        first: usize,
+        refine: impl Fn(V::F, V::F, [V::F; 2]) -> V::F,
+    ) {
+        let Segment { last, post, inside } = *segment;
+        let (zero, touch) = (self.simd.splat(0.0), self.simd.splat(TOUCH));
+        for row in first..self.rows.inverse.len() {
+            let tangent = self.simd.splat(self.rows.tangents[row]);
+            let after = tangent.neg_mul_add(post.depth, post.z);
+            let covered = zero.le(after) & inside;
+            if !covered.any() {
+                break;
+            }
+            let index = self.simd.splat_int(row as i32);
+            let new = covered & self.next.eq(index);
+            // A ray that is under the surface already ended at the nearer line.
+            let before = tangent.neg_mul_add(last.depth, last.z).min(zero);
+            let after = after.max(touch);
+            let inverse = (after - before) / after.mul_add(last.depth, zero - before * post.depth);
+            refine(inverse, tangent, [before, after]).store_masked(new, &mut self.rows.inverse[row]);
+            let above = self.simd.splat(self.rows.tangents[row + 1]);
+            self.next = self.simd.splat_int(row as i32 + 1).select(new, self.next);
+            self.tangent = above.select(new, self.tangent);
+        }
+        self.slope = self.tangent * self.depth;
+    }
+}

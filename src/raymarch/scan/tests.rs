@@ -1,0 +1,199 @@
+//! The engine against the reference marcher.
+
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
+use crate::simd::{Isa, LANES};
+use crate::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+
+/// Rows of a test's planes.
+const ROWS: usize = 48;
+
+fn noise(x: f64, y: f64, seed: u32) -> f64 {
+    let lattice = |i: i64, j: i64| {
+        let mut bits = (i as u32).wrapping_mul(0x9E37_79B1)
+            ^ (j as u32).wrapping_mul(0x85EB_CA77)
+            ^ seed.wrapping_mul(0xC2B2_AE3D);
+        bits = (bits ^ bits >> 15).wrapping_mul(0x2C1B_3C6D);
+        bits = (bits ^ bits >> 12).wrapping_mul(0x297A_2D39);
+        f64::from(bits ^ bits >> 15) / f64::from(u32::MAX)
+    };
+    let (i, j) = (x.floor(), y.floor());
+    let (u, v) = (x - i, y - j);
+    let (i, j) = (i as i64, j as i64);
+    let near = lattice(i, j) * (1.0 - u) + lattice(i + 1, j) * u;
+    let far = lattice(i, j + 1) * (1.0 - u) + lattice(i + 1, j + 1) * u;
+    near * (1.0 - v) + far * v
+}
+
+/// Hills over 700 x 520 voxels of `spacing` metres; with holes where a voxel in a thousand is void.
+fn hills(seed: u32, spacing: f64, holes: bool) -> MemPages {
+    let (nx, ny) = (700, 520);
+    let grid = Grid { nx, ny, spacing, origin: DVec2::new(500_000.0, 4_000_000.0) };
+    let mut heights = Vec::new();
+    for y in 0..ny {
+        for x in 0..nx {
+            let (x, y) = (f64::from(x), f64::from(y));
+            let broad = noise(x / 90.0, y / 90.0, seed) * 60.0 + noise(x / 17.0, y / 17.0, seed ^ 5) * 12.0;
+            let void = holes && noise(x, y, seed ^ 9) > 0.999;
+            let height = (broad + noise(x, y, seed ^ 3) * 0.4) * spacing;
+            heights.push(if void { f64::NAN } else { height });
+        }
+    }
+    let colours = vec![[128; 3]; heights.len()];
+    build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
+}
+
+struct View {
+    eye: DVec3,
+    yaw: f64,
+    /// Elevation angles of the lowest and the highest row, degrees.
+    elevations: [f64; 2],
+    /// Angle between planes, radians.
+    pixel: f64,
+}
+
+impl View {
+    fn directions(&self) -> [DVec2; LANES] {
+        std::array::from_fn(|lane| {
+            let yaw = self.yaw.to_radians() + (lane as f64 - 7.5) * self.pixel;
+            DVec2::new(yaw.sin(), yaw.cos())
+        })
+    }
+
+    fn elevation(&self, row: usize) -> f64 {
+        let share = row as f64 / (ROWS - 1) as f64;
+        self.elevations[0] + share * (self.elevations[1] - self.elevations[0])
+    }
+
+    /// Ranges of rows and planes; infinite: sky.
+    fn march(&self, source: &MemPages, isa: Isa) -> Vec<[f64; LANES]> {
+        let grid = source.header().grid;
+        let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
+        let group = PlaneGroup::new(&grid, ground, &self.directions(), 0.0);
+        let strides = Strides::new(&grid, source.header().level_count, self.pixel, f64::NEG_INFINITY, 1.0);
+        let mut tangents: Vec<f32> =
+            (0..ROWS).map(|row| self.elevation(row).to_radians().tan() as f32).collect();
+        tangents.push(f32::INFINITY);
+        let mut inverse = vec![[0.0; LANES]; ROWS];
+        PlaneMarch::new(source, strides)
+            .fill(isa, ground.extend(self.eye.z), &group, Rows { tangents: &tangents, inverse: &mut inverse })
+            .unwrap();
+        let range =
+            |row: usize, inverse: f32| 1.0 / f64::from(inverse) / self.elevation(row).to_radians().cos();
+        inverse.iter().enumerate().map(|(row, lanes)| lanes.map(|lane| range(row, lane))).collect()
+    }
+
+    fn truth(&self, source: &MemPages) -> Vec<[f64; LANES]> {
+        let grid = source.header().grid;
+        let mut marcher = Marcher::new(source, LevelBands::finest_only(), Surface::Smooth);
+        (0..ROWS)
+            .map(|row| {
+                let (sin, cos) = self.elevation(row).to_radians().sin_cos();
+                self.directions().map(|ground| {
+                    let ray = GridRay::new(&grid, self.eye, (ground * cos).extend(sin));
+                    marcher.first_contact(&ray, 0.0).unwrap().map_or(f64::INFINITY, |contact| contact.range)
+                })
+            })
+            .collect()
+    }
+}
+
+/// Sorted relative range errors where both see ground, and the share of pixels where only one does.
+fn compare(found: &[[f64; LANES]], truth: &[[f64; LANES]]) -> (Vec<f64>, f64) {
+    let pairs = found.iter().flatten().zip(truth.iter().flatten());
+    let mut errors = Vec::new();
+    let mut disagree = 0;
+    for (&found, &truth) in pairs {
+        match (found.is_finite(), truth.is_finite()) {
+            (true, true) => errors.push((found - truth).abs() / truth.max(1e-9)),
+            (false, false) => {}
+            _ => disagree += 1,
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    (errors, f64::from(disagree) / (found.len() * LANES) as f64)
+}
+
+fn views(count: u32, source: &MemPages) -> Vec<View> {
+    let grid = source.header().grid;
+    let random = |index: u32, what: u32| noise(f64::from(index), f64::from(what), 77);
+    (0..count)
+        .map(|index| {
+            let place =
+                DVec2::new(random(index, 1), random(index, 2)) * DVec2::new(700.0, 520.0) * 0.96 + 7.0;
+            let position = grid.origin + place * grid.spacing;
+            let ground = crate::raymarch::ground_height(source, position).unwrap().unwrap_or(0.0);
+            let clearance = 0.5 * 2000.0_f64.powf(random(index, 3)) * grid.spacing;
+            let low = -80.0 * random(index, 4) - 5.0;
+            View {
+                eye: position.extend(ground + clearance),
+                yaw: 360.0 * random(index, 5),
+                elevations: [low, low + 60.0 * random(index, 6) + 5.0],
+                pixel: 0.0006,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn agrees_with_exact_intersection_within_the_bounds() {
+    let mut errors = Vec::new();
+    let mut worst = 0.0_f64;
+    for (seed, spacing) in [(1, 1.0), (2, 30.0), (3, 0.1)] {
+        let source = hills(seed, spacing, false);
+        for view in views(60, &source) {
+            let (mut found, disagree) = compare(&view.march(&source, Isa::best()), &view.truth(&source));
+            worst = worst.max(disagree);
+            errors.append(&mut found);
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let at = |quantile: f64| errors[(errors.len() as f64 * quantile) as usize];
+    println!(
+        "relative range error: median {:.2e}, 99 % {:.2e}, 99.6 % {:.2e}, sky {worst:.4}",
+        at(0.5),
+        at(0.99),
+        at(0.996)
+    );
+    assert!(at(0.5) <= 1.5e-4 && at(0.99) <= 3e-3 && at(0.996) <= 1e-2);
+}
+
+#[test]
+fn instruction_sets_agree() {
+    // A row that just touches a crest may see it in one set and miss it in another.
+    let source = hills(4, 1.0, true);
+    let views = views(40, &source);
+    for isa in Isa::available() {
+        let (mut far, mut disagreeing) = (0, 0.0);
+        for view in &views {
+            let (errors, disagree) = compare(&view.march(&source, isa), &view.march(&source, Isa::PORTABLE));
+            far += errors.iter().filter(|&&error| error > 1e-5).count();
+            disagreeing += disagree;
+        }
+        let pixels = (views.len() * ROWS * LANES) as f64;
+        assert!(
+            far as f64 <= 1e-3 * pixels && disagreeing / views.len() as f64 <= 1e-4,
+            "{isa} {far} {disagreeing}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn nothing_panics(
+        seed in 0_u32..6, x in -900.0..1600.0_f64, y in -900.0..1400.0_f64, z in -50.0..3000.0_f64,
+        yaw in 0.0..360.0_f64, low in -89.9..80.0_f64, extent in 0.01..60.0_f64, pixel in 1e-5..0.3_f64,
+    ) {
+        let source = hills(seed, 1.0, true);
+        let eye = (source.header().grid.origin + DVec2::new(x, y)).extend(z);
+        let view = View { eye, yaw, elevations: [low, (low + extent).min(89.9)], pixel };
+        for isa in Isa::available() {
+            prop_assert!(view.march(&source, isa).iter().flatten().all(|range| *range >= 0.0));
+        }
+    }
+}

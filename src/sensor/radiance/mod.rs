@@ -1,0 +1,25 @@
+//! Radiance by the page: what a voxel sends to any eye, computed once and not once a pixel.
+//!
+//! ```text
+//! page touched for the first time:  radiance = colour × light on the post's normal, for every post
+//! pixel:                            bilinear in one or two images of that, by the footprint
+//! ```
+//!
+//! The surfaces are Lambert's, so what they send does not depend on where the eye is, and a pixel
+//! needs no normal. It also filters better: the average of what voxels send is what a far pixel sees, while
+//! the light on an average normal is not. (The patent stores light and shadow with the voxels' colour, in
+//! the database; here they follow the sun that is asked for.)
+//!
+//! Each page carries an image of half its resolution besides its own, so that images follow each other in
+//! steps of two. Texels are three times 10 bits of the root of radiance: fine in the dark, and up to
+//! 2.25 times display white.
+
+mod cache;
+mod page;
+mod sample;
+#[cfg(test)]
+mod tests;
+
+pub use cache::{Radiance, RadiancePages};
+pub use page::RadiancePage;
+pub use sample::Sampler;

@@ -1,0 +1,127 @@
+//! What sixteen lanes can do.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
+
+/// Lanes of every type here.
+pub const LANES: usize = 16;
+
+/// An instruction set: makes lanes, and reads memory into them.
+pub trait Simd: Copy {
+    /// Sixteen f32.
+    type F: Floats<I = Self::I, M = Self::M>;
+    /// Sixteen i32.
+    type I: Ints<F = Self::F, M = Self::M>;
+    /// Sixteen yes or no.
+    type M: Mask;
+
+    /// All lanes the same.
+    fn splat(self, value: f32) -> Self::F;
+    /// All lanes the same.
+    fn splat_int(self, value: i32) -> Self::I;
+    /// From memory, lane 0 first.
+    fn load(self, values: &[f32; LANES]) -> Self::F;
+    /// From memory, lane 0 first.
+    fn load_ints(self, values: &[i32; LANES]) -> Self::I;
+    /// Bit n of `bits` is lane n.
+    fn mask(self, bits: u16) -> Self::M;
+    /// `table[index]` of each lane; an index outside is taken to the last.
+    fn gather(self, table: &[f32], index: Self::I) -> Self::F;
+    /// `table[index]` of each lane; an index outside is taken to the last.
+    fn gather_words(self, table: &[u32], index: Self::I) -> Self::I;
+    /// `table[index] | table[index + 1] << 16` of each lane, an index outside is taken to the last
+    /// pair. `table` has two elements at least.
+    fn gather_pairs(self, table: &[u16], index: Self::I) -> Self::I;
+    /// `(table[index], table[index + 1])` of each lane, an index outside is taken to the last pair.
+    /// `table` has two elements at least.
+    fn gather_word_pairs(self, table: &[u32], index: Self::I) -> (Self::I, Self::I);
+    /// Lane `index` (0…31) of the 32 lanes of `low` and `high`.
+    fn permute2(self, low: Self::F, high: Self::F, index: Self::I) -> Self::F;
+}
+
+/// Sixteen f32.
+pub trait Floats:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// Integers of the same set.
+    type I;
+    /// Masks of the same set.
+    type M;
+
+    /// `self · factor + summand`, rounded once or twice.
+    fn mul_add(self, factor: Self, summand: Self) -> Self;
+    /// `summand − self · factor`, rounded once or twice.
+    fn neg_mul_add(self, factor: Self, summand: Self) -> Self;
+    /// The smaller one.
+    fn min(self, other: Self) -> Self;
+    /// The larger one.
+    fn max(self, other: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Without sign.
+    fn abs(self) -> Self;
+    /// 1/self within two units of the last place; of no particular value for 0.
+    fn recip(self) -> Self;
+    /// 1/√self within two units of the last place, for self > 0.
+    fn rsqrt(self) -> Self;
+    /// Towards zero; lanes beyond i32 have no particular value.
+    fn to_int(self) -> Self::I;
+    /// Down to the integer below, for values within i32.
+    fn floor(self) -> Self;
+    /// self < other
+    fn lt(self, other: Self) -> Self::M;
+    /// self ≤ other
+    fn le(self, other: Self) -> Self::M;
+    /// `self` where the mask is set, else `other`.
+    fn select(self, mask: Self::M, other: Self) -> Self;
+    /// The bits.
+    fn to_bits(self) -> Self::I;
+    /// To memory, lane 0 first.
+    fn store(self, target: &mut [f32; LANES]);
+    /// Lanes of the mask to memory; the others stay.
+    fn store_masked(self, mask: Self::M, target: &mut [f32; LANES]);
+}
+
+/// Sixteen i32.
+pub trait Ints:
+    Copy + Add<Output = Self> + Sub<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self>
+{
+    /// Floats of the same set.
+    type F;
+    /// Masks of the same set.
+    type M;
+
+    /// Nearest f32.
+    fn to_float(self) -> Self::F;
+    /// The bits as floats.
+    fn from_bits(self) -> Self::F;
+    /// Logical shift right.
+    fn shr<const N: u32>(self) -> Self;
+    /// Shift left.
+    fn shl<const N: u32>(self) -> Self;
+    /// Low 32 bits of the product.
+    fn mul(self, other: Self) -> Self;
+    /// The smaller one.
+    fn min(self, other: Self) -> Self;
+    /// The larger one.
+    fn max(self, other: Self) -> Self;
+    /// self = other
+    fn eq(self, other: Self) -> Self::M;
+    /// self > other
+    fn gt(self, other: Self) -> Self::M;
+    /// `self` where the mask is set, else `other`.
+    fn select(self, mask: Self::M, other: Self) -> Self;
+    /// Least lane among those of the mask; i32::MAX if there is none.
+    fn least(self, mask: Self::M) -> i32;
+    /// To memory, lane 0 first.
+    fn store(self, target: &mut [i32; LANES]);
+}
+
+/// Sixteen yes or no.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Any lane set?
+    fn any(self) -> bool;
+    /// All lanes set?
+    fn all(self) -> bool;
+    /// Bit n is lane n.
+    fn bits(self) -> u16;
+}

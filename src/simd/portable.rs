@@ -1,0 +1,283 @@
+//! Lanes as arrays: what every target has, and the twin that the others are tested against.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
+
+use super::{Floats, Ints, LANES, Mask, Simd};
+
+/// Any processor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Portable;
+
+/// Sixteen f32.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct F([f32; LANES]);
+
+/// Sixteen i32.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct I([i32; LANES]);
+
+/// All bits of a lane, or none.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct M([u32; LANES]);
+
+#[inline(always)]
+fn each<A: Copy, B: Copy + Default>(a: [A; LANES], f: impl Fn(A) -> B) -> [B; LANES] {
+    let mut out = [B::default(); LANES];
+    for lane in 0..LANES {
+        out[lane] = f(a[lane]);
+    }
+    out
+}
+
+#[inline(always)]
+fn both<A: Copy, B: Copy, C: Copy + Default>(
+    a: [A; LANES],
+    b: [B; LANES],
+    f: impl Fn(A, B) -> C,
+) -> [C; LANES] {
+    let mut out = [C::default(); LANES];
+    for lane in 0..LANES {
+        out[lane] = f(a[lane], b[lane]);
+    }
+    out
+}
+
+#[inline(always)]
+fn yes(condition: bool) -> u32 {
+    0_u32.wrapping_sub(u32::from(condition))
+}
+
+macro_rules! operator {
+    ($type:ident, $trait:ident, $method:ident, |$a:ident, $b:ident| $body:expr) => {
+        impl $trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(both(self.0, other.0, |$a, $b| $body))
+            }
+        }
+    };
+}
+operator!(F, Add, add, |a, b| a + b);
+operator!(F, Sub, sub, |a, b| a - b);
+operator!(F, Mul, mul, |a, b| a * b);
+operator!(F, Div, div, |a, b| a / b);
+operator!(I, Add, add, |a, b| a.wrapping_add(b));
+operator!(I, Sub, sub, |a, b| a.wrapping_sub(b));
+operator!(I, BitAnd, bitand, |a, b| a & b);
+operator!(I, BitOr, bitor, |a, b| a | b);
+operator!(M, BitAnd, bitand, |a, b| a & b);
+operator!(M, BitOr, bitor, |a, b| a | b);
+
+impl Not for M {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(each(self.0, |a| !a))
+    }
+}
+
+impl Simd for Portable {
+    type F = F;
+    type I = I;
+    type M = M;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> F {
+        F([value; LANES])
+    }
+    #[inline(always)]
+    fn splat_int(self, value: i32) -> I {
+        I([value; LANES])
+    }
+    #[inline(always)]
+    fn load(self, values: &[f32; LANES]) -> F {
+        F(*values)
+    }
+    #[inline(always)]
+    fn load_ints(self, values: &[i32; LANES]) -> I {
+        I(*values)
+    }
+    #[inline(always)]
+    fn mask(self, bits: u16) -> M {
+        M(std::array::from_fn(|lane| yes(bits >> lane & 1 != 0)))
+    }
+    #[inline(always)]
+    fn gather(self, table: &[f32], index: I) -> F {
+        let last = table.len() - 1;
+        F(each(index.0, |index| table[(index as u32 as usize).min(last)]))
+    }
+    #[inline(always)]
+    fn gather_words(self, table: &[u32], index: I) -> I {
+        let last = table.len() - 1;
+        I(each(index.0, |index| table[(index as u32 as usize).min(last)] as i32))
+    }
+    #[inline(always)]
+    fn gather_pairs(self, table: &[u16], index: I) -> I {
+        let last = table.len() - 2;
+        I(each(index.0, |index| {
+            let index = (index as u32 as usize).min(last);
+            (u32::from(table[index]) | u32::from(table[index + 1]) << 16) as i32
+        }))
+    }
+    #[inline(always)]
+    fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
+        let last = table.len() - 2;
+        let first = each(index.0, |index| (index as u32 as usize).min(last));
+        (I(each(first, |index| table[index] as i32)), I(each(first, |index| table[index + 1] as i32)))
+    }
+    #[inline(always)]
+    fn permute2(self, low: F, high: F, index: I) -> F {
+        F(each(index.0, |index| {
+            let lane = index as usize & (LANES - 1);
+            if index & LANES as i32 == 0 { low.0[lane] } else { high.0[lane] }
+        }))
+    }
+}
+
+impl Floats for F {
+    type I = I;
+    type M = M;
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        self * factor + summand
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, summand: Self) -> Self {
+        summand - self * factor
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(both(self.0, other.0, |a, b| if a < b { a } else { b }))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(both(self.0, other.0, |a, b| if a > b { a } else { b }))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(each(self.0, f32::sqrt))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(each(self.0, f32::abs))
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self(each(self.0, |a| 1.0 / a))
+    }
+    #[inline(always)]
+    fn rsqrt(self) -> Self {
+        Self(each(self.0, |a| 1.0 / a.sqrt()))
+    }
+    #[inline(always)]
+    fn to_int(self) -> I {
+        I(each(self.0, |a| a as i32))
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(each(self.0, |a| {
+            let whole = a as i32 as f32;
+            whole - if whole > a { 1.0 } else { 0.0 }
+        }))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M {
+        M(both(self.0, other.0, |a, b| yes(a < b)))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> M {
+        M(both(self.0, other.0, |a, b| yes(a <= b)))
+    }
+    #[inline(always)]
+    fn select(self, mask: M, other: Self) -> Self {
+        self.to_bits().select(mask, other.to_bits()).from_bits()
+    }
+    #[inline(always)]
+    fn to_bits(self) -> I {
+        I(each(self.0, |a| a.to_bits() as i32))
+    }
+    #[inline(always)]
+    fn store(self, target: &mut [f32; LANES]) {
+        *target = self.0;
+    }
+    #[inline(always)]
+    fn store_masked(self, mask: M, target: &mut [f32; LANES]) {
+        *target = self.select(mask, Self(*target)).0;
+    }
+}
+
+impl Ints for I {
+    type F = F;
+    type M = M;
+
+    #[inline(always)]
+    fn to_float(self) -> F {
+        F(each(self.0, |a| a as f32))
+    }
+    #[inline(always)]
+    fn from_bits(self) -> F {
+        F(each(self.0, |a| f32::from_bits(a as u32)))
+    }
+    #[inline(always)]
+    fn shr<const N: u32>(self) -> Self {
+        Self(each(self.0, |a| (a as u32 >> N) as i32))
+    }
+    #[inline(always)]
+    fn shl<const N: u32>(self) -> Self {
+        Self(each(self.0, |a| a << N))
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(both(self.0, other.0, i32::wrapping_mul))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(both(self.0, other.0, |a, b| if a < b { a } else { b }))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(both(self.0, other.0, |a, b| if a > b { a } else { b }))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M {
+        M(both(self.0, other.0, |a, b| yes(a == b)))
+    }
+    #[inline(always)]
+    fn gt(self, other: Self) -> M {
+        M(both(self.0, other.0, |a, b| yes(a > b)))
+    }
+    #[inline(always)]
+    fn select(self, mask: M, other: Self) -> Self {
+        let chosen = both(self.0, mask.0, |a, mask| a & mask as i32);
+        let others = both(other.0, mask.0, |a, mask| a & !mask as i32);
+        Self(both(chosen, others, |a, b| a | b))
+    }
+    #[inline(always)]
+    fn least(self, mask: M) -> i32 {
+        self.select(mask, Self([i32::MAX; LANES])).0.iter().fold(i32::MAX, |least, &a| least.min(a))
+    }
+    #[inline(always)]
+    fn store(self, target: &mut [i32; LANES]) {
+        *target = self.0;
+    }
+}
+
+impl Mask for M {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.iter().fold(0, |all, &a| all | a) != 0
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.0.iter().fold(u32::MAX, |all, &a| all & a) == u32::MAX
+    }
+    #[inline(always)]
+    fn bits(self) -> u16 {
+        self.0.iter().enumerate().fold(0, |bits, (lane, &a)| bits | ((a & 1) as u16) << lane)
+    }
+}

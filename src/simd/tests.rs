@@ -1,0 +1,91 @@
+//! Every set against the portable one, operation by operation.
+
+use super::*;
+
+/// All operations on a pair of lanes.
+struct Everything<'a> {
+    a: [f32; LANES],
+    b: [f32; LANES],
+    bits: u16,
+    table: &'a [u16],
+}
+
+impl Kernel for Everything<'_> {
+    /// (results that are equal in every set, results that are nearly so, answers about all lanes)
+    type Output = (Vec<[i32; LANES]>, Vec<[f32; LANES]>, Vec<i32>);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let (a, b, mask) = (simd.load(&self.a), simd.load(&self.b), simd.mask(self.bits));
+        let words: Vec<u32> = self.table.iter().map(|&x| u32::from(x) * 65_537).collect();
+        let floats: Vec<f32> = self.table.iter().map(|&x| f32::from(x)).collect();
+        let (i, j) = (a.to_int(), b.to_int());
+        let (m, n) = (a.lt(b), a.le(b));
+        let mut kept = [7.0; LANES];
+        a.store_masked(mask, &mut kept);
+        let pairs = simd.gather_word_pairs(&words, i);
+        let equal = [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.abs().sqrt(), a.floor()]
+            .map(Floats::to_bits)
+            .into_iter()
+            .chain(
+                [i.to_float(), a.select(mask, b), simd.gather(&floats, i), simd.load(&kept)]
+                    .map(Floats::to_bits),
+            )
+            .chain([simd.permute2(a, b, i & simd.splat_int(31)).to_bits(), pairs.0, pairs.1])
+            .chain([i, i + j, i - j, i.mul(j), i & j, i | j, i.shr::<3>(), i.shl::<5>(), i.min(j), i.max(j)])
+            .chain([i.select(m & mask, j), simd.gather_words(&words, i), simd.gather_pairs(self.table, i)])
+            .map(|lanes| {
+                let mut out = [0; LANES];
+                lanes.store(&mut out);
+                out
+            })
+            .collect();
+        let positive = a.abs() + simd.splat(0.5);
+        let near = [a.mul_add(b, a), a.neg_mul_add(b, a), positive.recip(), positive.rsqrt()]
+            .map(|lanes| {
+                let mut out = [0.0; LANES];
+                lanes.store(&mut out);
+                out
+            })
+            .to_vec();
+        let bits = [m, n, m | mask, !m, i.eq(j), i.gt(j)].map(|mask| i32::from(mask.bits()));
+        let answers = [m.any(), m.all(), (m | !m).all(), (m & !m).any()].map(i32::from);
+        (equal, near, [&bits[..], &answers, &[i.least(mask), i.least(m & !m)]].concat())
+    }
+}
+
+#[test]
+fn all_sets_agree_with_the_portable_one() {
+    let table: Vec<u16> = (0..40_u16).map(|x| x.wrapping_mul(7919)).collect();
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        ((state >> 40) as f32 / (1 << 24) as f32 - 0.3) * 60.0
+    };
+    for case in 0..200 {
+        let a = std::array::from_fn(|_| random());
+        let b = std::array::from_fn(|lane| if lane == case % LANES { a[lane] } else { random() });
+        let bits = (random() * 1000.0) as i32 as u16;
+        let run = |isa: Isa| isa.run(Everything { a, b, bits, table: &table });
+        let expected = run(Isa::PORTABLE);
+        for isa in Isa::available() {
+            let found = run(isa);
+            assert_eq!(found.0, expected.0, "{isa}");
+            assert_eq!(found.2, expected.2, "{isa}");
+            for (found, expected) in found.1.iter().flatten().zip(expected.1.iter().flatten()) {
+                assert!(
+                    (found - expected).abs() <= 3e-6 * expected.abs().max(60.0),
+                    "{isa}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn sets_are_named() {
+    for isa in Isa::available() {
+        assert_eq!(isa.name().parse(), Ok(isa));
+    }
+    assert!("mmx".parse::<Isa>().unwrap_err().contains("portable"));
+}
