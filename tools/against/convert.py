@@ -11,6 +11,7 @@ DIR/NAME.csv with one pose a second. Hedgehop's x is i + 0.5, its y is j + 0.5 (
 of a voxel), and its yaw is clockwise from north.
 
 Build with:  hedgehop build --elevation DIR/elevation.f32 --imagery DIR/imagery.png --local --spacing 1 -o DIR/scene.hop
+and, from 8192 on, --memory 8G: a PNG is decoded whole.
 """
 import argparse
 import pathlib
@@ -20,6 +21,20 @@ import zlib
 
 def png_chunk(kind, body):
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def path_csv(poses):
+    """A path file of hedgehop with one pose a second, from lines `x y z roll pitch yaw`; # begins a comment."""
+    lines = ["t_s,x_m,y_m,alt_msl_m,yaw_deg,pitch_deg,roll_deg"]
+    for second, line in enumerate(pose_lines(poses)):
+        x, y, z, roll, pitch, yaw = map(float, line.split())
+        lines.append(f"{second},{x + 0.5},{y + 0.5},{z},{(90 - yaw) % 360},{pitch},{roll}")
+    return "\n".join(lines) + "\n"
+
+
+def pose_lines(poses):
+    """The lines of `poses` that hold a pose."""
+    return [line for line in poses.splitlines() if line.strip() and not line.startswith("#")]
 
 
 def main():
@@ -53,11 +68,7 @@ def main():
     (out / "imagery.pgw").write_text(f"1\n0\n0\n-1\n0.5\n{size - 0.5}\n")
 
     for poses in args.poses:
-        lines = ["t_s,x_m,y_m,alt_msl_m,yaw_deg,pitch_deg,roll_deg"]
-        for second, line in enumerate(poses.read_text().splitlines()):
-            x, y, z, roll, pitch, yaw = map(float, line.split())
-            lines.append(f"{second},{x + 0.5},{y + 0.5},{z},{(90 - yaw) % 360},{pitch},{roll}")
-        (out / f"{poses.stem}.csv").write_text("\n".join(lines) + "\n")
+        (out / f"{poses.stem}.csv").write_text(path_csv(poses.read_text()))
 
 
 if __name__ == "__main__":

@@ -25,6 +25,25 @@ pub struct Figures {
     pub image_ms: f64,
     /// PNG encoding to memory, milliseconds per frame, one thread.
     pub encode_ms: f64,
+    /// Every frame in its fastest pass; empty where frames overlap (`in_flight` > 1).
+    pub fastest_passes: Vec<FrameFigures>,
+}
+
+/// One frame in the pass in which it took the least wall time, without encoding.
+#[derive(Debug, Clone, Serialize)]
+pub struct FrameFigures {
+    /// Its number.
+    pub frame: u64,
+    /// Wall time, milliseconds.
+    pub wall_ms: f64,
+    /// CPU time of all threads, milliseconds; null where the system does not tell.
+    pub cpu_ms: Option<f64>,
+    /// Marching, milliseconds, summed over workers.
+    pub march_ms: f64,
+    /// Shading, milliseconds, summed over workers.
+    pub shade_ms: f64,
+    /// Image stage, milliseconds, summed over workers.
+    pub image_ms: f64,
 }
 
 /// Everything that was measured.

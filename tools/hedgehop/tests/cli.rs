@@ -393,6 +393,8 @@ fn bench_finds_identical_frames_and_writes_its_figures() {
         "t.json",
         "--task-size",
         "16,4",
+        "--dump-ranges",
+        "ranges",
         "--progress",
         "none",
     ]);
@@ -415,6 +417,15 @@ fn bench_finds_identical_frames_and_writes_its_figures() {
     assert_eq!((tasks("march"), tasks("image")), (2 * 2 * 4, 2 * 2 * 9));
     let svg = fs::read_to_string(site.path("b.svg")).unwrap();
     assert!(svg.contains("Mpixel/s") && svg.contains("ideal"));
+    for (at, number) in [1, 5].into_iter().enumerate() {
+        let frame = &json["results"][0]["fastest_passes"][at];
+        assert_eq!(frame["frame"], number);
+        assert!(frame["wall_ms"].as_f64().unwrap() > 0.0, "{frame}");
+        let ranges = fs::read(site.path(&format!("ranges/range_{number}.f32"))).unwrap();
+        let (values, rest) = ranges.as_chunks::<4>();
+        assert_eq!((values.len(), rest.len()), (64 * 36, 0));
+        assert!(values.iter().all(|&value| f32::from_le_bytes(value) > 0.0));
+    }
 }
 
 #[cfg(unix)]

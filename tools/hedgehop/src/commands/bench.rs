@@ -9,6 +9,9 @@
 //! Worker counts are interleaved, so that a machine that slows down slows all of them. Frames overlap
 //! as they do in `render`, so nothing but rendering may happen in a timed pass.
 
+mod frames;
+mod ranges;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -17,9 +20,9 @@ use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::{Frame, FrameInfo, FrameRate, FrameSet, encode_frame};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Rendered, StageTimes, render_frame};
+use hedgehop::render::{RenderOptions, StageTimes, render_frame};
 use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, Stage, TaskSize, Trace, chrome_trace};
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -32,6 +35,8 @@ use crate::plot;
 use crate::progress::{Mode, Reporter};
 use crate::speedup::Prediction;
 use crate::view::{FlightArgs, LookArgs};
+
+use frames::{FrameTimes, Timed};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -81,6 +86,10 @@ pub struct Args {
     #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
     task_size: Option<TaskSize>,
 
+    /// Write the ranges of every frame N, metres along the ray, to FOLDER/range_N.f32 (raw float32, infinity = sky)
+    #[arg(long, value_name = "FOLDER")]
+    dump_ranges: Option<PathBuf>,
+
     #[command(flatten)]
     overlap: Overlap,
 
@@ -99,6 +108,8 @@ pub struct Args {
 struct Pass {
     wall: Duration,
     stages: StageTimes,
+    /// Empty where frames overlap: none is measured alone then.
+    frames: Vec<FrameTimes>,
     trace: Arc<Trace>,
 }
 
@@ -184,7 +195,7 @@ fn measure(
     };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
-    let (identical_frames, encode_ms) = job.compare(&crews)?;
+    let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;
     for _ in 0..args.repeats {
         for crew in &mut crews {
             crew.passes.push(job.time(crew)?);
@@ -252,13 +263,15 @@ impl Job<'_> {
         &self,
         farm: &Farm,
         in_flight: usize,
-        mut look: impl FnMut(u64, Rendered) -> Result<()>,
+        mut look: impl FnMut(u64, Timed) -> Result<()>,
     ) -> Result<()> {
         let batch = Batch { frames: self.cameras, in_flight, observer: self.reporter };
-        let render = |farm: &Farm, camera: &Camera| render_frame(self.source, camera, &self.options, farm);
-        let flown = farm.fly(&batch, render, |number, rendered| {
+        let render = |farm: &Farm, camera: &Camera| {
+            Timed::render(|| render_frame(self.source, camera, &self.options, farm))
+        };
+        let flown = farm.fly(&batch, render, |number, timed| {
             self.reporter.advance(1);
-            look(number, rendered)
+            look(number, timed)
         });
         flown.map_err(|error| match error {
             Error::Interrupted(_) => Error::Interrupted("nothing was measured".into()),
@@ -267,20 +280,21 @@ impl Job<'_> {
     }
 
     /// Whether all numbers of workers make the same frames, and how long one takes to encode, milliseconds.
-    fn compare(&self, crews: &[Crew]) -> Result<(bool, f64)> {
+    /// The first frames' ranges go into `dump_ranges`.
+    fn compare(&self, crews: &[Crew], dump_ranges: Option<&Path>) -> Result<(bool, f64)> {
         let Some(most) = crews.last() else { return Ok((true, 0.0)) };
         let mut encoding = Duration::ZERO;
         let mut reference = Vec::with_capacity(self.cameras.len());
         // One frame after the other, so that rendering does not slow the encoder.
-        self.fly(&most.farm, 1, |number, rendered| {
+        self.fly(&most.farm, 1, |number, Timed { rendered, .. }| {
             encoding += encode(&rendered.frame, number)?;
             reference.push(hash(&rendered.frame));
-            Ok(())
+            dump_ranges.map_or(Ok(()), |folder| ranges::dump(folder, number, &rendered.frame))
         })?;
         let mut is_identical = true;
         for crew in crews {
             let mut expected = reference.iter();
-            self.fly(&crew.farm, crew.in_flight, |_, rendered| {
+            self.fly(&crew.farm, crew.in_flight, |_, Timed { rendered, .. }| {
                 is_identical &= expected.next() == Some(&hash(&rendered.frame));
                 Ok(())
             })?;
@@ -291,17 +305,18 @@ impl Job<'_> {
     fn time(&self, crew: &Crew) -> Result<Pass> {
         let trace = Arc::new(Trace::new(crew.farm.workers()));
         let mut stages = StageTimes::default();
+        let mut frames = Vec::new();
         let begun = Instant::now();
-        self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |_, rendered| {
-            stages.march += rendered.times.march;
-            stages.shade += rendered.times.shade;
+        self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |number, timed| {
+            stages.march += timed.rendered.times.march;
+            stages.shade += timed.rendered.times.shade;
+            stages.image += timed.rendered.times.image;
+            if crew.in_flight == 1 {
+                frames.push(timed.times(number));
+            }
             Ok(())
         })?;
-        let wall = begun.elapsed();
-        // A frame's own clock would count the tasks of others that run meanwhile.
-        let image = trace.tasks().into_iter().filter(|task| task.stage == Stage::Image);
-        stages.image = image.map(|task| task.end - task.start).sum();
-        Ok(Pass { wall, stages, trace })
+        Ok(Pass { wall: begun.elapsed(), stages, frames, trace })
     }
 }
 
@@ -360,6 +375,7 @@ fn figures(crew: &Crew, encode_ms: f64, frames: f64, pixels: f64) -> Figures {
         shade_ms: per_frame(|pass| pass.stages.shade),
         image_ms: per_frame(|pass| pass.stages.image),
         encode_ms,
+        fastest_passes: frames::fastest(passes.iter().map(|pass| pass.frames.as_slice())),
     }
 }
 

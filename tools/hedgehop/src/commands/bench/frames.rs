@@ -1,0 +1,123 @@
+//! What single frames took: wall time, CPU time, stages.
+//!
+//! On a machine that does other work meanwhile, wall time counts that work too; CPU time hardly does. Of
+//! the passes over a frame the fastest one is reported, as a whole: it is the one that was disturbed least,
+//! and the figures of one entry then belong together.
+
+use std::time::{Duration, Instant};
+
+use hedgehop::Result;
+use hedgehop::render::{Rendered, StageTimes};
+
+use crate::figures::FrameFigures;
+
+/// One frame of one pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrameTimes {
+    /// Number of the frame.
+    pub number: u64,
+    /// Wall time, without encoding.
+    pub wall: Duration,
+    /// CPU time of all threads in it, where the system tells.
+    pub cpu: Option<Duration>,
+    /// Its stages, summed over workers.
+    pub stages: StageTimes,
+}
+
+/// A frame with its clocks.
+pub(super) struct Timed {
+    /// What was rendered.
+    pub rendered: Rendered,
+    wall: Duration,
+    cpu: Option<Duration>,
+}
+
+impl Timed {
+    /// Renders a frame between two looks at both clocks. While frames overlap, they also tell of others.
+    pub(super) fn render(render: impl FnOnce() -> Result<Rendered>) -> Result<Self> {
+        // The CPU clock is read first and last, so that what reading it costs is counted, not hidden.
+        let cpu_begun = process_cpu_time();
+        let begun = Instant::now();
+        let rendered = render()?;
+        let wall = begun.elapsed();
+        let cpu = cpu_begun.zip(process_cpu_time()).map(|(begun, end)| end.saturating_sub(begun));
+        Ok(Self { rendered, wall, cpu })
+    }
+
+    /// Its times as those of frame `number`.
+    pub(super) fn times(&self, number: u64) -> FrameTimes {
+        FrameTimes { number, wall: self.wall, cpu: self.cpu, stages: self.rendered.times }
+    }
+}
+
+/// CPU time of all threads of this process so far.
+#[cfg(unix)]
+fn process_cpu_time() -> Option<Duration> {
+    use rustix::time::{ClockId, clock_gettime};
+    Duration::try_from(clock_gettime(ClockId::ProcessCPUTime)).ok()
+}
+
+/// CPU time of all threads of this process so far.
+#[cfg(not(unix))]
+fn process_cpu_time() -> Option<Duration> {
+    None
+}
+
+/// The fastest pass of every frame; every pass holds the same frames in the same order.
+pub(super) fn fastest<'a>(passes: impl IntoIterator<Item = &'a [FrameTimes]>) -> Vec<FrameFigures> {
+    let mut fastest: Vec<FrameTimes> = Vec::new();
+    for pass in passes {
+        if fastest.is_empty() {
+            fastest = pass.to_vec();
+        }
+        for (best, times) in fastest.iter_mut().zip(pass) {
+            if times.wall < best.wall {
+                *best = *times;
+            }
+        }
+    }
+    fastest.iter().map(figures).collect()
+}
+
+fn figures(times: &FrameTimes) -> FrameFigures {
+    let milliseconds = |time: Duration| time.as_secs_f64() * 1000.0;
+    FrameFigures {
+        frame: times.number,
+        wall_ms: milliseconds(times.wall),
+        cpu_ms: times.cpu.map(milliseconds),
+        march_ms: milliseconds(times.stages.march),
+        shade_ms: milliseconds(times.stages.shade),
+        image_ms: milliseconds(times.stages.image),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(number: u64, wall: u64, march: u64) -> FrameTimes {
+        let stages = StageTimes { march: Duration::from_millis(march), ..StageTimes::default() };
+        let wall = Duration::from_millis(wall);
+        FrameTimes { number, wall, cpu: Some(wall), stages }
+    }
+
+    #[test]
+    fn the_figures_of_a_frame_come_from_one_pass() {
+        let passes = [vec![frame(1, 30, 5), frame(7, 20, 9)], vec![frame(1, 20, 8), frame(7, 25, 4)]];
+        let figures = fastest(passes.iter().map(Vec::as_slice));
+        let seen: Vec<_> = figures.iter().map(|f| (f.frame, f.wall_ms, f.march_ms)).collect();
+        assert_eq!(seen, [(1, 20.0, 8.0), (7, 20.0, 9.0)]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn cpu_time_grows_with_work() {
+        let before = process_cpu_time().unwrap();
+        let begun = Instant::now();
+        let mut sum = 0_u64;
+        while begun.elapsed() < Duration::from_millis(20) {
+            sum = std::hint::black_box(sum.wrapping_add(1));
+        }
+        assert!(process_cpu_time().unwrap() > before);
+    }
+}
