@@ -1,0 +1,18 @@
+//! The renderer under test. This is the only place that names it.
+
+use hedgehop::Result;
+use hedgehop::frame::Frame;
+use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::PageSource;
+
+/// The frame that is judged.
+pub fn render<S: PageSource>(
+    source: &S,
+    camera: &Camera,
+    options: &RenderOptions,
+    farm: &Farm,
+) -> Result<Frame> {
+    render_frame(source, camera, options, farm).map(|rendered| rendered.frame)
+}
