@@ -95,7 +95,7 @@ pub trait Ints:
     /// Nearest f32.
     fn to_float(self) -> Self::F;
     /// The bits as floats.
-    fn from_bits(self) -> Self::F;
+    fn as_floats(self) -> Self::F;
     /// Logical shift right.
     fn shr<const N: u32>(self) -> Self;
     /// Shift left.

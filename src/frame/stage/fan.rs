@@ -172,7 +172,7 @@ impl<'a, V: Simd> Fan<'a, V> {
     /// Inverse depth without what its last bits tell.
     #[inline(always)]
     fn depth_bits(&self, inverse: V::F) -> V::F {
-        (inverse.to_bits() & self.simd.splat_int(!(EDGE_STEPS - 1))).from_bits()
+        (inverse.to_bits() & self.simd.splat_int(!(EDGE_STEPS - 1))).as_floats()
     }
 
     /// What a plane saw in a row; both are taken into the fan.

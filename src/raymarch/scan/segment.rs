@@ -162,5 +162,5 @@ pub const EDGE_STEPS: i32 = 16;
 /// Inverse depth whose last bits tell where in the row an edge lies: finer than its own precision matters.
 #[inline(always)]
 fn with_edge<V: Simd>(simd: V, inverse: V::F, edge: V::I) -> V::F {
-    ((inverse.to_bits() & simd.splat_int(!(EDGE_STEPS - 1))) | edge).from_bits()
+    ((inverse.to_bits() & simd.splat_int(!(EDGE_STEPS - 1))) | edge).as_floats()
 }

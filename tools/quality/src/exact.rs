@@ -46,7 +46,7 @@ impl<'a, S: PageSource> ExactEye<'a, S> {
         Self {
             marcher: Marcher::new(source, LevelBands::finest_only(), options.surface),
             // A pixel without extent: one place of level 1.
-            filter: SurfaceFilter::new(source, 0.0),
+            filter: SurfaceFilter::new(source, hedgehop::space::Footprint::Angle(0.0)),
             sensor: VisualSensor::new(options.sun),
             atmosphere: Atmosphere::new(options.visibility, header.height_range.0),
             grid: header.grid,
