@@ -83,8 +83,8 @@ pub(super) fn decode(
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing;
     use super::super::encode_frame;
+    use super::super::testing;
     use super::*;
     use crate::colour::srgb8_picture;
 

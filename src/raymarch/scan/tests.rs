@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
-use crate::simd::{Isa, LANES};
+use crate::simd::{Isa, LANES, Sixteen};
 use crate::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
 
 /// Rows of a test's planes.
@@ -77,13 +77,13 @@ impl View {
         let mut tangents: Vec<f32> =
             (0..ROWS).map(|row| self.elevation(row).to_radians().tan() as f32).collect();
         tangents.push(f32::INFINITY);
-        let mut inverse = vec![[0.0; LANES]; ROWS];
+        let mut inverse = vec![Sixteen::default(); ROWS];
         PlaneMarch::new(source, strides)
             .fill(isa, ground.extend(self.eye.z), &group, Rows { tangents: &tangents, inverse: &mut inverse })
             .unwrap();
         let range =
             |row: usize, inverse: f32| 1.0 / f64::from(inverse) / self.elevation(row).to_radians().cos();
-        inverse.iter().enumerate().map(|(row, lanes)| lanes.map(|lane| range(row, lane))).collect()
+        inverse.iter().enumerate().map(|(row, lanes)| lanes.0.map(|lane| range(row, lane))).collect()
     }
 
     fn truth(&self, source: &MemPages) -> Vec<[f64; LANES]> {

@@ -115,7 +115,9 @@ impl<S: PageSource> Sequence<'_, S> {
         let batch = Batch { frames: cameras, in_flight: self.in_flight, observer };
         let render = |farm: &Farm, camera: &Camera| {
             Ok(match self.product {
-                Product::Picture => Image::Picture(self.renderer.picture(camera, farm)?.0, Box::new(camera.clone())),
+                Product::Picture => {
+                    Image::Picture(self.renderer.picture(camera, farm)?.0, Box::new(camera.clone()))
+                }
                 Product::Frame => Image::Frame(Box::new(self.renderer.frame(camera, farm)?.frame)),
             })
         };
