@@ -56,6 +56,7 @@ impl VisualSensor {
 
     /// Light on a surface of unit `normal`, 1 on level ground: Lambert's law for the sun, and a uniform sky that
     /// a slope sees less of (half of it on a wall).
+    #[inline]
     pub fn light(&self, normal: Vec3) -> f32 {
         let direct = normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
         let sky = 0.5 + 0.5 * normal.z;

@@ -6,8 +6,8 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 use super::RadiancePage;
 use crate::error::Result;
-use crate::raymarch::PageCursor;
 use crate::sensor::VisualSensor;
+use crate::simd::Isa;
 use crate::voxel::{PageId, PageSource};
 
 /// Bytes of radiance that are kept unless told otherwise.
@@ -18,6 +18,12 @@ struct Entry {
     page: Option<Arc<RadiancePage>>,
     /// Frame in which it was last looked up.
     used: AtomicU64,
+}
+
+impl Entry {
+    fn bytes(&self) -> usize {
+        self.page.as_ref().map_or(0, |page| page.bytes())
+    }
 }
 
 /// Radiance of one database under one sun.
@@ -32,15 +38,25 @@ pub struct Radiance {
 impl Radiance {
     /// Nothing is computed yet.
     pub fn new(sensor: VisualSensor) -> Self {
-        Self { sensor, budget: DEFAULT_BUDGET, frame: AtomicU64::new(0), pages: RwLock::default() }
+        Self::with_budget(sensor, DEFAULT_BUDGET)
+    }
+
+    /// The same with another limit in bytes. What the latest frames used is kept beyond it.
+    pub fn with_budget(sensor: VisualSensor, budget: usize) -> Self {
+        Self { sensor, budget, frame: AtomicU64::new(0), pages: RwLock::default() }
+    }
+
+    /// Bytes of radiance that are kept.
+    pub fn bytes(&self) -> usize {
+        let pages = self.pages.read().unwrap_or_else(PoisonError::into_inner);
+        pages.values().map(Entry::bytes).sum()
     }
 
     /// A new frame begins: drops what was not used for longest if there is more than the budget allows.
     pub fn begin_frame(&self) {
         let now = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
         let mut pages = self.pages.write().unwrap_or_else(PoisonError::into_inner);
-        let size = |entry: &Entry| entry.page.as_ref().map_or(0, |page| page.bytes());
-        let mut bytes: usize = pages.values().map(size).sum();
+        let mut bytes: usize = pages.values().map(Entry::bytes).sum();
         if bytes <= self.budget {
             return;
         }
@@ -55,7 +71,7 @@ impl Radiance {
             if bytes <= self.budget {
                 break;
             }
-            bytes -= pages.remove(&id).map_or(0, |entry| size(&entry));
+            bytes -= pages.remove(&id).map_or(0, |entry| entry.bytes());
         }
     }
 
@@ -66,7 +82,7 @@ impl Radiance {
             return Ok(entry.page.clone());
         }
         // Outside of any lock: two workers may compute the same page, and find the same.
-        let baked = RadiancePage::bake(&mut PageCursor::new(source), source, id, &self.sensor)?;
+        let baked = RadiancePage::bake(source, id, &self.sensor, Isa::best())?;
         let page = baked.map(Arc::new);
         let mut pages = self.pages.write().unwrap_or_else(PoisonError::into_inner);
         let entry = pages.entry(id).or_insert(Entry { page, used: AtomicU64::new(now) });

@@ -16,9 +16,11 @@
 
 mod cache;
 mod page;
+mod posts;
 mod sample;
 #[cfg(test)]
 mod tests;
+mod window;
 
 pub use cache::{Radiance, RadiancePages};
 pub use page::RadiancePage;
