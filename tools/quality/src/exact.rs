@@ -14,7 +14,7 @@ use hedgehop::frame::Atmosphere;
 use hedgehop::raymarch::{GridRay, LevelBands, Marcher, SurfaceFilter};
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::VisualSensor;
-use hedgehop::space::Camera;
+use hedgehop::space::{Camera, Footprint};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, PageSource};
 
@@ -46,7 +46,7 @@ impl<'a, S: PageSource> ExactEye<'a, S> {
         Self {
             marcher: Marcher::new(source, LevelBands::finest_only(), options.surface),
             // A pixel without extent: one place of level 1.
-            filter: SurfaceFilter::new(source, 0.0),
+            filter: SurfaceFilter::new(source, Footprint::Angle(0.0)),
             sensor: VisualSensor::new(options.sun),
             atmosphere: Atmosphere::new(options.visibility, header.height_range.0),
             grid: header.grid,
