@@ -128,7 +128,7 @@ impl Written {
 pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
     frame.check_planes(path)?;
     match Target::of(path)? {
-        Target::Png => png::encode(path, frame, info),
+        Target::Png => png::encode(path, &srgb8_picture(&frame.colour), &frame.camera, info),
         Target::Exr => exr::encode(path, frame, info),
         Target::Y4m => Err(Error::Configuration(format!(
             "{}: y4m holds a stream of frames, not one; use png or exr for single frames",
@@ -141,6 +141,23 @@ pub fn encode_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<
 /// same frame always gives the same bytes.
 pub fn write_frame(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Written> {
     let bytes = encode_frame(path, frame, info)?;
+    atomic::write_bytes(path, &bytes)?;
+    Ok(Written::from_bytes(&bytes))
+}
+
+/// The bytes of a PNG of a picture of what `camera` saw.
+pub fn encode_picture(path: &Path, picture: &Picture, camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>> {
+    if Target::of(path)? != Target::Png {
+        let what = "only PNG is made from 8-bit pictures; render a frame for other formats";
+        return Err(Error::Configuration(format!("{}: {what}", path.display())));
+    }
+    png::encode(path, &picture.rgb, camera, info)
+}
+
+/// Writes a picture of what `camera` saw to `path` as PNG. The file appears whole or not at all, and the same
+/// picture always gives the same bytes.
+pub fn write_picture(path: &Path, picture: &Picture, camera: &Camera, info: &FrameInfo) -> Result<Written> {
+    let bytes = encode_picture(path, picture, camera, info)?;
     atomic::write_bytes(path, &bytes)?;
     Ok(Written::from_bytes(&bytes))
 }

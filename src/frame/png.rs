@@ -10,24 +10,22 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
+use super::FrameInfo;
 use super::info::CAMERA_CONVENTIONS;
 use super::picture::{Picture, Refusal};
-use super::{Frame, FrameInfo};
-use crate::colour::srgb8_picture;
 use crate::error::{Error, Result};
+use crate::space::Camera;
 
 /// Most bytes that a decoder may take for anything but the picture (text chunks above all).
 const DECODER_BYTES: usize = 16 << 20;
 
-/// The bytes of a PNG of `frame`.
-pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
-    let rgb = srgb8_picture(&frame.colour);
-    encode_rgb(frame, info, &rgb)
+/// The bytes of a PNG of `rgb`, a picture of what `camera` saw.
+pub(super) fn encode(path: &Path, rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>> {
+    encode_rgb(rgb, camera, info)
         .map_err(|source| Error::invalid(path, format!("the PNG encoder refuses the frame: {source}")))
 }
 
-fn encode_rgb(frame: &Frame, info: &FrameInfo, rgb: &[u8]) -> Result<Vec<u8>, ::png::EncodingError> {
-    let camera = &frame.camera;
+fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, ::png::EncodingError> {
     let mut bytes = Vec::with_capacity(rgb.len() / 2);
     let mut encoder = ::png::Encoder::new(&mut bytes, camera.width, camera.height);
     encoder.set_color(::png::ColorType::Rgb);
@@ -85,13 +83,15 @@ pub(super) fn decode(
 
 #[cfg(test)]
 mod tests {
+    use super::super::encode_frame;
     use super::super::testing;
     use super::*;
+    use crate::colour::srgb8_picture;
 
     #[test]
     fn pixels_and_entries_come_back() {
         let (frame, info) = (testing::frame(33, 21), testing::info());
-        let bytes = encode(Path::new("a.png"), &frame, &info).unwrap();
+        let bytes = encode_frame(Path::new("a.png"), &frame, &info).unwrap();
         let (picture, entries) = decode(&bytes, Some((33, 21))).unwrap();
         assert_eq!(picture.rgb, srgb8_picture(&frame.colour));
         assert_eq!(entries["Software"], "hedgehop 0.1.0");
@@ -102,14 +102,14 @@ mod tests {
 
     #[test]
     fn equal_frames_are_equal_bytes() {
-        let make = || encode(Path::new("a.png"), &testing::frame(64, 48), &testing::info()).unwrap();
+        let make = || encode_frame(Path::new("a.png"), &testing::frame(64, 48), &testing::info()).unwrap();
         assert_eq!(make(), make());
     }
 
     #[test]
     fn another_reader_sees_the_same_picture() {
         let frame = testing::frame(50, 40);
-        let bytes = encode(Path::new("a.png"), &frame, &testing::info()).unwrap();
+        let bytes = encode_frame(Path::new("a.png"), &frame, &testing::info()).unwrap();
         let picture = image::load_from_memory(&bytes).unwrap().into_rgb8();
         assert_eq!(picture.into_raw(), srgb8_picture(&frame.colour));
     }

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::frame::stage::{Band, ImageStage};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::scan::{PlaneMarch, Rows, Strides, Upright};
-use crate::simd::LANES;
+use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::{Header, PageSource};
@@ -102,7 +102,7 @@ fn render<S: PageSource>(
         source: renderer.source,
         radiance: &renderer.radiance,
         upright: &view.upright,
-        inverse: inverse.as_flattened(),
+        inverse: &inverse,
         atmosphere: &atmosphere,
         eye: view.eye,
         width: view.camera.width as usize,
@@ -121,14 +121,14 @@ fn march<S: PageSource>(
     view: &View<'_>,
     farm: &Farm,
     clock: &Clock,
-) -> Result<Vec<[f32; LANES]>> {
+) -> Result<Vec<Sixteen>> {
     let header = renderer.source.header();
     let clearance = view.eye.z - header.height_range.1;
     let angle = view.camera.pixel_angle();
     let strides = Strides::new(&header.grid, header.level_count, angle, clearance, renderer.options.detail);
     let mut tangents = view.upright.tangents();
     let height = view.upright.size[1];
-    let mut inverse = vec![[0.0; LANES]; view.upright.groups() * height];
+    let mut inverse = vec![Sixteen::default(); view.upright.groups() * height];
     let per_task = (farm.task_size().lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     tangents.truncate(height);
@@ -143,8 +143,8 @@ fn march<S: PageSource>(
                 open.extend_from_slice(&tangents[rows.clone()]);
                 open.push(f32::INFINITY);
                 let group = view.upright.group(index, &header.grid, view.eye, bend);
-                inverse[..rows.start].fill([0.0; LANES]);
-                inverse[rows.end..].fill([0.0; LANES]);
+                inverse[..rows.start].fill(Sixteen::default());
+                inverse[rows.end..].fill(Sixteen::default());
                 let rows = Rows { tangents: &open, inverse: &mut inverse[rows] };
                 march.fill(renderer.isa, view.eye, &group, rows)?;
             }

@@ -309,7 +309,7 @@ impl Ints for I {
         halves!(F, _mm256_cvtepi32_ps, self)
     }
     #[inline(always)]
-    fn from_bits(self) -> F {
+    fn as_floats(self) -> F {
         halves!(F, _mm256_castsi256_ps, self)
     }
     #[inline(always)]
@@ -336,17 +336,17 @@ impl Ints for I {
     }
     #[inline(always)]
     fn eq(self, other: Self) -> M {
-        let equal = halves!(I, _mm256_cmpeq_epi32, self, other).from_bits();
+        let equal = halves!(I, _mm256_cmpeq_epi32, self, other).as_floats();
         M(equal.0, equal.1)
     }
     #[inline(always)]
     fn gt(self, other: Self) -> M {
-        let greater = halves!(I, _mm256_cmpgt_epi32, self, other).from_bits();
+        let greater = halves!(I, _mm256_cmpgt_epi32, self, other).as_floats();
         M(greater.0, greater.1)
     }
     #[inline(always)]
     fn select(self, mask: M, other: Self) -> Self {
-        self.from_bits().select(mask, other.from_bits()).to_bits()
+        self.as_floats().select(mask, other.as_floats()).to_bits()
     }
     #[inline(always)]
     fn least(self, mask: M) -> i32 {

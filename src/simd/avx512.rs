@@ -265,7 +265,7 @@ impl Ints for I {
         F(lanes!(_mm512_cvtepi32_ps(self.0)))
     }
     #[inline(always)]
-    fn from_bits(self) -> F {
+    fn as_floats(self) -> F {
         F(lanes!(_mm512_castsi512_ps(self.0)))
     }
     #[inline(always)]

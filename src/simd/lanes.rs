@@ -5,6 +5,11 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 /// Lanes of every type here.
 pub const LANES: usize = 16;
 
+/// Sixteen f32 in memory, in one cache line: lanes that straddle two take twice as long.
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+pub struct Sixteen(pub [f32; LANES]);
+
 /// An instruction set: makes lanes, and reads memory into them.
 pub trait Simd: Copy {
     /// Sixteen f32.
@@ -95,7 +100,7 @@ pub trait Ints:
     /// Nearest f32.
     fn to_float(self) -> Self::F;
     /// The bits as floats.
-    fn from_bits(self) -> Self::F;
+    fn as_floats(self) -> Self::F;
     /// Logical shift right.
     fn shr<const N: u32>(self) -> Self;
     /// Shift left.

@@ -14,7 +14,7 @@ pub fn exp_neg<V: Simd>(simd: V, x: V::F) -> V::F {
     for coefficient in [0.051_666_88, 0.241_710_26, 0.692_931_3, 1.000_007_3] {
         power = power.mul_add(part, simd.splat(coefficient));
     }
-    let scale = (whole.to_int() + simd.splat_int(127)).shl::<23>().from_bits();
+    let scale = (whole.to_int() + simd.splat_int(127)).shl::<23>().as_floats();
     power * scale
 }
 

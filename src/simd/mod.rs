@@ -25,7 +25,7 @@ mod avx512;
 #[cfg(test)]
 mod tests;
 
-pub use lanes::{Floats, Ints, LANES, Mask, Simd};
+pub use lanes::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 pub use portable::Portable;
 
 use std::str::FromStr;

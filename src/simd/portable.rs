@@ -202,7 +202,7 @@ impl Floats for F {
     }
     #[inline(always)]
     fn select(self, mask: M, other: Self) -> Self {
-        self.to_bits().select(mask, other.to_bits()).from_bits()
+        self.to_bits().select(mask, other.to_bits()).as_floats()
     }
     #[inline(always)]
     fn to_bits(self) -> I {
@@ -227,7 +227,7 @@ impl Ints for I {
         F(each(self.0, |a| a as f32))
     }
     #[inline(always)]
-    fn from_bits(self) -> F {
+    fn as_floats(self) -> F {
         F(each(self.0, |a| f32::from_bits(a as u32)))
     }
     #[inline(always)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::raymarch::scan::{EDGE_STEPS, LevelRow, Upright};
-use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 
 /// Inverse depths of neighbouring planes that differ by more than this share belong to two surfaces.
 const EDGE: f32 = 0.06;
@@ -48,7 +48,7 @@ pub struct Fan<'a, V: Simd> {
     simd: V,
     upright: &'a Upright,
     /// `[group][row][lane]`.
-    inverse: &'a [f32],
+    inverse: &'a [Sixteen],
     columns: V::F,
     axes: [[f32; 2]; 2],
     /// First row of `levels`.
@@ -60,7 +60,7 @@ pub struct Fan<'a, V: Simd> {
 impl<'a, V: Simd> Fan<'a, V> {
     /// Over inverse depth as it was marched, for `rows` of the screen, one before and two behind them.
     #[inline(always)]
-    pub fn new(simd: V, upright: &'a Upright, inverse: &'a [f32], rows: Range<usize>) -> Self {
+    pub fn new(simd: V, upright: &'a Upright, inverse: &'a [Sixteen], rows: Range<usize>) -> Self {
         let first = rows.start.saturating_sub(1);
         let levels = (first..rows.end + 2).map_while(|row| upright.level_row(row as f32 + 0.5)).collect();
         let mut columns = [0.0; LANES];
@@ -122,9 +122,9 @@ impl<'a, V: Simd> Fan<'a, V> {
             (column as f32 + LANES as f32 - 0.5).mul_add(level.plane[0], level.plane[1]).floor() as i32 + 2;
         let group = first.div_euclid(LANES as i32);
         let (left, right) = if group >= 0 && last < (group + 2) * LANES as i32 && last < planes as i32 {
-            let at = (group as usize * rows + row as usize) * LANES;
-            let low = self.lanes(at);
-            let high = self.lanes(at + rows * LANES);
+            let at = group as usize * rows + row as usize;
+            let low = simd.load(&self.inverse[at].0);
+            let high = simd.load(&self.inverse[at + rows].0);
             let index = whole.to_int() - simd.splat_int(group * LANES as i32);
             (simd.permute2(low, high, index), simd.permute2(low, high, index + simd.splat_int(1)))
         } else {
@@ -139,14 +139,6 @@ impl<'a, V: Simd> Fan<'a, V> {
         let smooth = (right - left).abs().le((left + right) * simd.splat(EDGE));
         let between = (right - left).mul_add(share, left);
         (between.select(smooth, self.depth_bits(nearest)), edge)
-    }
-
-    #[inline(always)]
-    fn lanes(&self, at: usize) -> V::F {
-        match self.inverse.get(at..).and_then(|rest| rest.first_chunk()) {
-            Some(lanes) => self.simd.load(lanes),
-            None => self.simd.splat(0.0),
-        }
     }
 
     #[inline(always)]
@@ -172,7 +164,7 @@ impl<'a, V: Simd> Fan<'a, V> {
     /// Inverse depth without what its last bits tell.
     #[inline(always)]
     fn depth_bits(&self, inverse: V::F) -> V::F {
-        (inverse.to_bits() & self.simd.splat_int(!(EDGE_STEPS - 1))).from_bits()
+        (inverse.to_bits() & self.simd.splat_int(!(EDGE_STEPS - 1))).as_floats()
     }
 
     /// What a plane saw in a row; both are taken into the fan.
@@ -183,6 +175,9 @@ impl<'a, V: Simd> Fan<'a, V> {
         let plane = plane.max(simd.splat_int(0)).min(simd.splat_int(planes as i32 - 1));
         let row = row.max(simd.splat_int(0)).min(simd.splat_int(rows as i32 - 1));
         let group = plane.shr::<4>().mul(simd.splat_int((rows * LANES) as i32));
-        simd.gather(self.inverse, group + (plane & simd.splat_int(LANES as i32 - 1)) + row.shl::<4>())
+        simd.gather(
+            bytemuck::cast_slice(self.inverse),
+            group + (plane & simd.splat_int(LANES as i32 - 1)) + row.shl::<4>(),
+        )
     }
 }

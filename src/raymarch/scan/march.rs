@@ -10,7 +10,7 @@ use super::segment::{Open, Post, Segment};
 use super::strides::Stride;
 use super::{Pages, PlaneGroup, Strides};
 use crate::error::Result;
-use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd};
+use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{Grid, HeightCode, PageSource};
 
 /// Distances that differ by less than this, in sides of a voxel, are one and the same line.
@@ -25,7 +25,7 @@ pub struct Rows<'r> {
     /// Tangent of each row's elevation angle, rising; one more than there are rows, the last is +∞.
     pub tangents: &'r [f32],
     /// Inverse depth, 1/metres, of each row and plane; zero where the sky is seen, and before the march.
-    pub inverse: &'r mut [[f32; LANES]],
+    pub inverse: &'r mut [Sixteen],
 }
 
 /// Marches groups of planes through one database.
@@ -76,7 +76,7 @@ impl<S: PageSource> Kernel for Filling<'_, '_, S> {
         let nearest = enter.iter().fold(f32::INFINITY, |a, &b| a.min(b));
         let farthest = leave.iter().fold(0.0_f32, |a, &b| a.max(b));
         if nearest > farthest {
-            rows.inverse.fill([0.0; LANES]);
+            rows.inverse.fill(Sixteen::default());
             return Ok(());
         }
         let size = [march.grid.nx, march.grid.ny][group.major];

@@ -25,7 +25,7 @@
 //!
 //! which is exact for the segment, so that silhouettes end where the surface does and not at a step.
 //!
-//! How far lines lie apart follows from the footprint of a pixel, see [`strides`].
+//! How far lines lie apart follows from the footprint of a pixel, see [`Strides`].
 
 mod blocks;
 mod bounds;

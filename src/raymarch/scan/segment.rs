@@ -1,7 +1,7 @@
 //! The surface between two lines, and the rows that it fills.
 
 use super::Rows;
-use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 
 /// Least height above a ray of what is on it, metres: keeps quotients finite.
 const TOUCH: f32 = 1.0e-30;
@@ -72,7 +72,7 @@ impl<'r, V: Simd> Open<'r, V> {
     /// Everything is at the eye.
     #[cold]
     pub fn flood(&mut self) {
-        self.rows.inverse.fill([AT_EYE; LANES]);
+        self.rows.inverse.fill(Sixteen([AT_EYE; LANES]));
         self.next = self.simd.splat_int(self.rows.inverse.len() as i32);
         self.tangent = self.simd.splat(f32::INFINITY);
         self.slope = self.tangent;
@@ -117,7 +117,7 @@ impl<'r, V: Simd> Open<'r, V> {
                 let edge = self.edge(row).select(cut & start.eq(index), self.simd.splat_int(0));
                 inverse = with_edge(self.simd, inverse, edge);
             }
-            inverse.store_masked(new, &mut self.rows.inverse[row]);
+            inverse.store_masked(new, &mut self.rows.inverse[row].0);
             let above = self.simd.splat(self.rows.tangents[row + 1]);
             self.next = self.simd.splat_int(row as i32 + 1).select(new, self.next);
             self.tangent = above.select(new, self.tangent);
@@ -139,7 +139,7 @@ impl<'r, V: Simd> Open<'r, V> {
                 sky = with_edge(self.simd, zero, edge);
             }
             let open = !self.next.gt(index);
-            sky.store_masked(open, &mut self.rows.inverse[row]);
+            sky.store_masked(open, &mut self.rows.inverse[row].0);
         }
     }
 
@@ -162,5 +162,5 @@ pub const EDGE_STEPS: i32 = 16;
 /// Inverse depth whose last bits tell where in the row an edge lies: finer than its own precision matters.
 #[inline(always)]
 fn with_edge<V: Simd>(simd: V, inverse: V::F, edge: V::I) -> V::F {
-    ((inverse.to_bits() & simd.splat_int(!(EDGE_STEPS - 1))) | edge).from_bits()
+    ((inverse.to_bits() & simd.splat_int(!(EDGE_STEPS - 1))) | edge).as_floats()
 }

@@ -2,9 +2,11 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use hedgehop::Error;
+use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
@@ -126,6 +128,21 @@ pub struct Workers {
     /// Worker threads [default: one per core]
     #[arg(short, long = "jobs", value_name = "N", value_parser = workers)]
     pub jobs: Option<usize>,
+}
+
+/// Instruction set of the engine.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct Instructions {
+    /// Vector instructions of the engine: avx512, avx2 or portable [default: the fastest that this machine has]
+    #[arg(long, value_name = "SET", value_parser = Isa::from_str)]
+    pub simd: Option<Isa>,
+}
+
+impl Instructions {
+    /// What was asked for, or the fastest.
+    pub fn isa(&self) -> Isa {
+        self.simd.unwrap_or_default()
+    }
 }
 
 /// More threads than any machine has cores are a typing error, and would exhaust the system.

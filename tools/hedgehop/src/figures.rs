@@ -53,6 +53,8 @@ pub struct Report {
     pub hedgehop: &'static str,
     /// Cores that this process may use.
     pub cores: usize,
+    /// Vector instructions of the engine.
+    pub simd: &'static str,
     /// Database.
     pub area: String,
     /// Identity of the database.

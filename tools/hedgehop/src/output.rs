@@ -10,7 +10,7 @@ use hedgehop::colour::srgb8_picture;
 use hedgehop::frame::check::{Existing, existing};
 use hedgehop::frame::sidecar::{DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest};
 use hedgehop::frame::y4m::{Chroma, Y4mWriter};
-use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame};
+use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
@@ -20,7 +20,7 @@ use serde_json::Value;
 
 use crate::area;
 use crate::args::Size;
-use crate::sequence::Shot;
+use crate::sequence::{Image, Shot};
 
 /// Name and version that outputs carry.
 pub const WRITER: &str = concat!("hedgehop ", env!("CARGO_PKG_VERSION"));
@@ -81,7 +81,11 @@ impl<'a> Files<'a> {
 
     /// Writes one frame.
     pub fn write(&self, shot: &Shot) -> Result<()> {
-        let written = write_frame(&self.path(shot.number), &shot.frame, &self.info(shot.number))?;
+        let (path, info) = (self.path(shot.number), self.info(shot.number));
+        let written = match &shot.image {
+            Image::Picture(picture, camera) => write_picture(&path, picture, camera, &info)?,
+            Image::Frame(frame) => write_frame(&path, frame, &info)?,
+        };
         self.written.lock().unwrap_or_else(PoisonError::into_inner).insert(shot.number, written);
         Ok(())
     }
@@ -165,9 +169,16 @@ impl<W: Write> Stream<W> {
 
     /// Appends one frame.
     pub fn write(&self, shot: &Shot) -> Result<()> {
-        let picture = srgb8_picture(&shot.frame.colour);
+        let converted;
+        let picture = match &shot.image {
+            Image::Picture(picture, _) => &picture.rgb,
+            Image::Frame(frame) => {
+                converted = srgb8_picture(&frame.colour);
+                &converted
+            }
+        };
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
-        writer.write(&picture).map_err(|error| Error::io(&self.name, "write it", error))
+        writer.write(picture).map_err(|error| Error::io(&self.name, "write it", error))
     }
 }
 

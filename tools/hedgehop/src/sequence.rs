@@ -10,9 +10,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, bounded};
-use hedgehop::frame::Frame;
+use hedgehop::frame::{Frame, Picture};
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::render::Renderer;
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::PageSource;
@@ -23,17 +23,35 @@ use hedgehop::{Error, Result};
 pub struct Shot {
     /// Absolute number, 1…
     pub number: u64,
-    /// The picture.
-    pub frame: Frame,
+    /// What was seen.
+    pub image: Image,
+}
+
+/// What is asked of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Product {
+    /// 8-bit colour: the fastest.
+    Picture,
+    /// Linear colour, range, normals, levels, ids.
+    Frame,
+}
+
+/// A frame as it was asked for.
+#[derive(Debug)]
+pub enum Image {
+    /// 8-bit colour, and what saw it.
+    Picture(Picture, Box<Camera>),
+    /// Everything.
+    Frame(Box<Frame>),
 }
 
 /// What renders.
 #[derive(Debug, Clone, Copy)]
 pub struct Sequence<'a, S> {
-    /// The database.
-    pub source: &'a S,
-    /// How pictures look.
-    pub options: &'a RenderOptions,
+    /// Renders the database.
+    pub renderer: &'a Renderer<'a, S>,
+    /// What of each frame.
+    pub product: Product,
     /// Who renders.
     pub farm: &'a Farm,
     /// Frames that are rendered at once.
@@ -96,15 +114,20 @@ impl<S: PageSource> Sequence<'_, S> {
     ) -> Result<()> {
         let batch = Batch { frames: cameras, in_flight: self.in_flight, observer };
         let render = |farm: &Farm, camera: &Camera| {
-            render_frame(self.source, camera, self.options, farm).map(|rendered| rendered.frame)
+            Ok(match self.product {
+                Product::Picture => {
+                    Image::Picture(self.renderer.picture(camera, farm)?.0, Box::new(camera.clone()))
+                }
+                Product::Frame => Image::Frame(Box::new(self.renderer.frame(camera, farm)?.frame)),
+            })
         };
-        self.farm.fly(&batch, render, |number, frame| {
+        self.farm.fly(&batch, render, |number, image| {
             // What the encoder that failed says replaces this.
             let stopped = || Error::Interrupted("no frame can be written".into());
             if failed.load(Ordering::Relaxed) {
                 return Err(stopped());
             }
-            sender.send(Shot { number, frame }).map_err(|_| stopped())
+            sender.send(Shot { number, image }).map_err(|_| stopped())
         })
     }
 }

@@ -17,16 +17,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use hedgehop::frame::atomic::write_bytes;
-use hedgehop::frame::{Frame, FrameInfo, FrameRate, FrameSet, encode_frame};
+use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, StageTimes, render_frame};
+use hedgehop::render::{Renderer, StageTimes};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
-use crate::args::{self, Overlap, Size, check_no_input};
+use crate::args::{self, Instructions, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{Figures, Report};
 use crate::interrupt::Interrupt;
@@ -94,6 +94,9 @@ pub struct Args {
     overlap: Overlap,
 
     #[command(flatten)]
+    instructions: Instructions,
+
+    #[command(flatten)]
     flight: FlightArgs,
 
     #[command(flatten)]
@@ -124,9 +127,8 @@ struct Crew {
 
 /// What is rendered.
 struct Job<'a> {
-    source: &'a PageFile,
+    renderer: Renderer<'a, PageFile>,
     cameras: &'a [(u64, Camera)],
-    options: RenderOptions,
     reporter: &'a Reporter,
 }
 
@@ -187,12 +189,9 @@ fn measure(
     reporter: &Reporter,
 ) -> Result<Report> {
     let mut crews = crews(args)?;
-    let job = Job {
-        source,
-        cameras,
-        options: args.flight.world.apply(source.header(), args.look.options()),
-        reporter,
-    };
+    let options = args.flight.world.apply(source.header(), args.look.options());
+    let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
+    let job = Job { renderer, cameras, reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;
@@ -219,6 +218,7 @@ fn measure(
     Ok(Report {
         hedgehop: env!("CARGO_PKG_VERSION"),
         cores: args::available_cores(),
+        simd: args.instructions.isa().name(),
         area: args.area.display().to_string(),
         content_hash: source.header().content_hash.to_string(),
         size: [size.width, size.height],
@@ -266,9 +266,7 @@ impl Job<'_> {
         mut look: impl FnMut(u64, Timed) -> Result<()>,
     ) -> Result<()> {
         let batch = Batch { frames: self.cameras, in_flight, observer: self.reporter };
-        let render = |farm: &Farm, camera: &Camera| {
-            Timed::render(|| render_frame(self.source, camera, &self.options, farm))
-        };
+        let render = |farm: &Farm, camera: &Camera| Timed::render(|| self.renderer.picture(camera, farm));
         let flown = farm.fly(&batch, render, |number, timed| {
             self.reporter.advance(1);
             look(number, timed)
@@ -286,16 +284,21 @@ impl Job<'_> {
         let mut encoding = Duration::ZERO;
         let mut reference = Vec::with_capacity(self.cameras.len());
         // One frame after the other, so that rendering does not slow the encoder.
-        self.fly(&most.farm, 1, |number, Timed { rendered, .. }| {
-            encoding += encode(&rendered.frame, number)?;
-            reference.push(hash(&rendered.frame));
-            dump_ranges.map_or(Ok(()), |folder| ranges::dump(folder, number, &rendered.frame))
+        let mut cameras = self.cameras.iter();
+        self.fly(&most.farm, 1, |number, Timed { picture, .. }| {
+            let Some((_, camera)) = cameras.next() else { return Ok(()) };
+            encoding += encode(&picture, camera, number)?;
+            reference.push(blake3::hash(&picture.rgb));
+            match dump_ranges {
+                Some(folder) => ranges::dump(folder, number, &self.renderer.frame(camera, &most.farm)?.frame),
+                None => Ok(()),
+            }
         })?;
         let mut is_identical = true;
         for crew in crews {
             let mut expected = reference.iter();
-            self.fly(&crew.farm, crew.in_flight, |_, Timed { rendered, .. }| {
-                is_identical &= expected.next() == Some(&hash(&rendered.frame));
+            self.fly(&crew.farm, crew.in_flight, |_, Timed { picture, .. }| {
+                is_identical &= expected.next() == Some(&blake3::hash(&picture.rgb));
                 Ok(())
             })?;
         }
@@ -308,9 +311,9 @@ impl Job<'_> {
         let mut frames = Vec::new();
         let begun = Instant::now();
         self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |number, timed| {
-            stages.march += timed.rendered.times.march;
-            stages.shade += timed.rendered.times.shade;
-            stages.image += timed.rendered.times.image;
+            stages.march += timed.stages.march;
+            stages.shade += timed.stages.shade;
+            stages.image += timed.stages.image;
             if crew.in_flight == 1 {
                 frames.push(timed.times(number));
             }
@@ -321,7 +324,7 @@ impl Job<'_> {
 }
 
 /// Time to make a PNG in memory.
-fn encode(frame: &Frame, number: u64) -> Result<Duration> {
+fn encode(picture: &Picture, camera: &Camera, number: u64) -> Result<Duration> {
     let info = FrameInfo {
         frame: number,
         seconds: 0.0,
@@ -333,19 +336,10 @@ fn encode(frame: &Frame, number: u64) -> Result<Duration> {
         writer: WRITER.to_owned(),
     };
     let begun = Instant::now();
-    let bytes = encode_frame(Path::new("bench.png"), frame, &info)?;
+    let bytes = encode_picture(Path::new("bench.png"), picture, camera, &info)?;
     let elapsed = begun.elapsed();
     std::hint::black_box(bytes);
     Ok(elapsed)
-}
-
-/// A hash of all planes, bit by bit.
-fn hash(frame: &Frame) -> blake3::Hash {
-    let floats = frame.colour.iter().chain(&frame.normal).flatten().chain(&frame.range);
-    let mut bytes: Vec<u8> = floats.flat_map(|value| value.to_bits().to_le_bytes()).collect();
-    bytes.extend_from_slice(&frame.level);
-    bytes.extend(frame.id.iter().flat_map(|id| id.to_le_bytes()));
-    blake3::hash(&bytes)
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
@@ -390,12 +384,13 @@ fn set_efficiency(results: &mut [Figures]) {
 fn table(report: &Report) -> String {
     let [width, height] = report.size;
     let mut text = format!(
-        "{}: {} frames of {width}x{height}, median of {}, {} cores\n\n\
+        "{}: {} frames of {width}x{height}, median of {}, {} cores, {}\n\n\
          workers  frames/s  Mpixel/s  efficiency  march ms  shade ms  image ms  encode ms\n",
         report.area,
         report.frames.len(),
         report.repeats,
-        report.cores
+        report.cores,
+        report.simd
     );
     for f in &report.results {
         text += &format!(

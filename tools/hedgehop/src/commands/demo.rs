@@ -10,7 +10,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, build};
 use hedgehop::{Error, Result};
 
-use crate::args::{self, Overlap, Size, Workers};
+use crate::args::{self, Instructions, Overlap, Size, Workers};
 use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
@@ -120,6 +120,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         video: check_video(&film).is_ok().then_some(film),
         workers: Workers { jobs: None },
         overlap: Overlap::default(),
+        instructions: Instructions::default(),
         flight: FlightArgs {
             path: Some(folder.join(PATH.0)),
             eye: None,

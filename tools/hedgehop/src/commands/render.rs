@@ -10,20 +10,20 @@ use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::render::RenderOptions;
+use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
-use crate::args::{Overlap, Size, Workers, check_no_input};
+use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
 use crate::screen::Setup;
-use crate::sequence::Sequence;
+use crate::sequence::{Product, Sequence};
 use crate::view::{FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
@@ -74,6 +74,9 @@ pub struct Args {
 
     #[command(flatten)]
     pub overlap: Overlap,
+
+    #[command(flatten)]
+    pub instructions: Instructions,
 
     #[command(flatten)]
     pub flight: FlightArgs,
@@ -148,7 +151,9 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let options = args.flight.world.apply(source.header(), args.look.options());
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
-    let sequence = Sequence { source, options: &options, farm: &farm, in_flight, encoders };
+    let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
+    let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
+    let sequence = Sequence { renderer: &renderer, product, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)

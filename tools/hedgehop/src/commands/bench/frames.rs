@@ -7,7 +7,8 @@
 use std::time::{Duration, Instant};
 
 use hedgehop::Result;
-use hedgehop::render::{Rendered, StageTimes};
+use hedgehop::frame::Picture;
+use hedgehop::render::StageTimes;
 
 use crate::figures::FrameFigures;
 
@@ -27,26 +28,28 @@ pub(super) struct FrameTimes {
 /// A frame with its clocks.
 pub(super) struct Timed {
     /// What was rendered.
-    pub rendered: Rendered,
+    pub picture: Picture,
+    /// What its stages took, summed over workers.
+    pub stages: StageTimes,
     wall: Duration,
     cpu: Option<Duration>,
 }
 
 impl Timed {
     /// Renders a frame between two looks at both clocks. While frames overlap, they also tell of others.
-    pub(super) fn render(render: impl FnOnce() -> Result<Rendered>) -> Result<Self> {
+    pub(super) fn render(render: impl FnOnce() -> Result<(Picture, StageTimes)>) -> Result<Self> {
         // The CPU clock is read first and last, so that what reading it costs is counted, not hidden.
         let cpu_begun = process_cpu_time();
         let begun = Instant::now();
-        let rendered = render()?;
+        let (picture, stages) = render()?;
         let wall = begun.elapsed();
         let cpu = cpu_begun.zip(process_cpu_time()).map(|(begun, end)| end.saturating_sub(begun));
-        Ok(Self { rendered, wall, cpu })
+        Ok(Self { picture, stages, wall, cpu })
     }
 
     /// Its times as those of frame `number`.
     pub(super) fn times(&self, number: u64) -> FrameTimes {
-        FrameTimes { number, wall: self.wall, cpu: self.cpu, stages: self.rendered.times }
+        FrameTimes { number, wall: self.wall, cpu: self.cpu, stages: self.stages }
     }
 }
 
