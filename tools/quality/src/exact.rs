@@ -1,7 +1,7 @@
-//! What there is to see: level 1 at any distance, one ray at a time, with the renderer's own shading and air.
+//! What there is to see: level 1 at any distance, one ray at a time, with the renderer's own light and air.
 //!
 //! ```text
-//! sample(column, row) = exact contact with level 1 → its colour and normal, bilinear → sensor → haze, or sky
+//! sample(column, row) = exact contact with level 1 → light of its posts, bilinear → haze, or sky
 //! one sample          = sample at the pixel's centre
 //! truth               = mean radiance over n × n samples, one at random in each cell of the pixel
 //! ```
@@ -11,13 +11,15 @@
 use glam::Vec3;
 use hedgehop::Result;
 use hedgehop::frame::Atmosphere;
-use hedgehop::raymarch::{GridRay, LevelBands, Marcher, SurfaceFilter};
+use hedgehop::raymarch::{GridRay, LevelBands, Marcher};
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::VisualSensor;
+use hedgehop::sensor::radiance::Radiance;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, PageSource};
 
+use crate::posts::PostLight;
 use crate::random::pair_of;
 
 /// Colour and range of a view of level 1, `[height][width]`, row 0 at the top.
@@ -32,22 +34,19 @@ pub struct ExactView {
 /// Sees level 1 in single directions.
 pub struct ExactEye<'a, S: PageSource> {
     marcher: Marcher<'a, S>,
-    filter: SurfaceFilter<'a, S>,
-    sensor: VisualSensor,
+    light: PostLight<'a, S>,
     atmosphere: Atmosphere,
     grid: Grid,
     camera: &'a Camera,
 }
 
 impl<'a, S: PageSource> ExactEye<'a, S> {
-    /// At the pose of `camera`.
-    pub fn new(source: &'a S, camera: &'a Camera, options: &RenderOptions) -> Self {
+    /// At the pose of `camera`, over ground that sends `radiance`.
+    pub fn new(source: &'a S, radiance: &'a Radiance, camera: &'a Camera, options: &RenderOptions) -> Self {
         let header = source.header();
         Self {
             marcher: Marcher::new(source, LevelBands::finest_only(), options.surface),
-            // A pixel without extent: one place of level 1.
-            filter: SurfaceFilter::new(source, hedgehop::space::Footprint::Angle(0.0)),
-            sensor: VisualSensor::new(options.sun),
+            light: PostLight::new(source, radiance),
             atmosphere: Atmosphere::new(options.visibility, header.height_range.0),
             grid: header.grid,
             camera,
@@ -68,7 +67,7 @@ impl<'a, S: PageSource> ExactEye<'a, S> {
         let Some(contact) = self.marcher.first_contact(&ray, 0.0)? else {
             return Ok((self.atmosphere.sky(eye.z, up), f64::INFINITY));
         };
-        let radiance = self.sensor.radiance(&self.filter.sample(&ray, &contact)?);
+        let radiance = self.light.at(ray.at(contact.range).truncate())?;
         Ok((self.atmosphere.haze(radiance, eye.z, up, contact.range as f32), contact.range))
     }
 }
@@ -111,16 +110,17 @@ pub fn supersampled<S: PageSource>(
 }
 
 /// Every pixel of `camera` by `sample`, which is given the eye, the column and the row.
-fn view<'a, S: PageSource>(
-    source: &'a S,
-    camera: &'a Camera,
+fn view<S: PageSource>(
+    source: &S,
+    camera: &Camera,
     options: &RenderOptions,
     farm: &Farm,
-    sample: impl Fn(&mut ExactEye<'a, S>, u32, u32) -> Result<(Vec3, f64)> + Sync + Send,
+    sample: impl Fn(&mut ExactEye<'_, S>, u32, u32) -> Result<(Vec3, f64)> + Sync + Send,
 ) -> Result<ExactView> {
+    let radiance = Radiance::new(VisualSensor::new(options.sun));
     let columns: Vec<Vec<(Vec3, f64)>> = farm
         .render(camera.width, |subimage| {
-            let mut eye = ExactEye::new(source, camera, options);
+            let mut eye = ExactEye::new(source, &radiance, camera, options);
             (subimage.first_column..subimage.first_column + subimage.columns)
                 .map(|column| (0..camera.height).map(|row| sample(&mut eye, column, row)).collect())
                 .collect::<Result<Vec<_>>>()

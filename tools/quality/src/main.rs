@@ -6,6 +6,7 @@ mod exact;
 mod flicker;
 mod measure;
 mod picture;
+mod posts;
 mod random;
 mod report;
 mod truth;

@@ -12,7 +12,10 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use hedgehop::raymarch::scan::Upright;
 use hedgehop::render::RenderOptions;
+use hedgehop::sensor::VisualSensor;
+use hedgehop::sensor::radiance::Radiance;
 use hedgehop::space::{Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::{Error, Result};
@@ -104,6 +107,8 @@ struct Measured {
     bounds: [f64; 4],
     all: Figures,
     level_flight: Figures,
+    scan_planes: Figures,
+    scan_planes_poses: usize,
     within_bounds: bool,
     poses: Vec<PoseFigures>,
     worst: Vec<Comparison>,
@@ -227,7 +232,8 @@ fn compare(
         Some(_) => return Err(Error::Configuration("--pixel lies outside of the picture".into())),
         None => (0..args.pixels).map(|_| chosen()).collect(),
     };
-    let mut eye = ExactEye::new(&area.source, &camera, &options);
+    let radiance = Radiance::new(VisualSensor::new(options.sun));
+    let mut eye = ExactEye::new(&area.source, &radiance, &camera, &options);
     let compared: Vec<Comparison> = pixels
         .into_iter()
         .map(|pixel| {
@@ -276,9 +282,18 @@ fn finish(
     };
     let all = Figures::of(compared.iter());
     let level_flight = Figures::of(compared.iter().filter(is_level));
+    // Poses that are too steep for scan planes go to the reference marcher, which is exact near the eye.
+    let in_planes: Vec<bool> = poses
+        .iter()
+        .map(|pose| Upright::new(&Camera::new(*pose, args.size.width, args.size.height)).is_some())
+        .collect();
+    let scan_planes = Figures::of(compared.iter().filter(|pixel| in_planes[pixel.pose]));
+    let scan_planes_poses = per_pose.iter().filter(|figures| in_planes[figures.pose]).count();
     let within_bounds = all.within_bounds();
     report::line(&format!("{:<36} {}", "all", all.columns()));
     report::line(&format!("{:<36} {}", "level flight", level_flight.columns()));
+    let title = format!("scan planes ({scan_planes_poses} poses)");
+    report::line(&format!("{title:<36} {}", scan_planes.columns()));
     let verdict = if within_bounds { "within" } else { "NOT within" };
     report::line(&format!(
         "{verdict} the bounds: median {:e}, 99 % {:e}, 99.6 % {:e}, sky {} %",
@@ -302,6 +317,8 @@ fn finish(
         bounds: BOUNDS,
         all,
         level_flight,
+        scan_planes,
+        scan_planes_poses,
         within_bounds,
         poses: per_pose,
         worst: compared,

@@ -53,7 +53,7 @@ impl Truths<'_> {
     /// A hash of the database, the view, the look and the samples.
     fn key<S: PageSource>(&self, source: &S, camera: &Camera, options: &RenderOptions) -> u64 {
         let said = format!(
-            "{} {:?} {}x{} {options:?} {}",
+            "light of posts, {} {:?} {}x{} {options:?} {}",
             source.header().content_hash,
             camera.pose,
             camera.width,
