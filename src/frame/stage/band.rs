@@ -44,9 +44,9 @@ pub enum Band<'b> {
 }
 
 /// Everything that pixels are made of.
-pub struct ImageStage<'a, S: PageSource> {
+pub struct ImageStage<'a> {
     /// The database.
-    pub source: &'a S,
+    pub source: &'a dyn PageSource,
     /// Its radiance under the sun.
     pub radiance: &'a Radiance,
     /// How the screen lies in the fan.
@@ -63,15 +63,15 @@ pub struct ImageStage<'a, S: PageSource> {
     pub pixel_angle: f64,
 }
 
-impl<S: PageSource> ImageStage<'_, S> {
+impl ImageStage<'_> {
     /// Makes the rows from `first` on.
     pub fn fill(&self, isa: Isa, first: usize, band: Band<'_>) -> Result<()> {
         isa.run(Filling { stage: self, first, band })
     }
 }
 
-struct Filling<'f, 'b, 'a, S: PageSource> {
-    stage: &'f ImageStage<'a, S>,
+struct Filling<'f, 'b, 'a> {
+    stage: &'f ImageStage<'a>,
     first: usize,
     band: Band<'b>,
 }
@@ -96,7 +96,7 @@ struct Row {
     is_cut: bool,
 }
 
-impl<S: PageSource> Kernel for Filling<'_, '_, '_, S> {
+impl Kernel for Filling<'_, '_, '_> {
     type Output = Result<()>;
 
     #[inline(always)]
@@ -132,17 +132,17 @@ impl<S: PageSource> Kernel for Filling<'_, '_, '_, S> {
 }
 
 /// Sixteen columns of a band.
-struct Strip<'p, S: PageSource, V: Simd> {
+struct Strip<'p, V: Simd> {
     simd: V,
     fan: Fan<'p, V>,
-    sampler: Sampler<'p, S>,
+    sampler: Sampler<'p>,
     air: Air,
     pixel_angle: f32,
     spacing: f32,
     rows: Vec<Row>,
 }
 
-impl<S: PageSource, V: Simd> Strip<'_, S, V> {
+impl<V: Simd> Strip<'_, V> {
     /// Where on the ground the pixels of each row see, and over which footprint.
     #[inline(always)]
     fn look(&mut self, column: usize, first: usize, count: usize) {

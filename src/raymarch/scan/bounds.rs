@@ -2,12 +2,12 @@
 
 use super::Pages;
 use crate::error::Result;
-use crate::voxel::{PAGE_SIDE, PageId, PageSource};
+use crate::voxel::{PAGE_SIDE, PageId};
 
 /// Greatest upper-bound code of `level`'s voxels at `major` along axis `axis` and `minor` across it
 /// (first and last, within the area); `u16::MAX` where a page is absent. 0: there is no surface.
-pub fn highest_code<S: PageSource>(
-    pages: &mut Pages<'_, S>,
+pub fn highest_code(
+    pages: &mut Pages<'_>,
     level: u8,
     axis: usize,
     major: u32,

@@ -3,7 +3,7 @@
 use super::Pages;
 use crate::error::Result;
 use crate::simd::{Floats, Ints, Simd};
-use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId, PageSource};
+use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
 
 /// Most pages that a block of lines may lie in, side by side; planes are never so far apart that a level
 /// of their footprint needs more.
@@ -25,8 +25,8 @@ pub struct Lines<'a> {
 impl<'a> Lines<'a> {
     /// Pages of `level` with line `line` along axis `major`, that hold the posts `posts` (first and last, may
     /// lie outside the area). `None`: one of them is absent, or they are too many.
-    pub fn find<S: PageSource>(
-        pages: &mut Pages<'a, S>,
+    pub fn find(
+        pages: &mut Pages<'a>,
         level: u8,
         major: usize,
         line: i64,

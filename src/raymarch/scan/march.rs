@@ -29,8 +29,8 @@ pub struct Rows<'r> {
 }
 
 /// Marches groups of planes through one database.
-pub struct PlaneMarch<'a, S: PageSource> {
-    pages: Pages<'a, S>,
+pub struct PlaneMarch<'a> {
+    pages: Pages<'a>,
     grid: Grid,
     heights: HeightCode,
     level_count: u8,
@@ -39,9 +39,9 @@ pub struct PlaneMarch<'a, S: PageSource> {
     strides: Strides,
 }
 
-impl<'a, S: PageSource> PlaneMarch<'a, S> {
+impl<'a> PlaneMarch<'a> {
     /// A march over `source`, with lines as far apart as `strides` says.
-    pub fn new(source: &'a S, strides: Strides) -> Self {
+    pub fn new(source: &'a dyn PageSource, strides: Strides) -> Self {
         let header = source.header();
         Self {
             pages: Pages::new(source),
@@ -59,14 +59,14 @@ impl<'a, S: PageSource> PlaneMarch<'a, S> {
     }
 }
 
-struct Filling<'f, 'a, S: PageSource> {
-    march: &'f mut PlaneMarch<'a, S>,
+struct Filling<'f, 'a> {
+    march: &'f mut PlaneMarch<'a>,
     eye: DVec3,
     group: &'f PlaneGroup,
     rows: Rows<'f>,
 }
 
-impl<S: PageSource> Kernel for Filling<'_, '_, S> {
+impl Kernel for Filling<'_, '_> {
     type Output = Result<()>;
 
     #[inline(always)]
@@ -113,9 +113,9 @@ impl<S: PageSource> Kernel for Filling<'_, '_, S> {
 }
 
 /// Sixteen planes on their way.
-struct Planes<'f, 'a, S: PageSource, V: Simd> {
+struct Planes<'f, 'a, V: Simd> {
     simd: V,
-    march: &'f mut PlaneMarch<'a, S>,
+    march: &'f mut PlaneMarch<'a>,
     eye: DVec3,
     group: &'f PlaneGroup,
     ground: Ground<V>,
@@ -131,7 +131,7 @@ struct Planes<'f, 'a, S: PageSource, V: Simd> {
     reached: f32,
 }
 
-impl<'a, S: PageSource, V: Simd> Planes<'_, 'a, S, V> {
+impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn march(mut self) -> Result<()> {
         let ceiling = self.simd.splat((self.march.ceiling - self.eye.z) as f32);

@@ -7,19 +7,19 @@ use crate::voxel::{PageId, PageSource, PageView};
 const SLOTS: usize = 64;
 
 /// Looks pages up, and remembers some.
-pub struct Pages<'a, S: PageSource> {
-    source: &'a S,
+pub struct Pages<'a> {
+    source: &'a dyn PageSource,
     slots: Vec<Option<(PageId, Option<PageView<'a>>)>>,
 }
 
-impl<'a, S: PageSource> Pages<'a, S> {
+impl<'a> Pages<'a> {
     /// Nothing is looked up yet.
-    pub fn new(source: &'a S) -> Self {
+    pub fn new(source: &'a dyn PageSource) -> Self {
         Self { source, slots: vec![None; SLOTS] }
     }
 
     /// The database.
-    pub fn source(&self) -> &'a S {
+    pub fn source(&self) -> &'a dyn PageSource {
         self.source
     }
 

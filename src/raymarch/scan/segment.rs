@@ -111,7 +111,8 @@ impl<'r, V: Simd> Open<'r, V> {
             // A ray that is under the surface already ended at the nearer line.
             let before = tangent.neg_mul_add(last.depth, last.z).min(zero);
             let after = after.max(touch);
-            let inverse = (after - before) * (after * last.depth - before * post.depth).recip();
+            let reach = (after * last.depth - before * post.depth).max(touch);
+            let inverse = (after - before) * reach.recip();
             let mut edge = self.simd.splat_int(0);
             if any_cut {
                 edge = self.edge(row).select(cut & start.eq(index), edge);

@@ -75,7 +75,7 @@ impl Radiance {
         }
     }
 
-    fn page<S: PageSource>(&self, source: &S, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
+    fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let now = self.frame.load(Ordering::Relaxed);
         if let Some(entry) = self.pages.read().unwrap_or_else(PoisonError::into_inner).get(&id) {
             entry.used.store(now, Ordering::Relaxed);
@@ -94,20 +94,20 @@ impl Radiance {
 const SLOTS: usize = 64;
 
 /// The pages that one task looked up.
-pub struct RadiancePages<'a, S: PageSource> {
-    source: &'a S,
+pub struct RadiancePages<'a> {
+    source: &'a dyn PageSource,
     radiance: &'a Radiance,
     slots: Vec<Option<(PageId, Option<Arc<RadiancePage>>)>>,
 }
 
-impl<'a, S: PageSource> RadiancePages<'a, S> {
+impl<'a> RadiancePages<'a> {
     /// None is looked up yet.
-    pub fn new(source: &'a S, radiance: &'a Radiance) -> Self {
+    pub fn new(source: &'a dyn PageSource, radiance: &'a Radiance) -> Self {
         Self { source, radiance, slots: vec![None; SLOTS] }
     }
 
     /// The database.
-    pub fn source(&self) -> &'a S {
+    pub fn source(&self) -> &'a dyn PageSource {
         self.source
     }
 

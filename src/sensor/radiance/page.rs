@@ -35,8 +35,8 @@ impl RadiancePage {
     /// # Errors
     /// A page that is damaged: this one, or one that it depends on (its neighbours, and what lies under them in the next finer
     /// level).
-    pub fn bake<S: PageSource>(
-        source: &S,
+    pub fn bake(
+        source: &dyn PageSource,
         id: PageId,
         sensor: &VisualSensor,
         isa: Isa,
@@ -51,13 +51,13 @@ impl RadiancePage {
 }
 
 /// Plain loops over rows, which the compiler vectorises for the set.
-struct Baking<'a, S> {
-    source: &'a S,
+struct Baking<'a> {
+    source: &'a dyn PageSource,
     id: PageId,
     sensor: &'a VisualSensor,
 }
 
-impl<S: PageSource> Kernel for Baking<'_, S> {
+impl Kernel for Baking<'_> {
     type Output = Result<Option<RadiancePage>>;
 
     #[inline(always)]

@@ -8,7 +8,7 @@ use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use super::{RadiancePage, RadiancePages};
 use crate::error::Result;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
-use crate::voxel::{Grid, PAGE_SIDE, PageId, PageSource};
+use crate::voxel::{Grid, PAGE_SIDE, PageId};
 
 /// Images per level: full and half resolution.
 const IMAGES: i32 = 2;
@@ -30,15 +30,18 @@ struct Spot {
     /// Between which texels, counted from `home`, `page` is the one to use; no pixel is, before the first.
     from: [f32; 2],
     to: [f32; 2],
-    /// First texel of `page`, counted from `home`.
+    /// First texel of `page`, counted from `home`, and the least and greatest place in it: the area's edge goes
+    /// on as its outermost texels.
     first: [f32; 2],
+    least: [f32; 2],
+    greatest: [f32; 2],
     /// `None`: absent.
     page: Option<Arc<RadiancePage>>,
 }
 
 /// Samples radiance for an eye.
-pub struct Sampler<'a, S: PageSource> {
-    pages: RadiancePages<'a, S>,
+pub struct Sampler<'a> {
+    pages: RadiancePages<'a>,
     spots: [Spot; MOST_IMAGES],
     coarsest: i32,
     /// Image that was used last.
@@ -46,9 +49,9 @@ pub struct Sampler<'a, S: PageSource> {
     grid: Grid,
 }
 
-impl<'a, S: PageSource> Sampler<'a, S> {
+impl<'a> Sampler<'a> {
     /// For an eye at `eye`, units.
-    pub fn new(pages: RadiancePages<'a, S>, eye: DVec2) -> Self {
+    pub fn new(pages: RadiancePages<'a>, eye: DVec2) -> Self {
         let header = pages.source().header();
         let coarsest = (i32::from(header.level_count) * IMAGES - 1).min(MOST_IMAGES as i32 - 1);
         let mut spots: [Spot; MOST_IMAGES] = Default::default();
@@ -108,8 +111,10 @@ impl<'a, S: PageSource> Sampler<'a, S> {
             match &spot.page {
                 Some(page) => {
                     let texels = &page.images[(current % IMAGES) as usize];
-                    let x = within(simd, x, spot.first[0], texels.size[0]);
-                    let y = within(simd, y, spot.first[1], texels.size[1]);
+                    let x = (x - simd.splat(spot.first[0])).max(simd.splat(spot.least[0]));
+                    let y = (y - simd.splat(spot.first[1])).max(simd.splat(spot.least[1]));
+                    let x = x.min(simd.splat(spot.greatest[0]));
+                    let y = y.min(simd.splat(spot.greatest[1]));
                     let colour = bilinear(simd, &texels.texels, texels.size[0] + 2, x, y);
                     for channel in 0..3 {
                         sum[channel] = colour[channel].select(here, sum[channel]);
@@ -159,6 +164,13 @@ impl<'a, S: PageSource> Sampler<'a, S> {
             spot.to[axis] = spot.to[axis].max(texel.next_up());
         }
         spot.page = self.pages.get(PageId { level, px: page[0] as u32, py: page[1] as u32 })?;
+        if let Some(found) = &spot.page {
+            let size = found.images[(image % IMAGES) as usize].size;
+            for axis in 0..2 {
+                spot.least[axis] = if page[axis] == 0 { 0.0 } else { -0.5 };
+                spot.greatest[axis] = (size[axis] - i32::from(page[axis] == last[axis])) as f32;
+            }
+        }
         Ok(())
     }
 }
@@ -191,10 +203,4 @@ fn between<V: Simd>([sw, se, nw, ne]: [V::I; 4], u: V::F, v: V::F) -> V::F {
     let south = (se - sw).mul_add(u, sw);
     let north = (ne - nw).mul_add(u, nw);
     (north - south).mul_add(v, south)
-}
-
-/// A position in texels of the eye's page, from `first` on: within an image of `size` texels and half of one around.
-#[inline(always)]
-fn within<V: Simd>(simd: V, position: V::F, first: f32, size: i32) -> V::F {
-    (position - simd.splat(first)).max(simd.splat(-0.5)).min(simd.splat(size as f32 - 0.5))
 }

@@ -287,14 +287,14 @@ fn every_instruction_set_bakes_the_same_bits() {
 }
 
 /// Samples places (units) over footprints of log₂ `detail`.
-struct Sampling<'s, 'a, S: PageSource> {
-    sampler: &'s mut Sampler<'a, S>,
+struct Sampling<'s, 'a> {
+    sampler: &'s mut Sampler<'a>,
     places: [[f32; LANES]; 2],
     detail: [f32; LANES],
     wanted: u16,
 }
 
-impl<S: PageSource> Kernel for Sampling<'_, '_, S> {
+impl Kernel for Sampling<'_, '_> {
     type Output = [[f32; LANES]; 3];
 
     #[inline(always)]
@@ -311,12 +311,7 @@ impl<S: PageSource> Kernel for Sampling<'_, '_, S> {
 }
 
 /// Radiance of a texel of an image of a level, counted from the area's first.
-fn texel<S: PageSource>(
-    pages: &mut RadiancePages<'_, S>,
-    level: u8,
-    half: usize,
-    at: [i64; 2],
-) -> Option<Vec3> {
+fn texel(pages: &mut RadiancePages<'_>, level: u8, half: usize, at: [i64; 2]) -> Option<Vec3> {
     let dims = pages.source().header().grid.dims(level);
     let side = i64::from(PAGE_SIDE) >> half;
     let count = [dims.0, dims.1].map(|voxels| i64::from(if half == 1 { voxels.div_ceil(2) } else { voxels }));
@@ -327,7 +322,7 @@ fn texel<S: PageSource>(
 }
 
 /// The sampler's answer, in double precision; roots are blended, not radiance.
-fn scalar<S: PageSource>(pages: &mut RadiancePages<'_, S>, place: DVec2, image: usize) -> Vec3 {
+fn scalar(pages: &mut RadiancePages<'_>, place: DVec2, image: usize) -> Vec3 {
     let levels = usize::from(pages.source().header().level_count);
     for image in (image..2 * levels).step_by(2) {
         let (level, half) = ((image / 2) as u8, image % 2);

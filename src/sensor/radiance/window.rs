@@ -40,7 +40,7 @@ impl Window {
     /// Around page `id` of `size` posts, which is there. An odd side counts as one more, for the image of half
     /// the resolution.
     #[inline(always)]
-    pub fn around<S: PageSource>(lamp: &Lamp<'_>, source: &S, id: PageId, size: [usize; 2]) -> Result<Self> {
+    pub fn around(lamp: &Lamp<'_>, source: &dyn PageSource, id: PageId, size: [usize; 2]) -> Result<Self> {
         let [stride, rows] = size.map(|side| side.next_multiple_of(2) + 2 * RING);
         let corner = [id.px, id.py].map(|page| i64::from(page * PAGE_SIDE));
         let first = corner.map(|corner| corner - RING as i64);
@@ -66,7 +66,7 @@ impl Window {
 
     /// Lights a block that lies in one page of the level, and over one page of the next finer level.
     #[inline(always)]
-    fn light<S: PageSource>(&mut self, lamp: &Lamp<'_>, source: &S, level: u8, block: &Block) -> Result<()> {
+    fn light(&mut self, lamp: &Lamp<'_>, source: &dyn PageSource, level: u8, block: &Block) -> Result<()> {
         let page = |side: u32| block.clone().map(|range| range.start as u32 / side);
         if let Some(finer) = level.checked_sub(1) {
             let side = PAGE_SIDE / RADIX;
