@@ -112,11 +112,12 @@ impl<'r, V: Simd> Open<'r, V> {
             let before = tangent.neg_mul_add(last.depth, last.z).min(zero);
             let after = after.max(touch);
             let inverse = (after - before) * (after * last.depth - before * post.depth).recip();
-            let mut inverse = refine(inverse, tangent, [before, after]);
+            let mut edge = self.simd.splat_int(0);
             if any_cut {
-                let edge = self.edge(row).select(cut & start.eq(index), self.simd.splat_int(0));
-                inverse = with_edge(self.simd, inverse, edge);
+                edge = self.edge(row).select(cut & start.eq(index), edge);
             }
+            // Without an edge, too: the last bits of a quotient would tell of edges that are not there.
+            let inverse = with_edge(self.simd, refine(inverse, tangent, [before, after]), edge);
             inverse.store_masked(new, &mut self.rows.inverse[row].0);
             let above = self.simd.splat(self.rows.tangents[row + 1]);
             self.next = self.simd.splat_int(row as i32 + 1).select(new, self.next);
