@@ -29,7 +29,7 @@ pub struct PlaneGroup {
 }
 
 impl PlaneGroup {
-    /// Planes from `eye` (units) along `directions`: ground metres per metre of depth; what depth is, is up
+    /// Planes from `eye` (units) along `directions`, in order and within 45° of the middle one: ground metres per metre of depth; what depth is, is up
     /// to the caller. `inverse_diameter` is 1/(2R′) of the Earth, 1/metres, 0 for a flat one.
     pub fn new(grid: &Grid, eye: DVec2, directions: &[DVec2; LANES], inverse_diameter: f64) -> Self {
         let middle = directions[LANES / 2];
