@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use hedgehop::Error;
+use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
 
@@ -130,15 +131,37 @@ pub struct Workers {
     pub jobs: Option<usize>,
 }
 
-/// Instruction set of the engine.
+/// What marches, and with what.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Instructions {
-    /// Vector instructions of the engine: avx512, avx2 or portable [default: the fastest that this machine has]
+    /// What marches: the reference, ray by ray and exact, or scan planes, some thirty times as fast
+    #[arg(long, value_enum, value_name = "ENGINE", default_value = "reference")]
+    pub engine: EngineName,
+
+    /// Vector instructions of scan planes: avx512, avx2 or portable [default: the fastest that this machine has]
     #[arg(long, value_name = "SET", value_parser = Isa::from_str)]
     pub simd: Option<Isa>,
 }
 
+/// Engines as users name them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum EngineName {
+    /// Ray by ray, exact
+    #[default]
+    Reference,
+    /// Sixteen vertical planes at a time; planar screens that are not too steep, the reference elsewhere
+    Planes,
+}
+
 impl Instructions {
+    /// The engine that was asked for.
+    pub fn engine(&self) -> Engine {
+        match self.engine {
+            EngineName::Reference => Engine::Reference,
+            EngineName::Planes => Engine::Planes,
+        }
+    }
+
     /// What was asked for, or the fastest.
     pub fn isa(&self) -> Isa {
         self.simd.unwrap_or_default()

@@ -372,32 +372,9 @@ fn a_picture_from_nowhere_is_told_both_ways_to_say_where() {
 #[test]
 fn bench_finds_identical_frames_and_writes_its_figures() {
     let site = Site::built();
-    let output = site.run(&[
-        "bench",
-        "area.hop",
-        "--path",
-        "path.csv",
-        "--workers",
-        "2,1",
-        "--size",
-        "64x36",
-        "--repeats",
-        "1",
-        "--frames",
-        "1,5",
-        "--json",
-        "b.json",
-        "--svg",
-        "b.svg",
-        "--trace",
-        "t.json",
-        "--task-size",
-        "16,4",
-        "--dump-ranges",
-        "ranges",
-        "--progress",
-        "none",
-    ]);
+    let flags = "bench area.hop --path path.csv --workers 2,1 --size 64x36 --repeats 1 --frames 1,5 --json b.json \
+                 --svg b.svg --trace t.json --task-size 16,4 --dump-ranges ranges --progress none";
+    let output = site.run(&flags.split_whitespace().collect::<Vec<_>>());
     assert_code(&output, 0);
     assert!(stdout(&output).contains("identical frames"), "{}", stdout(&output));
     let json: serde_json::Value = serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();

@@ -2,7 +2,7 @@
 
 use hedgehop::Result;
 use hedgehop::frame::Frame;
-use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::render::{Engine, RenderOptions, render_frame};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::PageSource;
@@ -14,5 +14,6 @@ pub fn render<S: PageSource>(
     options: &RenderOptions,
     farm: &Farm,
 ) -> Result<Frame> {
-    render_frame(source, camera, options, farm).map(|rendered| rendered.frame)
+    let options = RenderOptions { engine: Engine::Planes, ..*options };
+    render_frame(source, camera, &options, farm).map(|rendered| rendered.frame)
 }

@@ -34,7 +34,7 @@ pub struct ExactView {
 /// Sees level 1 in single directions.
 pub struct ExactEye<'a, S: PageSource> {
     marcher: Marcher<'a, S>,
-    light: PostLight<'a, S>,
+    light: PostLight<'a>,
     atmosphere: Atmosphere,
     grid: Grid,
     camera: &'a Camera,

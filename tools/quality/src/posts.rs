@@ -18,15 +18,15 @@ const CODE_LIMIT: f32 = 1023.0;
 const ROOT_OF_BRIGHTEST: f32 = 1.5;
 
 /// Light of the posts of level 1.
-pub struct PostLight<'a, S: PageSource> {
-    pages: RadiancePages<'a, S>,
+pub struct PostLight<'a> {
+    pages: RadiancePages<'a>,
     /// Pages of each level along x and y.
     dims: Vec<[i64; 2]>,
 }
 
-impl<'a, S: PageSource> PostLight<'a, S> {
+impl<'a> PostLight<'a> {
     /// Over a database, under the sun of `radiance`.
-    pub fn new(source: &'a S, radiance: &'a Radiance) -> Self {
+    pub fn new(source: &'a dyn PageSource, radiance: &'a Radiance) -> Self {
         let header = source.header();
         let dims = (0..header.level_count).map(|level| header.grid.page_dims(level));
         let dims = dims.map(|(x, y)| [i64::from(x), i64::from(y)]).collect();

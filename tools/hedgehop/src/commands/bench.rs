@@ -20,7 +20,7 @@ use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::render::{Renderer, StageTimes};
+use hedgehop::render::{RenderOptions, Renderer, StageTimes};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
@@ -189,7 +189,8 @@ fn measure(
     reporter: &Reporter,
 ) -> Result<Report> {
     let mut crews = crews(args)?;
-    let options = args.flight.world.apply(source.header(), args.look.options());
+    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
+    let options = args.flight.world.apply(source.header(), look);
     let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     let job = Job { renderer, cameras, reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));

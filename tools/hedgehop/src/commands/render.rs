@@ -148,7 +148,8 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
     let farm = Farm::new(args.workers.count())?;
-    let options = args.flight.world.apply(source.header(), args.look.options());
+    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
+    let options = args.flight.world.apply(source.header(), look);
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
     let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
@@ -221,6 +222,7 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
         "detail": options.detail,
         "effective_earth_radius_m": options.curvature.radius(),
         "tile_world": options.tile_world,
+        "engine": format!("{:?}", options.engine).to_lowercase(),
     })
 }
 

@@ -1,0 +1,131 @@
+//! Scan planes against the reference marcher, as whole frames.
+
+use glam::{DVec2, DVec3};
+use hedgehop::frame::Frame;
+use hedgehop::render::{Engine, RenderOptions, Renderer, render_reference};
+use hedgehop::simd::Isa;
+use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::subimage::{Farm, TaskSize};
+use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+
+fn hills() -> MemPages {
+    let grid = Grid { nx: 600, ny: 600, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
+    let (mut heights, mut colours) = (Vec::new(), Vec::new());
+    for (y, x) in (0..600).flat_map(|y| (0..600).map(move |x| (10.0 * f64::from(y), 10.0 * f64::from(x)))) {
+        let broad = 120.0 * (x / 900.0).sin() * (y / 1300.0).cos();
+        heights.push(300.0 + broad + 15.0 * (x / 110.0 + y / 170.0).sin());
+        colours.push([120, (100.0 + 80.0 * (x / 60.0).sin()) as u8, (90.0 + 60.0 * (y / 45.0).cos()) as u8]);
+    }
+    build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
+}
+
+fn camera(area: &MemPages, pitch: f64, roll: f64) -> Camera {
+    let grid = area.header().grid;
+    let eye = (grid.origin + DVec2::new(2500.0, 1500.0)).extend(520.0);
+    let pose = Pose { eye, attitude: Attitude { yaw: 20.0, pitch, roll }, hfov: 60.0 };
+    Camera::new(pose, 320, 180)
+}
+
+fn options() -> RenderOptions {
+    RenderOptions { engine: Engine::Planes, ..RenderOptions::default() }
+}
+
+/// Sorted relative differences of range, and the share of pixels where only one sees ground.
+fn compare(found: &Frame, truth: &Frame) -> (Vec<f64>, f64) {
+    let pairs = || found.range.iter().zip(&truth.range);
+    let mut errors: Vec<f64> = pairs()
+        .filter(|(found, truth)| found.is_finite() && truth.is_finite())
+        .map(|(found, truth)| f64::from((found - truth).abs() / truth))
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    let apart = pairs().filter(|(found, truth)| found.is_finite() != truth.is_finite()).count();
+    (errors, apart as f64 / found.range.len() as f64)
+}
+
+/// Median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean difference of light.
+fn figures(attitudes: &[(f64, f64)]) -> [f64; 5] {
+    let area = hills();
+    let farm = Farm::new(2).unwrap();
+    let fine = RenderOptions { detail: 50.0, ..options() };
+    let renderer = Renderer::new(&area, &fine);
+    let (mut errors, mut apart, mut light) = (Vec::new(), 0.0, 0.0);
+    for &(pitch, roll) in attitudes {
+        let camera = camera(&area, pitch, roll);
+        let truth = render_reference(&area, &camera, &fine, &farm).unwrap().frame;
+        let found = renderer.frame(&camera, &farm).unwrap().frame;
+        let (mut ranges, sky) = compare(&found, &truth);
+        errors.append(&mut ranges);
+        apart += sky / attitudes.len() as f64;
+        let differences = found.colour.iter().flatten().zip(truth.colour.iter().flatten());
+        let sum: f64 = differences.map(|(a, b)| f64::from((a - b).abs())).sum();
+        light += sum / (3 * found.colour.len() * attitudes.len()) as f64;
+    }
+    errors.sort_by(f64::total_cmp);
+    let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
+    [at(0.5), at(0.99), at(0.996), apart, light]
+}
+
+#[test]
+fn planes_see_what_rays_see() {
+    let found = figures(&[(0.0, 0.0), (-10.0, 0.0), (-35.0, 0.0), (8.0, 0.0)]);
+    let bounds = [1.5e-4, 3e-3, 1e-2, 1e-3, 0.01];
+    assert!(found.iter().zip(bounds).all(|(found, bound)| *found <= bound), "{found:?}");
+}
+
+/// With roll, the nearest of four looks counts at edges: a silhouette is off by up to half a pixel, and about
+/// one pixel in two hundred sees the other side of it.
+#[test]
+fn rolled_planes_see_it_up_to_silhouettes() {
+    let found = figures(&[(8.0, 30.0), (-12.0, -65.0), (-5.0, 90.0), (-8.0, 180.0)]);
+    let bounds = [1.5e-4, 2e-2, 1.0, 5e-3, 0.01];
+    assert!(found.iter().zip(bounds).all(|(found, bound)| *found <= bound), "{found:?}");
+}
+
+#[test]
+fn frames_do_not_depend_on_workers_or_task_size() {
+    let area = hills();
+    let camera = camera(&area, -9.0, 4.0);
+    let picture = |workers, lines, rows| {
+        let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
+        Renderer::new(&area, &options()).picture(&camera, &farm).unwrap().0
+    };
+    let expected = picture(1, 8, 8);
+    for (workers, lines, rows) in [(2, 8, 8), (3, 64, 1), (2, 1, 500), (5, 16, 7)] {
+        assert!(picture(workers, lines, rows) == expected, "{workers} workers, {lines} lines, {rows} rows");
+    }
+}
+
+#[test]
+fn instruction_sets_differ_by_rounding() {
+    let area = hills();
+    let farm = Farm::new(1).unwrap();
+    let (mut pixels, mut different) = (0, 0);
+    for (pitch, roll) in [(-10.0, 0.0), (3.0, 25.0)] {
+        let camera = camera(&area, pitch, roll);
+        let picture =
+            |isa| Renderer::new(&area, &options()).with_isa(isa).picture(&camera, &farm).unwrap().0.rgb;
+        let expected = picture(Isa::PORTABLE);
+        for isa in Isa::available() {
+            let found = picture(isa);
+            pixels += found.len() / 3;
+            let pairs = found.chunks(3).zip(expected.chunks(3));
+            different += pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1)).count();
+        }
+    }
+    assert!(different as f64 <= 1e-4 * pixels as f64, "{different} of {pixels}");
+}
+
+#[test]
+fn a_picture_is_its_frame_in_8_bits() {
+    let area = hills();
+    let farm = Farm::new(1).unwrap();
+    let camera = camera(&area, -10.0, 0.0);
+    let renderer = Renderer::new(&area, &options());
+    let picture = renderer.picture(&camera, &farm).unwrap().0;
+    let frame = renderer.frame(&camera, &farm).unwrap().frame;
+    let encoded = hedgehop::colour::srgb8_picture(&frame.colour);
+    assert!(picture.rgb.iter().zip(&encoded).all(|(a, b)| a.abs_diff(*b) <= 1));
+    assert!(frame.range.iter().zip(&frame.normal).all(|(range, normal)| {
+        range.is_finite() == (DVec3::from_array(normal.map(f64::from)).length() > 0.5)
+    }));
+}
