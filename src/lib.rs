@@ -41,6 +41,7 @@
 //! | [`progress`] | how long work reports, and how it is stopped |
 //! | [`space`] | world, view and screen; poses and cameras |
 //! | [`earth`] | curvature and refraction: how much lower far ground appears |
+//! | [`simd`] | sixteen lanes in lockstep, on whatever instructions the machine has |
 //! | [`geo`] | coordinate reference systems, vertical datums |
 //! | [`voxel`] | the database: grid, levels, pages, reader, writer; its page describes every byte |
 //! | [`flight`] | path files, interpolation, attitude: a pose for any time |
