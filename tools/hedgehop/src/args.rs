@@ -134,7 +134,7 @@ pub struct Workers {
 /// What marches, and with what.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Instructions {
-    /// What marches: the reference, ray by ray and exact, or scan planes, some thirty times as fast
+    /// What marches: the reference, ray by ray and exact, or scan planes, some sixty times as fast
     #[arg(long, value_enum, value_name = "ENGINE", default_value = "reference")]
     pub engine: EngineName,
 
