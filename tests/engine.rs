@@ -1,5 +1,7 @@
 //! Scan planes against the reference marcher, as whole frames.
 
+use std::sync::LazyLock;
+
 use glam::{DVec2, DVec3};
 use hedgehop::frame::Frame;
 use hedgehop::render::{Engine, RenderOptions, Renderer, render_reference};
@@ -7,6 +9,7 @@ use hedgehop::simd::Isa;
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+use proptest::prelude::*;
 
 fn hills() -> MemPages {
     let grid = Grid { nx: 600, ny: 600, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
@@ -18,6 +21,8 @@ fn hills() -> MemPages {
     }
     build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
 }
+
+static AREA: LazyLock<MemPages> = LazyLock::new(hills);
 
 fn camera(area: &MemPages, pitch: f64, roll: f64) -> Camera {
     let grid = area.header().grid;
@@ -113,6 +118,42 @@ fn instruction_sets_differ_by_rounding() {
         }
     }
     assert!(different as f64 <= 1e-4 * pixels as f64, "{different} of {pixels}");
+}
+
+/// Sixteen planes of a coarse, wide screen would span more than a right angle.
+#[test]
+fn coarse_wide_screens_are_seen_right() {
+    let area = &*AREA;
+    let farm = Farm::new(1).unwrap();
+    let fine = RenderOptions { detail: 50.0, ..options() };
+    let eye = (area.header().grid.origin + DVec2::new(2500.0, 1500.0)).extend(520.0);
+    for (yaw, width) in [(45.0, 16), (45.0, 5), (130.0, 33)] {
+        let pose = Pose { eye, attitude: Attitude { yaw, pitch: -3.0, roll: 0.0 }, hfov: 140.0 };
+        let camera = Camera::new(pose, width, width);
+        let truth = render_reference(area, &camera, &fine, &farm).unwrap().frame;
+        let found = Renderer::new(area, &fine).frame(&camera, &farm).unwrap().frame;
+        let (errors, apart) = compare(&found, &truth);
+        let median = errors[errors.len() / 2];
+        assert!(median < 1e-3 && apart < 0.05, "yaw {yaw}, {width} pixels: {median} {apart}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(80))]
+
+    #[test]
+    fn any_view_ends_in_a_picture(
+        x in -9000.0..15_000.0_f64, y in -9000.0..15_000.0_f64, z in -200.0..60_000.0_f64,
+        yaw in 0.0..360.0_f64, pitch in -90.0..90.0_f64, roll in 0.0..360.0_f64, hfov in 0.1..175.0_f64,
+        width in 1..70_u32, height in 1..50_u32,
+    ) {
+        let area = &*AREA;
+        let eye = (area.header().grid.origin + DVec2::new(x, y)).extend(z);
+        let camera = Camera::new(Pose { eye, attitude: Attitude { yaw, pitch, roll }, hfov }, width, height);
+        let frame = Renderer::new(area, &options()).frame(&camera, &Farm::new(1).unwrap()).unwrap().frame;
+        prop_assert!(frame.range.iter().all(|&range| range >= 0.0));
+        prop_assert!(frame.colour.iter().flatten().all(|light| (0.0..10.0).contains(light)));
+    }
 }
 
 #[test]

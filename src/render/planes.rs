@@ -126,12 +126,11 @@ fn march<S: PageSource>(
     let clearance = view.eye.z - header.height_range.1;
     let angle = view.camera.pixel_angle();
     let strides = Strides::new(&header.grid, header.level_count, angle, clearance, renderer.options.detail);
-    let mut tangents = view.upright.tangents();
+    let tangents = view.upright.tangents();
     let height = view.upright.size[1];
     let mut inverse = vec![Sixteen::default(); view.upright.groups() * height];
     let per_task = (farm.task_size().lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
-    tangents.truncate(height);
     farm.each(Stage::March, inverse.chunks_mut(per_task * height).collect(), |task, groups| {
         clock.time(|| {
             let mut march = PlaneMarch::new(renderer.source, strides.clone());

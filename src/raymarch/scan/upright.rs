@@ -26,6 +26,9 @@ use crate::voxel::Grid;
 /// Least share of horizontal depth in depth: steeper views need too many planes.
 const LEAST_HORIZONTAL: f64 = 0.25;
 
+/// Most that `a` may grow from one plane to the next: sixteen planes then span less than 30°, and run along one axis.
+const WIDEST_STEP: f64 = 1.0 / 32.0;
+
 /// Rows and planes beyond the screen's edge that interpolation may touch.
 const MARGIN: f64 = 1.5;
 
@@ -94,7 +97,7 @@ impl Upright {
         let across = fold(corners.map(|corner| corner.x));
         // Planes are a pixel apart at the horizon, or at the row of the screen that is nearest to it.
         let nearest = (-focal * pitch.0 / pitch.1).clamp(rows[0], rows[1]);
-        let step = 1.0 / (focal * horizontal(nearest));
+        let step = (1.0 / (focal * horizontal(nearest))).min(WIDEST_STEP);
         // Without roll, rows are those of the screen.
         let first = if roll.0 == 0.0 && roll.1 == 1.0 { 0.5 - centre.y } else { rows[0].floor() };
         let last = if roll.0 == 0.0 && roll.1 == 1.0 { centre.y - 0.5 } else { rows[1].ceil() };
@@ -113,14 +116,14 @@ impl Upright {
         })
     }
 
-    /// Tangent of each row, rising, and +∞ behind the last.
+    /// Tangent of each row, rising.
     pub fn tangents(&self) -> Vec<f32> {
         let [sin, cos] = self.pitch;
         let tangent = |row: usize| {
             let y = (self.row + row as f64) / self.focal;
             ((y * cos + sin) / (cos - y * sin)) as f32
         };
-        (0..self.size[1]).map(tangent).chain([f32::INFINITY]).collect()
+        (0..self.size[1]).map(tangent).collect()
     }
 
     /// Groups of sixteen planes.
