@@ -18,6 +18,7 @@ use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame, Picture};
+use crate::raymarch::scan::TurnedPages;
 use crate::raymarch::{LevelBands, Surface};
 use crate::sensor::radiance::Radiance;
 use crate::sensor::{Sun, VisualSensor};
@@ -132,13 +133,22 @@ pub struct Renderer<'a, S> {
     options: RenderOptions,
     isa: Isa,
     radiance: Radiance,
+    turned: TurnedPages,
+    fans: planes::Fans,
 }
 
 impl<'a, S: PageSource> Renderer<'a, S> {
     /// A renderer with the fastest instruction set of this machine.
     pub fn new(source: &'a S, options: &RenderOptions) -> Self {
         let radiance = Radiance::new(VisualSensor::new(options.sun));
-        Self { source, options: *options, isa: Isa::best(), radiance }
+        Self {
+            source,
+            options: *options,
+            isa: Isa::best(),
+            radiance,
+            turned: TurnedPages::default(),
+            fans: planes::Fans::default(),
+        }
     }
 
     /// The same with another instruction set; frames differ by rounding.

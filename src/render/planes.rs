@@ -8,9 +8,10 @@ use glam::DVec3;
 
 use super::{Rendered, Renderer, StageTimes};
 use crate::error::Result;
-use crate::frame::stage::{Band, ImageStage};
+use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows};
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::raymarch::scan::{PlaneMarch, Rows, Strides, Upright};
+use crate::raymarch::scan::{Field, PlaneMarch, Profile, Strides, Upright};
+use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
@@ -31,6 +32,27 @@ impl<'c> View<'c> {
         let eye = camera.pose.eye;
         let ground = (eye.truncate() - header.grid.origin) / header.grid.spacing;
         Some(Self { camera, upright, eye: ground.extend(eye.z) })
+    }
+}
+
+/// What planes saw, before it is taken to a screen.
+#[derive(Debug, Default)]
+struct Fan {
+    cells: Vec<Cell>,
+    inverse: Vec<Sixteen>,
+}
+
+/// Memory of fans that no frame in flight uses any more.
+#[derive(Debug, Default)]
+pub struct Fans(Mutex<Vec<Fan>>);
+
+impl Fans {
+    fn take(&self) -> Fan {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    fn give_back(&self, fan: Fan) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(fan);
     }
 }
 
@@ -61,7 +83,7 @@ pub fn picture<S: PageSource>(
     let mut rgb = vec![0; width as usize * height as usize * 3];
     let band = band_rows(farm) * width as usize * 3;
     let bands = rgb.chunks_mut(band).map(Band::Picture).collect();
-    let times = render(renderer, view, farm, bands)?;
+    let times = render(renderer, view, farm, bands, false)?;
     Ok((Picture { width, height, rgb }, times))
 }
 
@@ -76,7 +98,7 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
         .zip(frame.range.chunks_mut(band))
         .map(|(colour, range)| Band::Frame { colour, range })
         .collect();
-    let times = render(renderer, view, farm, bands)?;
+    let times = render(renderer, view, farm, bands, true)?;
     super::surface::describe(renderer, &mut frame, farm)?;
     Ok(Rendered { frame, times })
 }
@@ -86,69 +108,92 @@ fn band_rows(farm: &Farm) -> usize {
     farm.task_size().rows.max(1) as usize
 }
 
-/// Marches, then fills `bands` of [`band_rows`] rows.
+/// Has planes look, then fills `bands` of [`band_rows`] rows.
 fn render<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
     bands: Vec<Band<'_>>,
+    with_range: bool,
 ) -> Result<StageTimes> {
-    let (marching, shading) = (Clock::default(), Clock::default());
+    let (marching, shading, imaging) = (Clock::default(), Clock::default(), Clock::default());
     renderer.radiance.begin_frame();
-    let inverse = march(renderer, view, farm, &marching)?;
-    let header = renderer.source.header();
-    let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
-    let stage = ImageStage {
-        source: renderer.source,
-        radiance: &renderer.radiance,
-        upright: &view.upright,
-        inverse: &inverse,
-        atmosphere: &atmosphere,
-        eye: view.eye,
-        width: view.camera.width as usize,
-        pixel_angle: view.camera.pixel_angle(),
-    };
-    let rows = band_rows(farm);
+    renderer.turned.begin_frame();
+    let size = view.upright.groups() * view.upright.size[1];
+    // What a frame before left in it is overwritten, or not looked at.
+    let mut fan = renderer.fans.take();
+    fan.cells.resize(size, Cell::default());
+    fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
+    see(renderer, view, farm, [&marching, &shading], &mut fan)?;
+    let planes = Planes { upright: &view.upright, cells: &fan.cells, inverse: &fan.inverse };
+    let (rows, width) = (band_rows(farm), view.camera.width as usize);
     farm.each(Stage::Image, bands, |index, band| {
-        shading.time(|| stage.fill(renderer.isa, index * rows, band))
+        imaging.time(|| {
+            band.fill(renderer.isa, planes, width, index * rows);
+            Ok(())
+        })
     })?;
-    Ok(StageTimes { march: marching.total(), shade: shading.total(), image: Duration::ZERO })
+    renderer.fans.give_back(fan);
+    Ok(StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() })
 }
 
-/// Inverse depth, `[group][row][lane]`.
-fn march<S: PageSource>(
+/// What groups of planes see, `[group][row]`.
+fn see<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
-    clock: &Clock,
-) -> Result<Vec<Sixteen>> {
+    [marching, shading]: [&Clock; 2],
+    Fan { cells, inverse }: &mut Fan,
+) -> Result<()> {
     let header = renderer.source.header();
     let clearance = view.eye.z - header.height_range.1;
     let angle = view.camera.pixel_angle();
     let strides = Strides::new(&header.grid, header.level_count, angle, clearance, renderer.options.detail);
-    let tangents = view.upright.tangents();
+    let (edges, centres) = (view.upright.edges(), view.upright.centres());
+    let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
+    let fineness = per_row.iter().fold(0.0_f32, |a, &b| a.max(b));
     let height = view.upright.size[1];
-    let mut inverse = vec![Sixteen::default(); view.upright.groups() * height];
     let per_task = (farm.task_size().lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
-    farm.each(Stage::March, inverse.chunks_mut(per_task * height).collect(), |task, groups| {
-        clock.time(|| {
-            let mut march = PlaneMarch::new(renderer.source, strides.clone());
-            let mut open = Vec::with_capacity(height + 1);
-            for (index, inverse) in groups.chunks_mut(height).enumerate() {
-                let index = task * per_task + index;
-                let rows = view.upright.rows(index);
-                open.clear();
-                open.extend_from_slice(&tangents[rows.clone()]);
-                open.push(f32::INFINITY);
-                let group = view.upright.group(index, &header.grid, view.eye, bend);
-                inverse[..rows.start].fill(Sixteen::default());
-                inverse[rows.end..].fill(Sixteen::default());
-                let rows = Rows { tangents: &open, inverse: &mut inverse[rows] };
-                march.fill(renderer.isa, view.eye, &group, rows)?;
+    let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
+    // Without ranges there are as many chunks of nothing.
+    let with_range = !inverse.is_empty();
+    let mut inverse = inverse.chunks_mut(per_task * height);
+    let tasks = cells.chunks_mut(per_task * height).map(|cells| (cells, inverse.next().unwrap_or_default()));
+    farm.each(Stage::March, tasks.collect(), |task, (cells, inverse)| {
+        let mut march = PlaneMarch::new(renderer.source, &renderer.turned, strides.clone());
+        let mut painter = Painter {
+            sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.radiance)),
+            air: Air::new(&atmosphere, view.eye.z),
+            eye: view.eye,
+            pixel_angle: angle,
+            spacing: header.grid.spacing,
+        };
+        let (mut profile, mut lights) = (Profile::default(), Vec::new());
+        for (index, cells) in cells.chunks_mut(height).enumerate() {
+            let inverse = if with_range { &mut inverse[index * height..][..height] } else { &mut [] };
+            let index = task * per_task + index;
+            let rows = view.upright.rows(index);
+            if rows.is_empty() {
+                continue;
             }
-            Ok(())
-        })
-    })?;
-    Ok(inverse)
+            let group = view.upright.group(index, &header.grid, view.eye, bend);
+            let squares = view.upright.squares(index);
+            let field = Field { tangents: [edges[rows.start], edges[rows.end]], fineness };
+            marching.time(|| march.see(renderer.isa, view.eye, &group, field, &mut profile))?;
+            shading.time(|| {
+                painter.paint(renderer.isa, &group, &profile, &squares, &mut lights)?;
+                let rows = Rows {
+                    edges: &edges[rows.start..=rows.end],
+                    centres: &centres[rows.clone()],
+                    per_row: &per_row[rows.clone()],
+                    cells: &mut cells[rows.clone()],
+                    inverse: if with_range { &mut inverse[rows] } else { inverse },
+                };
+                rows.fill(renderer.isa, &profile, &lights, &painter.air, &squares);
+                Result::Ok(())
+            })?;
+        }
+        Ok(())
+    })
 }

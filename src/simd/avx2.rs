@@ -189,6 +189,11 @@ impl Simd for Avx2 {
         (I(a, c), I(b, d))
     }
     #[inline(always)]
+    fn prefetch<T>(self, table: &[T], index: usize) {
+        // SAFETY: a hint, which never faults, whatever the address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(table.as_ptr().wrapping_add(index).cast()) };
+    }
+    #[inline(always)]
     fn store_triples(self, values: I, target: &mut [u8; 3 * LANES]) {
         // SAFETY: six lanes of four bytes are written per half, which is what the target has.
         unsafe {

@@ -39,6 +39,8 @@ pub trait Simd: Copy {
     /// `(table[index], table[index + 1])` of each lane, an index outside is taken to the last pair.
     /// `table` has two elements at least.
     fn gather_word_pairs(self, table: &[u32], index: Self::I) -> (Self::I, Self::I);
+    /// Has the processor fetch `table[index]` while it does other work; an index outside is no harm.
+    fn prefetch<T>(self, table: &[T], index: usize);
     /// The low three bytes of each lane to memory, lane 0 first, lowest byte first.
     fn store_triples(self, values: Self::I, target: &mut [u8; 3 * LANES]);
     /// Lane `index` (0…31) of the 32 lanes of `low` and `high`.

@@ -130,6 +130,8 @@ impl Simd for Portable {
         (I(each(first, |index| table[index] as i32)), I(each(first, |index| table[index + 1] as i32)))
     }
     #[inline(always)]
+    fn prefetch<T>(self, _: &[T], _: usize) {}
+    #[inline(always)]
     fn store_triples(self, values: I, target: &mut [u8; 3 * LANES]) {
         for (target, value) in target.chunks_exact_mut(3).zip(values.0) {
             let [first, second, third, _] = value.to_le_bytes();

@@ -3,6 +3,7 @@
 mod arrays;
 mod assembly;
 mod bytes;
+mod derived;
 mod directory;
 mod fixed_header;
 mod format;
@@ -21,6 +22,7 @@ mod writer;
 pub use arrays::{Arrays, build_in_memory, write_arrays};
 pub use assembly::PageReadback;
 pub use bytes::AlignedBytes;
+pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
 pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, Header, Metadata, SourceRecord};

@@ -1,20 +1,26 @@
-//! The image stage of the scan-plane engine: from the planes' inverse depth to the screen.
+//! The image stage of the scan-plane engine: from the profiles that planes see to the screen.
 //!
 //! ```text
-//! for each strip of sixteen columns, each row of a band from the bottom up:
-//!     where in the fan each pixel lies                        homography
-//!     inverse depth there                                     linear between planes (and rows, with roll)
-//!     place on the ground, footprint                          range, and its change since the row below
-//!     radiance over the footprint                             one or two images of radiance pages
-//!     haze before it, or sky                                  closed forms
+//! each group of planes:
+//!     light of each line in sight               radiance over its footprint, haze before it      paint
+//!     light of each row                         stretches by their share of it, then sky         rows
+//! each band of the screen's rows:
+//!     pixel's place among planes and rows       homography                                       fan
+//!     its light                                 linear between planes (and rows, with roll)
+//!     8-bit sRGB, or light and range                                                             band
 //! ```
 //!
-//! What is resampled is inverse depth, which is linear over flat ground in any projection, and not colour: each
-//! pixel is filtered once, over its own footprint, however the screen is pitched and rolled. Across
-//! an edge, where inverse depth jumps, the nearest plane counts.
+//! Light is filtered where it is known exactly: along the planes by the rows' boxes, across them by the width of a
+//! line's texels. What is left to resample are pixels of nearly the right size.
 
 mod air;
 mod band;
 mod fan;
+mod paint;
+mod rows;
 
-pub use band::{Band, ImageStage};
+pub use air::Air;
+pub use band::Band;
+pub use fan::Planes;
+pub use paint::{Light, Painter};
+pub use rows::{Cell, Rows};

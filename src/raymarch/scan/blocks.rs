@@ -85,15 +85,15 @@ impl Way {
         self.frontier = if ahead { (index + 1) * side } else { index * side };
         let lines = (self.size + level_side - 1) / level_side;
         let (low, high) = (index * side / level_side, ((index + 1) * side / level_side).min(lines) - 1);
-        // Lines keep their place whatever the eye does, so that nothing swims: the middle of each stride.
-        let phase = every / 2;
+        // Lines keep their place whatever the eye does, so that nothing swims, and those of a stride are among
+        // those of a shorter one.
         let at = (self.eye + self.forward * reached) / level_side as f64 - 0.5;
         let (first, last, step) = if ahead {
             let low = low.max(at.floor() as i64 + 1);
-            (low + (phase - low).rem_euclid(every), high, every)
+            (low + (-low).rem_euclid(every), high, every)
         } else {
             let high = high.min(at.ceil() as i64 - 1);
-            (high - (high - phase).rem_euclid(every), low, -every)
+            (high - high.rem_euclid(every), low, -every)
         };
         let count = ((last - first) / step + 1).max(0);
         let count = if (last - first) * step < 0 { 0 } else { count };

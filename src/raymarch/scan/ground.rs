@@ -1,7 +1,6 @@
 //! Sixteen planes over the ground: heights where they are.
 
 use super::lines::Lines;
-use super::segment::Segment;
 use crate::simd::{Floats, Simd};
 use crate::voxel::{Grid, HeightCode};
 
@@ -10,10 +9,6 @@ pub const NOTHING: f32 = -1.0e30;
 
 /// Codes below this are no surface's.
 const NO_CODE: f32 = HeightCode::EMPTY as f32 + 0.5;
-
-/// Steps of false position near the eye. A bilinear surface bends gently within a cell and has a kink
-/// between cells: these are enough for 10⁻⁵ of the range.
-const REFINEMENTS: usize = 4;
 
 /// How the planes lie, and how heights are coded.
 #[derive(Clone, Copy)]
@@ -55,38 +50,11 @@ impl<V: Simd> Ground<V> {
     /// Height above the eye of the bilinear surface at a major distance, `share` of the way from the line
     /// before `line` to it, metres.
     #[inline(always)]
-    pub fn surface(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F, share: V::F) -> V::F {
+    pub fn surface(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F, share: f32) -> V::F {
         let near = self.codes(lines, level, line - self.forward, distance);
         let far = self.codes(lines, level, line, distance);
         let nothing = near.min(far).lt(self.simd.splat(NO_CODE));
-        let codes = (far - near).mul_add(share, near);
+        let codes = (far - near).mul_add(self.simd.splat(share), near);
         self.height(self.simd.splat(0.0).select(nothing, codes), distance)
-    }
-
-    /// Inverse depth where a ray meets `surface` (height above the eye at a major distance) within a segment;
-    /// `heights` above the ray at its ends, ≤ 0 and > 0.
-    #[inline(always)]
-    pub fn refine(
-        &self,
-        segment: &Segment<V>,
-        inverse: V::F,
-        tangent: V::F,
-        heights: [V::F; 2],
-        surface: impl Fn(V::F) -> V::F,
-    ) -> V::F {
-        let zero = self.simd.splat(0.0);
-        let per_depth = self.per_depth;
-        let [mut below, mut above] = heights;
-        let (mut near, mut far) = (segment.last.depth * per_depth, segment.post.depth * per_depth);
-        let mut at = inverse.recip() * per_depth;
-        for _ in 0..REFINEMENTS {
-            let height = surface(at) - tangent * self.depth * at;
-            let under = zero.lt(height);
-            (far, above) = (at.select(under, far), height.select(under, above));
-            (near, below) = (near.select(under, at), below.select(under, height));
-            at = near + (far - near) * (below / (below - above));
-        }
-        let refined = (at * self.depth).recip();
-        inverse.select(zero.le(below - above) | !zero.lt(at), refined)
     }
 }

@@ -1,6 +1,6 @@
 //! Heights along a line of posts, where sixteen planes cross it.
 
-use super::Pages;
+use super::pages::{Codes, Pages};
 use crate::error::Result;
 use crate::simd::{Floats, Ints, Simd};
 use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
@@ -11,13 +11,9 @@ const MOST_PAGES: usize = 4;
 
 /// Pages of one level side by side along the minor axis: the lines of one block.
 pub struct Lines<'a> {
-    /// Height codes with apron of each page.
-    parts: [&'a [u16]; MOST_PAGES],
-    /// Elements of a row of each page, apron included.
-    rows: [i32; MOST_PAGES],
+    /// Height codes with apron of each page, line by line, and how many one line has.
+    parts: [(Codes<'a>, i32); MOST_PAGES],
     count: usize,
-    /// 0: lines are columns of pages, 1: rows.
-    major: usize,
     /// Index of the pages' first line, and of the first page's first post.
     pub first: [i64; 2],
 }
@@ -42,20 +38,31 @@ impl<'a> Lines<'a> {
             return Ok(None);
         }
         let mut lines = Self {
-            parts: [&[]; MOST_PAGES],
-            rows: [0; MOST_PAGES],
+            parts: [const { (Codes::Rows(&[]), 0) }; MOST_PAGES],
             count,
-            major,
             first: [page_line * side, first * side],
         };
         for part in 0..count {
             let (along, across) = (page_line as u32, first as u32 + part as u32);
             let (px, py) = if major == 0 { (along, across) } else { (across, along) };
-            let Some(view) = pages.get(PageId { level, px, py })? else { return Ok(None) };
-            lines.parts[part] = view.heights;
-            lines.rows[part] = (view.width + 2 * APRON) as i32;
+            let Some(codes) = pages.codes(PageId { level, px, py }, major)? else { return Ok(None) };
+            lines.parts[part] = codes;
         }
         Ok(Some(lines))
+    }
+
+    /// Whether these pages hold a line, in an apron or themselves.
+    #[inline(always)]
+    pub fn have(&self, line: i64) -> bool {
+        (-i64::from(APRON)..i64::from(PAGE_SIDE)).contains(&(line - self.first[0]))
+    }
+
+    /// Has the processor fetch what is around a post of a line, if the first page has it.
+    #[inline(always)]
+    pub fn prefetch<V: Simd>(&self, simd: V, line: i64, post: i64) {
+        let (codes, row) = &self.parts[0];
+        let index = (line - self.first[0] + i64::from(APRON)) * i64::from(*row) + post - self.first[1];
+        simd.prefetch(codes.all(), index as usize);
     }
 
     /// Codes at post positions `post` of `line` (both counted from `first`; −1 is the apron), interpolated between
@@ -76,18 +83,10 @@ impl<'a> Lines<'a> {
 
     #[inline(always)]
     fn part<V: Simd>(&self, simd: V, part: usize, line: i32, cell: V::I, share: V::F) -> V::F {
-        let (table, row) = (self.parts[part], self.rows[part]);
+        let (codes, row) = &self.parts[part];
         let apron = APRON as i32;
-        let low_half = simd.splat_int(0xffff);
-        let (low, high) = if self.major == 1 {
-            let pair = simd.gather_pairs(table, cell + simd.splat_int((line + apron) * row + apron));
-            (pair & low_half, pair.shr::<16>())
-        } else {
-            let row_step = simd.splat_int(row);
-            let index = cell.mul(row_step) + simd.splat_int(apron * row + line + apron);
-            let low = simd.gather_pairs(table, index) & low_half;
-            (low, simd.gather_pairs(table, index + row_step) & low_half)
-        };
+        let pair = simd.gather_pairs(codes.all(), cell + simd.splat_int((line + apron) * row + apron));
+        let (low, high) = (pair & simd.splat_int(0xffff), pair.shr::<16>());
         let (low, high) = (low.to_float(), high.to_float());
         let code = (high - low).mul_add(share, low);
         // Surfaces have codes from 1 on.

@@ -6,9 +6,9 @@ use super::blocks::{Block, Way};
 use super::bounds::highest_code;
 use super::ground::{Ground, NOTHING};
 use super::lines::Lines;
-use super::segment::{Open, Post, Segment};
+use super::profile::{Mark, NO_SLOPE, Post};
 use super::strides::Stride;
-use super::{Pages, PlaneGroup, Strides};
+use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
 use crate::error::Result;
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{Grid, HeightCode, PageSource};
@@ -16,21 +16,28 @@ use crate::voxel::{Grid, HeightCode, PageSource};
 /// Distances that differ by less than this, in sides of a voxel, are one and the same line.
 const SAME: f64 = 1.0e-3;
 
-/// Lines from the eye within which the straight segments between lines are too coarse: near the
-/// ground, planes follow the bilinear surface itself there.
+/// Lines from the eye within which straight stretches from line to line are too coarse: near the ground,
+/// planes follow the bilinear surface itself there, which bends within a cell.
 const NEAR: f64 = 48.0;
 
-/// Rows to fill, for one group of planes.
-pub struct Rows<'r> {
-    /// Tangent of each row's elevation angle, rising; one more than there are rows, the last is +∞.
-    pub tangents: &'r [f32],
-    /// Inverse depth, 1/metres, of each row and plane; zero where the sky is seen, and before the march.
-    pub inverse: &'r mut [Sixteen],
+/// Inverse depth of what touches the eye, 1/metres.
+const AT_EYE: f32 = 1.0e30;
+
+/// Lines of a block, at most.
+const MOST_LINES: usize = 16;
+
+/// What a march is to see.
+#[derive(Debug, Clone, Copy)]
+pub struct Field {
+    /// Tangents of elevation of the lower edge of the lowest row and of the upper edge of the highest.
+    pub tangents: [f32; 2],
+    /// Rows per unit of tangent, where they are closest.
+    pub fineness: f32,
 }
 
 /// Marches groups of planes through one database.
 pub struct PlaneMarch<'a> {
-    pages: Pages<'a>,
+    pub(super) pages: Pages<'a>,
     grid: Grid,
     heights: HeightCode,
     level_count: u8,
@@ -41,10 +48,10 @@ pub struct PlaneMarch<'a> {
 
 impl<'a> PlaneMarch<'a> {
     /// A march over `source`, with lines as far apart as `strides` says.
-    pub fn new(source: &'a dyn PageSource, strides: Strides) -> Self {
+    pub fn new(source: &'a dyn PageSource, turned: &'a TurnedPages, strides: Strides) -> Self {
         let header = source.header();
         Self {
-            pages: Pages::new(source),
+            pages: Pages::new(source, turned),
             grid: header.grid,
             heights: header.heights,
             level_count: header.level_count,
@@ -53,30 +60,41 @@ impl<'a> PlaneMarch<'a> {
         }
     }
 
-    /// Fills `rows` with what the planes of `group` see from `eye` (units, units, metres).
-    pub fn fill(&mut self, isa: Isa, eye: DVec3, group: &PlaneGroup, rows: Rows<'_>) -> Result<()> {
-        isa.run(Filling { march: self, eye, group, rows })
+    /// Finds what the planes of `group` see from `eye` (units, units, metres) of the surface, within `field`.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn see(
+        &mut self,
+        isa: Isa,
+        eye: DVec3,
+        group: &PlaneGroup,
+        field: Field,
+        profile: &mut Profile,
+    ) -> Result<()> {
+        profile.clear();
+        isa.run(Seeing { march: self, eye, group, field, profile })
     }
 }
 
-struct Filling<'f, 'a> {
+struct Seeing<'f, 'a> {
     march: &'f mut PlaneMarch<'a>,
     eye: DVec3,
     group: &'f PlaneGroup,
-    rows: Rows<'f>,
+    field: Field,
+    profile: &'f mut Profile,
 }
 
-impl Kernel for Filling<'_, '_> {
+impl Kernel for Seeing<'_, '_> {
     type Output = Result<()>;
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
-        let Self { march, eye, group, rows } = self;
+        let Self { march, eye, group, field, profile } = self;
         let [enter, leave] = group.over;
         let nearest = enter.iter().fold(f32::INFINITY, |a, &b| a.min(b));
         let farthest = leave.iter().fold(0.0_f32, |a, &b| a.max(b));
         if nearest > farthest {
-            rows.inverse.fill(Sixteen::default());
             return Ok(());
         }
         let size = [march.grid.nx, march.grid.ny][group.major];
@@ -103,7 +121,9 @@ impl Kernel for Filling<'_, '_> {
                 leave.iter().fold(f32::INFINITY, |a, &b| a.min(b)),
             ],
             farthest,
-            open: Open::new(simd, rows, ground.depth),
+            field,
+            crest: simd.splat(field.tangents[0]),
+            profile,
             last: None,
             reached: nearest,
             march,
@@ -113,22 +133,25 @@ impl Kernel for Filling<'_, '_> {
 }
 
 /// Sixteen planes on their way.
-struct Planes<'f, 'a, V: Simd> {
-    simd: V,
-    march: &'f mut PlaneMarch<'a>,
-    eye: DVec3,
-    group: &'f PlaneGroup,
-    ground: Ground<V>,
-    way: Way,
+pub(super) struct Planes<'f, 'a, V: Simd> {
+    pub(super) simd: V,
+    pub(super) march: &'f mut PlaneMarch<'a>,
+    pub(super) eye: DVec3,
+    pub(super) group: &'f PlaneGroup,
+    pub(super) ground: Ground<V>,
+    pub(super) way: Way,
     /// Major distances at which planes enter and leave the area, units; between those of `inner` all are over it.
-    over: [V::F; 2],
-    inner: [f32; 2],
-    farthest: f32,
-    open: Open<'f, V>,
+    pub(super) over: [V::F; 2],
+    pub(super) inner: [f32; 2],
+    pub(super) farthest: f32,
+    pub(super) field: Field,
+    /// Greatest slope of the surface so far: what lies below is hidden.
+    pub(super) crest: V::F,
+    pub(super) profile: &'f mut Profile,
     /// Where the surface was at `reached`; `None` where that was skipped.
-    last: Option<Post<V>>,
+    pub(super) last: Option<Post<V>>,
     /// Major distance up to which the march has come, units.
-    reached: f32,
+    pub(super) reached: f32,
 }
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
@@ -145,19 +168,32 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
         // What a plane sees between its last line and the edge of the area.
         if self.last.is_some() {
-            let nothing = self.simd.splat(NOTHING);
-            self.reach(f32::INFINITY, Post { z: nothing, depth: nothing, slope: nothing }, None);
+            let mark =
+                Mark { line: 0, distance: f32::INFINITY, share: 1.0, level: 0, span: 1, begins: false };
+            let nothing = Post { slope: self.simd.splat(NO_SLOPE), inverse: self.simd.splat(0.0), mark };
+            self.reach(nothing);
         }
-        self.open.finish();
         Ok(())
     }
 
     /// Whether nothing can rise above the rays any more.
     #[inline(always)]
     fn is_over(&self, ceiling: V::F) -> bool {
-        let cleared = self.open.clears(self.simd.splat(self.reached), ceiling);
-        let rising = self.simd.splat(0.0).le(self.open.tangent);
-        self.reached >= self.farthest || (cleared & rising).all()
+        let cleared = self.clears(self.simd.splat(self.reached), ceiling);
+        let rising = self.simd.splat(0.0).le(self.crest);
+        self.reached >= self.farthest || (cleared & rising | self.is_full()).all()
+    }
+
+    /// Planes that are covered up to their highest row.
+    #[inline(always)]
+    fn is_full(&self) -> V::M {
+        self.simd.splat(self.field.tangents[1]).le(self.crest)
+    }
+
+    /// Planes whose crest hides the height `z` (metres above the eye) at a major distance.
+    #[inline(always)]
+    fn clears(&self, distance: V::F, z: V::F) -> V::M {
+        z.lt(self.crest * self.ground.depth * distance)
     }
 
     #[inline(always)]
@@ -182,17 +218,95 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
         if hidden {
             // The segment that ends in it began before.
-            self.step(&lines, level, block.first, false);
+            let post = self.line(&lines, block, block.first, block.stride.lines);
+            self.step(&lines, block, &post, false)?;
             self.last = None;
+            self.profile.part();
             self.reached = last as f32;
             return Ok(());
         }
         let near =
             block.stride.lines == 1 && f64::from(self.reached) < NEAR * f64::from(Grid::side_units(level));
+        self.prefetch(&lines, block);
+        // All heights first: reads that wait for nothing overlap. Most blocks end here.
+        let mut slopes = [Sixteen::default(); MOST_LINES];
+        let highest = self.slopes(&lines, block, &mut slopes);
+        if !near && !self.crest.lt(highest).any() && !self.is_at_edge(last as f32) {
+            self.skip(block, last as f32, &slopes);
+            return Ok(());
+        }
         for index in 0..block.count {
-            self.step(&lines, level, block.first + index * block.step, near);
+            let line = block.first + index * block.step;
+            let post = self.stored(block, line, &slopes[index as usize]);
+            self.step(&lines, block, &post, near)?;
         }
         Ok(())
+    }
+
+    /// Slopes of the surface along the lines of a block, also beside the area, and the greatest of each plane.
+    #[inline(always)]
+    fn slopes(&self, lines: &Lines<'a>, block: &Block, slopes: &mut [Sixteen; MOST_LINES]) -> V::F {
+        let simd = self.simd;
+        let level = block.stride.level;
+        let side = f64::from(Grid::side_units(level));
+        let across = self.ground.across / side - 0.5 - lines.first[1] as f64;
+        let (across, minor) =
+            (simd.splat(across as f32), self.ground.minor * simd.splat((1.0 / side) as f32));
+        let (first, step) = (self.way.distance(level, block.first), side * block.stride.lines as f64);
+        let mut highest = simd.splat(NO_SLOPE);
+        for (index, slope) in slopes.iter_mut().enumerate().take(block.count as usize) {
+            let distance = (first + index as f64 * step) as f32;
+            let at = simd.splat(distance);
+            let line = block.first + index as i64 * block.step - lines.first[0];
+            let codes = lines.codes(simd, line as i32, minor.mul_add(at, across));
+            let z = self.ground.height(codes, at);
+            let found = self.slope(z, self.ground.per_depth * simd.splat(1.0 / distance));
+            found.store(&mut slope.0);
+            highest = highest.max(found);
+        }
+        highest
+    }
+
+    /// Has the processor fetch the lines of the block behind this one, if they are in the same pages.
+    #[inline(always)]
+    fn prefetch(&self, lines: &Lines<'a>, block: &Block) {
+        let level = block.stride.level;
+        let side = f64::from(Grid::side_units(level));
+        let eye = self.eye[1 - self.group.major] / side;
+        let ends = [0, LANES - 1].map(|lane| f64::from(self.group.minor[lane]) / side);
+        for index in block.count..2 * block.count {
+            let line = block.first + index * block.step;
+            let distance = self.way.distance(level, line);
+            for end in ends {
+                lines.prefetch(self.simd, line, (end * distance + eye) as i64);
+            }
+        }
+    }
+
+    /// Passes a block in which nothing rises above the crests.
+    #[inline(always)]
+    fn skip(&mut self, block: &Block, last: f32, slopes: &[Sixteen; MOST_LINES]) {
+        let line = block.first + (block.count - 1) * block.step;
+        let post = self.stored(block, line, &slopes[block.count as usize - 1]);
+        self.profile.part();
+        self.last = Some(post);
+        self.reached = last;
+    }
+
+    /// A post of which the slope is known.
+    #[inline(always)]
+    fn stored(&self, block: &Block, line: i64, slope: &Sixteen) -> Post<V> {
+        let level = block.stride.level;
+        let distance = self.way.distance(level, line) as f32;
+        let mark = Mark { line, distance, share: 1.0, level, span: block.stride.lines as u8, begins: false };
+        let inverse = self.ground.per_depth * self.simd.splat(1.0 / distance);
+        Post { slope: self.over_area(self.simd.load(&slope.0), distance), inverse, mark }
+    }
+
+    /// Whether some plane enters or leaves the area between here and a major distance.
+    #[inline(always)]
+    pub(super) fn is_at_edge(&self, distance: f32) -> bool {
+        self.reached < self.inner[0] || distance > self.inner[1]
     }
 
     /// Marches a block of which a page is absent along lines of the next coarser level.
@@ -215,7 +329,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Posts of a level, first and last, between which the planes are at two major distances.
     #[inline(always)]
-    fn posts(&self, level: u8, distances: [f64; 2]) -> [i64; 2] {
+    pub(super) fn posts(&self, level: u8, distances: [f64; 2]) -> [i64; 2] {
         let side = f64::from(Grid::side_units(level));
         let units = self.units(distances);
         [(units[0] / side - 0.5).floor() as i64, (units[1] / side - 0.5).floor() as i64 + 1]
@@ -257,7 +371,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let height = self.march.heights.offset + self.march.heights.scale * f64::from(code) - self.eye.z;
         let (from, to) = (self.simd.splat(self.reached), self.simd.splat(end as f32));
         let top = self.ground.drop.neg_mul_add(from * from, self.simd.splat(height as f32));
-        Ok((self.open.clears(from, top) & self.open.clears(to, top)).all())
+        Ok((self.clears(from, top) & self.clears(to, top) | self.is_full()).all())
     }
 
     /// Finds where the surface is one line before a block's first: nothing is known after blocks that
@@ -276,7 +390,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             match Lines::find(&mut self.march.pages, level, self.group.major, block.first, posts)? {
                 Some(lines) => {
                     let ahead = (self.way.distance(level, block.first) - start) / side;
-                    let share = self.simd.splat((1.0 - ahead).max(0.0) as f32);
+                    let share = (1.0 - ahead).max(0.0) as f32;
                     self.ground.surface(&lines, level, block.first, at, share)
                 }
                 None => self.simd.splat(NOTHING),
@@ -288,79 +402,27 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
         };
         self.reached = start as f32;
+        self.profile.part();
+        let mark =
+            Mark { line: block.first, distance: start as f32, share: 1.0, level, span: 1, begins: true };
+        let post = self.post(z, mark);
         if start == 0.0 && self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
-            self.open.flood();
+            return self.flood(post);
         }
-        let post = self.post(z, at, start as f32);
-        self.open.raise(&post);
+        self.crest = self.crest.max(post.slope);
         self.last = Some(post);
         Ok(())
     }
 
-    /// Goes to a line.
-    #[inline(always)]
-    fn step(&mut self, lines: &Lines<'a>, level: u8, line: i64, near: bool) {
-        let distance = self.way.distance(level, line) as f32;
-        let at = self.simd.splat(distance);
-        let z = self.ground.height(self.ground.codes(lines, level, line, at), at);
-        let post = self.post(z, at, distance);
-        self.reach(distance, post, near.then_some((lines, level, line)));
-    }
-
-    /// The surface at height `z` above the eye, at a major distance.
-    #[inline(always)]
-    fn post(&self, z: V::F, at: V::F, distance: f32) -> Post<V> {
-        let per_unit = self.simd.splat(1.0 / distance.max(f32::MIN_POSITIVE));
-        Post { z, depth: self.ground.depth * at, slope: z * self.ground.per_depth * per_unit }
-    }
-
-    /// Fills what the surface hides between here and a line at a major distance.
-    #[inline(always)]
-    fn reach(&mut self, distance: f32, post: Post<V>, near: Option<(&Lines<'a>, u8, i64)>) {
-        let Some(last) = self.last.replace(post) else { return };
-        let from = std::mem::replace(&mut self.reached, distance);
-        let mut segment = Segment { last, post, inside: self.simd.mask(u16::MAX) };
-        if from < self.inner[0] || distance > self.inner[1] {
-            segment = self.within_area(segment, from, distance);
-        }
-        let Some(first) = self.open.first_risen(&segment) else {
-            self.open.raise(&segment.post);
-            return;
-        };
-        match near {
-            None => self.open.fill(&segment, first, |linear, _, _| linear),
-            Some((lines, level, line)) => {
-                let (ground, way) = (self.ground, self.way);
-                let side = Grid::side_units(level) as f32;
-                let surface = |at: V::F| {
-                    let share = (at - self.simd.splat(way.distance(level, line) as f32))
-                        * self.simd.splat(1.0 / side);
-                    ground.surface(lines, level, line, at, share + self.simd.splat(1.0))
-                };
-                self.open.fill(&segment, first, |inverse, tangent, heights| {
-                    ground.refine(&segment, inverse, tangent, heights, surface)
-                });
-            }
-        }
-        self.open.raise(&segment.post);
-    }
-
-    /// Ends the segment where planes enter and leave the area: the surface goes on level to its edge.
+    /// The eye is under the ground: all that is seen is at the eye.
     #[cold]
-    fn within_area(&self, segment: Segment<V>, from: f32, to: f32) -> Segment<V> {
-        let [enter, leave] = self.over;
-        let inside = |distance: f32| {
-            let at = self.simd.splat(distance);
-            enter.le(at) & at.le(leave)
-        };
-        let (before, after) = (inside(from), inside(to));
-        let Segment { mut last, mut post, .. } = segment;
-        let (entering, leaving) = (after & !before, before & !after);
-        last.z = post.z.select(entering, last.z);
-        last.depth = (self.ground.depth * enter).select(entering, last.depth);
-        post.z = last.z.select(leaving, post.z);
-        post.depth = (self.ground.depth * leave).select(leaving, post.depth);
-        post.slope = post.slope.select(after, self.simd.splat(NOTHING));
-        Segment { last, post, inside: before | after }
+    fn flood(&mut self, post: Post<V>) -> Result<()> {
+        let inverse = self.simd.splat(AT_EYE);
+        let low = Post { slope: self.simd.splat(NO_SLOPE), inverse, ..post };
+        let high = Post { slope: self.simd.splat(-NO_SLOPE), inverse, ..post };
+        self.profile.add(&low, &high);
+        self.crest = high.slope;
+        self.last = Some(high);
+        Ok(())
     }
 }

@@ -1,21 +1,49 @@
 //! Pages that a task looked up, so that the next block finds them at once.
 
+use std::sync::Arc;
+
+use super::TurnedPages;
 use crate::error::Result;
-use crate::voxel::{PageId, PageSource, PageView};
+use crate::voxel::{APRON, PageId, PageSource, PageView};
 
 /// Slots; a power of two. A task's planes touch some dozens of pages.
 const SLOTS: usize = 64;
 
+/// Height codes of a page, line by line across the planes.
+#[derive(Clone)]
+pub enum Codes<'a> {
+    /// As they are stored: lines are rows.
+    Rows(&'a [u16]),
+    /// Lines are columns.
+    Columns(Arc<Vec<u16>>),
+}
+
+impl Codes<'_> {
+    /// All of them.
+    #[inline(always)]
+    pub fn all(&self) -> &[u16] {
+        match self {
+            Self::Rows(codes) => codes,
+            Self::Columns(codes) => codes,
+        }
+    }
+}
+
+/// A page, turned or not; `None`: it is absent.
+type Slot<T> = Option<(PageId, Option<T>)>;
+
 /// Looks pages up, and remembers some.
 pub struct Pages<'a> {
     source: &'a dyn PageSource,
-    slots: Vec<Option<(PageId, Option<PageView<'a>>)>>,
+    turned: &'a TurnedPages,
+    views: Vec<Slot<PageView<'a>>>,
+    columns: Vec<Slot<Arc<Vec<u16>>>>,
 }
 
 impl<'a> Pages<'a> {
     /// Nothing is looked up yet.
-    pub fn new(source: &'a dyn PageSource) -> Self {
-        Self { source, slots: vec![None; SLOTS] }
+    pub fn new(source: &'a dyn PageSource, turned: &'a TurnedPages) -> Self {
+        Self { source, turned, views: vec![None; SLOTS], columns: vec![None; SLOTS] }
     }
 
     /// The database.
@@ -26,15 +54,37 @@ impl<'a> Pages<'a> {
     /// A page; `None` where it is absent.
     #[inline]
     pub fn get(&mut self, id: PageId) -> Result<Option<PageView<'a>>> {
-        let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
-        let slot = &mut self.slots[hash as usize % SLOTS];
-        match slot {
-            Some((known, view)) if *known == id => Ok(*view),
-            _ => {
-                let view = self.source.page(id)?;
-                *slot = Some((id, view));
-                Ok(view)
-            }
+        remember(&mut self.views, id, || self.source.page(id))
+    }
+
+    /// Height codes of a page for planes along axis `major`, and how many one line has; `None` where it is absent.
+    #[inline]
+    pub fn codes(&mut self, id: PageId, major: usize) -> Result<Option<(Codes<'a>, i32)>> {
+        if major == 1 {
+            let view = self.get(id)?;
+            return Ok(view.map(|view| (Codes::Rows(view.heights), (view.width + 2 * APRON) as i32)));
+        }
+        let codes = remember(&mut self.columns, id, || self.turned.get(self.source, id))?;
+        let size = self.source.header().grid.page_size(id);
+        Ok(codes.zip(size).map(|(codes, (_, height))| (Codes::Columns(codes), (height + 2 * APRON) as i32)))
+    }
+}
+
+/// What is in the page's slot, or else what `find` finds.
+#[inline]
+fn remember<T: Clone>(
+    slots: &mut [Slot<T>],
+    id: PageId,
+    find: impl FnOnce() -> Result<Option<T>>,
+) -> Result<Option<T>> {
+    let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
+    let slot = &mut slots[hash as usize % SLOTS];
+    match slot {
+        Some((known, found)) if *known == id => Ok(found.clone()),
+        _ => {
+            let found = find()?;
+            *slot = Some((id, found.clone()));
+            Ok(found)
         }
     }
 }

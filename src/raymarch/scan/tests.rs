@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
-use crate::simd::{Isa, LANES, Sixteen};
+use crate::simd::{Isa, LANES};
 use crate::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
 
 /// Rows of a test's planes.
@@ -46,6 +46,19 @@ fn hills(seed: u32, spacing: f64, holes: bool) -> MemPages {
     build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
 }
 
+/// Inverse depth of a plane's ray: on the first stretch that rises to it; 0: sky.
+fn inverse_depth(profile: &Profile, lane: usize, tangent: f32) -> f32 {
+    for pair in profile.sights().windows(2).filter(|pair| !pair[1].mark.begins) {
+        let [low, high] = [pair[0].slope.0[lane], pair[1].slope.0[lane]];
+        if tangent < high {
+            let share = ((tangent - low) / (high - low)).clamp(0.0, 1.0);
+            let [near, far] = [pair[0].inverse.0[lane], pair[1].inverse.0[lane]];
+            return near + share * (far - near);
+        }
+    }
+    0.0
+}
+
 struct View {
     eye: DVec3,
     yaw: f64,
@@ -74,16 +87,20 @@ impl View {
         let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
         let group = PlaneGroup::new(&grid, ground, &self.directions(), 0.0);
         let strides = Strides::new(&grid, source.header().level_count, self.pixel, f64::NEG_INFINITY, 1.0);
-        let mut tangents: Vec<f32> =
-            (0..ROWS).map(|row| self.elevation(row).to_radians().tan() as f32).collect();
-        tangents.push(f32::INFINITY);
-        let mut inverse = vec![Sixteen::default(); ROWS];
-        PlaneMarch::new(source, strides)
-            .fill(isa, ground.extend(self.eye.z), &group, Rows { tangents: &tangents, inverse: &mut inverse })
+        let tangent = |row: usize| self.elevation(row).to_radians().tan() as f32;
+        let field = Field { tangents: [tangent(0), tangent(ROWS - 1)], fineness: 1.0 / self.pixel as f32 };
+        let (turned, mut profile) = (TurnedPages::default(), Profile::default());
+        PlaneMarch::new(source, &turned, strides)
+            .see(isa, ground.extend(self.eye.z), &group, field, &mut profile)
             .unwrap();
-        let range =
-            |row: usize, inverse: f32| 1.0 / f64::from(inverse) / self.elevation(row).to_radians().cos();
-        inverse.iter().enumerate().map(|(row, lanes)| lanes.0.map(|lane| range(row, lane))).collect()
+        (0..ROWS)
+            .map(|row| {
+                std::array::from_fn(|lane| {
+                    let inverse = inverse_depth(&profile, lane, tangent(row));
+                    1.0 / f64::from(inverse) / self.elevation(row).to_radians().cos()
+                })
+            })
+            .collect()
     }
 
     fn truth(&self, source: &MemPages) -> Vec<[f64; LANES]> {

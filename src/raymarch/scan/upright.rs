@@ -116,14 +116,20 @@ impl Upright {
         })
     }
 
-    /// Tangent of each row, rising.
-    pub fn tangents(&self) -> Vec<f32> {
+    /// Tangents of elevation of the rows' lower edges, rising, and of the last one's upper edge.
+    pub fn edges(&self) -> Vec<f32> {
+        (0..=self.size[1]).map(|row| self.tangent(row as f64 - 0.5) as f32).collect()
+    }
+
+    /// Tangents of elevation of the rows' middles, rising.
+    pub fn centres(&self) -> Vec<f32> {
+        (0..self.size[1]).map(|row| self.tangent(row as f64) as f32).collect()
+    }
+
+    fn tangent(&self, row: f64) -> f64 {
         let [sin, cos] = self.pitch;
-        let tangent = |row: usize| {
-            let y = (self.row + row as f64) / self.focal;
-            ((y * cos + sin) / (cos - y * sin)) as f32
-        };
-        (0..self.size[1]).map(tangent).collect()
+        let y = (self.row + row) / self.focal;
+        (y * cos + sin) / (cos - y * sin)
     }
 
     /// Groups of sixteen planes.
@@ -138,6 +144,14 @@ impl Upright {
             self.ahead + self.right * a
         });
         PlaneGroup::new(grid, eye.truncate(), &directions, inverse_diameter)
+    }
+
+    /// 1 + a² of the planes of a group: squared ground distance per squared depth.
+    pub fn squares(&self, index: usize) -> [f32; LANES] {
+        std::array::from_fn(|lane| {
+            let a = self.plane[0] + (index * LANES + lane) as f64 * self.plane[1];
+            (1.0 + a * a) as f32
+        })
     }
 
     /// Rows of a group that some pixel of the screen needs.
@@ -195,11 +209,6 @@ impl Upright {
             ],
             row: (up - self.row).round() as i32,
         })
-    }
-
-    /// The heading and to its right: ground eastward and northward per metre of depth.
-    pub fn axes(&self) -> [[f32; 2]; 2] {
-        [[self.ahead.x as f32, self.ahead.y as f32], [self.right.x as f32, self.right.y as f32]]
     }
 
     /// Pixels of row `row`, at columns `column`; both in pixels, centres at half-integers.

@@ -1,28 +1,29 @@
 //! Radiance of the pages that were touched, shared by all workers.
 
-use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::Arc;
 
-use super::RadiancePage;
+use super::{LineImage, RadiancePage, Weave};
 use crate::error::Result;
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
-use crate::voxel::{PageId, PageSource};
+use crate::voxel::{Bytes, Derived, PageId, PageSource};
 
 /// Bytes of radiance that are kept unless told otherwise.
 const DEFAULT_BUDGET: usize = 1 << 30;
 
-#[derive(Debug)]
-struct Entry {
-    page: Option<Arc<RadiancePage>>,
-    /// Frame in which it was last looked up.
-    used: AtomicU64,
+/// What is kept under a key; `None`: the page is absent.
+#[derive(Debug, Clone)]
+enum Image {
+    Page(Option<Arc<RadiancePage>>),
+    Lines(Option<Arc<LineImage>>),
 }
 
-impl Entry {
+impl Bytes for Image {
     fn bytes(&self) -> usize {
-        self.page.as_ref().map_or(0, |page| page.bytes())
+        match self {
+            Self::Page(page) => page.as_ref().map_or(0, |page| page.bytes()),
+            Self::Lines(lines) => lines.as_ref().map_or(0, |lines| lines.bytes()),
+        }
     }
 }
 
@@ -30,9 +31,8 @@ impl Entry {
 #[derive(Debug)]
 pub struct Radiance {
     sensor: VisualSensor,
-    budget: usize,
-    frame: AtomicU64,
-    pages: RwLock<HashMap<PageId, Entry>>,
+    /// Pages, and lines of them.
+    images: Derived<(PageId, Option<Weave>), Image>,
 }
 
 impl Radiance {
@@ -43,61 +43,53 @@ impl Radiance {
 
     /// The same with another limit in bytes. What the latest frames used is kept beyond it.
     pub fn with_budget(sensor: VisualSensor, budget: usize) -> Self {
-        Self { sensor, budget, frame: AtomicU64::new(0), pages: RwLock::default() }
+        Self { sensor, images: Derived::new(budget) }
     }
 
     /// Bytes of radiance that are kept.
     pub fn bytes(&self) -> usize {
-        let pages = self.pages.read().unwrap_or_else(PoisonError::into_inner);
-        pages.values().map(Entry::bytes).sum()
+        self.images.bytes()
     }
 
     /// A new frame begins: drops what was not used for longest if there is more than the budget allows.
     pub fn begin_frame(&self) {
-        let now = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
-        let mut pages = self.pages.write().unwrap_or_else(PoisonError::into_inner);
-        let mut bytes: usize = pages.values().map(Entry::bytes).sum();
-        if bytes <= self.budget {
-            return;
-        }
-        // Frames in flight beside this one may still need theirs.
-        let mut old: Vec<(u64, PageId)> = pages
-            .iter()
-            .map(|(id, entry)| (entry.used.load(Ordering::Relaxed), *id))
-            .filter(|(used, _)| used + 2 < now)
-            .collect();
-        old.sort_unstable();
-        for (_, id) in old {
-            if bytes <= self.budget {
-                break;
-            }
-            bytes -= pages.remove(&id).map_or(0, |entry| entry.bytes());
-        }
+        self.images.begin_frame();
     }
 
     fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
-        let now = self.frame.load(Ordering::Relaxed);
-        if let Some(entry) = self.pages.read().unwrap_or_else(PoisonError::into_inner).get(&id) {
-            entry.used.store(now, Ordering::Relaxed);
-            return Ok(entry.page.clone());
+        let bake = || {
+            let page = RadiancePage::bake(source, id, &self.sensor, Isa::best())?;
+            Ok(Image::Page(page.map(Arc::new)))
+        };
+        match self.images.get((id, None), bake)? {
+            Image::Page(page) => Ok(page),
+            Image::Lines(_) => Ok(None),
         }
-        // Outside of any lock: two workers may compute the same page, and find the same.
-        let baked = RadiancePage::bake(source, id, &self.sensor, Isa::best())?;
-        let page = baked.map(Arc::new);
-        let mut pages = self.pages.write().unwrap_or_else(PoisonError::into_inner);
-        let entry = pages.entry(id).or_insert(Entry { page, used: AtomicU64::new(now) });
-        Ok(entry.page.clone())
+    }
+
+    fn lines(&self, source: &dyn PageSource, id: PageId, weave: Weave) -> Result<Option<Arc<LineImage>>> {
+        let weave_lines = || {
+            let page = self.page(source, id)?;
+            Ok(Image::Lines(page.map(|page| Arc::new(LineImage::new(&page, weave)))))
+        };
+        match self.images.get((id, Some(weave)), weave_lines)? {
+            Image::Lines(lines) => Ok(lines),
+            Image::Page(_) => Ok(None),
+        }
     }
 }
 
-/// Slots of a task's own pages, a power of two.
+/// Slots of a task's own images, a power of two.
 const SLOTS: usize = 64;
 
-/// The pages that one task looked up.
+/// An image, and what it is of.
+type Slot = Option<(PageId, Weave, Option<Arc<LineImage>>)>;
+
+/// What one task looked up.
 pub struct RadiancePages<'a> {
     source: &'a dyn PageSource,
     radiance: &'a Radiance,
-    slots: Vec<Option<(PageId, Option<Arc<RadiancePage>>)>>,
+    slots: Vec<Slot>,
 }
 
 impl<'a> RadiancePages<'a> {
@@ -112,13 +104,27 @@ impl<'a> RadiancePages<'a> {
     }
 
     /// A page's radiance; `None` where the page is absent.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn page(&self, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
+        self.radiance.page(self.source, id)
+    }
+
+    /// Lines of a page's radiance; `None` where the page is absent.
+    ///
+    /// # Errors
+    /// A page that is damaged.
     #[inline]
-    pub fn get(&mut self, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
-        let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
+    pub fn lines(&mut self, id: PageId, weave: Weave) -> Result<Option<Arc<LineImage>>> {
+        let hash = id.px.wrapping_mul(7)
+            ^ id.py.wrapping_mul(29)
+            ^ u32::from(id.level).wrapping_mul(17)
+            ^ u32::from(weave.span | weave.shift << 3).wrapping_mul(37);
         let slot = &mut self.slots[hash as usize % SLOTS];
-        if slot.as_ref().is_none_or(|(known, _)| *known != id) {
-            *slot = Some((id, self.radiance.page(self.source, id)?));
+        if slot.as_ref().is_none_or(|(known, knit, _)| *known != id || *knit != weave) {
+            *slot = Some((id, weave, self.radiance.lines(self.source, id, weave)?));
         }
-        Ok(slot.as_ref().and_then(|(_, page)| page.clone()))
+        Ok(slot.as_ref().and_then(|(_, _, lines)| lines.clone()))
     }
 }

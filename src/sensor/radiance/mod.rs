@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! page touched for the first time:  radiance = colour × light on the post's normal, for every post
-//! pixel:                            bilinear in one or two images of that, by the footprint
+//! seen along planes for the first time:  its lines, filtered by stride and footprint
+//! line that planes cross:           linear between its texels
 //! ```
 //!
 //! The surfaces are Lambert's, so what they send does not depend on where the eye is, and a pixel
@@ -10,11 +11,11 @@
 //! the light on an average normal is not. (The patent stores light and shadow with the voxels' colour, in
 //! the database; here they follow the sun that is asked for.)
 //!
-//! Each page carries an image of half its resolution besides its own, so that images follow each other in
-//! steps of two. Texels are three times 10 bits of the root of radiance: fine in the dark, and up to
+//! Texels are three times 10 bits of the root of radiance: fine in the dark, and up to
 //! 2.25 times display white.
 
 mod cache;
+mod lines;
 mod page;
 mod posts;
 mod sample;
@@ -23,5 +24,6 @@ mod tests;
 mod window;
 
 pub use cache::{Radiance, RadiancePages};
+pub use lines::{LineImage, Weave};
 pub use page::RadiancePage;
-pub use sample::Sampler;
+pub use sample::{Line, LineSampler, Planes};

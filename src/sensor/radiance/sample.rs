@@ -1,206 +1,204 @@
-//! Radiance where sixteen pixels look, filtered over their footprints.
+//! Radiance along lines, where sixteen planes cross them.
 
 use std::sync::Arc;
 
-use glam::DVec2;
-
+use super::RadiancePages;
+use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
-use super::{RadiancePage, RadiancePages};
 use crate::error::Result;
-use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::simd::{Floats, Ints, Simd};
 use crate::voxel::{Grid, PAGE_SIDE, PageId};
 
-/// Images per level: full and half resolution.
-const IMAGES: i32 = 2;
+/// Most pages that lie side by side under sixteen planes.
+const MOST_PAGES: usize = 4;
 
-/// Most images: sixteen levels.
-const MOST_IMAGES: usize = 32;
+/// Spans: 1, 2 and 4 lines.
+const SPANS: usize = 3;
 
-/// One image of the pyramid: how its texels lie seen from the eye, and the page of it that was used last.
-#[derive(Debug, Clone, Default)]
-struct Spot {
-    /// Texels per unit.
-    per_unit: f32,
-    /// The eye, texels from the centre of the first texel of the page that it is over.
-    eye: [f32; 2],
-    /// That page, counted from the area's first; it may lie outside the area.
-    home: [i64; 2],
-    /// Texels along a whole page.
-    side: f32,
-    /// Between which texels, counted from `home`, `page` is the one to use; no pixel is, before the first.
-    from: [f32; 2],
-    to: [f32; 2],
-    /// First texel of `page`, counted from `home`, and the least and greatest place in it: the area's edge goes
-    /// on as its outermost texels.
-    first: [f32; 2],
-    least: [f32; 2],
-    greatest: [f32; 2],
-    /// `None`: absent.
-    page: Option<Arc<RadiancePage>>,
+/// Footprints across, in voxels, from which texels of two and of four are used.
+const WIDER: [f32; 2] = [1.42, 2.84];
+
+/// Sixteen planes, from above.
+#[derive(Debug, Clone, Copy)]
+pub struct Planes<V: Simd> {
+    /// 0: they run along x, 1: along y.
+    pub major: usize,
+    /// The eye across them, units.
+    pub eye: f64,
+    /// Units across per unit of major distance.
+    pub minor: V::F,
+    /// The same of the outermost planes, the lesser first.
+    pub ends: [f64; 2],
 }
 
-/// Samples radiance for an eye.
-pub struct Sampler<'a> {
+/// A line to look at.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// Level index.
+    pub level: u8,
+    /// Index of the line at the level.
+    pub index: i64,
+    /// Lines that its colour stands for: 1, 2 or 4.
+    pub span: u8,
+    /// Major distance, units.
+    pub distance: f32,
+    /// Width of a pixel's footprint there, voxels of the level.
+    pub footprint: f32,
+}
+
+/// Looks lines up; the images that were used last stay at hand.
+pub struct LineSampler<'a> {
     pages: RadiancePages<'a>,
-    spots: [Spot; MOST_IMAGES],
-    coarsest: i32,
-    /// Image that was used last.
-    current: i32,
     grid: Grid,
+    level_count: u8,
+    /// By log₂ of their span: where slopes change, so do spans from line to line.
+    runs: [Option<Run>; SPANS],
 }
 
-impl<'a> Sampler<'a> {
-    /// For an eye at `eye`, units.
-    pub fn new(pages: RadiancePages<'a>, eye: DVec2) -> Self {
+/// Images side by side, and where they are.
+struct Run {
+    level: u8,
+    weave: Weave,
+    /// Page along the major axis; first and last across it, which may lie beside the area.
+    page: i64,
+    pages: [i64; 2],
+    /// Page of the first image.
+    first: i64,
+    images: [Option<Arc<LineImage>>; MOST_PAGES],
+}
+
+impl<'a> LineSampler<'a> {
+    /// Over pages.
+    pub fn new(pages: RadiancePages<'a>) -> Self {
         let header = pages.source().header();
-        let coarsest = (i32::from(header.level_count) * IMAGES - 1).min(MOST_IMAGES as i32 - 1);
-        let mut spots: [Spot; MOST_IMAGES] = Default::default();
-        for (index, spot) in spots.iter_mut().enumerate().take(coarsest as usize + 1) {
-            let texel = f64::from(Grid::side_units(index as u8 / IMAGES as u8)) * f64::from(1 << (index % 2));
-            let side = f64::from(PAGE_SIDE >> (index % 2));
-            let texels = eye / texel - 0.5;
-            let home = (texels / side).floor();
-            let within = texels - home * side;
-            *spot = Spot {
-                per_unit: (1.0 / texel) as f32,
-                side: side as f32,
-                eye: [within.x as f32, within.y as f32],
-                home: [home.x as i64, home.y as i64],
-                ..Spot::default()
+        Self { grid: header.grid, level_count: header.level_count, pages, runs: [const { None }; SPANS] }
+    }
+
+    /// Linear radiance of a line where the planes cross it. Where a page is absent the next coarser level's, or black.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    #[inline(always)]
+    pub fn sample<V: Simd>(&mut self, simd: V, planes: &Planes<V>, line: Line) -> Result<[V::F; 3]> {
+        let mut line = line;
+        while !self.find(planes.major, planes.eye, planes.ends, &line)? {
+            if line.level + 1 >= self.level_count {
+                return Ok([simd.splat(0.0); 3]);
+            }
+            line = Line {
+                level: line.level + 1,
+                index: line.index.div_euclid(4),
+                span: 1,
+                footprint: line.footprint * 0.25,
+                ..line
             };
         }
-        Self { pages, spots, coarsest, current: 0, grid: header.grid }
+        let Some(run) = &self.runs[slot(line.span)] else { return Ok([simd.splat(0.0); 3]) };
+        let texel = f64::from(Grid::side_units(line.level)) * f64::from(1 << run.weave.shift);
+        let side = i64::from(PAGE_SIDE >> run.weave.shift);
+        let eye = planes.eye / texel - 0.5 - (run.first * side) as f64;
+        let at = planes
+            .minor
+            .mul_add(simd.splat((f64::from(line.distance) / texel) as f32), simd.splat(eye as f32));
+        let within =
+            (line.index - run.page * i64::from(PAGE_SIDE)).max(0) as usize / usize::from(run.weave.span);
+        let mut colour = [simd.splat(0.0); 3];
+        for (part, image) in run.images.iter().flatten().enumerate() {
+            let start = simd.splat((part as i64 * side) as f32);
+            let row = &image.texels[(within * image.row).min(image.texels.len() - image.row)..][..image.row];
+            // The area's edge goes on as its outermost texels.
+            let place = (at - start).max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
+            let here = between(simd, row, place);
+            if part == 0 {
+                colour = here;
+            } else {
+                let later = (start - simd.splat(0.5)).le(at);
+                for (colour, here) in colour.iter_mut().zip(here) {
+                    *colour = here.select(later, *colour);
+                }
+            }
+        }
+        Ok(colour)
     }
 
-    /// Linear radiance of `wanted` lanes at `east` and `north` of the eye (units) over footprints whose
-    /// log₂ in units is `detail`: bilinear in the image that is nearest to it. Zero in other lanes.
+    /// Has the processor fetch a line that is looked at soon, if it lies in the images at hand.
     #[inline(always)]
-    pub fn sample<V: Simd>(
-        &mut self,
-        simd: V,
-        place: [V::F; 2],
-        detail: V::F,
-        wanted: V::M,
-    ) -> Result<[V::F; 3]> {
-        let nearest = (detail + simd.splat(0.5)).max(simd.splat(0.0)).to_int();
-        self.image(simd, place, nearest.min(simd.splat_int(self.coarsest)), wanted)
-    }
-
-    /// Bilinear in one image per lane; zero in lanes that are not wanted.
-    #[inline(always)]
-    fn image<V: Simd>(
-        &mut self,
-        simd: V,
-        [east, north]: [V::F; 2],
-        image: V::I,
-        wanted: V::M,
-    ) -> Result<[V::F; 3]> {
-        let mut image = image;
-        let mut sum = [simd.splat(0.0); 3];
-        let mut left = wanted;
-        // Usually all lanes look into the page that was used last.
-        loop {
-            let current = self.current;
-            let spot = &self.spots[current as usize % MOST_IMAGES];
-            let per_unit = simd.splat(spot.per_unit);
-            let x = east.mul_add(per_unit, simd.splat(spot.eye[0]));
-            let y = north.mul_add(per_unit, simd.splat(spot.eye[1]));
-            let across = simd.splat(spot.from[0]).le(x) & x.lt(simd.splat(spot.to[0]));
-            let along = simd.splat(spot.from[1]).le(y) & y.lt(simd.splat(spot.to[1]));
-            let here = left & image.eq(simd.splat_int(current)) & across & along;
-            match &spot.page {
-                Some(page) => {
-                    let texels = &page.images[(current % IMAGES) as usize];
-                    let x = (x - simd.splat(spot.first[0])).max(simd.splat(spot.least[0]));
-                    let y = (y - simd.splat(spot.first[1])).max(simd.splat(spot.least[1]));
-                    let x = x.min(simd.splat(spot.greatest[0]));
-                    let y = y.min(simd.splat(spot.greatest[1]));
-                    let colour = bilinear(simd, &texels.texels, texels.size[0] + 2, x, y);
-                    for channel in 0..3 {
-                        sum[channel] = colour[channel].select(here, sum[channel]);
-                    }
-                    left = left & !here;
-                }
-                None if current + IMAGES <= self.coarsest => {
-                    image = (image + simd.splat_int(IMAGES)).select(here, image);
-                }
-                None => left = left & !here,
-            }
-            if !left.any() {
-                return Ok(sum);
-            }
-            let lane = left.bits().trailing_zeros() as usize;
-            let mut images = [0; LANES];
-            image.store(&mut images);
-            self.current = images[lane];
-            if images[lane] == current {
-                let mut places = [[0.0; LANES]; 2];
-                east.store(&mut places[0]);
-                north.store(&mut places[1]);
-                self.turn_to(current, [places[0][lane], places[1][lane]])?;
-            }
+    pub fn prefetch<V: Simd>(&self, simd: V, planes: &Planes<V>, line: Line) {
+        let Some(run) = &self.runs[slot(line.span)] else { return };
+        let within = line.index - run.page * i64::from(PAGE_SIDE);
+        if run.level != line.level || !(0..i64::from(PAGE_SIDE)).contains(&within) {
+            return;
+        }
+        let Some(image) = &run.images[0] else { return };
+        let texel = f64::from(Grid::side_units(line.level)) * f64::from(1 << run.weave.shift);
+        let side = i64::from(PAGE_SIDE >> run.weave.shift);
+        let start = within as usize / usize::from(line.span) * image.row;
+        for end in planes.ends {
+            let place = (planes.eye + end * f64::from(line.distance)) / texel - (run.first * side) as f64;
+            simd.prefetch(&image.texels, start + place.clamp(0.0, image.row as f64) as usize);
         }
     }
 
-    /// Makes the page of an image at a place (units from the eye) the one that is used.
+    /// Has the images of a line at hand; `false` if one is absent.
+    #[inline(always)]
+    fn find(&mut self, major: usize, eye: f64, ends: [f64; 2], line: &Line) -> Result<bool> {
+        let shift = u8::from(line.footprint >= WIDER[0]) + u8::from(line.footprint >= WIDER[1]);
+        let weave = Weave { major: major as u8, shift, span: line.span };
+        let side = f64::from(Grid::side_units(line.level)) * f64::from(PAGE_SIDE);
+        let distance = f64::from(line.distance);
+        let pages = ends.map(|end| ((eye + end * distance) / side).floor() as i64);
+        let page = line.index.div_euclid(i64::from(PAGE_SIDE));
+        if let Some(run) = &self.runs[slot(line.span)]
+            && run.level == line.level
+            && run.weave == weave
+            && run.page == page
+            && run.pages == pages
+        {
+            return Ok(true);
+        }
+        self.turn_to(line.level, weave, page, pages)
+    }
+
     #[inline(never)]
-    fn turn_to(&mut self, image: i32, place: [f32; 2]) -> Result<()> {
-        let level = (image / IMAGES) as u8;
+    fn turn_to(&mut self, level: u8, weave: Weave, page: i64, pages: [i64; 2]) -> Result<bool> {
+        let major = usize::from(weave.major);
         let dims = self.grid.page_dims(level);
-        let last = [i64::from(dims.0) - 1, i64::from(dims.1) - 1];
-        let spot = &mut self.spots[image as usize % MOST_IMAGES];
-        let mut page = [0; 2];
-        for axis in 0..2 {
-            let texel = place[axis].mul_add(spot.per_unit, spot.eye[axis]);
-            let at = spot.home[axis] + (texel / spot.side).floor() as i64;
-            page[axis] = at.clamp(0, last[axis]);
-            let first = (page[axis] - spot.home[axis]) as f32 * spot.side;
-            spot.first[axis] = first;
-            // What lies beyond the area's edge belongs to the outermost pages.
-            spot.from[axis] = if page[axis] == 0 { f32::NEG_INFINITY } else { first };
-            spot.to[axis] = if page[axis] == last[axis] { f32::INFINITY } else { first + spot.side };
-            // Rounding may put a place on the border into the other page.
-            spot.from[axis] = spot.from[axis].min(texel);
-            spot.to[axis] = spot.to[axis].max(texel.next_up());
+        let dims = [i64::from(dims.0), i64::from(dims.1)];
+        let along = page.clamp(0, dims[major] - 1);
+        let [first, last] = pages.map(|page| page.clamp(0, dims[1 - major] - 1));
+        let mut run = Run { level, weave, page, pages, first, images: [const { None }; MOST_PAGES] };
+        for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
+            let (px, py) = if major == 0 { (along, first + part) } else { (first + part, along) };
+            let id = PageId { level, px: px as u32, py: py as u32 };
+            let Some(image) = self.pages.lines(id, weave)? else { return Ok(false) };
+            run.images[part as usize] = Some(image);
         }
-        spot.page = self.pages.get(PageId { level, px: page[0] as u32, py: page[1] as u32 })?;
-        if let Some(found) = &spot.page {
-            let size = found.images[(image % IMAGES) as usize].size;
-            for axis in 0..2 {
-                spot.least[axis] = if page[axis] == 0 { 0.0 } else { -0.5 };
-                spot.greatest[axis] = (size[axis] - i32::from(page[axis] == last[axis])) as f32;
-            }
-        }
-        Ok(())
+        self.runs[slot(weave.span)] = Some(run);
+        Ok(true)
     }
 }
 
-/// Radiance between four texels of rows of `row` texels.
+/// Where the run of a span is kept.
 #[inline(always)]
-fn bilinear<V: Simd>(simd: V, texels: &[u32], row: i32, x: V::F, y: V::F) -> [V::F; 3] {
-    let (west, south) = (x.floor(), y.floor());
-    let (u, v) = (x - west, y - south);
-    let index =
-        (south.to_int() + simd.splat_int(1)).mul(simd.splat_int(row)) + west.to_int() + simd.splat_int(1);
-    let (sw, se) = simd.gather_word_pairs(texels, index);
-    let (nw, ne) = simd.gather_word_pairs(texels, index + simd.splat_int(row));
+fn slot(span: u8) -> usize {
+    (span.trailing_zeros() as usize).min(SPANS - 1)
+}
+
+/// Radiance between two texels of a line; place −1 is the first.
+#[inline(always)]
+fn between<V: Simd>(simd: V, row: &[u32], place: V::F) -> [V::F; 3] {
+    let floor = place.floor();
+    let share = place - floor;
+    let (from, to) = simd.gather_word_pairs(row, floor.to_int() + simd.splat_int(1));
     let (low, scale) = (simd.splat_int(0x3ff), simd.splat(ROOT_OF_BRIGHTEST / CODE_LIMIT));
-    let red = between::<V>([sw & low, se & low, nw & low, ne & low], u, v);
-    let green = between::<V>(
-        [sw.shr::<10>() & low, se.shr::<10>() & low, nw.shr::<10>() & low, ne.shr::<10>() & low],
-        u,
-        v,
-    );
-    let blue = between::<V>([sw.shr::<20>(), se.shr::<20>(), nw.shr::<20>(), ne.shr::<20>()], u, v);
-    let (red, green, blue) = (red * scale, green * scale, blue * scale);
+    let red = mix::<V>(from & low, to & low, share) * scale;
+    let green = mix::<V>(from.shr::<10>() & low, to.shr::<10>() & low, share) * scale;
+    let blue = mix::<V>(from.shr::<20>(), to.shr::<20>(), share) * scale;
     [red * red, green * green, blue * blue]
 }
 
-/// Bilinear between four codes.
 #[inline(always)]
-fn between<V: Simd>([sw, se, nw, ne]: [V::I; 4], u: V::F, v: V::F) -> V::F {
-    let (sw, se, nw, ne) = (sw.to_float(), se.to_float(), nw.to_float(), ne.to_float());
-    let south = (se - sw).mul_add(u, sw);
-    let north = (ne - nw).mul_add(u, nw);
-    (north - south).mul_add(v, south)
+fn mix<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
+    let (from, to) = (from.to_float(), to.to_float());
+    (to - from).mul_add(share, from)
 }

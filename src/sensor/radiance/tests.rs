@@ -1,10 +1,11 @@
-//! Baked pages against a scalar calculation, seams, the sampler against scalar bilinear filtering, eviction.
+//! Baked pages against a scalar calculation, seams, lines against scalar means, eviction.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec2, Vec3};
 
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
+use super::window::RING;
 use super::*;
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
@@ -69,9 +70,9 @@ fn bake(source: &impl PageSource, level: u8, px: u32, py: u32) -> Option<Radianc
     RadiancePage::bake(source, PageId { level, px, py }, &sensor(), Isa::best()).unwrap()
 }
 
-/// Codes of a texel; −1 is the apron.
-fn codes(image: &super::page::Image, x: i64, y: i64) -> [u32; 3] {
-    let texel = image.texels[((y + 1) * i64::from(image.size[0] + 2) + x + 1) as usize];
+/// Codes of a texel; the apron has negative indices.
+fn codes(page: &RadiancePage, x: i64, y: i64) -> [u32; 3] {
+    let texel = page.texel(x as i32, y as i32);
     [texel & 1023, texel >> 10 & 1023, texel >> 20]
 }
 
@@ -134,13 +135,13 @@ fn posts_send_their_albedo_times_the_light_on_their_normal() {
         let mut cursor = PageCursor::new(&source);
         for (px, py) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let page = bake(&source, 0, px, py).unwrap();
-            let size = page.images[0].size.map(i64::from);
+            let size = page.size.map(i64::from);
             for y in 0..size[1] {
                 for x in 0..size[0] {
                     let cell = [x + i64::from(px * PAGE_SIDE), y + i64::from(py * PAGE_SIDE)];
                     // What has no surface is not seen.
                     if let Some(wanted) = lit(&mut cursor, 0, cell) {
-                        assert_near(codes(&page.images[0], x, y), wanted, &format!("{cell:?}"));
+                        assert_near(codes(&page, x, y), wanted, &format!("{cell:?}"));
                     }
                 }
             }
@@ -155,12 +156,12 @@ fn voxels_send_the_mean_of_their_finer_posts() {
         let mut cursor = PageCursor::new(&source);
         for (level, px) in [(1, 0), (1, 1), (2, 0)] {
             let page = bake(&source, level, px, 0).unwrap();
-            let size = page.images[0].size.map(i64::from);
+            let size = page.size.map(i64::from);
             for y in 0..size[1] {
                 for x in 0..size[0] {
                     let cell = [x + i64::from(px * PAGE_SIDE), y];
                     let wanted = mean_of_finer(&mut cursor, level, cell);
-                    assert_near(codes(&page.images[0], x, y), wanted, &format!("level {level}, {cell:?}"));
+                    assert_near(codes(&page, x, y), wanted, &format!("level {level}, {cell:?}"));
                 }
             }
         }
@@ -177,7 +178,7 @@ fn where_a_finer_page_is_absent_voxels_are_lit_by_their_own_normals() {
         let is_own = (64..128).contains(&x) && y < 64;
         let wanted =
             if is_own { lit(&mut cursor, 1, [x, y]).unwrap() } else { mean_of_finer(&mut cursor, 1, [x, y]) };
-        assert_near(codes(&page.images[0], x, y), wanted, &format!("({x}, {y})"));
+        assert_near(codes(&page, x, y), wanted, &format!("({x}, {y})"));
     }
 }
 
@@ -185,39 +186,34 @@ fn where_a_finer_page_is_absent_voxels_are_lit_by_their_own_normals() {
 fn assert_seams(source: &impl PageSource, level: u8) -> usize {
     let (nx, ny) = source.header().grid.page_dims(level);
     let radiance = Radiance::new(sensor());
-    let mut pages = RadiancePages::new(source, &radiance);
-    let mut bake = |px, py| pages.get(PageId { level, px, py }).unwrap();
+    let pages = RadiancePages::new(source, &radiance);
+    let bake = |px, py| pages.page(PageId { level, px, py }).unwrap();
+    let (ring, side) = (RING as i64, i64::from(PAGE_SIDE));
     let mut compared = 0;
     for (px, py) in (0..ny).flat_map(|py| (0..nx).map(move |px| (px, py))) {
         let Some(page) = bake(px, py) else { continue };
-        for (index, image) in page.images.iter().enumerate() {
-            let side = i64::from(PAGE_SIDE >> index);
-            let size = image.size.map(i64::from);
-            for y in -1..=size[1] {
-                for x in -1..=size[0] {
-                    if (0..size[0]).contains(&x) && (0..size[1]).contains(&y) {
-                        continue;
-                    }
-                    let at = [x + i64::from(px) * side, y + i64::from(py) * side];
-                    let last = [i64::from(nx), i64::from(ny)].map(|pages| pages * side - 1);
-                    let outside = (0..2).any(|axis| at[axis] < 0 || at[axis] > last[axis]);
-                    let owner = at.map(|texel| texel.div_euclid(side) as u32);
-                    let Some(other) = (!outside).then(|| bake(owner[0], owner[1])).flatten() else {
-                        continue;
-                    };
-                    let inside = at.map(|texel| texel.rem_euclid(side));
-                    if inside[0] >= i64::from(other.images[index].size[0])
-                        || inside[1] >= i64::from(other.images[index].size[1])
-                    {
-                        continue;
-                    }
-                    assert_eq!(
-                        codes(image, x, y),
-                        codes(&other.images[index], inside[0], inside[1]),
-                        "level {level}, page ({px}, {py}), image {index}, texel ({x}, {y})"
-                    );
-                    compared += 1;
+        let size = page.size.map(i64::from);
+        for y in -ring..size[1] + ring {
+            for x in -ring..size[0] + ring {
+                let at = [x + i64::from(px) * side, y + i64::from(py) * side];
+                let owner = at.map(|texel| texel.div_euclid(side));
+                let is_own = (0..size[0]).contains(&x) && (0..size[1]).contains(&y);
+                let is_outside =
+                    owner[0] < 0 || owner[1] < 0 || owner[0] >= nx.into() || owner[1] >= ny.into();
+                if is_own || is_outside {
+                    continue;
                 }
+                let Some(other) = bake(owner[0] as u32, owner[1] as u32) else { continue };
+                let inside = at.map(|texel| texel.rem_euclid(side));
+                if inside[0] >= i64::from(other.size[0]) || inside[1] >= i64::from(other.size[1]) {
+                    continue;
+                }
+                assert_eq!(
+                    codes(&page, x, y),
+                    codes(&other, inside[0], inside[1]),
+                    "level {level}, page ({px}, {py}), texel ({x}, {y})"
+                );
+                compared += 1;
             }
         }
     }
@@ -246,15 +242,14 @@ fn coarse_aprons_hold_what_the_neighbours_hold() {
 fn at_the_edge_of_the_area_aprons_repeat_the_edge() {
     let source = rough(301, 17, 0);
     let page = bake(&source, 0, 1, 0).unwrap();
-    let image = &page.images[0];
-    assert_eq!(image.size, [45, 17]);
-    assert_eq!(page.images[1].size, [23, 9]);
+    assert_eq!(page.size, [45, 17]);
     for y in 0..17 {
-        assert_eq!(codes(image, 45, y), codes(image, 44, y));
+        assert_eq!(codes(&page, 45, y), codes(&page, 44, y));
+        assert_eq!(codes(&page, 48, y), codes(&page, 44, y));
     }
     for x in 0..45 {
-        assert_eq!(codes(image, x, -1), codes(image, x, 0));
-        assert_eq!(codes(image, x, 17), codes(image, x, 16));
+        assert_eq!(codes(&page, x, -1), codes(&page, x, 0));
+        assert_eq!(codes(&page, x, 17), codes(&page, x, 16));
     }
 }
 
@@ -264,12 +259,9 @@ fn a_page_without_neighbours_ends_like_the_area() {
     let source =
         Holey { whole: rough(768, 768, 0), absent: move |page| page != id, asked: AtomicU32::new(0) };
     let page = bake(&source, 0, 1, 1).unwrap();
-    for image in &page.images {
-        let last = i64::from(image.size[0]) - 1;
-        for at in 0..=last {
-            assert_eq!(codes(&page.images[0], at, -1), codes(&page.images[0], at, 0));
-            assert_eq!(codes(&page.images[0], -1, at), codes(&page.images[0], 0, at));
-        }
+    for at in 0..256 {
+        assert_eq!(codes(&page, at, -1), codes(&page, at, 0));
+        assert_eq!(codes(&page, -1, at), codes(&page, 0, at));
     }
     assert!(bake(&source, 0, 0, 1).is_none());
 }
@@ -286,22 +278,28 @@ fn every_instruction_set_bakes_the_same_bits() {
     }
 }
 
-/// Samples places (units) over footprints of log₂ `detail`.
-struct Sampling<'s, 'a> {
-    sampler: &'s mut Sampler<'a>,
-    places: [[f32; LANES]; 2],
-    detail: [f32; LANES],
-    wanted: u16,
+/// Sixteen planes along axis `major` from `eye` across them, `minor` units per unit of major distance.
+struct Looking<'s, 'a> {
+    sampler: &'s mut LineSampler<'a>,
+    major: usize,
+    eye: f64,
+    minor: [f32; LANES],
+    line: Line,
 }
 
-impl Kernel for Sampling<'_, '_> {
+impl Kernel for Looking<'_, '_> {
     type Output = [[f32; LANES]; 3];
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let place = [simd.load(&self.places[0]), simd.load(&self.places[1])];
-        let detail = simd.load(&self.detail);
-        let found = self.sampler.sample(simd, place, detail, simd.mask(self.wanted)).unwrap();
+        let [low, high] = [f32::min, f32::max].map(|pick| self.minor.into_iter().reduce(pick).unwrap());
+        let planes = Planes {
+            major: self.major,
+            eye: self.eye,
+            minor: simd.load(&self.minor),
+            ends: [low, high].map(f64::from),
+        };
+        let found = self.sampler.sample(simd, &planes, self.line).unwrap();
         found.map(|channel| {
             let mut out = [0.0; LANES];
             channel.store(&mut out);
@@ -310,95 +308,93 @@ impl Kernel for Sampling<'_, '_> {
     }
 }
 
-/// Radiance of a texel of an image of a level, counted from the area's first.
-fn texel(pages: &mut RadiancePages<'_>, level: u8, half: usize, at: [i64; 2]) -> Option<Vec3> {
-    let dims = pages.source().header().grid.dims(level);
-    let side = i64::from(PAGE_SIDE) >> half;
-    let count = [dims.0, dims.1].map(|voxels| i64::from(if half == 1 { voxels.div_ceil(2) } else { voxels }));
-    let at = [0, 1].map(|axis| at[axis].clamp(0, count[axis] - 1));
-    let (px, py) = ((at[0] / side) as u32, (at[1] / side) as u32);
-    let page = pages.get(PageId { level, px, py }).unwrap()?;
-    Some(radiance_of(codes(&page.images[half], at[0] % side, at[1] % side)))
+/// Radiance of a post of level 0, of the nearest if it lies outside.
+fn post(pages: &RadiancePages<'_>, at: [i64; 2]) -> Vec3 {
+    let dims = pages.source().header().grid.dims(0);
+    let at = [at[0].clamp(0, i64::from(dims.0) - 1), at[1].clamp(0, i64::from(dims.1) - 1)];
+    let side = i64::from(PAGE_SIDE);
+    let id = PageId { level: 0, px: (at[0] / side) as u32, py: (at[1] / side) as u32 };
+    radiance_of(codes(&pages.page(id).unwrap().unwrap(), at[0] % side, at[1] % side))
 }
 
-/// The sampler's answer, in double precision; roots are blended, not radiance.
-fn scalar(pages: &mut RadiancePages<'_>, place: DVec2, image: usize) -> Vec3 {
-    let levels = usize::from(pages.source().header().level_count);
-    for image in (image..2 * levels).step_by(2) {
-        let (level, half) = ((image / 2) as u8, image % 2);
-        let side = f64::from(Grid::side_units(level)) * f64::from(1 << half);
-        let at = place / side - 0.5;
-        let (west, south) = (at.x.floor() as i64, at.y.floor() as i64);
-        let (u, v) = ((at.x - at.x.floor()) as f32, (at.y - at.y.floor()) as f32);
-        let mut corner = |x, y| texel(pages, level, half, [west + x, south + y]).map(|c| c.map(f32::sqrt));
-        let Some(sw) = corner(0, 0) else { continue };
-        let (se, nw, ne) = (corner(1, 0).unwrap(), corner(0, 1).unwrap(), corner(1, 1).unwrap());
-        let root = sw.lerp(se, u).lerp(nw.lerp(ne, u), v);
-        return root * root;
+/// Mean over a stride's lines, the ends by half, and over `wide` posts of texel `texel`.
+fn mean(pages: &RadiancePages<'_>, major: usize, line: i64, span: i64, texel: i64, wide: i64) -> Vec3 {
+    let half = span / 2;
+    let mut sum = Vec3::ZERO;
+    for along in -half..=half {
+        let weight = if span > 1 && along.abs() == half { 0.5 } else { 1.0 } / span as f32;
+        for across in texel * wide..(texel + 1) * wide {
+            let at = if major == 0 { [line + along, across] } else { [across, line + along] };
+            sum += post(pages, at) * weight / wide as f32;
+        }
     }
-    Vec3::ZERO
+    sum
 }
 
-/// Holds all sets against the scalar calculation at places of the eye's surroundings.
-fn assert_sampled(source: &impl PageSource, eye: DVec2, places: &[(DVec2, usize)]) {
+#[test]
+fn lines_are_means_over_strides_and_footprints() {
+    let source = rough(560, 520, 0);
     let radiance = Radiance::new(sensor());
-    let mut pages = RadiancePages::new(source, &radiance);
-    for isa in Isa::available() {
-        let mut sampler = Sampler::new(RadiancePages::new(source, &radiance), eye);
-        for group in places.chunks(LANES) {
-            let (mut from_eye, mut detail) = ([[0.0; LANES]; 2], [0.0; LANES]);
-            for (lane, (place, image)) in group.iter().enumerate() {
-                from_eye[0][lane] = (place.x - eye.x) as f32;
-                from_eye[1][lane] = (place.y - eye.y) as f32;
-                detail[lane] = *image as f32;
-            }
-            // Lane 0 is not wanted.
-            let wanted = (((1_u32 << group.len()) - 1) & !1) as u16;
-            let found = isa.run(Sampling { sampler: &mut sampler, places: from_eye, detail, wanted });
-            assert_eq!(found.map(|channel| channel[0]), [0.0; 3], "{isa}");
-            for (lane, (place, image)) in group.iter().enumerate().skip(1) {
-                let wanted = scalar(&mut pages, *place, *image);
-                let difference = (Vec3::from_array(found.map(|channel| channel[lane])) - wanted).abs();
-                assert!(
-                    difference.max_element() < 2e-3,
-                    "{isa}, {place}, image {image}: {difference} from {wanted}"
-                );
+    let pages = RadiancePages::new(&source, &radiance);
+    let unit = |seed| (noise(seed) >> 11) as f64 / (1_u64 << 53) as f64;
+    for case in 0..400_u64 {
+        let major = (case % 2) as usize;
+        let span = 1 << (case / 2 % 3);
+        let shift = case / 6 % 3;
+        let wide = 1_i64 << shift;
+        let eye = 560.0 * unit(5 * case);
+        let middle = unit(5 * case + 1) - 0.5;
+        let distance = (300.0 * unit(5 * case + 2)) as f32 + 1.0;
+        let minor = std::array::from_fn(|lane| (middle + 0.004 * lane as f64) as f32);
+        let index = (500.0 * unit(5 * case + 3)) as i64 / span * span;
+        let line =
+            Line { level: 0, index, span: span as u8, distance, footprint: [1.0, 2.0, 4.0][shift as usize] };
+        for isa in Isa::available() {
+            let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
+            let found = isa.run(Looking { sampler: &mut sampler, major, eye, minor, line });
+            for lane in 0..LANES {
+                let texel = (eye + f64::from(minor[lane]) * f64::from(distance)) / wide as f64 - 0.5;
+                // The area's edge goes on as its outermost texel.
+                let last = ([560, 520][1 - major] as f64 / wide as f64).ceil();
+                let texel = texel.clamp(-1.0, last - 0.001);
+                let near = mean(&pages, major, index, span, texel.floor() as i64, wide);
+                let far = mean(&pages, major, index, span, texel.floor() as i64 + 1, wide);
+                let share = (texel - texel.floor()) as f32;
+                let root = near.map(f32::sqrt).lerp(far.map(f32::sqrt), share);
+                let off = (Vec3::from_array(found.map(|channel| channel[lane])) - root * root).abs();
+                let place = format!("{isa}, case {case}, lane {lane}, texel {texel}");
+                assert!(off.max_element() < 4e-3, "{place}: {off} from {}", root * root);
             }
         }
     }
 }
 
-/// Random places within `from..to`, in images 0 to 3.
-fn places(from: DVec2, to: DVec2, count: u64) -> Vec<(DVec2, usize)> {
-    let unit = |seed| (noise(seed) >> 11) as f64 / (1_u64 << 53) as f64;
-    let place = |k: u64| from + DVec2::new(unit(3 * k), unit(3 * k + 1)) * (to - from);
-    (0..count).map(|k| (place(k), (noise(3 * k + 2) % 4) as usize)).collect()
+#[test]
+fn a_coarser_line_stands_in_for_an_absent_one() {
+    let absent = |id: PageId| id.level == 0;
+    let source = Holey { whole: rough(300, 300, 0), absent, asked: AtomicU32::new(0) };
+    let radiance = Radiance::new(sensor());
+    let look = |level, index| {
+        let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
+        let line = Line { level, index, span: 1, distance: 50.0, footprint: 0.4 };
+        Isa::best().run(Looking { sampler: &mut sampler, major: 0, eye: 100.0, minor: [0.3; LANES], line })
+    };
+    assert_eq!(look(0, 83), look(1, 20));
+    assert!(look(1, 20)[1][0] > 0.0);
 }
 
 #[test]
-fn samples_are_bilinear_everywhere() {
-    let source = rough(530, 301, 0);
-    let (west_south, size) = (DVec2::splat(-0.5), DVec2::new(530.5, 301.5));
-    let eye = DVec2::new(270.25, 100.5);
-    assert_sampled(&source, eye, &places(west_south, size, 160));
-    // Along the border of two pages, and where four meet.
-    let meeting = DVec2::splat(f64::from(PAGE_SIDE));
-    assert_sampled(&source, eye, &places(meeting - 1.0, meeting + 1.0, 80));
-    assert_sampled(&source, DVec2::new(-700.0, 4000.0), &places(meeting - 1.0, meeting + 1.0, 80));
-    // At and half a voxel beyond the area's edges.
-    assert_sampled(&source, eye, &places(west_south, DVec2::new(0.5, 301.5), 48));
-    assert_sampled(&source, eye, &places(DVec2::new(0.0, 300.5), size, 48));
-}
-
-#[test]
-fn a_coarser_page_stands_in_for_an_absent_one() {
-    let absent = |id: PageId| id.level == 0 && id.px == 1;
-    let source = Holey { whole: rough(600, 300, 0), absent, asked: AtomicU32::new(0) };
-    // Blends across the border of what is there end at the border.
-    let inside = |x: &(DVec2, usize)| (x.0.x - 256.0).abs() > 1.0 && (x.0.x - 512.0).abs() > 1.0;
-    let places: Vec<_> =
-        places(DVec2::ZERO, DVec2::new(600.0, 300.0), 160).into_iter().filter(inside).collect();
-    assert_sampled(&source, DVec2::new(300.0, 10.0), &places);
+fn every_instruction_set_weaves_the_same_bits() {
+    let page = bake(&rough(300, 270, 7), 0, 0, 0).unwrap();
+    for (major, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1)] {
+        let weave = Weave { major, shift, span };
+        for isa in Isa::available() {
+            assert!(
+                LineImage::with_isa(&page, weave, isa) == LineImage::new(&page, weave),
+                "{weave:?}, {isa}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -406,7 +402,7 @@ fn what_was_not_used_for_longest_makes_room_and_comes_again() {
     let source = Holey { whole: rough(1024, 256, 0), absent: |_| false, asked: AtomicU32::new(0) };
     let id = |px| PageId { level: 0, px, py: 0 };
     let page = |radiance: &Radiance, px| {
-        RadiancePages::new(&source, radiance).get(id(px)).unwrap().map(|page| (*page).clone())
+        RadiancePages::new(&source, radiance).page(id(px)).unwrap().map(|page| (*page).clone())
     };
     let one = bake(&source, 0, 1, 0).unwrap().bytes();
     let radiance = Radiance::with_budget(sensor(), 2 * one);
@@ -429,8 +425,8 @@ fn what_was_not_used_for_longest_makes_room_and_comes_again() {
 fn pages_of_frames_in_flight_stay() {
     let source = rough(512, 256, 0);
     let radiance = Radiance::with_budget(sensor(), 0);
-    let mut pages = RadiancePages::new(&source, &radiance);
-    let kept = pages.get(PageId { level: 0, px: 0, py: 0 }).unwrap();
+    let pages = RadiancePages::new(&source, &radiance);
+    let kept = pages.page(PageId { level: 0, px: 0, py: 0 }).unwrap();
     radiance.begin_frame();
     radiance.begin_frame();
     assert!(radiance.bytes() > 0);

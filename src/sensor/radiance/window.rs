@@ -19,8 +19,8 @@ use super::posts::{Lamp, Posts, Rows};
 use crate::error::Result;
 use crate::voxel::{PAGE_SIDE, PageId, PageSource, RADIX};
 
-/// Posts around the page: the half-resolution image's apron takes two.
-pub const RING: usize = 2;
+/// Posts around the page: the apron of images of lines, a texel of four posts.
+pub const RING: usize = 4;
 
 /// Posts of a level from `first` on, and what they send.
 pub struct Window {
@@ -37,11 +37,10 @@ pub struct Window {
 type Block = [Range<i64>; 2];
 
 impl Window {
-    /// Around page `id` of `size` posts, which is there. An odd side counts as one more, for the image of half
-    /// the resolution.
+    /// Around page `id` of `size` posts, which is there.
     #[inline(always)]
     pub fn around(lamp: &Lamp<'_>, source: &dyn PageSource, id: PageId, size: [usize; 2]) -> Result<Self> {
-        let [stride, rows] = size.map(|side| side.next_multiple_of(2) + 2 * RING);
+        let [stride, rows] = size.map(|side| side + 2 * RING);
         let corner = [id.px, id.py].map(|page| i64::from(page * PAGE_SIDE));
         let first = corner.map(|corner| corner - RING as i64);
         let planes = [(); 3].map(|()| vec![f32::NAN; stride * rows]);

@@ -44,8 +44,7 @@ impl<'a> PostLight<'a> {
                 page[axis] = index.clamp(0, self.dims[usize::from(level)][axis] - 1);
             }
             let [px, py] = page.map(|index| index as u32);
-            let Some(found) = self.pages.get(PageId { level, px, py })? else { continue };
-            let image = &found.images[0];
+            let Some(image) = self.pages.page(PageId { level, px, py })? else { continue };
             let (mut cell, mut share) = ([0; 2], [0.0; 2]);
             for axis in 0..2 {
                 let from_first = post[axis] - (page[axis] * i64::from(PAGE_SIDE)) as f64;
@@ -53,10 +52,8 @@ impl<'a> PostLight<'a> {
                 cell[axis] = within.floor() as i64;
                 share[axis] = (within - within.floor()) as f32;
             }
-            let texel = |east: i64, north: i64| {
-                let row = i64::from(image.size[0]) + 2;
-                roots(image.texels[((cell[1] + north + 1) * row + cell[0] + east + 1) as usize])
-            };
+            let texel =
+                |east: i64, north: i64| roots(image.texel((cell[0] + east) as i32, (cell[1] + north) as i32));
             let south = texel(0, 0).lerp(texel(1, 0), share[0]);
             let north = texel(0, 1).lerp(texel(1, 1), share[0]);
             let root = south.lerp(north, share[1]) * (ROOT_OF_BRIGHTEST / CODE_LIMIT);

@@ -1,0 +1,110 @@
+//! Light of what planes have in sight.
+
+use glam::DVec3;
+
+use super::air::Air;
+use crate::error::Result;
+use crate::raymarch::scan::{Mark, PlaneGroup, Profile};
+use crate::sensor::radiance::{Line, LineSampler, Planes};
+use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::voxel::Grid;
+
+/// Sights from the one that is painted to the one that is fetched.
+const AHEAD: usize = 8;
+
+/// Linear light of sixteen planes.
+pub type Light = [Sixteen; 3];
+
+/// Finds the light of profiles of one frame.
+pub struct Painter<'a> {
+    /// Radiance of lines.
+    pub sampler: LineSampler<'a>,
+    /// Haze and sky.
+    pub air: Air,
+    /// The eye: units, units, metres.
+    pub eye: DVec3,
+    /// Angle of a pixel, radians.
+    pub pixel_angle: f64,
+    /// Metres per unit.
+    pub spacing: f64,
+}
+
+impl Painter<'_> {
+    /// Light that each sight of a profile sends to the eye, through the haze between. `squares` is 1 + a² of each plane.
+    pub fn paint(
+        &mut self,
+        isa: Isa,
+        group: &PlaneGroup,
+        profile: &Profile,
+        squares: &[f32; LANES],
+        lights: &mut Vec<Light>,
+    ) -> Result<()> {
+        lights.clear();
+        isa.run(Painting { painter: self, group, profile, squares, lights })
+    }
+}
+
+struct Painting<'f, 'a> {
+    painter: &'f mut Painter<'a>,
+    group: &'f PlaneGroup,
+    profile: &'f Profile,
+    squares: &'f [f32; LANES],
+    lights: &'f mut Vec<Light>,
+}
+
+impl Kernel for Painting<'_, '_> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn run<V: Simd>(self, simd: V) -> Result<()> {
+        let Self { painter, group, profile, squares, lights } = self;
+        let squares = simd.load(squares);
+        let [a, b] = [0, LANES - 1].map(|lane| f64::from(group.minor[lane]));
+        let planes = Planes {
+            major: group.major,
+            eye: painter.eye[1 - group.major],
+            minor: simd.load(&group.minor),
+            ends: [a.min(b), a.max(b)],
+        };
+        let forward = group.forward as i64;
+        let pixel = (group.ground * painter.pixel_angle) as f32;
+        let spacing = painter.spacing;
+        let line = |mark: &Mark| {
+            let per_voxel = 1.0 / (f64::from(Grid::side_units(mark.level)) * spacing) as f32;
+            Line {
+                level: mark.level,
+                index: mark.line,
+                span: mark.span,
+                distance: mark.distance,
+                footprint: mark.distance * pixel * per_voxel,
+            }
+        };
+        let sights = profile.sights();
+        for (index, sight) in sights.iter().enumerate() {
+            if let Some(ahead) = sights.get(index + AHEAD) {
+                painter.sampler.prefetch(simd, &planes, line(&ahead.mark));
+            }
+            let mark = sight.mark;
+            let line = line(&mark);
+            let mut colour = painter.sampler.sample(simd, &planes, line)?;
+            if mark.share < 1.0 {
+                let before =
+                    painter.sampler.sample(simd, &planes, Line { index: line.index - forward, ..line })?;
+                for (colour, before) in colour.iter_mut().zip(before) {
+                    *colour = (*colour - before).mul_add(simd.splat(mark.share), before);
+                }
+            }
+            let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
+            let square = slope.mul_add(slope, squares);
+            let per_slant = square.rsqrt();
+            let range = (inverse * per_slant).recip();
+            let seen = painter.air.haze(simd, colour, range, slope * per_slant);
+            let mut light = Light::default();
+            for (light, seen) in light.iter_mut().zip(seen) {
+                seen.store(&mut light.0);
+            }
+            lights.push(light);
+        }
+        Ok(())
+    }
+}

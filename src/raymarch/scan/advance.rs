@@ -1,0 +1,194 @@
+//! From line to line: what comes into sight, and where more must be read.
+
+use super::blocks::Block;
+use super::lines::Lines;
+use super::march::Planes;
+use super::profile::{Mark, NO_SLOPE, Post};
+use crate::error::Result;
+use crate::simd::{Floats, Mask, Simd};
+use crate::voxel::Grid;
+
+/// Parts of a near stretch, times its distance in lines; the error falls with their square.
+const NEAR_PARTS: f64 = 64.0;
+const MOST_NEAR_PARTS: f64 = 16.0;
+
+/// Rows that a stretch may rise over before lines between its ends are read.
+const STEEP_ROWS: f32 = 5.0;
+
+impl<'a, V: Simd> Planes<'_, 'a, V> {
+    /// Goes to a line.
+    #[inline(always)]
+    pub(super) fn step(
+        &mut self,
+        lines: &Lines<'a>,
+        block: &Block,
+        post: &Post<V>,
+        near: bool,
+    ) -> Result<()> {
+        if self.crest.lt(post.slope).any() {
+            if near {
+                self.follow(lines, block.stride.level, post);
+            } else if block.stride.lines > 1 {
+                self.divide(lines, block, post)?;
+            }
+        }
+        self.reach(*post);
+        Ok(())
+    }
+
+    /// The surface along a line.
+    #[inline(always)]
+    pub(super) fn line(&self, lines: &Lines<'a>, block: &Block, line: i64, span: u32) -> Post<V> {
+        let level = block.stride.level;
+        let distance = self.way.distance(level, line) as f32;
+        let at = self.simd.splat(distance);
+        let z = self.ground.height(self.ground.codes(lines, level, line, at), at);
+        self.post(z, Mark { line, distance, share: 1.0, level, span: span as u8, begins: false })
+    }
+
+    /// Reads lines between the last and the next one where the surface rises steeply.
+    #[inline(always)]
+    fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>) -> Result<()> {
+        let line = post.mark.line;
+        let Some(last) = &self.last else { return Ok(()) };
+        let rise = (post.slope - self.crest.max(last.slope)) * self.simd.splat(self.field.fineness);
+        if !self.simd.splat(STEEP_ROWS).lt(rise).any() {
+            return Ok(());
+        }
+        let every = i64::from(block.stride.lines);
+        let parts = if self.simd.splat(2.0 * STEEP_ROWS).lt(rise).any() { every } else { 2 };
+        let step = block.step.signum() * every / parts;
+        let nearest = line - step * (parts - 1);
+        let level = block.stride.level;
+        let distance = self.way.distance(level, nearest);
+        // After a change of stride the last line may be nearer than a stride.
+        if f64::from(last.mark.distance) >= distance {
+            return Ok(());
+        }
+        if lines.have(nearest) {
+            self.read_between(lines, block, line, step, parts);
+            return Ok(());
+        }
+        let posts = self.posts(level, [distance, post.mark.distance.into()]);
+        if let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, nearest, posts)? {
+            self.read_between(&lines, block, line, step, parts);
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn read_between(&mut self, lines: &Lines<'a>, block: &Block, line: i64, step: i64, parts: i64) {
+        let span = step.unsigned_abs() as u32;
+        // All first: reads that wait for nothing overlap.
+        let nearest = self.line(lines, block, line - step * (parts - 1), span);
+        if parts > 2 {
+            let middle = self.line(lines, block, line - step * 2, span);
+            let farthest = self.line(lines, block, line - step, span);
+            self.reach(nearest);
+            self.reach(middle);
+            self.reach(farthest);
+        } else {
+            self.reach(nearest);
+        }
+    }
+
+    /// Follows the bilinear surface from the last line to the next one.
+    #[cold]
+    fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>) {
+        let line = post.mark.line;
+        let Some(last) = &self.last else { return };
+        let side = Grid::side_units(level) as f32;
+        let (from, to) = (last.mark.distance, post.mark.distance);
+        let parts = (NEAR_PARTS * f64::from(side) / f64::from(to)).clamp(2.0, MOST_NEAR_PARTS) as i32;
+        for part in 1..parts {
+            let distance = from + (to - from) * part as f32 / parts as f32;
+            let share = 1.0 - (to - distance) / side;
+            let at = self.simd.splat(distance);
+            let z = self.ground.surface(lines, level, line, at, share);
+            self.reach(self.post(z, Mark { distance, share, ..post.mark }));
+        }
+    }
+
+    /// The surface at height `z` above the eye along a line; none beside the area.
+    #[inline(always)]
+    pub(super) fn post(&self, z: V::F, mark: Mark) -> Post<V> {
+        let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance.max(f32::MIN_POSITIVE));
+        Post { slope: self.over_area(self.slope(z, inverse), mark.distance), inverse, mark }
+    }
+
+    /// Tangent of the elevation of height `z` at an inverse depth.
+    #[inline(always)]
+    pub(super) fn slope(&self, z: V::F, inverse: V::F) -> V::F {
+        (z * inverse).max(self.simd.splat(NO_SLOPE)).min(self.simd.splat(-NO_SLOPE))
+    }
+
+    /// Slopes at a major distance, none beside the area.
+    #[inline(always)]
+    pub(super) fn over_area(&self, slope: V::F, distance: f32) -> V::F {
+        if distance >= self.inner[0] && distance <= self.inner[1] {
+            return slope;
+        }
+        slope.select(self.is_over_area(distance), self.simd.splat(NO_SLOPE))
+    }
+
+    /// Planes that are over the area at a major distance.
+    #[inline(always)]
+    pub(super) fn is_over_area(&self, distance: f32) -> V::M {
+        let at = self.simd.splat(distance);
+        self.over[0].le(at) & at.le(self.over[1])
+    }
+
+    /// Takes in the surface from where the march is to a post.
+    #[inline(always)]
+    pub(super) fn reach(&mut self, post: Post<V>) {
+        let from = self.reached;
+        if self.last.is_some() && self.is_at_edge(post.mark.distance) {
+            self.pass_edges(from, &post);
+        }
+        self.join(post);
+        self.reached = post.mark.distance;
+    }
+
+    #[inline(always)]
+    fn join(&mut self, post: Post<V>) {
+        let Some(last) = self.last.replace(post) else { return };
+        if self.crest.lt(post.slope).any() {
+            self.profile.add(&last, &post);
+            self.crest = self.crest.max(post.slope);
+        } else {
+            self.profile.part();
+        }
+    }
+
+    /// Where planes enter or leave the area before a post: the surface goes on level to its edge.
+    #[cold]
+    fn pass_edges(&mut self, from: f32, post: &Post<V>) {
+        let Some(last) = self.last else { return };
+        let (before, after) = (self.is_over_area(from), self.is_over_area(post.mark.distance));
+        // Other planes stay where they are meanwhile.
+        let leaving = before & !after;
+        if leaving.any() {
+            let inverse = (self.ground.depth * self.over[1]).recip();
+            let slope = last.slope * inverse / last.inverse;
+            let edge = Post {
+                slope: slope.select(leaving, last.slope),
+                inverse: inverse.select(leaving, last.inverse),
+                mark: last.mark,
+            };
+            self.join(edge);
+        }
+        let entering = after & !before;
+        if entering.any() {
+            let last = self.last.unwrap_or(last);
+            let at = self.over[0].max(self.simd.splat(f32::MIN_POSITIVE));
+            let inverse = (self.ground.depth * at).recip();
+            let slope = post.slope * inverse / post.inverse;
+            let edge = Post {
+                slope: slope.select(entering, last.slope),
+                inverse: inverse.select(entering, last.inverse),
+                mark: post.mark,
+            };
+            self.join(edge);
+        }
+    }
+}

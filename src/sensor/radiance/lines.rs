@@ -1,0 +1,118 @@
+//! A page's radiance as lines across scan planes: filtered over what a line stands for.
+//!
+//! ```text
+//! along the planes:   mean over the stride from one line to the next     the ends count half
+//! across them:        mean over 1, 2 or 4 posts, by the footprint
+//! ```
+//!
+//! At a grazing angle a pixel covers several times as much along the ray as across it: a stride follows
+//! from the first, and the width of texels from the second. Texels of a line lie side by side
+//! whichever axis the planes run along.
+
+use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST, RadiancePage, encode};
+use super::window::RING;
+use crate::simd::{Isa, Kernel, Simd};
+
+/// Which lines of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Weave {
+    /// The planes' major axis: lines are columns of the page for 0, rows for 1.
+    pub major: u8,
+    /// log₂ of posts across a texel, up to 2.
+    pub shift: u8,
+    /// Lines from one to the next: 1, 2 or 4. Those divisible by it are there.
+    pub span: u8,
+}
+
+/// Lines of a page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LineImage {
+    /// As a page's, `[line][texel]`; a texel more on either side.
+    pub texels: Vec<u32>,
+    /// Texels from one line to the next: those of the page and two.
+    pub row: usize,
+}
+
+impl LineImage {
+    /// The lines of a page.
+    pub fn new(page: &RadiancePage, weave: Weave) -> Self {
+        Self::with_isa(page, weave, Isa::best())
+    }
+
+    /// The same; every instruction set gives the same bits.
+    pub fn with_isa(page: &RadiancePage, weave: Weave, isa: Isa) -> Self {
+        isa.run(Weaving { page, weave })
+    }
+
+    /// Bytes of the texels.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.texels.as_slice())
+    }
+}
+
+struct Weaving<'p> {
+    page: &'p RadiancePage,
+    weave: Weave,
+}
+
+impl Kernel for Weaving<'_> {
+    type Output = LineImage;
+
+    #[inline(always)]
+    fn run<V: Simd>(self, _: V) -> LineImage {
+        let Self { page, weave } = self;
+        let (major, wide) = (usize::from(weave.major), 1 << weave.shift);
+        let [along, across] = [page.size[major] as usize, page.size[1 - major] as usize];
+        let span = usize::from(weave.span);
+        let row = across.div_ceil(wide) + 2;
+        // A last texel may be narrower than the others; the apron goes on from it.
+        let posts = across + 2 * wide;
+        let mut sums = [(); 3].map(|()| vec![0.0_f32; posts]);
+        let mut means = [(); 3].map(|()| vec![0.0_f32; row]);
+        let mut texels = vec![0; along.div_ceil(span) * row];
+        for (line, texels) in texels.chunks_exact_mut(row).enumerate() {
+            let middle = line * span + RING;
+            let half = span / 2;
+            sums.iter_mut().for_each(|sums| sums.fill(0.0));
+            for at in middle - half..=middle + half {
+                let is_end = span > 1 && at.abs_diff(middle) == half;
+                let weight = if is_end { 0.5 } else { 1.0 } / span as f32;
+                add_line(page, weave.major, at, RING - wide, weight, &mut sums);
+            }
+            for (means, sums) in means.iter_mut().zip(&sums) {
+                for (mean, sums) in means.iter_mut().zip(sums.chunks(wide)) {
+                    *mean = sums.iter().sum::<f32>() / sums.len() as f32;
+                }
+            }
+            encode(texels, [&means[0], &means[1], &means[2]]);
+        }
+        LineImage { texels, row }
+    }
+}
+
+/// Adds radiance of posts from `first` on along a line; both are counted with the apron.
+#[inline(always)]
+fn add_line(
+    page: &RadiancePage,
+    major: u8,
+    line: usize,
+    first: usize,
+    weight: f32,
+    sums: &mut [Vec<f32>; 3],
+) {
+    let stride = page.size[0] as usize + 2 * RING;
+    let (start, step) = if major == 1 { (line * stride + first, 1) } else { (first * stride + line, stride) };
+    let [red, green, blue] = sums;
+    let count = red.len();
+    let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
+    let texels = page.texels[start..].iter().step_by(step).take(count);
+    for (((texel, red), green), blue) in texels.zip(red).zip(green).zip(blue) {
+        let add = |sum: &mut f32, code: u32| {
+            let root = (code & 0x3ff) as i32 as f32 * scale;
+            *sum += root * root * weight;
+        };
+        add(red, *texel);
+        add(green, *texel >> 10);
+        add(blue, *texel >> 20);
+    }
+}
