@@ -176,6 +176,14 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         }
     }
 
+    /// The engine that renders what `camera` sees: that of the options, or the reference where it does not serve.
+    pub fn engine_for(&self, camera: &Camera) -> Engine {
+        match self.planes(camera) {
+            Ok(Some(_)) => Engine::Planes,
+            _ => Engine::Reference,
+        }
+    }
+
     /// How scan planes see what the camera sees; `None` where they do not serve.
     fn planes<'c>(&self, camera: &'c Camera) -> Result<Option<planes::View<'c>>> {
         let serves = self.options.engine == Engine::Planes

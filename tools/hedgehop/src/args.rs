@@ -9,6 +9,7 @@ use hedgehop::Error;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
+use serde::Serialize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
 const MAX_SIDE: u32 = 16384;
@@ -138,13 +139,14 @@ pub struct Instructions {
     #[arg(long, value_enum, value_name = "ENGINE", default_value = "reference")]
     pub engine: EngineName,
 
-    /// Vector instructions of scan planes: avx512, avx2 or portable [default: the fastest that this machine has]
+    /// Vector instructions of --engine planes: avx512, avx2 or portable [default: the fastest that this machine has]
     #[arg(long, value_name = "SET", value_parser = Isa::from_str)]
     pub simd: Option<Isa>,
 }
 
 /// Engines as users name them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EngineName {
     /// Ray by ray, exact
     #[default]
@@ -154,6 +156,18 @@ pub enum EngineName {
 }
 
 impl Instructions {
+    /// Refuses a set for an engine that has none.
+    pub fn check(&self) -> hedgehop::Result<()> {
+        match (self.engine, self.simd) {
+            (EngineName::Reference, Some(_)) => Err(Error::Configuration(
+                "--simd chooses the instructions of scan planes, which the reference engine does not use; give --engine \
+                 planes too, or leave out --simd"
+                    .into(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// The engine that was asked for.
     pub fn engine(&self) -> Engine {
         match self.engine {
@@ -287,6 +301,20 @@ mod tests {
         assert_eq!(bytes("4096"), Ok(4096));
         for wrong in ["", "M", "-1", "1X", "0", "1e30T", "nan", "5 5"] {
             assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn an_instruction_set_is_for_scan_planes_alone() {
+        let check = |engine, simd| Instructions { engine, simd }.check();
+        let refusal = check(EngineName::Reference, Some(Isa::PORTABLE)).unwrap_err().to_string();
+        assert!(refusal.contains("--engine planes"), "{refusal}");
+        for (engine, simd) in [
+            (EngineName::Reference, None),
+            (EngineName::Planes, None),
+            (EngineName::Planes, Some(Isa::PORTABLE)),
+        ] {
+            assert!(check(engine, simd).is_ok(), "{engine:?} {simd:?}");
         }
     }
 
