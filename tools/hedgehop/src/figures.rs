@@ -22,7 +22,7 @@ pub struct Figures {
     pub march_ms: f64,
     /// Shading, milliseconds per frame, summed over workers.
     pub shade_ms: f64,
-    /// Image stage, milliseconds per frame, summed over workers.
+    /// Haze and sky of the reference, milliseconds of wall time per frame; scan planes have them in `shade_ms`.
     pub image_ms: f64,
     /// PNG encoding to memory, milliseconds per frame, one thread.
     pub encode_ms: f64,
@@ -43,7 +43,7 @@ pub struct FrameFigures {
     pub march_ms: f64,
     /// Shading, milliseconds, summed over workers.
     pub shade_ms: f64,
-    /// Image stage, milliseconds, summed over workers.
+    /// Haze and sky of the reference, milliseconds of wall time; scan planes have them in `shade_ms`.
     pub image_ms: f64,
 }
 

@@ -48,7 +48,7 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
                 Line { name: "measured", colour: LINE, points: points(results, |f| f.efficiency * 100.0) },
             ],
         )?;
-        panel(&panels[3], "ms per frame, summed over workers", &stages(results))?;
+        panel(&panels[3], "ms per frame; march, shade: of all workers", &stages(results))?;
         root.present()?;
     }
     Ok(svg)

@@ -82,7 +82,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
 
-    /// Scan lines of a march task and screen rows of an image task [default: chosen by measurement]
+    /// Scan lines of a march task and screen rows of an image task [default: 8,8]
     #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
     task_size: Option<TaskSize>,
 
@@ -416,8 +416,8 @@ fn table(report: &Report) -> String {
     }
     let base = report.results.first().map_or(1, |figures| figures.workers);
     text += &format!(
-        "\nefficiency: speed per worker against {base}; march, shade and image: time per frame, summed over workers;\n\
-         encode: PNG to memory on one thread, not part of frames/s\n"
+        "\nefficiency: speed per worker against {base}; march and shade: time per frame, summed over workers; image: wall\n\
+         time of haze and sky, which planes count as shade; encode: PNG to memory on one thread, not part of frames/s\n"
     );
     text += &report.prediction.table();
     text += if report.identical_frames {
