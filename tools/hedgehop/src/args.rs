@@ -89,16 +89,27 @@ pub fn position(text: &str) -> Result<[f64; 3], String> {
     numbers(text, "500120,4180300,850")
 }
 
+/// Ten turns, degrees: more is an error of units, as in path files, and loses the direction to rounding in the end.
+const MAX_TURN: f64 = 3600.0;
+
 /// `yaw,pitch,roll`, degrees.
 pub fn attitude(text: &str) -> Result<[f64; 3], String> {
-    let angles: [f64; 3] = numbers(text, "90,-10,0")?;
-    if angles[1].abs() <= 90.0 { Ok(angles) } else { Err("want a pitch from -90 to 90 degrees".into()) }
+    let [yaw, pitch, roll]: [f64; 3] = numbers(text, "90,-10,0")?;
+    if pitch.abs() > 90.0 {
+        return Err("want a pitch from -90 to 90 degrees".into());
+    }
+    if yaw.abs() > MAX_TURN || roll.abs() > MAX_TURN {
+        return Err("want yaw and roll in degrees, at most ten turns".into());
+    }
+    Ok([yaw, pitch, roll])
 }
 
 /// The sun's `azimuth,elevation`, degrees.
 pub fn sun(text: &str) -> Result<[f64; 2], String> {
     let angles: [f64; 2] = numbers(text, "225,40")?;
-    if angles[1] > 0.0 && angles[1] <= 90.0 {
+    if angles[0].abs() > MAX_TURN {
+        Err("want an azimuth in degrees, at most ten turns".into())
+    } else if angles[1] > 0.0 && angles[1] <= 90.0 {
         Ok(angles)
     } else {
         Err("want an elevation above 0 and up to 90 degrees".into())
@@ -333,7 +344,11 @@ mod tests {
         assert!(bounding_box("1,2,3").is_err());
         assert_eq!(bands("3,2,1"), Ok([3, 2, 1]));
         assert!(bands("0,1,2").is_err());
-        assert!(attitude("0,91,0").is_err());
+        assert_eq!(attitude("-3600,90,720"), Ok([-3600.0, 90.0, 720.0]));
+        for wrong in ["0,91,0", "1e300,0,0", "0,0,-3601"] {
+            assert!(attitude(wrong).is_err(), "{wrong}");
+        }
+        assert!(sun("180,40").is_ok() && sun("1e300,40").is_err());
         assert!(position("1,2,inf").is_err());
     }
 }
