@@ -1,4 +1,4 @@
-//! Stages of a frame, one at a time, on one core: `cargo bench --bench stages -- march/mountains`.
+//! Stages of the reference marcher's frame, and encoding, one at a time, on one core: `cargo bench --bench stages -- march/mountains`.
 
 mod terrain;
 

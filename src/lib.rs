@@ -40,6 +40,7 @@
 //! | [`error`] | few kinds of error, each with path, place and remedy |
 //! | [`progress`] | how long work reports, and how it is stopped |
 //! | [`space`] | world, view and screen; poses and cameras |
+//! | [`colour`] | 8-bit sRGB to linear light and back |
 //! | [`earth`] | curvature and refraction: how much lower far ground appears |
 //! | [`simd`] | sixteen lanes in lockstep, on whatever instructions the machine has |
 //! | [`geo`] | coordinate reference systems, vertical datums |

@@ -134,13 +134,13 @@ fn check_ranges(source: &Source<'_>, raw: &RawFix, swapped: bool) -> Result<()> 
         Horizontal::Xy(x, y) => {
             if !within(x, COORDINATE_LIMIT) || !within(y, COORDINATE_LIMIT) {
                 return fail(format!(
-                    "position ({x}, {y}) is more than {COORDINATE_LIMIT:e} m from the origin"
+                    "position ({x:e}, {y:e}) is more than {COORDINATE_LIMIT:e} m from the origin"
                 ));
             }
         }
     }
     if !within(fix.altitude.metres, COORDINATE_LIMIT) {
-        return fail(format!("altitude {} m is more than {COORDINATE_LIMIT:e} m", fix.altitude.metres));
+        return fail(format!("altitude {:e} m is more than {COORDINATE_LIMIT:e} m", fix.altitude.metres));
     }
     if let Some(pitch) = fix.pitch.filter(|&pitch| !within(pitch, 90.0)) {
         return fail(format!("pitch {pitch} is outside −90…90 degrees (nose up is positive)"));

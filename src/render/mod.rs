@@ -104,14 +104,14 @@ impl RenderOptions {
     }
 }
 
-/// Time that a frame took in each stage, summed over the workers.
+/// Time that a frame took in each stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StageTimes {
-    /// Finding the range of each pixel.
+    /// Finding the range of each pixel, summed over the workers.
     pub march: Duration,
-    /// Filtering the surface and applying the sensor.
+    /// Filtering the surface and applying the sensor, summed over the workers; of scan planes the whole image stage.
     pub shade: Duration,
-    /// Merging, haze and sky (wall time).
+    /// Merging, haze and sky of the reference marcher: wall time.
     pub image: Duration,
 }
 
@@ -183,6 +183,14 @@ impl<'a, S: PageSource> Renderer<'a, S> {
                 let rgb = srgb8_picture(&frame.colour);
                 Ok((Picture { width: camera.width, height: camera.height, rgb }, times))
             }
+        }
+    }
+
+    /// The engine that renders what `camera` sees: that of the options, or the reference where it does not serve.
+    pub fn engine_for(&self, camera: &Camera) -> Engine {
+        match self.planes(camera) {
+            Ok(Some(_)) => Engine::Planes,
+            _ => Engine::Reference,
         }
     }
 

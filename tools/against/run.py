@@ -28,10 +28,11 @@ import tables
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-#: Stages of `hedgehop bench` that find the surface and colour it, and the one that hazes it; where bench states
-#: no haze, that work is part of another stage.
+#: Stages of `hedgehop bench` that find the surface and colour it.
 MARCH_SHADE = ("march_ms", "shade_ms")
-HAZE = "haze_ms"
+
+#: What bench says of itself, by the names that the rows have for it after `hedgehop_`.
+IDENTITY = {"version": "hedgehop", "engine": "engine", "simd": "simd", "frames_by_reference": "frames_by_reference"}
 
 
 class BenchError(Exception):
@@ -43,10 +44,11 @@ def say(text):
 
 
 def bench(program, area, csv, screen, options, poses, dump=None):
-    """What `hedgehop bench --json` says: (version, one frame of figures for each pose)."""
+    """What `hedgehop bench --json` says: (what was measured, one frame of figures for each pose)."""
     command = [program, "bench", area, "--path", csv, "--fps", 1, "--frames", f"1-{poses}"]
     command += ["--size", f"{screen.width}x{screen.height}", "--hfov", screen.hfov]
     command += ["--workers", 1, "--repeats", options.runs, "--json", "-", "--progress", "none"]
+    command += ["--engine", options.engine]
     command += ["--dump-ranges", dump] if dump else []
     text = peers.output([str(word) for word in [*command, *options.hedgehop_args]])
     return bench_figures(text, poses)
@@ -58,11 +60,12 @@ def bench_figures(text, poses):
         report = json.loads(text)
         frames = report["results"][0]["fastest_passes"]
         figures = [hedgehop_frame(frame) for frame in frames]
+        identity = {f"hedgehop_{key}": report[name] for key, name in IDENTITY.items()}
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise BenchError(f"the JSON of `hedgehop bench` is not as expected: {error!r}") from error
     if len(figures) != poses:
         raise BenchError(f"`hedgehop bench` measured {len(figures)} frames of {poses} poses")
-    return report.get("hedgehop", ""), figures
+    return identity, figures
 
 
 def hedgehop_frame(frame):
@@ -74,7 +77,7 @@ def hedgehop_frame(frame):
     wall = frame["wall_ms"]
     cpu = frame["cpu_ms"] if frame.get("cpu_ms") is not None else wall
     share = min(1.0, cpu / wall)
-    stages = sum(frame[stage] for stage in MARCH_SHADE) + frame.get(HAZE, 0.0)
+    stages = sum(frame[stage] for stage in MARCH_SHADE)
     return {"wall_ms": wall, "frame_ms": cpu, "march_shade_ms": stages * share, "cpu_share": share}
 
 
@@ -170,7 +173,7 @@ def run_scene(scene, area, found, screen, options, folder):
     ranges, csv = folder / f"ranges_{scene.path}_{scene.size}", folder / f"{scene.path}_{scene.size}.csv"
     csv.write_text(convert.path_csv(text), encoding="utf-8")
     # An untimed run, so that the ranges are there before the first round and the database is in memory.
-    version, _ = bench(options.hedgehop, area, csv, screen, options, poses, dump=ranges)
+    identity, _ = bench(options.hedgehop, area, csv, screen, options, poses, dump=ranges)
     job = {"area": area, "csv": csv, "ranges": ranges, "poses": poses, "folder": folder}
     for number in range(options.rounds):
         for duel in duels:
@@ -183,7 +186,7 @@ def run_scene(scene, area, found, screen, options, folder):
                 say(f"{duel.peer.name}: {error}")
     shutil.rmtree(ranges)
     skipped += [(duel.peer.name, scene, duel.failed) for duel in duels if duel.failed]
-    versions = {"hedgehop_version": version, "processor": processor()}
+    versions = {**identity, "processor": processor()}
     return [duel.row(screen, versions) for duel in duels if not duel.failed], skipped
 
 
@@ -257,6 +260,8 @@ def arguments(words):
     add("--runs", **whole, default=3, help="frames of each pose in each round [default: 3]")
     add("--only", metavar="PEER,...", type=chosen, default=list(peers.ALL), help="peers or families [default: all]")
     add("--hedgehop", metavar="PROGRAM", help="[default: target/release/hedgehop, else hedgehop on the PATH]")
+    engine = "hedgehop's engine [default: planes]"
+    add("--engine", choices=["planes", "reference"], default="planes", help=engine)
     add("--hedgehop-args", metavar="'FLAG ...'", type=shlex.split, default=[], help="more flags of `hedgehop bench`")
     add("--python", metavar="PROGRAM", default=sys.executable, help="runs the Python peers [default: this one]")
     add("--json", metavar="FILE", help="write the rows as JSON; - is standard output, instead of the table")

@@ -47,6 +47,16 @@ def aligned(lines):
     return "".join("  ".join(pad(*pair) for pair in enumerate(line)).rstrip() + "\n" for line in lines)
 
 
+def marcher(row):
+    """Engine and vector instructions of hedgehop."""
+    return row["hedgehop_engine"] + (f" on {row['hedgehop_simd']}" if row["hedgehop_simd"] else "")
+
+
+def by_reference(row):
+    """Whether scan planes were asked for and left poses to the reference engine."""
+    return row["hedgehop_engine"] == "planes" and row["hedgehop_frames_by_reference"] > 0
+
+
 def notes(rows, skipped, screen):
     """What belongs under the table."""
     lines = []
@@ -54,7 +64,7 @@ def notes(rows, skipped, screen):
         versions = sorted({f"{row['family']} {row['peer_version']}" for row in rows if row["peer_version"]})
         lines.append(
             f"{screen.width}x{screen.height}, {screen.hfov:g} degrees, one worker; milliseconds of CPU time per frame, "
-            f"mean over the poses; hedgehop {rows[0]['hedgehop_version']}"
+            f"mean over the poses; hedgehop {rows[0]['hedgehop_version']}, {marcher(rows[0])}"
             + "".join(f", {version}" for version in versions)
             + f"; {rows[0]['processor']}"
         )
@@ -66,6 +76,9 @@ def notes(rows, skipped, screen):
             f"the machine was busy: hedgehop had the CPU for {100 * disturbed:.0f} % of its frames' time at the worst, "
             "so that march+shade is an estimate"
         )
+    scenes = sorted({f"{row['path']} {row['terrain']}" for row in rows if by_reference(row)})
+    if scenes:
+        lines.append(f"poses that scan planes do not serve were rendered by the reference engine: {', '.join(scenes)}")
     scenes = {}
     for peer, scene, reason in skipped:
         scenes.setdefault((peer, reason), []).append(f"{scene.path} {scene.size}")

@@ -43,8 +43,8 @@ def peer(name):
     return next(peer for peer in peers.ALL if peer.name == name)
 
 
-def frame(wall, cpu, march=0.0, shade=0.0, **more):
-    return {"frame": 1, "wall_ms": wall, "cpu_ms": cpu, "march_ms": march, "shade_ms": shade, "image_ms": 1.0, **more}
+def frame(wall, cpu, march=0.0, shade=0.0):
+    return {"frame": 1, "wall_ms": wall, "cpu_ms": cpu, "march_ms": march, "shade_ms": shade, "image_ms": 1.0}
 
 
 def write_ranges(file, values):
@@ -117,21 +117,37 @@ class WhatHedgehopSays(unittest.TestCase):
         figures = run.hedgehop_frame(frame(20.0, 10.0, march=8.0, shade=4.0))
         self.assertEqual((figures["frame_ms"], figures["march_shade_ms"], figures["cpu_share"]), (10.0, 6.0, 0.5))
 
-    def test_haze_counts_where_it_is_told(self):
-        self.assertEqual(run.hedgehop_frame(frame(9.0, 9.0, 4.0, 2.0, haze_ms=1.0))["march_shade_ms"], 7.0)
-
     def test_without_cpu_time_wall_time_counts(self):
         figures = run.hedgehop_frame(frame(20.0, None, march=8.0))
         self.assertEqual((figures["frame_ms"], figures["march_shade_ms"]), (20.0, 8.0))
 
     def test_json_of_another_shape_is_an_error(self):
-        good = {"hedgehop": "1.2.3", "results": [{"fastest_passes": [frame(2.0, 1.0)]}]}
-        self.assertEqual(run.bench_figures(json.dumps(good), 1)[0], "1.2.3")
+        good = {"hedgehop": "1.2.3", "engine": "planes", "simd": "avx2", "frames_by_reference": 0}
+        good["results"] = [{"fastest_passes": [frame(2.0, 1.0)]}]
+        found = {"hedgehop_version": "1.2.3", "hedgehop_engine": "planes", "hedgehop_simd": "avx2"}
+        self.assertEqual(run.bench_figures(json.dumps(good), 1)[0], {**found, "hedgehop_frames_by_reference": 0})
         for text in ("", "{}", "[]", '{"results": []}', json.dumps(good).replace("march", "stride")):
             with self.assertRaises(run.BenchError):
                 run.bench_figures(text, 1)
         with self.assertRaises(run.BenchError):
             run.bench_figures(json.dumps(good), 2)
+
+
+class WhatIsAsked(unittest.TestCase):
+    def test_scan_planes_are_measured_unless_another_engine_is_named(self):
+        asked = lambda *words: run.arguments(["--data", ".", "--terrain", "64=a.hop", *words]).engine
+        self.assertEqual(asked(), "planes")
+        self.assertEqual(asked("--engine", "reference"), "reference")
+
+    def test_the_engine_is_passed_to_bench(self):
+        # A program that says what it was called with instead of figures.
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "hedgehop"
+            program.write_text('#!/bin/sh\necho "$@" >&2\nexit 1\n')
+            program.chmod(0o755)
+            options = run.arguments(["--data", ".", "--terrain", "64=a.hop", "--engine", "reference"])
+            with self.assertRaisesRegex(peers.PeerError, "--engine reference"):
+                run.bench(program, "a.hop", "poses.csv", SCREEN, options, 1)
 
 
 class Ratios(unittest.TestCase):
@@ -160,7 +176,8 @@ class Ratios(unittest.TestCase):
             self.duel("embree-grid", [([1.0], [frame(1.0, 1.0)] * 2)])
 
     def test_the_faster_embree_is_marked_and_both_tables_show_all(self):
-        versions = {"hedgehop_version": "1", "processor": "P"}
+        versions = {"hedgehop_version": "1", "hedgehop_engine": "planes", "hedgehop_simd": "avx2", "processor": "P"}
+        versions["hedgehop_frames_by_reference"] = 1
         rows = [
             self.duel(name, [([time], [frame(2.0, 2.0, 1.0)])]).row(SCREEN, versions)
             for name, time in (("embree-triangles", 40.0), ("embree-grid", 50.0), ("voxelspace", 9.0))
@@ -171,7 +188,7 @@ class Ratios(unittest.TestCase):
         skipped = [("vtk", scene, "no vtk_bench.py") for scene in scenes]
         for as_markdown in (False, True):
             text = tables.render(rows, skipped, SCREEN, as_markdown)
-            for part in ("embree-triangles *", "voxelspace", "(1.0e-05)", "20.00", "skipped: vtk (open 64, climb 64)"):
+            for part in ("hedgehop 1, planes on avx2", "reference engine: open 64", "embree-triangles *", "voxelspace", "(1.0e-05)", "20.00", "skipped: vtk (open 64, climb 64)"):
                 self.assertIn(part, text)
         self.assertEqual(tables.render(rows, [], SCREEN, True).splitlines()[1].count("---:"), len(tables.HEADINGS) - 3)
 

@@ -9,6 +9,7 @@ use hedgehop::Error;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
+use serde::Serialize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
 const MAX_SIDE: u32 = 16384;
@@ -88,16 +89,27 @@ pub fn position(text: &str) -> Result<[f64; 3], String> {
     numbers(text, "500120,4180300,850")
 }
 
+/// Ten turns, degrees: more is an error of units, as in path files, and loses the direction to rounding in the end.
+const MAX_TURN: f64 = 3600.0;
+
 /// `yaw,pitch,roll`, degrees.
 pub fn attitude(text: &str) -> Result<[f64; 3], String> {
-    let angles: [f64; 3] = numbers(text, "90,-10,0")?;
-    if angles[1].abs() <= 90.0 { Ok(angles) } else { Err("want a pitch from -90 to 90 degrees".into()) }
+    let [yaw, pitch, roll]: [f64; 3] = numbers(text, "90,-10,0")?;
+    if pitch.abs() > 90.0 {
+        return Err("want a pitch from -90 to 90 degrees".into());
+    }
+    if yaw.abs() > MAX_TURN || roll.abs() > MAX_TURN {
+        return Err("want yaw and roll in degrees, at most ten turns".into());
+    }
+    Ok([yaw, pitch, roll])
 }
 
 /// The sun's `azimuth,elevation`, degrees.
 pub fn sun(text: &str) -> Result<[f64; 2], String> {
     let angles: [f64; 2] = numbers(text, "225,40")?;
-    if angles[1] > 0.0 && angles[1] <= 90.0 {
+    if angles[0].abs() > MAX_TURN {
+        Err("want an azimuth in degrees, at most ten turns".into())
+    } else if angles[1] > 0.0 && angles[1] <= 90.0 {
         Ok(angles)
     } else {
         Err("want an elevation above 0 and up to 90 degrees".into())
@@ -138,13 +150,14 @@ pub struct Instructions {
     #[arg(long, value_enum, value_name = "ENGINE", default_value = "reference")]
     pub engine: EngineName,
 
-    /// Vector instructions of scan planes: avx512, avx2 or portable [default: the fastest that this machine has]
+    /// Vector instructions of --engine planes: avx512, avx2 or portable [default: the fastest that this machine has]
     #[arg(long, value_name = "SET", value_parser = Isa::from_str)]
     pub simd: Option<Isa>,
 }
 
 /// Engines as users name them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EngineName {
     /// Ray by ray, exact
     #[default]
@@ -154,6 +167,18 @@ pub enum EngineName {
 }
 
 impl Instructions {
+    /// Refuses a set for an engine that has none.
+    pub fn check(&self) -> hedgehop::Result<()> {
+        match (self.engine, self.simd) {
+            (EngineName::Reference, Some(_)) => Err(Error::Configuration(
+                "--simd chooses the instructions of scan planes, which the reference engine does not use; give --engine \
+                 planes too, or leave out --simd"
+                    .into(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// The engine that was asked for.
     pub fn engine(&self) -> Engine {
         match self.engine {
@@ -291,6 +316,20 @@ mod tests {
     }
 
     #[test]
+    fn an_instruction_set_is_for_scan_planes_alone() {
+        let check = |engine, simd| Instructions { engine, simd }.check();
+        let refusal = check(EngineName::Reference, Some(Isa::PORTABLE)).unwrap_err().to_string();
+        assert!(refusal.contains("--engine planes"), "{refusal}");
+        for (engine, simd) in [
+            (EngineName::Reference, None),
+            (EngineName::Planes, None),
+            (EngineName::Planes, Some(Isa::PORTABLE)),
+        ] {
+            assert!(check(engine, simd).is_ok(), "{engine:?} {simd:?}");
+        }
+    }
+
+    #[test]
     fn sizes_are_bounded() {
         assert_eq!(size("640x360"), Ok(Size { width: 640, height: 360 }));
         for wrong in ["640", "0x5", "5x-1", "99999x5", "x", "640x360x2"] {
@@ -305,7 +344,11 @@ mod tests {
         assert!(bounding_box("1,2,3").is_err());
         assert_eq!(bands("3,2,1"), Ok([3, 2, 1]));
         assert!(bands("0,1,2").is_err());
-        assert!(attitude("0,91,0").is_err());
+        assert_eq!(attitude("-3600,90,720"), Ok([-3600.0, 90.0, 720.0]));
+        for wrong in ["0,91,0", "1e300,0,0", "0,0,-3601"] {
+            assert!(attitude(wrong).is_err(), "{wrong}");
+        }
+        assert!(sun("180,40").is_ok() && sun("1e300,40").is_err());
         assert!(position("1,2,inf").is_err());
     }
 }

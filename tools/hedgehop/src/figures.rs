@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::args::EngineName;
 use crate::speedup::Prediction;
 
 /// What was measured for one number of workers; medians over the repeats.
@@ -21,7 +22,7 @@ pub struct Figures {
     pub march_ms: f64,
     /// Shading, milliseconds per frame, summed over workers.
     pub shade_ms: f64,
-    /// Image stage, milliseconds per frame, summed over workers.
+    /// Haze and sky of the reference, milliseconds of wall time per frame; scan planes have them in `shade_ms`.
     pub image_ms: f64,
     /// PNG encoding to memory, milliseconds per frame, one thread.
     pub encode_ms: f64,
@@ -42,7 +43,7 @@ pub struct FrameFigures {
     pub march_ms: f64,
     /// Shading, milliseconds, summed over workers.
     pub shade_ms: f64,
-    /// Image stage, milliseconds, summed over workers.
+    /// Haze and sky of the reference, milliseconds of wall time; scan planes have them in `shade_ms`.
     pub image_ms: f64,
 }
 
@@ -53,8 +54,12 @@ pub struct Report {
     pub hedgehop: &'static str,
     /// Cores that this process may use.
     pub cores: usize,
-    /// Vector instructions of the engine.
-    pub simd: &'static str,
+    /// What marches.
+    pub engine: EngineName,
+    /// Vector instructions of scan planes; null of the reference.
+    pub simd: Option<&'static str>,
+    /// Frames that the reference renders: all of them, or those that scan planes do not serve.
+    pub frames_by_reference: usize,
     /// Database.
     pub area: String,
     /// Identity of the database.
@@ -71,4 +76,15 @@ pub struct Report {
     pub results: Vec<Figures>,
     /// What other numbers of workers would reach.
     pub prediction: Prediction,
+}
+
+impl Report {
+    /// Engine and instructions, for people.
+    pub fn marcher(&self) -> String {
+        match (self.simd, self.frames_by_reference) {
+            (None, _) => "reference engine".into(),
+            (Some(simd), 0) => format!("planes on {simd}"),
+            (Some(simd), frames) => format!("planes on {simd}, {frames} by the reference"),
+        }
+    }
 }

@@ -29,9 +29,10 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
         root.fill(&WHITE)?;
         let [width, height] = report.size;
         let title = format!(
-            "hedgehop bench: {} frames of {width}x{height}, {} cores",
+            "hedgehop bench: {} frames of {width}x{height}, {} cores, {}",
             report.frames.len(),
-            report.cores
+            report.cores,
+            report.marcher()
         );
         let root = root.titled(&title, ("sans-serif", 22))?;
         let panels = root.split_evenly((2, 2));
@@ -47,7 +48,7 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
                 Line { name: "measured", colour: LINE, points: points(results, |f| f.efficiency * 100.0) },
             ],
         )?;
-        panel(&panels[3], "ms per frame, summed over workers", &stages(results))?;
+        panel(&panels[3], "ms per frame; march, shade: of all workers", &stages(results))?;
         root.present()?;
     }
     Ok(svg)

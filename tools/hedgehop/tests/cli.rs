@@ -183,7 +183,9 @@ fn wrong_flags_are_usage_errors() {
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--screen", "flat"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--hfov", "361"],
         &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--curvature", "2"],
+        &["render", "x.hop", "--path", "p.csv", "-o", "f.png", "--simd", "portable"],
         &["bench", "x.hop", "--path", "p.csv", "--workers", "two"],
+        &["bench", "x.hop", "--path", "p.csv", "--engine", "reference", "--simd", "portable"],
     ] {
         let output = run(args);
         assert_code(&output, 2);
@@ -380,6 +382,9 @@ fn bench_finds_identical_frames_and_writes_its_figures() {
     let json: serde_json::Value = serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();
     assert_eq!(json["results"][0]["workers"], 1);
     assert_eq!(json["identical_frames"], true);
+    assert!(stdout(&output).contains("cores, reference engine\n"), "{}", stdout(&output));
+    assert_eq!((&json["engine"], json["simd"].is_null()), (&"reference".into(), true));
+    assert_eq!(json["frames_by_reference"], 2);
     assert_eq!([1, 2], [0, 1].map(|run| json["results"][run]["in_flight"].as_u64().unwrap()));
     let speed_up = json["prediction"]["speed_up"].as_array().unwrap();
     let workers: Vec<_> = speed_up.iter().map(|line| line["workers"].as_u64().unwrap()).collect();

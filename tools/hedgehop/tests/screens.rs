@@ -113,3 +113,27 @@ fn a_map_follows_the_path_from_above_and_records_what_it_is() {
     let other = [&map[..3], &["600"], &map[4..], &["--skip-existing"]].concat();
     assert!(!stdout(&site.fly(&other)).contains("kept"), "another width is another picture");
 }
+
+#[test]
+fn what_scan_planes_do_not_serve_is_said() {
+    let site = Site::built();
+    let look = |command: &[&str], more: &[&str]| {
+        let view = ["area.hop", "--eye", "300,500,400", "--size", "64x36", "--engine", "planes"];
+        let output = site.run(&[command, &view, &["--simd", "portable"], more].concat());
+        assert_code(&output, 0);
+        output
+    };
+    for (more, marcher, count) in [
+        (&["--ypr", "0,-10,0"][..], "planes on portable", 0),
+        (&["--ypr", "0,-89,0"], "planes on portable, 1 by the reference", 1),
+    ] {
+        let bench = look(&["bench", "--repeats", "1", "--workers", "1", "--json", "b.json"], more);
+        assert!(stdout(&bench).contains(&format!("cores, {marcher}\n")), "{}", stdout(&bench));
+        let json: serde_json::Value =
+            serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();
+        assert_eq!((&json["engine"], &json["simd"]), (&"planes".into(), &"portable".into()));
+        assert_eq!(json["frames_by_reference"], count);
+        let notes = stderr(&look(&["render", "-o", "view.png"], more));
+        assert_eq!(notes.contains("does not serve 1 of 1 frames"), count == 1, "{notes}");
+    }
+}

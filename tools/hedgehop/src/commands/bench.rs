@@ -20,7 +20,7 @@ use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Renderer, StageTimes};
+use hedgehop::render::{Engine, RenderOptions, Renderer, StageTimes};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
@@ -82,7 +82,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
 
-    /// Scan lines of a march task and screen rows of an image task [default: chosen by measurement]
+    /// Scan lines of a march task and screen rows of an image task [default: 8,8]
     #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
     task_size: Option<TaskSize>,
 
@@ -135,6 +135,7 @@ struct Job<'a> {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
+    args.instructions.check()?;
     let inputs: Vec<&Path> =
         std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path).collect();
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
@@ -219,7 +220,9 @@ fn measure(
     Ok(Report {
         hedgehop: env!("CARGO_PKG_VERSION"),
         cores: args::available_cores(),
-        simd: args.instructions.isa().name(),
+        engine: args.instructions.engine,
+        simd: (options.engine == Engine::Planes).then(|| args.instructions.isa().name()),
+        frames_by_reference: job.frames_by(Engine::Reference),
         area: args.area.display().to_string(),
         content_hash: source.header().content_hash.to_string(),
         size: [size.width, size.height],
@@ -259,6 +262,11 @@ fn last_passes(crews: &[Crew]) -> serde_json::Value {
 }
 
 impl Job<'_> {
+    /// How many of the frames `engine` renders.
+    fn frames_by(&self, engine: Engine) -> usize {
+        self.cameras.iter().filter(|(_, camera)| self.renderer.engine_for(camera) == engine).count()
+    }
+
     /// Renders every frame and shows it to `look` in order.
     fn fly(
         &self,
@@ -391,7 +399,7 @@ fn table(report: &Report) -> String {
         report.frames.len(),
         report.repeats,
         report.cores,
-        report.simd
+        report.marcher()
     );
     for f in &report.results {
         text += &format!(
@@ -408,8 +416,8 @@ fn table(report: &Report) -> String {
     }
     let base = report.results.first().map_or(1, |figures| figures.workers);
     text += &format!(
-        "\nefficiency: speed per worker against {base}; march, shade and image: time per frame, summed over workers;\n\
-         encode: PNG to memory on one thread, not part of frames/s\n"
+        "\nefficiency: speed per worker against {base}; march and shade: time per frame, summed over workers; image: wall\n\
+         time of haze and sky, which planes count as shade; encode: PNG to memory on one thread, not part of frames/s\n"
     );
     text += &report.prediction.table();
     text += if report.identical_frames {

@@ -103,6 +103,7 @@ pub struct Done {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
+    args.instructions.check()?;
     let source = PageFile::open(&args.area)?;
     let done = fly(args, &source, &reporter)?;
     if args.output.is_standard_output() {
@@ -153,6 +154,7 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
     let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
+    note_reference(&renderer, &options, &cameras, reporter);
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let sequence = Sequence { renderer: &renderer, product, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
@@ -202,6 +204,22 @@ fn check_combination(args: &Args) -> Result<()> {
         )),
         Some(film) => check_video(film),
         None => Ok(()),
+    }
+}
+
+/// Says how many frames the engine that was asked for leaves to the reference marcher.
+fn note_reference(
+    renderer: &Renderer<'_, PageFile>,
+    options: &RenderOptions,
+    cameras: &[(u64, Camera)],
+    reporter: &Reporter,
+) {
+    let count = cameras.iter().filter(|(_, camera)| renderer.engine_for(camera) != options.engine).count();
+    if count > 0 {
+        reporter.note(&format!(
+            "--engine planes does not serve {count} of {} frames; the reference, which is slower, renders these",
+            cameras.len()
+        ));
     }
 }
 

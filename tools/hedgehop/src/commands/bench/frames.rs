@@ -21,7 +21,7 @@ pub(super) struct FrameTimes {
     pub wall: Duration,
     /// CPU time of all threads in it, where the system tells.
     pub cpu: Option<Duration>,
-    /// Its stages, summed over workers.
+    /// Its stages.
     pub stages: StageTimes,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct FrameTimes {
 pub(super) struct Timed {
     /// What was rendered.
     pub picture: Picture,
-    /// What its stages took, summed over workers.
+    /// What its stages took.
     pub stages: StageTimes,
     wall: Duration,
     cpu: Option<Duration>,
