@@ -131,7 +131,7 @@ impl<'a, V: Simd> Fan<'a, V> {
     pub fn range(&self, place: &Place<V>) -> V::F {
         let simd = self.simd;
         let (left, below) = (place.plane.floor(), place.row.floor());
-        let (share, rise) = (place.plane - left, place.row - below);
+        let (share, rise, below_row) = (place.plane - left, place.row - below, below);
         let (left, below) = (left.to_int(), below.to_int());
         let (right, above) = (left + simd.splat_int(1), below + simd.splat_int(1));
         let (a, b) = (self.inverse(left, below), self.inverse(right, below));
@@ -142,11 +142,17 @@ impl<'a, V: Simd> Fan<'a, V> {
         };
         let (low, high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
         let (lower, upper) = ((b - a).mul_add(share, a), (d - c).mul_add(share, c));
+        // Inverse depth along the optical axis is what is linear from row to row.
+        let [first, per_row] = self.planes.upright.horizontal();
+        let (first, per_row) = (simd.splat(first), simd.splat(per_row));
+        let (low_depth, depth) = (below_row.mul_add(per_row, first), place.row.mul_add(per_row, first));
+        let (lower, upper) = (lower * low_depth, upper * (low_depth + per_row));
         let half = simd.splat(0.5);
         let (near_left, near_below) = (share.lt(half), rise.lt(half));
         let nearest = a.select(near_left, b).select(near_below, c.select(near_left, d));
         let smooth = (high - low).le((high + low) * simd.splat(EDGE));
-        let inverse = (upper - lower).mul_add(rise, lower).select(smooth, nearest);
+        let between = (upper - lower).mul_add(rise, lower) * depth.recip();
+        let inverse = between.select(smooth, nearest);
         let zero = simd.splat(0.0);
         let range = place.square.sqrt() * inverse.recip();
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), range);

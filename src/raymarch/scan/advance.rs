@@ -5,15 +5,17 @@ use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{Mark, NO_SLOPE, Post};
 use crate::error::Result;
-use crate::simd::{Floats, Mask, Simd};
+use crate::simd::{Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 
 /// Parts of a near stretch, times its distance in lines; the error falls with their square.
-const NEAR_PARTS: f64 = 64.0;
-const MOST_NEAR_PARTS: f64 = 16.0;
+const NEAR_PARTS: f32 = 64.0;
+/// Most parts of a stretch between lines, near or steep.
+const MOST_NEAR_PARTS: f32 = 16.0;
+const MOST_STEEP_PARTS: f32 = 8.0;
 
-/// Rows that a stretch may rise over before lines between its ends are read.
-const STEEP_ROWS: f32 = 5.0;
+/// Rows that a stretch may rise over before the surface between its ends is looked at.
+const STEEP_ROWS: f32 = 3.0;
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Goes to a line.
@@ -26,10 +28,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         near: bool,
     ) -> Result<()> {
         if self.crest.lt(post.slope).any() {
-            if near {
-                self.follow(lines, block.stride.level, post);
-            } else if block.stride.lines > 1 {
-                self.divide(lines, block, post)?;
+            let steep = self.is_steep(post, 1.0);
+            if block.stride.lines > 1 {
+                if steep {
+                    self.divide(lines, block, post)?;
+                }
+            } else if near || steep {
+                self.follow(lines, block.stride.level, post, steep);
             }
         }
         self.reach(*post);
@@ -51,55 +56,75 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>) -> Result<()> {
         let line = post.mark.line;
         let Some(last) = &self.last else { return Ok(()) };
-        let rise = (post.slope - self.crest.max(last.slope)) * self.simd.splat(self.field.fineness);
-        if !self.simd.splat(STEEP_ROWS).lt(rise).any() {
-            return Ok(());
-        }
         let every = i64::from(block.stride.lines);
-        let parts = if self.simd.splat(2.0 * STEEP_ROWS).lt(rise).any() { every } else { 2 };
+        let parts = if self.is_steep(post, 2.0) { every } else { 2 };
         let step = block.step.signum() * every / parts;
-        let nearest = line - step * (parts - 1);
-        let level = block.stride.level;
-        let distance = self.way.distance(level, nearest);
-        // After a change of stride the last line may be nearer than a stride.
-        if f64::from(last.mark.distance) >= distance {
+        // After a change of stride some of them may lie before the last one.
+        let reached = f64::from(last.mark.distance);
+        let mut between = parts - 1;
+        while between > 0 && self.way.distance(block.stride.level, line - step * between) <= reached {
+            between -= 1;
+        }
+        if between == 0 {
             return Ok(());
         }
+        let nearest = line - step * between;
         if lines.have(nearest) {
-            self.read_between(lines, block, line, step, parts);
+            self.read_between(lines, block, line, step, between);
             return Ok(());
         }
-        let posts = self.posts(level, [distance, post.mark.distance.into()]);
+        let level = block.stride.level;
+        let posts = self.posts(level, [self.way.distance(level, nearest), post.mark.distance.into()]);
         if let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, nearest, posts)? {
-            self.read_between(&lines, block, line, step, parts);
+            self.read_between(&lines, block, line, step, between);
         }
         Ok(())
     }
 
+    /// Reads `count` (1 to 3) lines before a line, `step` apart.
     #[inline(always)]
-    fn read_between(&mut self, lines: &Lines<'a>, block: &Block, line: i64, step: i64, parts: i64) {
+    fn read_between(&mut self, lines: &Lines<'a>, block: &Block, line: i64, step: i64, count: i64) {
         let span = step.unsigned_abs() as u32;
         // All first: reads that wait for nothing overlap.
-        let nearest = self.line(lines, block, line - step * (parts - 1), span);
-        if parts > 2 {
-            let middle = self.line(lines, block, line - step * 2, span);
-            let farthest = self.line(lines, block, line - step, span);
-            self.reach(nearest);
-            self.reach(middle);
-            self.reach(farthest);
-        } else {
-            self.reach(nearest);
+        let mut slopes = [Sixteen::default(); 3];
+        for part in 0..count {
+            let post = self.line(lines, block, line - step * (count - part), span);
+            post.slope.store(&mut slopes[part as usize].0);
+        }
+        for part in 0..count {
+            let line = line - step * (count - part);
+            let post = Post {
+                mark: Mark { span: span as u8, ..self.mark(block, line) },
+                ..self.stored(block, line, &slopes[part as usize])
+            };
+            self.reach(post);
         }
     }
 
+    /// Whether what is in sight of the stretch to a post rises over more than `times` the rows that it may.
+    #[inline(always)]
+    fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
+        let low = self.last.as_ref().map_or(self.crest, |last| self.crest.max(last.slope));
+        let rise = (post.slope - low) * self.simd.splat(self.field.fineness);
+        self.simd.splat(times * STEEP_ROWS).lt(rise).any()
+    }
+
     /// Follows the bilinear surface from the last line to the next one.
-    #[cold]
-    fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>) {
+    #[inline(always)]
+    fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool) {
         let line = post.mark.line;
         let Some(last) = &self.last else { return };
         let side = Grid::side_units(level) as f32;
         let (from, to) = (last.mark.distance, post.mark.distance);
-        let parts = (NEAR_PARTS * f64::from(side) / f64::from(to)).clamp(2.0, MOST_NEAR_PARTS) as i32;
+        let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
+        if steep {
+            let mut least = 2.0;
+            while least < MOST_STEEP_PARTS && self.is_steep(post, least) {
+                least *= 2.0;
+            }
+            parts = parts.max(least);
+        }
+        let parts = parts as i32;
         for part in 1..parts {
             let distance = from + (to - from) * part as f32 / parts as f32;
             let share = 1.0 - (to - distance) / side;
@@ -150,7 +175,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     }
 
     #[inline(always)]
-    fn join(&mut self, post: Post<V>) {
+    pub(super) fn join(&mut self, post: Post<V>) {
         let Some(last) = self.last.replace(post) else { return };
         if self.crest.lt(post.slope).any() {
             self.profile.add(&last, &post);

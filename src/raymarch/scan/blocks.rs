@@ -71,6 +71,33 @@ impl Way {
         }
     }
 
+    /// The line at or behind a major distance within the area, and the share of the way to it from the line before.
+    pub fn line_at(&self, level: u8, distance: f64) -> (i64, f64) {
+        let side = f64::from(Grid::side_units(level));
+        let last =
+            (self.size + i64::from(Grid::side_units(level)) - 1) / i64::from(Grid::side_units(level)) - 1;
+        let post = ((self.eye + self.forward * distance) / side - 0.5).clamp(0.0, last as f64);
+        let line = if self.forward > 0.0 { post.ceil() } else { post.floor() };
+        (line as i64, 1.0 - (line - post).abs())
+    }
+
+    /// A block of the area's last line alone.
+    pub fn last_line(&self, stride: Stride) -> Block {
+        let ahead = self.forward > 0.0;
+        let level_side = i64::from(Grid::side_units(stride.level));
+        let side = level_side * stride.block_lines();
+        let first = if ahead { (self.size + level_side - 1) / level_side - 1 } else { 0 };
+        let step = if ahead { 1 } else { -1 };
+        Block {
+            stride: Stride { lines: 1, ..stride },
+            index: first * level_side / side,
+            side,
+            first,
+            step,
+            count: 1,
+        }
+    }
+
     /// The next block, of lines beyond major distance `reached`; `None`: the area ends.
     #[inline(always)]
     pub fn next(&mut self, stride: Stride, reached: f64) -> Option<Block> {

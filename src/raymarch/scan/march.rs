@@ -23,6 +23,9 @@ const NEAR: f64 = 48.0;
 /// Inverse depth of what touches the eye, 1/metres.
 const AT_EYE: f32 = 1.0e30;
 
+/// Least major distance of a post, units.
+const LEAST_DISTANCE: f32 = 1.0e-6;
+
 /// Lines of a block, at most.
 const MOST_LINES: usize = 16;
 
@@ -162,7 +165,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         while !self.is_over(ceiling) {
             stride = self.march.strides.index_at(f64::from(self.reached) * self.group.ground, stride);
             let mut way = self.way;
-            let Some(block) = way.next(self.march.strides.get(stride), self.reached.into()) else { break };
+            let stride = self.march.strides.get(stride);
+            let Some(block) = way.next(stride, self.reached.into()) else {
+                self.march_last_line(stride)?;
+                break;
+            };
             self.way = way;
             self.march_block(&block)?;
         }
@@ -172,6 +179,18 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 Mark { line: 0, distance: f32::INFINITY, share: 1.0, level: 0, span: 1, begins: false };
             let nothing = Post { slope: self.simd.splat(NO_SLOPE), inverse: self.simd.splat(0.0), mark };
             self.reach(nothing);
+        }
+        Ok(())
+    }
+
+    /// Goes to the area's last line, if strides left it out: the surface goes on level behind it.
+    #[cold]
+    fn march_last_line(&mut self, stride: Stride) -> Result<()> {
+        let block = self.way.last_line(stride);
+        let level = stride.level;
+        let slack = SAME * f64::from(Grid::side_units(level));
+        if self.way.distance(level, block.first) > f64::from(self.reached) + slack {
+            self.march_block(&block)?;
         }
         Ok(())
     }
@@ -295,12 +314,18 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// A post of which the slope is known.
     #[inline(always)]
-    fn stored(&self, block: &Block, line: i64, slope: &Sixteen) -> Post<V> {
+    pub(super) fn stored(&self, block: &Block, line: i64, slope: &Sixteen) -> Post<V> {
+        let mark = self.mark(block, line);
+        let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
+        Post { slope: self.over_area(self.simd.load(&slope.0), mark.distance), inverse, mark }
+    }
+
+    /// A line of a block's level and stride.
+    #[inline(always)]
+    pub(super) fn mark(&self, block: &Block, line: i64) -> Mark {
         let level = block.stride.level;
         let distance = self.way.distance(level, line) as f32;
-        let mark = Mark { line, distance, share: 1.0, level, span: block.stride.lines as u8, begins: false };
-        let inverse = self.ground.per_depth * self.simd.splat(1.0 / distance);
-        Post { slope: self.over_area(self.simd.load(&slope.0), distance), inverse, mark }
+        Mark { line, distance, share: 1.0, level, span: block.stride.lines as u8, begins: false }
     }
 
     /// Whether some plane enters or leaves the area between here and a major distance.
@@ -379,38 +404,50 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn prime(&mut self, block: &Block) -> Result<()> {
         let level = block.stride.level;
-        let side = f64::from(Grid::side_units(level));
-        let before = block.first - block.step;
-        let distance = self.way.distance(level, before);
-        let start = f64::from(self.reached).max(distance).max(0.0);
-        let at = self.simd.splat(start as f32);
-        let posts = self.posts(level, [start, start]);
-        let z = if distance < start - SAME * side {
-            // In the middle of a stride, where the march begins.
-            match Lines::find(&mut self.march.pages, level, self.group.major, block.first, posts)? {
-                Some(lines) => {
-                    let ahead = (self.way.distance(level, block.first) - start) / side;
-                    let share = (1.0 - ahead).max(0.0) as f32;
-                    self.ground.surface(&lines, level, block.first, at, share)
-                }
-                None => self.simd.splat(NOTHING),
-            }
-        } else {
-            match Lines::find(&mut self.march.pages, level, self.group.major, before, posts)? {
-                Some(lines) => self.ground.height(self.ground.codes(&lines, level, before, at), at),
-                None => self.simd.splat(NOTHING),
-            }
-        };
-        self.reached = start as f32;
-        self.profile.part();
+        let before = self.way.distance(level, block.first - block.step);
+        let start = f64::from(self.reached).max(before).max(0.0);
+        let z = self.surface_at(level, start)?;
         let mark =
             Mark { line: block.first, distance: start as f32, share: 1.0, level, span: 1, begins: true };
-        let post = self.post(z, mark);
-        if start == 0.0 && self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
-            return self.flood(post);
+        self.profile.part();
+        if start > 0.0 {
+            return self.begin(self.post(z, mark));
         }
-        self.crest = self.crest.max(post.slope);
-        self.last = Some(post);
+        if self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
+            return self.flood(self.post(z, mark));
+        }
+        // The surface under the eye is seen at no finite tangent: begin where it is below the lowest row.
+        let distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
+        let z = self.surface_at(level, distance.into())?;
+        self.begin(self.post(z, Mark { distance, ..mark }))
+    }
+
+    /// Height above the eye of a level's bilinear surface at a major distance; nothing where a page is absent.
+    #[cold]
+    fn surface_at(&mut self, level: u8, distance: f64) -> Result<V::F> {
+        let (line, share) = self.way.line_at(level, distance);
+        let posts = self.posts(level, [distance, distance]);
+        let lines = Lines::find(&mut self.march.pages, level, self.group.major, line, posts)?;
+        let at = self.simd.splat(distance as f32);
+        let nothing = self.simd.splat(NOTHING);
+        Ok(lines.map_or(nothing, |lines| self.ground.surface(&lines, level, line, at, share as f32)))
+    }
+
+    /// Major distance at which ground at height `z` (≤ 0) above the eye is still below the lowest row in all planes.
+    #[cold]
+    fn under_eye(&self, z: V::F) -> f32 {
+        let steepest = self.simd.splat((-self.field.tangents[0]).max(0.01));
+        let mut lanes = Sixteen::default();
+        ((self.simd.splat(0.0) - z) * (self.ground.depth * steepest).recip()).store(&mut lanes.0);
+        lanes.0.iter().fold(f32::INFINITY, |least, &lane| least.min(0.5 * lane)).max(LEAST_DISTANCE)
+    }
+
+    /// Begins at a post. What lies before it is nothing: the solid under an area's edge is a wall.
+    #[inline(always)]
+    fn begin(&mut self, post: Post<V>) -> Result<()> {
+        self.last = Some(Post { slope: self.simd.splat(NO_SLOPE), ..post });
+        self.join(post);
+        self.reached = post.mark.distance;
         Ok(())
     }
 

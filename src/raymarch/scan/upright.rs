@@ -98,9 +98,11 @@ impl Upright {
         // Planes are a pixel apart at the horizon, or at the row of the screen that is nearest to it.
         let nearest = (-focal * pitch.0 / pitch.1).clamp(rows[0], rows[1]);
         let step = (1.0 / (focal * horizontal(nearest))).min(WIDEST_STEP);
-        // Without roll, rows are those of the screen.
-        let first = if roll.0 == 0.0 && roll.1 == 1.0 { 0.5 - centre.y } else { rows[0].floor() };
-        let last = if roll.0 == 0.0 && roll.1 == 1.0 { centre.y - 0.5 } else { rows[1].ceil() };
+        // Rows lie where those of the screen do, or its columns if it is rolled that far.
+        let phase = 0.5 - if roll.1.abs() >= roll.0.abs() { centre.y } else { centre.x };
+        let is_level = roll.0 == 0.0 && roll.1 == 1.0;
+        let first = if is_level { phase } else { (rows[0] - phase).floor() + phase };
+        let last = if is_level { centre.y - 0.5 } else { (rows[1] - phase).ceil() + phase };
         let planes = ((across[1] - across[0]) / step).ceil() as usize + 1;
         Some(Self {
             focal,
@@ -130,6 +132,12 @@ impl Upright {
         let [sin, cos] = self.pitch;
         let y = (self.row + row) / self.focal;
         (y * cos + sin) / (cos - y * sin)
+    }
+
+    /// Horizontal depth per depth along the optical axis: of row 0, and from one row to the next.
+    pub fn horizontal(&self) -> [f32; 2] {
+        let per_row = -self.pitch[0] / self.focal;
+        [(self.pitch[1] + self.row * per_row) as f32, per_row as f32]
     }
 
     /// Groups of sixteen planes.

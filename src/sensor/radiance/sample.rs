@@ -190,15 +190,18 @@ fn between<V: Simd>(simd: V, row: &[u32], place: V::F) -> [V::F; 3] {
     let floor = place.floor();
     let share = place - floor;
     let (from, to) = simd.gather_word_pairs(row, floor.to_int() + simd.splat_int(1));
-    let (low, scale) = (simd.splat_int(0x3ff), simd.splat(ROOT_OF_BRIGHTEST / CODE_LIMIT));
-    let red = mix::<V>(from & low, to & low, share) * scale;
-    let green = mix::<V>(from.shr::<10>() & low, to.shr::<10>() & low, share) * scale;
-    let blue = mix::<V>(from.shr::<20>(), to.shr::<20>(), share) * scale;
-    [red * red, green * green, blue * blue]
+    let low = simd.splat_int(0x3ff);
+    let red = mix(simd, from & low, to & low, share);
+    let green = mix(simd, from.shr::<10>() & low, to.shr::<10>() & low, share);
+    let blue = mix(simd, from.shr::<20>(), to.shr::<20>(), share);
+    [red, green, blue]
 }
 
+/// Radiance between two codes, which are roots of it.
 #[inline(always)]
-fn mix<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
+fn mix<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> V::F {
+    let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
     let (from, to) = (from.to_float(), to.to_float());
-    (to - from).mul_add(share, from)
+    let from = from * from;
+    to.mul_add(to, simd.splat(0.0) - from).mul_add(share, from) * simd.splat(scale * scale)
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! post:     radiance = colour × light on the post's normal      sensor::radiance, as the renderer bakes it
-//! between:  bilinear in the root of radiance, then squared      as the renderer samples it
+//! between:  bilinear in radiance                                as the renderer samples it
 //! ```
 //!
 //! This is the database's light, not the renderer's choice of level: truth and one sample per pixel use it alike, so that
@@ -52,18 +52,20 @@ impl<'a> PostLight<'a> {
                 cell[axis] = within.floor() as i64;
                 share[axis] = (within - within.floor()) as f32;
             }
-            let texel =
-                |east: i64, north: i64| roots(image.texel((cell[0] + east) as i32, (cell[1] + north) as i32));
+            let texel = |east: i64, north: i64| {
+                radiance(image.texel((cell[0] + east) as i32, (cell[1] + north) as i32))
+            };
             let south = texel(0, 0).lerp(texel(1, 0), share[0]);
             let north = texel(0, 1).lerp(texel(1, 1), share[0]);
-            let root = south.lerp(north, share[1]) * (ROOT_OF_BRIGHTEST / CODE_LIMIT);
-            return Ok(root * root);
+            return Ok(south.lerp(north, share[1]));
         }
         Ok(Vec3::ZERO)
     }
 }
 
-/// The three codes of a texel.
-fn roots(texel: u32) -> Vec3 {
-    Vec3::new((texel & 0x3ff) as f32, (texel >> 10 & 0x3ff) as f32, (texel >> 20) as f32)
+/// Radiance of a texel, whose codes are roots of it.
+fn radiance(texel: u32) -> Vec3 {
+    let codes = Vec3::new((texel & 0x3ff) as f32, (texel >> 10 & 0x3ff) as f32, (texel >> 20) as f32);
+    let root = codes * (ROOT_OF_BRIGHTEST / CODE_LIMIT);
+    root * root
 }
