@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::rows::{CODES, Cell};
+use super::CODES;
+use super::rows::Cell;
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 

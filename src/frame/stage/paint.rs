@@ -12,7 +12,7 @@ use crate::voxel::Grid;
 /// Sights from the one that is painted to the one that is fetched.
 const AHEAD: usize = 8;
 
-/// Linear light of sixteen planes.
+/// Codes of linear light of sixteen planes, not yet whole.
 pub type Light = [Sixteen; 3];
 
 /// Finds the light of profiles of one frame.
