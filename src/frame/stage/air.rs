@@ -3,6 +3,7 @@
 use super::super::Atmosphere;
 use super::super::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
 use super::CODES;
+use crate::sensor::radiance::UNITS;
 use crate::simd::math::exp_neg;
 use crate::simd::{Floats, Mask, Simd};
 
@@ -49,13 +50,13 @@ impl Air {
         exp_neg(simd, simd.splat(self.extinction * self.density) * range * mean)
     }
 
-    /// Codes of the radiance that reaches the eye from ground of `radiance`.
+    /// Codes of the radiance that reaches the eye from ground of `radiance`, in [`UNITS`].
     #[inline(always)]
     pub fn haze<V: Simd>(&self, simd: V, radiance: [V::F; 3], range: V::F, up: V::F) -> [V::F; 3] {
         let through = self.through(simd, range, up);
         let mut seen = radiance;
-        for (seen, horizon) in seen.iter_mut().zip(HORIZON.to_array()) {
-            let more = seen.mul_add(simd.splat(CODES), simd.splat(-horizon * CODES));
+        for ((seen, horizon), unit) in seen.iter_mut().zip(HORIZON.to_array()).zip(UNITS) {
+            let more = seen.mul_add(simd.splat(unit * CODES), simd.splat(-horizon * CODES));
             *seen = more.mul_add(through, simd.splat(horizon * CODES));
         }
         seen
