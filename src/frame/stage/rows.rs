@@ -22,9 +22,6 @@ const LEAST_RISE: f32 = 1.0e-20;
 /// Added to a code, has it rounded where it is cut.
 const ROUNDING: f32 = 0.5;
 
-/// Rows from the one that is written to the one that is fetched.
-const AHEAD: usize = 12;
-
 /// Light of sixteen planes in one row, as whole codes: `red | green << 16`, and blue.
 pub type Cell = [Sixteen; 2];
 
@@ -155,7 +152,6 @@ impl<V: Simd, const RANGED: bool> Open<'_, V, RANGED> {
             if !reached.any() {
                 break;
             }
-            fetch(simd, self.rows.cells, row);
             put(simd, self.sum, done, &mut self.rows.cells[row]);
             for sum in &mut self.sum {
                 *sum = simd.splat(ROUNDING).select(done, *sum);
@@ -196,13 +192,6 @@ impl<V: Simd, const RANGED: bool> Open<'_, V, RANGED> {
             }
         }
     }
-}
-
-/// Has the processor fetch a cell that is written soon.
-#[inline(always)]
-fn fetch<V: Simd>(simd: V, cells: &[Cell], row: usize) {
-    simd.prefetch(cells, row + AHEAD);
-    simd.prefetch(cells.as_flattened(), 2 * (row + AHEAD) + 1);
 }
 
 /// Writes codes that [`ROUNDING`] was added to.
