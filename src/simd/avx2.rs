@@ -264,6 +264,11 @@ impl Floats for F {
         guess * (self * constant(0.5) * guess).neg_mul_add(guess, constant(1.5))
     }
     #[inline(always)]
+    fn rsqrt_rough(self) -> Self {
+        // Twelve bits are too few.
+        self.rsqrt()
+    }
+    #[inline(always)]
     fn to_int(self) -> I {
         halves!(I, _mm256_cvttps_epi32, self)
     }

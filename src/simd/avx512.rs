@@ -228,6 +228,10 @@ impl Floats for F {
         guess * (self * half * guess).neg_mul_add(guess, more)
     }
     #[inline(always)]
+    fn rsqrt_rough(self) -> Self {
+        Self(lanes!(_mm512_rsqrt14_ps(self.0)))
+    }
+    #[inline(always)]
     fn to_int(self) -> I {
         I(lanes!(_mm512_cvttps_epi32(self.0)))
     }

@@ -72,6 +72,8 @@ pub trait Floats:
     fn recip(self) -> Self;
     /// 1/√self within two units of the last place, for self > 0.
     fn rsqrt(self) -> Self;
+    /// 1/√self within 10⁻⁴ of it, for self > 0.
+    fn rsqrt_rough(self) -> Self;
     /// Towards zero; lanes beyond i32 have no particular value.
     fn to_int(self) -> Self::I;
     /// Down to the integer below, for values within i32.

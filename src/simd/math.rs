@@ -30,21 +30,24 @@ pub fn sqrt_fast<V: Simd>(simd: V, x: V::F) -> V::F {
     x * x.max(simd.splat(1.0e-30)).rsqrt()
 }
 
-/// 8-bit sRGB codes (0…255) of linear light; values outside 0…1 are clamped. Off by one where the exact
-/// value lies within 0.26 of the middle between two codes.
+/// 8-bit sRGB codes (0…255) of linear light ≥ 0 of which `one` is displayed as 255; what is brighter is clamped. Off by
+/// one where the exact value lies within 0.26 of the middle between two codes.
 #[inline(always)]
-pub fn srgb8<V: Simd>(simd: V, linear: V::F) -> V::I {
-    let linear = linear.max(simd.splat(0.0)).min(simd.splat(1.0));
-    let root = sqrt_fast(simd, linear);
-    // 255 · (1.055·r^(5/6) − 0.055) + ½ for r = √x from √0.0031308 to 1.
-    let mut curve = simd.splat(0.370_529_2 * 255.0);
+pub fn srgb8<V: Simd>(simd: V, linear: V::F, one: f32) -> V::I {
+    let linear = linear.min(simd.splat(one));
+    // Of no particular value for 0, which the toe takes.
+    let root = linear * linear.rsqrt_rough();
+    // 255 · (1.055·r^(5/6) − 0.055) + ½ for r = √x from √0.0031308 to 1; `one` goes to the coefficients.
+    let mut power = 1.0 / (one * one * one.sqrt());
+    let mut curve = simd.splat(0.370_529_2 * 255.0 * power);
     for coefficient in [-1.211_715_3 * 255.0, 1.609_459_9 * 255.0, -1.211_435_7 * 255.0, 1.481_434_7 * 255.0]
     {
-        curve = curve.mul_add(root, simd.splat(coefficient));
+        power *= one.sqrt();
+        curve = curve.mul_add(root, simd.splat(coefficient * power));
     }
     let curve = curve.mul_add(root, simd.splat(-0.037_933_77 * 255.0 + 0.5));
-    let toe = linear.mul_add(simd.splat(12.92 * 255.0), simd.splat(0.5));
-    toe.select(linear.lt(simd.splat(0.003_130_8)), curve).to_int()
+    let toe = linear.mul_add(simd.splat(12.92 * 255.0 / one), simd.splat(0.5));
+    toe.select(linear.lt(simd.splat(0.003_130_8 * one)), curve).to_int()
 }
 
 #[cfg(test)]
@@ -63,7 +66,7 @@ mod tests {
             let (mut exp, mut log, mut codes) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
             exp_neg(simd, x).store(&mut exp);
             log2_rough(simd, x).store(&mut log);
-            srgb8(simd, x).store(&mut codes);
+            srgb8(simd, x * simd.splat(3.0), 3.0).store(&mut codes);
             (exp, log, codes)
         }
     }

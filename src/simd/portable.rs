@@ -184,6 +184,10 @@ impl Floats for F {
         Self(each(self.0, |a| 1.0 / a.sqrt()))
     }
     #[inline(always)]
+    fn rsqrt_rough(self) -> Self {
+        self.rsqrt()
+    }
+    #[inline(always)]
     fn to_int(self) -> I {
         I(each(self.0, |a| a as i32))
     }

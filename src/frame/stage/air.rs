@@ -2,6 +2,8 @@
 
 use super::super::Atmosphere;
 use super::super::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
+use super::CODES;
+use crate::sensor::radiance::UNITS;
 use crate::simd::math::exp_neg;
 use crate::simd::{Floats, Mask, Simd};
 
@@ -48,19 +50,19 @@ impl Air {
         exp_neg(simd, simd.splat(self.extinction * self.density) * range * mean)
     }
 
-    /// Radiance that reaches the eye from ground of `radiance`.
+    /// Codes of the radiance that reaches the eye from ground of `radiance`, in [`UNITS`].
     #[inline(always)]
     pub fn haze<V: Simd>(&self, simd: V, radiance: [V::F; 3], range: V::F, up: V::F) -> [V::F; 3] {
         let through = self.through(simd, range, up);
         let mut seen = radiance;
-        for (seen, horizon) in seen.iter_mut().zip(HORIZON.to_array()) {
-            let horizon = simd.splat(horizon);
-            *seen = (*seen - horizon).mul_add(through, horizon);
+        for ((seen, horizon), unit) in seen.iter_mut().zip(HORIZON.to_array()).zip(UNITS) {
+            let more = seen.mul_add(simd.splat(unit * CODES), simd.splat(-horizon * CODES));
+            *seen = more.mul_add(through, simd.splat(horizon * CODES));
         }
         seen
     }
 
-    /// Radiance of the sky in a direction of which `up` is the sine of the elevation.
+    /// Codes of the sky's radiance in a direction of which `up` is the sine of the elevation.
     #[inline(always)]
     pub fn sky<V: Simd>(&self, simd: V, up: V::F) -> [V::F; 3] {
         let up = up.max(simd.splat(1.0e-6));
@@ -73,7 +75,7 @@ impl Air {
         for (seen, (horizon, zenith)) in
             seen.iter_mut().zip(HORIZON.to_array().into_iter().zip(ZENITH.to_array()))
         {
-            *seen = clear.mul_add(simd.splat(zenith - horizon), simd.splat(horizon));
+            *seen = clear.mul_add(simd.splat((zenith - horizon) * CODES), simd.splat(horizon * CODES));
         }
         seen
     }

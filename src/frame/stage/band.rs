@@ -1,5 +1,6 @@
 //! A band of rows of the screen.
 
+use super::CODES;
 use super::fan::{Fan, Planes};
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
@@ -58,7 +59,7 @@ impl Kernel for Filling<'_, '_> {
                 match &mut band {
                     Band::Picture(bytes) => put_rgb(simd, light, &mut bytes[start * RGB..end * RGB]),
                     Band::Frame { colour, range } => {
-                        put_light(light, &mut colour[start..end]);
+                        put_light(simd, light, &mut colour[start..end]);
                         let mut lanes = Sixteen::default();
                         fan.range(&place).store(&mut lanes.0);
                         range[start..end].copy_from_slice(&lanes.0[..end - start]);
@@ -69,10 +70,11 @@ impl Kernel for Filling<'_, '_> {
     }
 }
 
-/// Writes up to sixteen pixels as 8-bit sRGB.
+/// Writes codes of light of up to sixteen pixels as 8-bit sRGB.
 #[inline(always)]
 fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
-    let packed = srgb8(simd, red) | srgb8(simd, green).shl::<8>() | srgb8(simd, blue).shl::<16>();
+    let packed =
+        srgb8(simd, red, CODES) | srgb8(simd, green, CODES).shl::<8>() | srgb8(simd, blue, CODES).shl::<16>();
     match target.first_chunk_mut() {
         Some(all) => simd.store_triples(packed, all),
         None => {
@@ -83,12 +85,12 @@ fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
     }
 }
 
-/// Writes up to sixteen pixels as linear light.
+/// Writes codes of light of up to sixteen pixels as linear light.
 #[inline(always)]
-fn put_light<F: Floats>(light: [F; 3], target: &mut [[f32; 3]]) {
+fn put_light<V: Simd>(simd: V, light: [V::F; 3], target: &mut [[f32; 3]]) {
     let mut lanes = [Sixteen::default(); 3];
     for (lanes, light) in lanes.iter_mut().zip(light) {
-        light.store(&mut lanes.0);
+        (light * simd.splat(1.0 / CODES)).store(&mut lanes.0);
     }
     for (lane, pixel) in target.iter_mut().enumerate() {
         *pixel = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::rows::{CODES, Cell};
+use super::rows::Cell;
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 
@@ -83,16 +83,19 @@ impl<'a, V: Simd> Fan<'a, V> {
         Place { plane, row: simd.splat(row as f32), square, level }
     }
 
-    /// Linear light: between the planes, and between the rows of a rolled screen.
+    /// Codes of linear light: between the planes, and between the rows of a rolled screen.
     #[inline(always)]
     pub fn light(&self, place: &Place<V>) -> [V::F; 3] {
         let simd = self.simd;
         let left = place.plane.floor();
         let share = place.plane - left;
-        let scale = simd.splat(1.0 / CODES);
         let [mut red, mut green, mut blue];
         if let Some((at, index)) = place.level {
             let [low, high] = [&self.planes.cells[at], &self.planes.cells[at + self.planes.upright.size[1]]];
+            // The next sixteen pixels of the row, which are asked for after those below these.
+            let later = at + 2 * self.planes.upright.size[1];
+            simd.prefetch(self.planes.cells, later);
+            simd.prefetch(self.planes.cells.as_flattened(), 2 * later + 1);
             let words = |word: usize, index: V::I| {
                 simd.permute2(simd.load(&low[word].0), simd.load(&high[word].0), index).to_bits()
             };
@@ -112,7 +115,7 @@ impl<'a, V: Simd> Fan<'a, V> {
                 blue = (upper[2] - blue).mul_add(rise, blue);
             }
         }
-        [red * scale, green * scale, blue * scale]
+        [red, green, blue]
     }
 
     /// Codes of light between two cells.

@@ -7,12 +7,11 @@ use crate::error::Result;
 use crate::raymarch::scan::{Mark, PlaneGroup, Profile};
 use crate::sensor::radiance::{Line, LineSampler, Planes};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
-use crate::voxel::Grid;
 
 /// Sights from the one that is painted to the one that is fetched.
 const AHEAD: usize = 8;
 
-/// Linear light of sixteen planes.
+/// Codes of linear light of sixteen planes, not yet whole.
 pub type Light = [Sixteen; 3];
 
 /// Finds the light of profiles of one frame.
@@ -59,46 +58,32 @@ impl Kernel for Painting<'_, '_> {
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { painter, group, profile, squares, lights } = self;
         let squares = simd.load(squares);
-        let [a, b] = [0, LANES - 1].map(|lane| f64::from(group.minor[lane]));
         let planes = Planes {
             major: group.major,
             eye: painter.eye[1 - group.major],
-            minor: simd.load(&group.minor),
-            ends: [a.min(b), a.max(b)],
+            minor: group.minor,
+            pixel: group.ground * painter.pixel_angle / painter.spacing,
         };
-        let forward = group.forward as i64;
-        let pixel = (group.ground * painter.pixel_angle) as f32;
-        let spacing = painter.spacing;
-        let line = |mark: &Mark| {
-            let per_voxel = 1.0 / (f64::from(Grid::side_units(mark.level)) * spacing) as f32;
-            Line {
-                level: mark.level,
-                index: mark.line,
-                span: mark.span,
-                distance: mark.distance,
-                footprint: mark.distance * pixel * per_voxel,
-            }
-        };
+        let mut crossings = painter.sampler.under(simd, &planes);
+        let (air, forward) = (painter.air, group.forward as i64);
         let sights = profile.sights();
         for (index, sight) in sights.iter().enumerate() {
             if let Some(ahead) = sights.get(index + AHEAD) {
-                painter.sampler.prefetch(simd, &planes, line(&ahead.mark));
+                crossings.prefetch(line(&ahead.mark));
             }
-            let mark = sight.mark;
-            let line = line(&mark);
-            let mut colour = painter.sampler.sample(simd, &planes, line)?;
-            if mark.share < 1.0 {
-                let before =
-                    painter.sampler.sample(simd, &planes, Line { index: line.index - forward, ..line })?;
+            let (share, line) = (sight.mark.share, line(&sight.mark));
+            let mut colour = crossings.sample(line)?;
+            if share < 1.0 {
+                let before = crossings.sample(Line { index: line.index - forward, ..line })?;
                 for (colour, before) in colour.iter_mut().zip(before) {
-                    *colour = (*colour - before).mul_add(simd.splat(mark.share), before);
+                    *colour = (*colour - before).mul_add(simd.splat(share), before);
                 }
             }
             let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
             let square = slope.mul_add(slope, squares);
             let per_slant = square.rsqrt();
             let range = (inverse * per_slant).recip();
-            let seen = painter.air.haze(simd, colour, range, slope * per_slant);
+            let seen = air.haze(simd, colour, range, slope * per_slant);
             let mut light = Light::default();
             for (light, seen) in light.iter_mut().zip(seen) {
                 seen.store(&mut light.0);
@@ -107,4 +92,10 @@ impl Kernel for Painting<'_, '_> {
         }
         Ok(())
     }
+}
+
+/// The line that a sight's colour comes from.
+#[inline(always)]
+fn line(mark: &Mark) -> Line {
+    Line { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance }
 }

@@ -19,10 +19,10 @@ use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 /// Least rise of a stretch, as tangent: keeps quotients finite.
 const LEAST_RISE: f32 = 1.0e-20;
 
-/// Codes of light 1 in a cell, three times 16 bits; the brightest that fits is 2.3.
-pub const CODES: f32 = 28_000.0;
+/// Added to a code, has it rounded where it is cut.
+const ROUNDING: f32 = 0.5;
 
-/// Light of sixteen planes in one row: `red | green << 16`, and blue.
+/// Light of sixteen planes in one row, as whole codes: `red | green << 16`, and blue.
 pub type Cell = [Sixteen; 2];
 
 /// Rows to fill, from the lowest; all slices are of one length but `edges`, which has one more.
@@ -59,12 +59,20 @@ impl Kernel for Filling<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
+        // Two loops instead of a question per row.
+        if self.rows.inverse.is_empty() { self.fill::<V, false>(simd) } else { self.fill::<V, true>(simd) }
+    }
+}
+
+impl Filling<'_, '_> {
+    #[inline(always)]
+    fn fill<V: Simd, const RANGED: bool>(self, simd: V) {
         let Self { rows, profile, lights, air, squares } = self;
-        let mut open = Open {
+        let mut open = Open::<V, RANGED> {
             simd,
             next: simd.splat_int(0),
             covered: simd.splat(rows.edges[0]),
-            sum: [simd.splat(0.0); 3],
+            sum: [simd.splat(ROUNDING); 3],
             rows,
         };
         let pairs = profile.sights().windows(2).zip(lights.windows(2));
@@ -89,19 +97,19 @@ struct Stretch<'s, V: Simd> {
     lights: [&'s Light; 2],
 }
 
-/// The rows that are still open.
-struct Open<'r, V: Simd> {
+/// The rows that are still open; `RANGED`: somebody asks for depth.
+struct Open<'r, V: Simd, const RANGED: bool> {
     simd: V,
     rows: Rows<'r>,
     /// First open row of each plane.
     next: V::I,
     /// Tangent up to which each plane is covered.
     covered: V::F,
-    /// Light of what covers the first open row, times its share.
+    /// Light of what covers the first open row, times its share, and what rounds it.
     sum: [V::F; 3],
 }
 
-impl<V: Simd> Open<'_, V> {
+impl<V: Simd, const RANGED: bool> Open<'_, V, RANGED> {
     #[inline(always)]
     fn cover(&mut self, stretch: &Stretch<'_, V>) {
         let simd = self.simd;
@@ -110,43 +118,46 @@ impl<V: Simd> Open<'_, V> {
         if !risen.any() {
             return;
         }
-        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let zero = simd.splat(0.0);
         let per_rise = (high - low).max(simd.splat(LEAST_RISE)).recip();
+        // The middle of a part is half the sum of its ends.
+        let (twice_low, half_per_rise) = (low + low, per_rise * simd.splat(0.5));
         let [mut light, mut change] = [[zero; 3]; 2];
         for channel in 0..3 {
             light[channel] = simd.load(&stretch.lights[0][channel].0);
             change[channel] = simd.load(&stretch.lights[1][channel].0) - light[channel];
         }
-        let first = self.next.least(risen) as usize;
-        for row in first..self.rows.cells.len() {
-            if !simd.splat(self.rows.edges[row]).lt(high).any() {
-                break;
-            }
+        // What is covered above a row, or does not rise above what is covered, covers a part of it that is not
+        // positive: no other mask is needed.
+        let mut row = self.next.least(risen) as usize;
+        while row < self.rows.cells.len() {
             let edge = simd.splat(self.rows.edges[row + 1]);
-            let index = simd.splat_int(row as i32);
-            let here = risen & self.next.eq(index);
             let top = high.min(edge);
-            if !self.rows.inverse.is_empty() {
+            if RANGED {
                 let centre = simd.splat(self.rows.centres[row]);
-                let seen = here & self.covered.le(centre) & centre.lt(top);
-                let share = ((centre - low) * per_rise).max(zero).min(one);
+                let seen = self.covered.le(centre) & centre.lt(top);
+                let share = ((centre - low) * per_rise).max(zero).min(simd.splat(1.0));
                 let [near, far] = stretch.inverse.map(|inverse| simd.load(&inverse.0));
                 (far - near).mul_add(share, near).store_masked(seen, &mut self.rows.inverse[row].0);
             }
-            let middle = (top + self.covered) * simd.splat(0.5);
-            let share = ((middle - low) * per_rise).max(zero).min(one);
-            let weight = ((top - self.covered) * simd.splat(self.rows.per_row[row])).select(here, zero);
+            let share = ((top + self.covered - twice_low) * half_per_rise).max(zero);
+            let weight = (top - self.covered).max(zero) * simd.splat(self.rows.per_row[row]);
             for channel in 0..3 {
                 let seen = change[channel].mul_add(share, light[channel]);
                 self.sum[channel] = weight.mul_add(seen, self.sum[channel]);
             }
-            let done = here & edge.le(high);
+            let reached = risen & edge.le(high);
+            let done = reached & self.covered.lt(edge);
+            self.covered = self.covered.max(top);
+            if !reached.any() {
+                break;
+            }
             put(simd, self.sum, done, &mut self.rows.cells[row]);
             for sum in &mut self.sum {
-                *sum = zero.select(done, *sum);
+                *sum = simd.splat(ROUNDING).select(done, *sum);
             }
-            self.covered = top.select(here, self.covered);
-            self.next = (index + simd.splat_int(1)).select(done, self.next);
+            row += 1;
+            self.next = simd.splat_int(row as i32).select(done, self.next);
         }
     }
 
@@ -166,11 +177,15 @@ impl<V: Simd> Open<'_, V> {
                 let share = (simd.splat(rows.edges[row + 1]) - covered) * simd.splat(rows.per_row[row]);
                 for channel in 0..3 {
                     let part = seen[channel].mul_add(share, sum[channel]);
-                    seen[channel] = part.select(begins, seen[channel]);
+                    seen[channel] = part.select(begins, seen[channel] + simd.splat(ROUNDING));
+                }
+            } else {
+                for seen in &mut seen {
+                    *seen = *seen + simd.splat(ROUNDING);
                 }
             }
             put(simd, seen, open, &mut rows.cells[row]);
-            if !rows.inverse.is_empty() {
+            if RANGED {
                 let centre = simd.splat(rows.centres[row]);
                 let sky = open & (!begins | covered.le(centre));
                 simd.splat(0.0).store_masked(sky, &mut rows.inverse[row].0);
@@ -179,14 +194,9 @@ impl<V: Simd> Open<'_, V> {
     }
 }
 
+/// Writes codes that [`ROUNDING`] was added to.
 #[inline(always)]
-fn put<V: Simd>(simd: V, light: [V::F; 3], planes: V::M, cell: &mut Cell) {
-    let half = simd.splat(0.5);
-    let [red, green, blue] = [
-        light[0].mul_add(simd.splat(CODES), half).to_int(),
-        light[1].mul_add(simd.splat(CODES), half).to_int(),
-        light[2].mul_add(simd.splat(CODES), half).to_int(),
-    ];
-    (red | green.shl::<16>()).as_floats().store_masked(planes, &mut cell[0].0);
-    blue.as_floats().store_masked(planes, &mut cell[1].0);
+fn put<V: Simd>(_: V, [red, green, blue]: [V::F; 3], planes: V::M, cell: &mut Cell) {
+    (red.to_int() | green.to_int().shl::<16>()).as_floats().store_masked(planes, &mut cell[0].0);
+    blue.to_int().as_floats().store_masked(planes, &mut cell[1].0);
 }

@@ -6,7 +6,7 @@ use super::RadiancePages;
 use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::error::Result;
-use crate::simd::{Floats, Ints, Simd};
+use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{Grid, PAGE_SIDE, PageId};
 
 /// Most pages that lie side by side under sixteen planes.
@@ -16,19 +16,32 @@ const MOST_PAGES: usize = 4;
 const SPANS: usize = 3;
 
 /// Footprints across, in voxels, from which texels of two and of four are used.
-const WIDER: [f32; 2] = [1.42, 2.84];
+const WIDER: [f64; 2] = [1.42, 2.84];
+
+/// Texels under sixteen planes up to which two registers hold them, what rounding takes on either side, and a neighbour.
+const NARROW: f64 = 2.0 * LANES as f64 - 5.0;
+
+/// Linear radiance of the units in which lines are sampled, by channel: the square of a texel's code, which green
+/// keeps in its place.
+pub const UNITS: [f32; 3] = {
+    let unit = (ROOT_OF_BRIGHTEST / CODE_LIMIT) * (ROOT_OF_BRIGHTEST / CODE_LIMIT);
+    [unit, unit / (GREEN * GREEN), unit]
+};
+
+/// Where green begins in a texel.
+const GREEN: f32 = 1024.0;
 
 /// Sixteen planes, from above.
 #[derive(Debug, Clone, Copy)]
-pub struct Planes<V: Simd> {
+pub struct Planes {
     /// 0: they run along x, 1: along y.
     pub major: usize,
     /// The eye across them, units.
     pub eye: f64,
     /// Units across per unit of major distance.
-    pub minor: V::F,
-    /// The same of the outermost planes, the lesser first.
-    pub ends: [f64; 2],
+    pub minor: [f32; LANES],
+    /// Width of a pixel's footprint per unit of major distance, units.
+    pub pixel: f64,
 }
 
 /// A line to look at.
@@ -42,28 +55,55 @@ pub struct Line {
     pub span: u8,
     /// Major distance, units.
     pub distance: f32,
-    /// Width of a pixel's footprint there, voxels of the level.
-    pub footprint: f32,
 }
 
-/// Looks lines up; the images that were used last stay at hand.
+/// Looks lines up.
 pub struct LineSampler<'a> {
     pages: RadiancePages<'a>,
     grid: Grid,
     level_count: u8,
+}
+
+/// Lines where planes cross them; the images that were used last stay at hand.
+pub struct Crossings<'s, 'a, V: Simd> {
+    simd: V,
+    minor: V::F,
+    search: Search<'s, 'a>,
     /// By log₂ of their span: where slopes change, so do spans from line to line.
     runs: [Option<Run>; SPANS],
 }
 
-/// Images side by side, and where they are.
+/// What finds images under planes.
+struct Search<'s, 'a> {
+    sampler: &'s mut LineSampler<'a>,
+    major: usize,
+    eye: f64,
+    /// `minor` of the outermost planes, the lesser first.
+    ends: [f64; 2],
+    pixel: f64,
+}
+
+/// Images side by side, where they are, and which lines they serve.
 struct Run {
     level: u8,
-    weave: Weave,
-    /// Page along the major axis; first and last across it, which may lie beside the area.
-    page: i64,
-    pages: [i64; 2],
-    /// Page of the first image.
-    first: i64,
+    /// The first of the [`PAGE_SIDE`] lines.
+    first_line: i64,
+    /// Major distances between which these images serve, units.
+    from: f32,
+    to: f32,
+    /// Major distance up to which two registers hold the texels under all planes; 0 if there are several images.
+    narrow_to: f32,
+    /// log₂ of the span.
+    span: u32,
+    /// Texels per unit; the eye, in texels of the first image.
+    per_unit: f32,
+    eye: f32,
+    /// Texels from the eye to the lesser end per unit of major distance, and the last texel at which two registers
+    /// begin.
+    low: f32,
+    last: f32,
+    /// Texels from the start of an image to the next one's.
+    side: f32,
     images: [Option<Arc<LineImage>>; MOST_PAGES],
 }
 
@@ -71,42 +111,109 @@ impl<'a> LineSampler<'a> {
     /// Over pages.
     pub fn new(pages: RadiancePages<'a>) -> Self {
         let header = pages.source().header();
-        Self { grid: header.grid, level_count: header.level_count, pages, runs: [const { None }; SPANS] }
+        Self { grid: header.grid, level_count: header.level_count, pages }
     }
 
-    /// Linear radiance of a line where the planes cross it. Where a page is absent the next coarser level's, or black.
+    /// Where planes cross lines.
+    #[inline(always)]
+    pub fn under<V: Simd>(&mut self, simd: V, planes: &Planes) -> Crossings<'_, 'a, V> {
+        let ends = planes.minor.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &minor| {
+            [low.min(f64::from(minor)), high.max(f64::from(minor))]
+        });
+        let Planes { major, eye, pixel, .. } = *planes;
+        Crossings {
+            simd,
+            minor: simd.load(&planes.minor),
+            search: Search { sampler: self, major, eye, ends, pixel },
+            runs: [const { None }; SPANS],
+        }
+    }
+}
+
+impl<V: Simd> Crossings<'_, '_, V> {
+    /// Radiance of a line where the planes cross it, in [`UNITS`]. Where a page is absent the next coarser level's,
+    /// or black.
     ///
     /// # Errors
     /// A page that is damaged.
     #[inline(always)]
-    pub fn sample<V: Simd>(&mut self, simd: V, planes: &Planes<V>, line: Line) -> Result<[V::F; 3]> {
+    pub fn sample(&mut self, line: Line) -> Result<[V::F; 3]> {
+        let simd = self.simd;
         let mut line = line;
-        while !self.find(planes.major, planes.eye, planes.ends, &line)? {
-            if line.level + 1 >= self.level_count {
-                return Ok([simd.splat(0.0); 3]);
-            }
-            line = Line {
-                level: line.level + 1,
-                index: line.index.div_euclid(4),
-                span: 1,
-                footprint: line.footprint * 0.25,
-                ..line
+        while !self.runs[slot(line.span)].as_ref().is_some_and(|run| run.serves(&line)) {
+            let Some(run) = self.search.run(&line)? else {
+                if line.level + 1 >= self.search.sampler.level_count {
+                    return Ok([simd.splat(0.0); 3]);
+                }
+                line = Line { level: line.level + 1, index: line.index.div_euclid(4), span: 1, ..line };
+                continue;
             };
+            self.runs[slot(line.span)] = Some(run);
+            break;
         }
         let Some(run) = &self.runs[slot(line.span)] else { return Ok([simd.splat(0.0); 3]) };
-        let texel = f64::from(Grid::side_units(line.level)) * f64::from(1 << run.weave.shift);
-        let side = i64::from(PAGE_SIDE >> run.weave.shift);
-        let eye = planes.eye / texel - 0.5 - (run.first * side) as f64;
-        let at = planes
-            .minor
-            .mul_add(simd.splat((f64::from(line.distance) / texel) as f32), simd.splat(eye as f32));
-        let within =
-            (line.index - run.page * i64::from(PAGE_SIDE)).max(0) as usize / usize::from(run.weave.span);
-        let mut colour = [simd.splat(0.0); 3];
-        for (part, image) in run.images.iter().flatten().enumerate() {
-            let start = simd.splat((part as i64 * side) as f32);
-            let row = &image.texels[(within * image.row).min(image.texels.len() - image.row)..][..image.row];
+        let at = self.minor.mul_add(simd.splat(line.distance * run.per_unit), simd.splat(run.eye));
+        if line.distance <= run.narrow_to
+            && let Some(image) = &run.images[0]
+        {
             // The area's edge goes on as its outermost texels.
+            let place = at.max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
+            let row = run.row(image, &line);
+            let start = (row + run.start(line.distance)).min(image.texels.len() - 2 * LANES);
+            if let Some(near) = image.texels[start..].first_chunk::<{ 2 * LANES }>() {
+                return Ok(between_near(simd, near, place, row as i32 - start as i32));
+            }
+        }
+        Ok(run.wide(simd, at, &line))
+    }
+
+    /// Has the processor fetch a line that is looked at soon, if it lies in the image at hand.
+    #[inline(always)]
+    pub fn prefetch(&self, line: Line) {
+        let Some(run) = &self.runs[slot(line.span)] else { return };
+        let Some(image) = &run.images[0] else { return };
+        if run.holds(&line) {
+            let start = run.row(image, &line) + run.start(line.distance);
+            for texel in [0, LANES, 2 * LANES - 1] {
+                self.simd.prefetch(&image.texels, start + texel);
+            }
+        }
+    }
+}
+
+impl Run {
+    /// Whether it is of the line's page.
+    #[inline(always)]
+    fn holds(&self, line: &Line) -> bool {
+        self.level == line.level && (line.index.wrapping_sub(self.first_line) as u64) < u64::from(PAGE_SIDE)
+    }
+
+    #[inline(always)]
+    fn serves(&self, line: &Line) -> bool {
+        self.holds(line) && self.from <= line.distance && line.distance < self.to
+    }
+
+    /// Where a line begins in an image.
+    #[inline(always)]
+    fn row(&self, image: &LineImage, line: &Line) -> usize {
+        let within = line.index.wrapping_sub(self.first_line) as usize >> self.span;
+        (within * image.row).min(image.texels.len() - image.row)
+    }
+
+    /// Texels from a line's begin to no more than the least under the planes.
+    #[inline(always)]
+    fn start(&self, distance: f32) -> usize {
+        // The first texel is at place −1: what is cut off here leaves the one to spare.
+        (distance * self.low + self.eye).max(0.0).min(self.last) as u32 as usize
+    }
+
+    /// Where planes lie over several images, or far apart.
+    #[inline(always)]
+    fn wide<V: Simd>(&self, simd: V, at: V::F, line: &Line) -> [V::F; 3] {
+        let mut colour = [simd.splat(0.0); 3];
+        for (part, image) in self.images.iter().flatten().enumerate() {
+            let start = simd.splat(part as f32 * self.side);
+            let row = &image.texels[self.row(image, line)..][..image.row];
             let place = (at - start).max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
             let here = between(simd, row, place);
             if part == 0 {
@@ -118,63 +225,62 @@ impl<'a> LineSampler<'a> {
                 }
             }
         }
-        Ok(colour)
+        colour
     }
+}
 
-    /// Has the processor fetch a line that is looked at soon, if it lies in the images at hand.
-    #[inline(always)]
-    pub fn prefetch<V: Simd>(&self, simd: V, planes: &Planes<V>, line: Line) {
-        let Some(run) = &self.runs[slot(line.span)] else { return };
-        let within = line.index - run.page * i64::from(PAGE_SIDE);
-        if run.level != line.level || !(0..i64::from(PAGE_SIDE)).contains(&within) {
-            return;
-        }
-        let Some(image) = &run.images[0] else { return };
-        let texel = f64::from(Grid::side_units(line.level)) * f64::from(1 << run.weave.shift);
-        let side = i64::from(PAGE_SIDE >> run.weave.shift);
-        let start = within as usize / usize::from(line.span) * image.row;
-        for end in planes.ends {
-            let place = (planes.eye + end * f64::from(line.distance)) / texel - (run.first * side) as f64;
-            simd.prefetch(&image.texels, start + place.clamp(0.0, image.row as f64) as usize);
-        }
-    }
-
-    /// Has the images of a line at hand; `false` if one is absent.
-    #[inline(always)]
-    fn find(&mut self, major: usize, eye: f64, ends: [f64; 2], line: &Line) -> Result<bool> {
-        let shift = u8::from(line.footprint >= WIDER[0]) + u8::from(line.footprint >= WIDER[1]);
-        let weave = Weave { major: major as u8, shift, span: line.span };
-        let side = f64::from(Grid::side_units(line.level)) * f64::from(PAGE_SIDE);
-        let distance = f64::from(line.distance);
-        let pages = ends.map(|end| ((eye + end * distance) / side).floor() as i64);
-        let page = line.index.div_euclid(i64::from(PAGE_SIDE));
-        if let Some(run) = &self.runs[slot(line.span)]
-            && run.level == line.level
-            && run.weave == weave
-            && run.page == page
-            && run.pages == pages
-        {
-            return Ok(true);
-        }
-        self.turn_to(line.level, weave, page, pages)
-    }
-
+impl Search<'_, '_> {
+    /// Images for a line and those near it; `None` if one is absent.
     #[inline(never)]
-    fn turn_to(&mut self, level: u8, weave: Weave, page: i64, pages: [i64; 2]) -> Result<bool> {
-        let major = usize::from(weave.major);
-        let dims = self.grid.page_dims(level);
+    fn run(&mut self, line: &Line) -> Result<Option<Run>> {
+        let (level, distance) = (line.level, f64::from(line.distance));
+        let voxel = f64::from(Grid::side_units(level));
+        // Where a footprint is so wide that the next texels serve.
+        let wider = WIDER.map(|voxels| voxels * voxel / self.pixel);
+        let shift = wider.iter().filter(|&&from| from <= distance).count();
+        let mut near = if shift > 0 { wider[shift - 1] } else { 0.0 };
+        let mut far = wider.get(shift).copied().unwrap_or(f64::INFINITY);
+        let weave = Weave { major: self.major as u8, shift: shift as u8, span: line.span };
+        // And where an outermost plane crosses to the next page.
+        let side = voxel * f64::from(PAGE_SIDE);
+        let pages = self.ends.map(|end| {
+            let page = ((self.eye + end * distance) / side).floor();
+            let edges = [page, page + 1.0].map(|edge| (edge * side - self.eye) / end);
+            near = near.max(edges[0].min(edges[1]));
+            far = far.min(edges[0].max(edges[1]));
+            page as i64
+        });
+        let page = line.index.div_euclid(i64::from(PAGE_SIDE));
+        let dims = self.sampler.grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
-        let along = page.clamp(0, dims[major] - 1);
-        let [first, last] = pages.map(|page| page.clamp(0, dims[1 - major] - 1));
-        let mut run = Run { level, weave, page, pages, first, images: [const { None }; MOST_PAGES] };
+        let along = page.clamp(0, dims[self.major] - 1);
+        let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
+        let mut images = [const { None }; MOST_PAGES];
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
-            let (px, py) = if major == 0 { (along, first + part) } else { (first + part, along) };
+            let (px, py) = if self.major == 0 { (along, first + part) } else { (first + part, along) };
             let id = PageId { level, px: px as u32, py: py as u32 };
-            let Some(image) = self.pages.lines(id, weave)? else { return Ok(false) };
-            run.images[part as usize] = Some(image);
+            let Some(image) = self.sampler.pages.lines(id, weave)? else { return Ok(None) };
+            images[part as usize] = Some(image);
         }
-        self.runs[slot(weave.span)] = Some(run);
-        Ok(true)
+        let texel = voxel * f64::from(1 << shift);
+        let texels = f64::from(PAGE_SIDE >> shift);
+        let narrow = |image: &LineImage| last == first && image.texels.len() >= 2 * LANES;
+        let is_narrow = images[0].as_deref().is_some_and(narrow);
+        let row = images[0].as_ref().map_or(0, |image| image.row);
+        Ok(Some(Run {
+            level,
+            first_line: page * i64::from(PAGE_SIDE),
+            from: near as f32,
+            to: far as f32,
+            narrow_to: if is_narrow { (NARROW * texel / (self.ends[1] - self.ends[0])) as f32 } else { 0.0 },
+            span: line.span.trailing_zeros(),
+            per_unit: (1.0 / texel) as f32,
+            eye: (self.eye / texel - 0.5 - first as f64 * texels) as f32,
+            low: (self.ends[0] / texel) as f32,
+            last: row.saturating_sub(3) as f32,
+            side: texels as f32,
+            images,
+        }))
     }
 }
 
@@ -184,24 +290,40 @@ fn slot(span: u8) -> usize {
     (span.trailing_zeros() as usize).min(SPANS - 1)
 }
 
-/// Radiance between two texels of a line; place −1 is the first.
+/// Between two texels of a line; place −1 is the first.
 #[inline(always)]
 fn between<V: Simd>(simd: V, row: &[u32], place: V::F) -> [V::F; 3] {
     let floor = place.floor();
-    let share = place - floor;
     let (from, to) = simd.gather_word_pairs(row, floor.to_int() + simd.splat_int(1));
-    let low = simd.splat_int(0x3ff);
+    squares(simd, from, to, place - floor)
+}
+
+/// The same, where `near` holds all that are asked for; a line begins with its element `origin`.
+#[inline(always)]
+fn between_near<V: Simd>(simd: V, near: &[u32; 2 * LANES], place: V::F, origin: i32) -> [V::F; 3] {
+    let floor = place.floor();
+    let near: &[[f32; LANES]; 2] = bytemuck::cast_ref(near);
+    let (low, high) = (simd.load(&near[0]), simd.load(&near[1]));
+    let index = floor.to_int() + simd.splat_int(origin + 1);
+    let from = simd.permute2(low, high, index).to_bits();
+    let to = simd.permute2(low, high, index + simd.splat_int(1)).to_bits();
+    squares(simd, from, to, place - floor)
+}
+
+/// Radiance in [`UNITS`] between texels.
+#[inline(always)]
+fn squares<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {
+    let (low, middle) = (simd.splat_int(0x3ff), simd.splat_int(0x3ff << 10));
     let red = mix(simd, from & low, to & low, share);
-    let green = mix(simd, from.shr::<10>() & low, to.shr::<10>() & low, share);
+    let green = mix(simd, from & middle, to & middle, share);
     let blue = mix(simd, from.shr::<20>(), to.shr::<20>(), share);
     [red, green, blue]
 }
 
-/// Radiance between two codes, which are roots of it.
+/// Between two codes, which are roots.
 #[inline(always)]
 fn mix<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> V::F {
-    let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
     let (from, to) = (from.to_float(), to.to_float());
     let from = from * from;
-    to.mul_add(to, simd.splat(0.0) - from).mul_add(share, from) * simd.splat(scale * scale)
+    to.mul_add(to, simd.splat(0.0) - from).mul_add(share, from)
 }

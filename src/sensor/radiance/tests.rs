@@ -284,6 +284,8 @@ struct Looking<'s, 'a> {
     major: usize,
     eye: f64,
     minor: [f32; LANES],
+    /// Width of a pixel's footprint at the line, voxels of level 0.
+    footprint: f64,
     line: Line,
 }
 
@@ -292,14 +294,12 @@ impl Kernel for Looking<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let [low, high] = [f32::min, f32::max].map(|pick| self.minor.into_iter().reduce(pick).unwrap());
-        let planes = Planes {
-            major: self.major,
-            eye: self.eye,
-            minor: simd.load(&self.minor),
-            ends: [low, high].map(f64::from),
-        };
-        let found = self.sampler.sample(simd, &planes, self.line).unwrap();
+        let Self { sampler, major, eye, minor, footprint, line } = self;
+        let planes = Planes { major, eye, minor, pixel: footprint / f64::from(line.distance) };
+        let mut found = sampler.under(simd, &planes).sample(line).unwrap();
+        for (channel, unit) in found.iter_mut().zip(UNITS) {
+            *channel = *channel * simd.splat(unit);
+        }
         found.map(|channel| {
             let mut out = [0.0; LANES];
             channel.store(&mut out);
@@ -347,11 +347,11 @@ fn lines_are_means_over_strides_and_footprints() {
         let distance = (300.0 * unit(5 * case + 2)) as f32 + 1.0;
         let minor = std::array::from_fn(|lane| (middle + 0.004 * lane as f64) as f32);
         let index = (500.0 * unit(5 * case + 3)) as i64 / span * span;
-        let line =
-            Line { level: 0, index, span: span as u8, distance, footprint: [1.0, 2.0, 4.0][shift as usize] };
+        let line = Line { level: 0, index, span: span as u8, distance };
+        let footprint = [1.0, 2.0, 4.0][shift as usize];
         for isa in Isa::available() {
             let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
-            let found = isa.run(Looking { sampler: &mut sampler, major, eye, minor, line });
+            let found = isa.run(Looking { sampler: &mut sampler, major, eye, minor, footprint, line });
             for lane in 0..LANES {
                 let texel = (eye + f64::from(minor[lane]) * f64::from(distance)) / wide as f64 - 0.5;
                 // The area's edge goes on as its outermost texel.
@@ -376,8 +376,9 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
     let radiance = Radiance::new(sensor());
     let look = |level, index| {
         let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
-        let line = Line { level, index, span: 1, distance: 50.0, footprint: 0.4 };
-        Isa::best().run(Looking { sampler: &mut sampler, major: 0, eye: 100.0, minor: [0.3; LANES], line })
+        let line = Line { level, index, span: 1, distance: 50.0 };
+        let (major, eye, minor, footprint) = (0, 100.0, [0.3; LANES], 0.4);
+        Isa::best().run(Looking { sampler: &mut sampler, major, eye, minor, footprint, line })
     };
     assert_eq!(look(0, 83), look(1, 20));
     assert!(look(1, 20)[1][0] > 0.0);
