@@ -14,8 +14,12 @@ use crate::raymarch::scan::{Field, PlaneMarch, Profile, Strides, Upright};
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
-use crate::subimage::{Farm, Stage};
+use crate::subimage::{Farm, Stage, TaskSize};
 use crate::voxel::{Header, PageSource};
+
+/// Planes of a march task, and rows of an image task, unless told otherwise: fewer cost up to a quarter of their stage, more
+/// leave workers idle at the end of a frame.
+const SUITABLE: TaskSize = TaskSize { lines: 64, rows: 36 };
 
 /// What planes need to know of a view.
 pub struct View<'c> {
@@ -105,7 +109,7 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
 
 /// Rows of an image task.
 fn band_rows(farm: &Farm) -> usize {
-    farm.task_size().rows.max(1) as usize
+    farm.task_size_or(SUITABLE).rows.max(1) as usize
 }
 
 /// Has planes look, then fills `bands` of [`band_rows`] rows.
@@ -153,7 +157,7 @@ fn see<S: PageSource>(
     let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
     let fineness = per_row.iter().fold(0.0_f32, |a, &b| a.max(b));
     let height = view.upright.size[1];
-    let per_task = (farm.task_size().lines as usize / LANES).max(1);
+    let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
     // Without ranges there are as many chunks of nothing.

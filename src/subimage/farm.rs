@@ -21,7 +21,8 @@ use crate::error::{Error, Result};
 pub struct Farm {
     /// `None`: the only worker is the thread that calls, which saves waking another.
     pool: Option<Arc<rayon::ThreadPool>>,
-    task_size: TaskSize,
+    /// `None`: what suits the engine.
+    task_size: Option<TaskSize>,
     trace: Option<Arc<Trace>>,
     /// Number of the frame that tasks belong to, for the trace.
     frame: u64,
@@ -33,13 +34,13 @@ impl Farm {
     /// A farm of one has no thread of its own: the caller's does the work.
     pub fn new(workers: usize) -> Result<Self> {
         let pool = if workers > 1 { Some(Arc::new(start(workers)?)) } else { None };
-        Ok(Self { pool, task_size: TaskSize::default(), trace: None, frame: 0 })
+        Ok(Self { pool, task_size: None, trace: None, frame: 0 })
     }
 
     /// The same workers, with tasks of another size.
     #[must_use]
     pub fn with_task_size(&self, task_size: TaskSize) -> Self {
-        Self { task_size, ..self.clone() }
+        Self { task_size: Some(task_size), ..self.clone() }
     }
 
     /// The same workers; `trace`, which must have as many lanes, learns when each task ran.
@@ -59,9 +60,14 @@ impl Farm {
         self.pool.as_ref().map_or(1, |pool| pool.current_num_threads())
     }
 
-    /// How large tasks should be.
+    /// How large tasks should be: what was asked for, or else the default.
     pub fn task_size(&self) -> TaskSize {
-        self.task_size
+        self.task_size_or(TaskSize::default())
+    }
+
+    /// What was asked for, or else what suits the work.
+    pub fn task_size_or(&self, suitable: TaskSize) -> TaskSize {
+        self.task_size.unwrap_or(suitable)
     }
 
     pub(super) fn trace(&self) -> Option<&Trace> {
@@ -110,7 +116,7 @@ impl Farm {
         width: u32,
         task: impl Fn(Subimage) -> Result<T> + Sync + Send,
     ) -> Result<Vec<T>> {
-        let subimages: Vec<_> = split(width, self.task_size.lines).collect();
+        let subimages: Vec<_> = split(width, self.task_size().lines).collect();
         let mut results: Vec<Option<T>> = subimages.iter().map(|_| None).collect();
         let tasks = subimages.into_iter().zip(&mut results).collect();
         self.each(Stage::March, tasks, |_, (subimage, result)| {
@@ -122,7 +128,7 @@ impl Farm {
 
     /// Works on every row of an image with `width` elements a row, in place: `task(row index, row)`.
     pub fn rows<T: Send>(&self, image: &mut [T], width: usize, task: impl Fn(usize, &mut [T]) + Sync + Send) {
-        let rows = self.task_size.rows.max(1) as usize;
+        let rows = self.task_size().rows.max(1) as usize;
         let blocks = image.chunks_mut(width.saturating_mul(rows).max(1)).collect();
         self.run(
             Stage::Image,

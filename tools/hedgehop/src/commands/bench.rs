@@ -242,7 +242,8 @@ fn crews(args: &Args) -> Result<Vec<Crew>> {
     counts.sort_unstable();
     counts.dedup();
     let crew = |workers| {
-        let farm = Farm::new(workers)?.with_task_size(args.task_size.unwrap_or_default());
+        let farm = Farm::new(workers)?;
+        let farm = args.task_size.map_or(farm.clone(), |task_size| farm.with_task_size(task_size));
         let in_flight = farm.in_flight(args.overlap.in_flight);
         Ok(Crew { farm, in_flight, is_listed: asked.contains(&workers), passes: Vec::new() })
     };
