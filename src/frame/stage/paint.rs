@@ -5,10 +5,10 @@ use glam::DVec3;
 use super::air::Air;
 use crate::error::Result;
 use crate::raymarch::scan::{Mark, PlaneGroup, Profile};
-use crate::sensor::radiance::{Line, LineSampler, Planes};
+use crate::sensor::radiance::{Crossings, Line, LineSampler, Place, Planes};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 
-/// Sights from the one that is painted to the one that is fetched.
+/// Sights from the one that is painted to the one that is fetched, a power of two.
 const AHEAD: usize = 8;
 
 /// Codes of linear light of sixteen planes, not yet whole.
@@ -67,14 +67,19 @@ impl Kernel for Painting<'_, '_> {
         let mut crossings = painter.sampler.under(simd, &planes);
         let (air, forward) = (painter.air, group.forward as i64);
         let sights = profile.sights();
+        let mut ahead = [[Place::default(); 2]; AHEAD];
+        for (places, sight) in ahead.iter_mut().zip(sights) {
+            *places = seek(&mut crossings, &sight.mark, forward)?;
+        }
         for (index, sight) in sights.iter().enumerate() {
-            if let Some(ahead) = sights.get(index + AHEAD) {
-                crossings.prefetch(line(&ahead.mark));
+            let [place, before] = ahead[index % AHEAD];
+            if let Some(later) = sights.get(index + AHEAD) {
+                ahead[index % AHEAD] = seek(&mut crossings, &later.mark, forward)?;
             }
-            let (share, line) = (sight.mark.share, line(&sight.mark));
-            let mut colour = crossings.sample(line)?;
+            let share = sight.mark.share;
+            let mut colour = crossings.sample(&place);
             if share < 1.0 {
-                let before = crossings.sample(Line { index: line.index - forward, ..line })?;
+                let before = crossings.sample(&before);
                 for (colour, before) in colour.iter_mut().zip(before) {
                     *colour = (*colour - before).mul_add(simd.splat(share), before);
                 }
@@ -94,8 +99,13 @@ impl Kernel for Painting<'_, '_> {
     }
 }
 
-/// The line that a sight's colour comes from.
+/// Finds the line that a sight's colour comes from, and the line before it if it is asked for.
 #[inline(always)]
-fn line(mark: &Mark) -> Line {
-    Line { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance }
+fn seek<V: Simd>(crossings: &mut Crossings<'_, '_, V>, mark: &Mark, forward: i64) -> Result<[Place; 2]> {
+    let line = Line { level: mark.level, index: mark.line, span: mark.span, distance: mark.distance };
+    let place = crossings.seek(line)?;
+    if mark.share < 1.0 {
+        return Ok([place, crossings.seek(Line { index: mark.line - forward, ..line })?]);
+    }
+    Ok([place; 2])
 }

@@ -44,6 +44,12 @@ impl LineImage {
         isa.run(Weaving { page, weave })
     }
 
+    /// Where line `index` begins, the last one's if it is beyond.
+    #[inline(always)]
+    pub fn start_of(&self, index: usize) -> usize {
+        (index * self.row).min(self.texels.len() - self.row)
+    }
+
     /// Bytes of the texels.
     pub fn bytes(&self) -> usize {
         size_of_val(self.texels.as_slice())

@@ -26,4 +26,4 @@ mod window;
 pub use cache::{Radiance, RadiancePages};
 pub use lines::{LineImage, Weave};
 pub use page::RadiancePage;
-pub use sample::{Crossings, Line, LineSampler, Planes, UNITS};
+pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS};

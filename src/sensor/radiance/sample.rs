@@ -64,13 +64,27 @@ pub struct LineSampler<'a> {
     level_count: u8,
 }
 
-/// Lines where planes cross them; the images that were used last stay at hand.
+/// Lines where planes cross them.
 pub struct Crossings<'s, 'a, V: Simd> {
     simd: V,
     minor: V::F,
     search: Search<'s, 'a>,
-    /// By log₂ of their span: where slopes change, so do spans from line to line.
-    runs: [Option<Run>; SPANS],
+    runs: Vec<Run>,
+    /// Index of the run that was used last, by log₂ of its span: where slopes change, so do spans from line to line.
+    latest: [usize; SPANS],
+}
+
+/// Where a line's texels lie.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Place {
+    /// Index of the run; beyond the last one: black.
+    run: usize,
+    /// Which line of the images.
+    within: usize,
+    /// Where two registers begin that hold all texels, and where the line does from there; none if they do not hold
+    /// them.
+    near: Option<(usize, i32)>,
+    distance: f32,
 }
 
 /// What finds images under planes.
@@ -125,79 +139,87 @@ impl<'a> LineSampler<'a> {
             simd,
             minor: simd.load(&planes.minor),
             search: Search { sampler: self, major, eye, ends, pixel },
-            runs: [const { None }; SPANS],
+            runs: Vec::new(),
+            latest: [usize::MAX; SPANS],
         }
     }
 }
 
 impl<V: Simd> Crossings<'_, '_, V> {
-    /// Radiance of a line where the planes cross it, in [`UNITS`]. Where a page is absent the next coarser level's,
-    /// or black.
+    /// Finds a line, and has the processor fetch it while it does other work. Where a page is absent it is the next
+    /// coarser level's.
     ///
     /// # Errors
     /// A page that is damaged.
     #[inline(always)]
-    pub fn sample(&mut self, line: Line) -> Result<[V::F; 3]> {
-        let simd = self.simd;
+    pub fn seek(&mut self, line: Line) -> Result<Place> {
         let mut line = line;
-        while !self.runs[slot(line.span)].as_ref().is_some_and(|run| run.serves(&line)) {
-            let Some(run) = self.search.run(&line)? else {
-                if line.level + 1 >= self.search.sampler.level_count {
-                    return Ok([simd.splat(0.0); 3]);
+        loop {
+            if let Some(run) = self.runs.get(self.latest[slot(line.span)])
+                && run.serves(&line)
+            {
+                return Ok(self.place(run, &line));
+            }
+            match self.search.run(&line)? {
+                Some(run) => {
+                    self.latest[slot(line.span)] = self.runs.len();
+                    let mut place = self.place(&run, &line);
+                    place.run = self.runs.len();
+                    self.runs.push(run);
+                    return Ok(place);
                 }
-                line = Line { level: line.level + 1, index: line.index.div_euclid(4), span: 1, ..line };
-                continue;
-            };
-            self.runs[slot(line.span)] = Some(run);
-            break;
-        }
-        let Some(run) = &self.runs[slot(line.span)] else { return Ok([simd.splat(0.0); 3]) };
-        let at = self.minor.mul_add(simd.splat(line.distance * run.per_unit), simd.splat(run.eye));
-        if line.distance <= run.narrow_to
-            && let Some(image) = &run.images[0]
-        {
-            // The area's edge goes on as its outermost texels.
-            let place = at.max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
-            let row = run.row(image, &line);
-            let start = (row + run.start(line.distance)).min(image.texels.len() - 2 * LANES);
-            if let Some(near) = image.texels[start..].first_chunk::<{ 2 * LANES }>() {
-                return Ok(between_near(simd, near, place, row as i32 - start as i32));
+                None if line.level + 1 < self.search.sampler.level_count => {
+                    line = Line { level: line.level + 1, index: line.index.div_euclid(4), span: 1, ..line };
+                }
+                None => return Ok(Place { run: usize::MAX, ..Place::default() }),
             }
         }
-        Ok(run.wide(simd, at, &line))
     }
 
-    /// Has the processor fetch a line that is looked at soon, if it lies in the image at hand.
     #[inline(always)]
-    pub fn prefetch(&self, line: Line) {
-        let Some(run) = &self.runs[slot(line.span)] else { return };
-        let Some(image) = &run.images[0] else { return };
-        if run.holds(&line) {
-            let start = run.row(image, &line) + run.start(line.distance);
+    fn place(&self, run: &Run, line: &Line) -> Place {
+        let within = line.index.wrapping_sub(run.first_line) as usize >> run.span;
+        let mut place =
+            Place { run: self.latest[slot(line.span)], within, near: None, distance: line.distance };
+        if let Some(image) = &run.images[0] {
+            let row = image.start_of(within);
+            let start = row + run.start(line.distance);
             for texel in [0, LANES, 2 * LANES - 1] {
                 self.simd.prefetch(&image.texels, start + texel);
             }
+            if line.distance <= run.narrow_to {
+                let start = start.min(image.texels.len() - 2 * LANES);
+                place.near = Some((start, row as i32 - start as i32));
+            }
         }
+        place
+    }
+
+    /// Radiance where the planes cross a line, in [`UNITS`].
+    #[inline(always)]
+    pub fn sample(&self, place: &Place) -> [V::F; 3] {
+        let simd = self.simd;
+        let Some(run) = self.runs.get(place.run) else { return [simd.splat(0.0); 3] };
+        let at = self.minor.mul_add(simd.splat(place.distance * run.per_unit), simd.splat(run.eye));
+        if let Some((start, origin)) = place.near
+            && let Some(image) = &run.images[0]
+            && let Some(near) = image.texels.get(start..).and_then(<[u32]>::first_chunk::<{ 2 * LANES }>)
+        {
+            // The area's edge goes on as its outermost texels.
+            let at = at.max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
+            return between_near(simd, near, at, origin);
+        }
+        run.wide(simd, at, place.within)
     }
 }
 
 impl Run {
-    /// Whether it is of the line's page.
-    #[inline(always)]
-    fn holds(&self, line: &Line) -> bool {
-        self.level == line.level && (line.index.wrapping_sub(self.first_line) as u64) < u64::from(PAGE_SIDE)
-    }
-
     #[inline(always)]
     fn serves(&self, line: &Line) -> bool {
-        self.holds(line) && self.from <= line.distance && line.distance < self.to
-    }
-
-    /// Where a line begins in an image.
-    #[inline(always)]
-    fn row(&self, image: &LineImage, line: &Line) -> usize {
-        let within = line.index.wrapping_sub(self.first_line) as usize >> self.span;
-        (within * image.row).min(image.texels.len() - image.row)
+        self.level == line.level
+            && (line.index.wrapping_sub(self.first_line) as u64) < u64::from(PAGE_SIDE)
+            && self.from <= line.distance
+            && line.distance < self.to
     }
 
     /// Texels from a line's begin to no more than the least under the planes.
@@ -209,11 +231,11 @@ impl Run {
 
     /// Where planes lie over several images, or far apart.
     #[inline(always)]
-    fn wide<V: Simd>(&self, simd: V, at: V::F, line: &Line) -> [V::F; 3] {
+    fn wide<V: Simd>(&self, simd: V, at: V::F, within: usize) -> [V::F; 3] {
         let mut colour = [simd.splat(0.0); 3];
         for (part, image) in self.images.iter().flatten().enumerate() {
             let start = simd.splat(part as f32 * self.side);
-            let row = &image.texels[self.row(image, line)..][..image.row];
+            let row = &image.texels[image.start_of(within)..][..image.row];
             let place = (at - start).max(simd.splat(-1.0)).min(simd.splat(image.row as f32 - 2.001));
             let here = between(simd, row, place);
             if part == 0 {

@@ -296,7 +296,9 @@ impl Kernel for Looking<'_, '_> {
     fn run<V: Simd>(self, simd: V) -> Self::Output {
         let Self { sampler, major, eye, minor, footprint, line } = self;
         let planes = Planes { major, eye, minor, pixel: footprint / f64::from(line.distance) };
-        let mut found = sampler.under(simd, &planes).sample(line).unwrap();
+        let mut crossings = sampler.under(simd, &planes);
+        let place = crossings.seek(line).unwrap();
+        let mut found = crossings.sample(&place);
         for (channel, unit) in found.iter_mut().zip(UNITS) {
             *channel = *channel * simd.splat(unit);
         }
