@@ -156,6 +156,16 @@ proptest! {
     }
 }
 
+/// Trajectories are splines: where there is no roll, they leave some 10⁻¹⁵ degrees.
+#[test]
+fn a_roll_of_rounding_errors_is_none() {
+    let area = &*AREA;
+    let farm = Farm::new(1).unwrap();
+    let picture = |roll| Renderer::new(area, &options()).picture(&camera(area, -10.0, roll), &farm).unwrap().0.rgb;
+    assert!(picture(8.0e-16) == picture(0.0));
+    assert!(picture(0.5) != picture(0.0));
+}
+
 #[test]
 fn a_picture_is_its_frame_in_8_bits() {
     let area = hills();

@@ -29,6 +29,9 @@ const LEAST_HORIZONTAL: f64 = 0.25;
 /// Most that `a` may grow from one plane to the next: sixteen planes then span less than 30°, and run along one axis.
 const WIDEST_STEP: f64 = 1.0 / 32.0;
 
+/// Roll that moves no pixel by more than this, in pixels, is none.
+const LEVEL: f64 = 1.0e-3;
+
 /// Rows and planes beyond the screen's edge that interpolation may touch.
 const MARGIN: f64 = 1.5;
 
@@ -75,6 +78,9 @@ impl Upright {
             (yaw.to_radians().sin_cos(), pitch.to_radians().sin_cos(), roll.to_radians().sin_cos());
         let focal = camera.focal_px();
         let centre = DVec2::new(f64::from(camera.width), f64::from(camera.height)) * 0.5;
+        // Trajectories leave a roll of 10⁻¹⁵ where there is none.
+        let is_level = roll.1 > 0.0 && roll.0.abs() * centre.length() < LEVEL;
+        let roll = if is_level { (0.0, 1.0) } else { roll };
         let turn = |x: f64, y: f64| DVec2::new(x * roll.1 + y * roll.0, y * roll.1 - x * roll.0);
         let outline = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(x, y)| turn(x * (centre.x + MARGIN), y * (centre.y + MARGIN)));
@@ -100,7 +106,6 @@ impl Upright {
         let step = (1.0 / (focal * horizontal(nearest))).min(WIDEST_STEP);
         // Rows lie where those of the screen do, or its columns if it is rolled that far.
         let phase = 0.5 - if roll.1.abs() >= roll.0.abs() { centre.y } else { centre.x };
-        let is_level = roll.0 == 0.0 && roll.1 == 1.0;
         let first = if is_level { phase } else { (rows[0] - phase).floor() + phase };
         let last = if is_level { centre.y - 0.5 } else { (rows[1] - phase).ceil() + phase };
         let planes = ((across[1] - across[0]) / step).ceil() as usize + 1;

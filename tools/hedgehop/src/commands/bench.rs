@@ -82,7 +82,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
 
-    /// Scan lines of a march task and screen rows of an image task [default: 8,8]
+    /// Scan lines of a march task and screen rows of an image task [default: 8,8; of planes 64,36]
     #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
     task_size: Option<TaskSize>,
 
@@ -417,8 +417,9 @@ fn table(report: &Report) -> String {
     }
     let base = report.results.first().map_or(1, |figures| figures.workers);
     text += &format!(
-        "\nefficiency: speed per worker against {base}; march and shade: time per frame, summed over workers; image: wall\n\
-         time of haze and sky, which planes count as shade; encode: PNG to memory on one thread, not part of frames/s\n"
+        "\nefficiency: speed per worker against {base}; march and shade: time per frame, summed over workers; image:\n\
+         haze and sky (wall time) of the reference, taking planes to the screen and 8 bits (summed) of planes; encode:\n\
+         PNG to memory on one thread, not part of frames/s\n"
     );
     text += &report.prediction.table();
     text += if report.identical_frames {
