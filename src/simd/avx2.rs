@@ -113,6 +113,38 @@ fn clamped(index: I, length: usize, width: usize) -> I {
     halves!(I, _mm256_min_epu32, index, I(last, last))
 }
 
+/// Eight pairs of words: the first ones, and the second ones. A function and not a closure: those are not compiled for
+/// the set.
+///
+/// # Safety
+/// The processor has AVX2, and the indices and their successors are within the table.
+#[inline(always)]
+unsafe fn pairs_of_eight(from: *const i64, index: __m256i) -> (__m256i, __m256i) {
+    // SAFETY: the caller's.
+    unsafe {
+        let low = _mm256_i32gather_epi64::<4>(from, _mm256_castsi256_si128(index));
+        let high = _mm256_i32gather_epi64::<4>(from, _mm256_extracti128_si256::<1>(index));
+        let (low, high) = (_mm256_castsi256_ps(low), _mm256_castsi256_ps(high));
+        let first = _mm256_castps_si256(_mm256_shuffle_ps::<0b10_00_10_00>(low, high));
+        let second = _mm256_castps_si256(_mm256_shuffle_ps::<0b11_01_11_01>(low, high));
+        (_mm256_permute4x64_epi64::<0b11_01_10_00>(first), _mm256_permute4x64_epi64::<0b11_01_10_00>(second))
+    }
+}
+
+/// Eight of the 32 lanes of `low` and `high`.
+#[inline(always)]
+fn permute_half(low: F, high: F, index: __m256i) -> __m256 {
+    lanes!({
+        let eight = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
+        let sixteen = _mm256_castsi256_ps(_mm256_slli_epi32::<27>(index));
+        let a = _mm256_permutevar8x32_ps(low.0, index);
+        let b = _mm256_permutevar8x32_ps(low.1, index);
+        let c = _mm256_permutevar8x32_ps(high.0, index);
+        let d = _mm256_permutevar8x32_ps(high.1, index);
+        _mm256_blendv_ps(_mm256_blendv_ps(a, b, eight), _mm256_blendv_ps(c, d, eight), sixteen)
+    })
+}
+
 impl Simd for Avx2 {
     type F = F;
     type I = I;
@@ -174,18 +206,8 @@ impl Simd for Avx2 {
     fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
         let index = clamped(index, table.len(), 2);
         let from: *const i64 = table.as_ptr().cast();
-        let part = |index: __m256i| {
-            // SAFETY: the indices and their successors are within the table.
-            unsafe {
-                let low = _mm256_i32gather_epi64::<4>(from, _mm256_castsi256_si128(index));
-                let high = _mm256_i32gather_epi64::<4>(from, _mm256_extracti128_si256::<1>(index));
-                let (low, high) = (_mm256_castsi256_ps(low), _mm256_castsi256_ps(high));
-                let order = |pairs| _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_castps_si256(pairs));
-                let first = order(_mm256_shuffle_ps::<0b10_00_10_00>(low, high));
-                (first, order(_mm256_shuffle_ps::<0b11_01_11_01>(low, high)))
-            }
-        };
-        let ((a, b), (c, d)) = (part(index.0), part(index.1));
+        // SAFETY: the indices and their successors are within the table.
+        let ((a, b), (c, d)) = unsafe { (pairs_of_eight(from, index.0), pairs_of_eight(from, index.1)) };
         (I(a, c), I(b, d))
     }
     #[inline(always)]
@@ -209,18 +231,7 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn permute2(self, low: F, high: F, index: I) -> F {
-        let part = |index: __m256i| {
-            lanes!({
-                let eight = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
-                let sixteen = _mm256_castsi256_ps(_mm256_slli_epi32::<27>(index));
-                let a = _mm256_permutevar8x32_ps(low.0, index);
-                let b = _mm256_permutevar8x32_ps(low.1, index);
-                let c = _mm256_permutevar8x32_ps(high.0, index);
-                let d = _mm256_permutevar8x32_ps(high.1, index);
-                _mm256_blendv_ps(_mm256_blendv_ps(a, b, eight), _mm256_blendv_ps(c, d, eight), sixteen)
-            })
-        };
-        F(part(index.0), part(index.1))
+        F(permute_half(low, high, index.0), permute_half(low, high, index.1))
     }
 }
 

@@ -96,12 +96,8 @@ impl<'a, V: Simd> Fan<'a, V> {
             let later = at + 2 * self.planes.upright.size[1];
             simd.prefetch(self.planes.cells, later);
             simd.prefetch(self.planes.cells.as_flattened(), 2 * later + 1);
-            let words = |word: usize, index: V::I| {
-                simd.permute2(simd.load(&low[word].0), simd.load(&high[word].0), index).to_bits()
-            };
             let next = index + simd.splat_int(1);
-            [red, green, blue] =
-                self.mix([words(0, index), words(1, index)], [words(0, next), words(1, next)], share);
+            [red, green, blue] = self.mix(pick(simd, low, high, index), pick(simd, low, high, next), share);
         } else {
             let below = place.row.floor();
             let rise = place.row - below;
@@ -122,11 +118,11 @@ impl<'a, V: Simd> Fan<'a, V> {
     #[inline(always)]
     fn mix(&self, [a, c]: [V::I; 2], [b, d]: [V::I; 2], share: V::F) -> [V::F; 3] {
         let low = self.simd.splat_int(0xffff);
-        let between = |from: V::I, to: V::I| {
-            let (from, to) = (from.to_float(), to.to_float());
-            (to - from).mul_add(share, from)
-        };
-        [between(a & low, b & low), between(a.shr::<16>(), b.shr::<16>()), between(c, d)]
+        [
+            between::<V>(a & low, b & low, share),
+            between::<V>(a.shr::<16>(), b.shr::<16>(), share),
+            between::<V>(c, d, share),
+        ]
     }
 
     /// Range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane counts.
@@ -187,4 +183,19 @@ impl<'a, V: Simd> Fan<'a, V> {
         let row = row.max(simd.splat_int(0)).min(simd.splat_int(rows as i32 - 1));
         (plane.shr::<4>().mul(simd.splat_int(rows as i32)) + row, plane & simd.splat_int(LANES as i32 - 1))
     }
+}
+
+/// Words of lanes of two cells. A function, as the next one: a closure would not be compiled for the instruction set.
+#[inline(always)]
+fn pick<V: Simd>(simd: V, low: &Cell, high: &Cell, index: V::I) -> [V::I; 2] {
+    [
+        simd.permute2(simd.load(&low[0].0), simd.load(&high[0].0), index).to_bits(),
+        simd.permute2(simd.load(&low[1].0), simd.load(&high[1].0), index).to_bits(),
+    ]
+}
+
+#[inline(always)]
+fn between<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
+    let (from, to) = (from.to_float(), to.to_float());
+    (to - from).mul_add(share, from)
 }
