@@ -52,7 +52,7 @@ pub enum Engine {
     /// The reference marcher: ray by ray, exact, any screen and surface.
     #[default]
     Reference,
-    /// Scan planes: some sixty times as fast; planar screens that are not too steep and the smooth surface, the reference
+    /// Scan planes: more than a hundred times as fast; planar screens that are not too steep and the smooth surface, the reference
     /// marcher where they do not serve.
     Planes,
 }

@@ -146,7 +146,7 @@ pub struct Workers {
 /// What marches, and with what.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Instructions {
-    /// What marches: the reference, ray by ray and exact, or scan planes, some sixty times as fast
+    /// What marches: the reference, ray by ray and exact, or scan planes, more than a hundred times as fast
     #[arg(long, value_enum, value_name = "ENGINE", default_value = "reference")]
     pub engine: EngineName,
 
