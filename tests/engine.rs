@@ -161,7 +161,8 @@ proptest! {
 fn a_roll_of_rounding_errors_is_none() {
     let area = &*AREA;
     let farm = Farm::new(1).unwrap();
-    let picture = |roll| Renderer::new(area, &options()).picture(&camera(area, -10.0, roll), &farm).unwrap().0.rgb;
+    let picture =
+        |roll| Renderer::new(area, &options()).picture(&camera(area, -10.0, roll), &farm).unwrap().0.rgb;
     assert!(picture(8.0e-16) == picture(0.0));
     assert!(picture(0.5) != picture(0.0));
 }

@@ -12,7 +12,7 @@ pub const ROOT_OF_BRIGHTEST: f32 = 1.5;
 /// Greatest code of a channel.
 pub const CODE_LIMIT: f32 = 1023.0;
 
-/// A page's radiance: texels with an apron of [`RING`], rows from south to north.
+/// A page's radiance: texels with an apron, rows from south to north.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RadiancePage {
     /// `red | green << 10 | blue << 20`, each the root of radiance.
@@ -37,7 +37,7 @@ impl RadiancePage {
         isa.run(Baking { source, id, sensor })
     }
 
-    /// Texel of a post; the apron has indices from −[`RING`] on.
+    /// Texel of a post; the apron has negative indices.
     pub fn texel(&self, east: i32, north: i32) -> u32 {
         let ring = RING as i32;
         self.texels[((north + ring) * (self.size[0] + 2 * ring) + east + ring) as usize]
