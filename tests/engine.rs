@@ -100,6 +100,50 @@ fn frames_do_not_depend_on_workers_or_task_size() {
     }
 }
 
+/// The memory of planes is used again: what a frame before left in it must not be seen.
+#[test]
+fn frames_do_not_depend_on_frames_before() {
+    let area = &*AREA;
+    let farm = Farm::new(1).unwrap();
+    let used = Renderer::new(area, &options());
+    for (pitch, roll) in [(-10.0, 0.0), (25.0, 40.0), (-30.0, 200.0), (0.0, 90.0), (-9.0, -4.0), (12.0, 0.0)]
+    {
+        let camera = camera(area, pitch, roll);
+        let fresh = Renderer::new(area, &options());
+        let rgb = |renderer: &Renderer<'_, _>| renderer.picture(&camera, &farm).unwrap().0.rgb;
+        assert!(rgb(&used) == rgb(&fresh), "pitch {pitch}, roll {roll}");
+        let frame = |renderer: &Renderer<'_, _>| renderer.frame(&camera, &farm).unwrap().frame;
+        let (used, fresh) = (frame(&used), frame(&fresh));
+        assert!(used.range == fresh.range && used.colour == fresh.colour, "pitch {pitch}, roll {roll}");
+    }
+}
+
+/// Beside and within holes planes have no surface: whatever is next to them must keep its light.
+#[test]
+fn light_beside_holes_is_that_of_the_ground() {
+    let grid = Grid { nx: 400, ny: 400, spacing: 10.0, origin: DVec2::ZERO };
+    let (mut heights, mut colours) = (Vec::new(), Vec::new());
+    for (y, x) in (0..400_i32).flat_map(|y| (0..400_i32).map(move |x| (y, x))) {
+        let hole = (x / 37 + y / 29) % 3 == 0 && (180..330).contains(&y);
+        heights.push(if hole { f64::NAN } else { 100.0 + f64::from(y) });
+        // Never darker than a grey of 100 of 255.
+        colours.push(if (x / 3 + y / 2) % 2 == 0 { [255, 250, 245] } else { [100, 110, 120] });
+    }
+    let area = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
+    let farm = Farm::new(1).unwrap();
+    for (yaw, hfov) in [(0.0, 60.0), (13.0, 40.0), (-31.0, 80.0), (44.0, 60.0)] {
+        let attitude = Attitude { yaw, pitch: -6.0, roll: 0.0 };
+        let camera = Camera::new(Pose { eye: DVec3::new(2000.0, 500.0, 450.0), attitude, hfov }, 200, 120);
+        let clear = RenderOptions { visibility: f64::INFINITY, ..options() };
+        let frame = Renderer::new(&area, &clear).frame(&camera, &farm).unwrap().frame;
+        assert!(frame.range.iter().any(|range| range.is_finite()));
+        for (index, light) in frame.colour.iter().enumerate() {
+            let within = light.iter().all(|light| (0.02..2.0).contains(light));
+            assert!(within, "yaw {yaw}, pixel {index}: {light:?}");
+        }
+    }
+}
+
 #[test]
 fn instruction_sets_differ_by_rounding() {
     let area = hills();

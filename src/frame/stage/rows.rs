@@ -118,7 +118,7 @@ impl<V: Simd, const RANGED: bool> Open<'_, V, RANGED> {
         if !risen.any() {
             return;
         }
-        let zero = simd.splat(0.0);
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let per_rise = (high - low).max(simd.splat(LEAST_RISE)).recip();
         // The middle of a part is half the sum of its ends.
         let (twice_low, half_per_rise) = (low + low, per_rise * simd.splat(0.5));
@@ -136,11 +136,12 @@ impl<V: Simd, const RANGED: bool> Open<'_, V, RANGED> {
             if RANGED {
                 let centre = simd.splat(self.rows.centres[row]);
                 let seen = self.covered.le(centre) & centre.lt(top);
-                let share = ((centre - low) * per_rise).max(zero).min(simd.splat(1.0));
+                let share = ((centre - low) * per_rise).max(zero).min(one);
                 let [near, far] = stretch.inverse.map(|inverse| simd.load(&inverse.0));
                 (far - near).mul_add(share, near).store_masked(seen, &mut self.rows.inverse[row].0);
             }
-            let share = ((top + self.covered - twice_low) * half_per_rise).max(zero);
+            // At most 1, also where neither end is a surface: what has no weight must be finite.
+            let share = ((top + self.covered - twice_low) * half_per_rise).max(zero).min(one);
             let weight = (top - self.covered).max(zero) * simd.splat(self.rows.per_row[row]);
             for channel in 0..3 {
                 let seen = change[channel].mul_add(share, light[channel]);
