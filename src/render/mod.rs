@@ -164,7 +164,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// A page that is damaged; options or a pose outside their ranges.
     pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
         self.options.check(camera)?;
-        match self.planes(camera)? {
+        match self.planes(camera) {
             Some(view) => planes::frame(self, &view, farm),
             None => reference::render(self.source, camera, &self.options, farm),
         }
@@ -176,7 +176,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// As of [`Self::frame`].
     pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, StageTimes)> {
         self.options.check(camera)?;
-        match self.planes(camera)? {
+        match self.planes(camera) {
             Some(view) => planes::picture(self, &view, farm),
             None => {
                 let Rendered { frame, times } = reference::render(self.source, camera, &self.options, farm)?;
@@ -188,21 +188,15 @@ impl<'a, S: PageSource> Renderer<'a, S> {
 
     /// The engine that renders what `camera` sees: that of the options, or the reference where it does not serve.
     pub fn engine_for(&self, camera: &Camera) -> Engine {
-        match self.planes(camera) {
-            Ok(Some(_)) => Engine::Planes,
-            _ => Engine::Reference,
-        }
+        if self.planes(camera).is_some() { Engine::Planes } else { Engine::Reference }
     }
 
     /// How scan planes see what the camera sees; `None` where they do not serve.
-    fn planes<'c>(&self, camera: &'c Camera) -> Result<Option<planes::View<'c>>> {
+    fn planes<'c>(&self, camera: &'c Camera) -> Option<planes::View<'c>> {
         let serves = self.options.engine == Engine::Planes
             && self.options.surface == Surface::Smooth
             && !self.options.tile_world;
-        if !serves {
-            return Ok(None);
-        }
-        Ok(planes::View::new(self.source.header(), camera))
+        if serves { planes::View::new(self.source.header(), camera) } else { None }
     }
 }
 

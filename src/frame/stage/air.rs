@@ -35,7 +35,7 @@ impl Air {
     fn through<V: Simd>(&self, simd: V, range: V::F, up: V::F) -> V::F {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         // The ray's rise in scale heights; haze is as thick as at its base below that.
-        let rise = (up * range).mul_add(simd.splat(1.0 / SCALE_HEIGHT), zero).max(simd.splat(-self.start));
+        let rise = (up * range * simd.splat(1.0 / SCALE_HEIGHT)).max(simd.splat(-self.start));
         // Mean density: e^−start · (1 − e^−rise) / rise; the quotient loses its digits where a few terms do.
         let series = (rise * simd.splat(-1.0 / 24.0) + simd.splat(1.0 / 6.0)).mul_add(rise, simd.splat(-0.5));
         let mut mean = series.mul_add(rise, one);

@@ -44,11 +44,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// The surface along a line.
     #[inline(always)]
     pub(super) fn line(&self, lines: &Lines<'a>, block: &Block, line: i64, span: u32) -> Post<V> {
-        let level = block.stride.level;
-        let distance = self.way.distance(level, line) as f32;
-        let at = self.simd.splat(distance);
-        let z = self.ground.height(self.ground.codes(lines, level, line, at), at);
-        self.post(z, Mark { line, distance, share: 1.0, level, span: span as u8, begins: false })
+        let mark = Mark { span: span as u8, ..self.mark(block, line) };
+        let at = self.simd.splat(mark.distance);
+        self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
     }
 
     /// Reads lines between the last and the next one where the surface rises steeply.
@@ -190,30 +188,26 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn pass_edges(&mut self, from: f32, post: &Post<V>) {
         let Some(last) = self.last else { return };
         let (before, after) = (self.is_over_area(from), self.is_over_area(post.mark.distance));
-        // Other planes stay where they are meanwhile.
         let leaving = before & !after;
         if leaving.any() {
-            let inverse = (self.ground.depth * self.over[1]).recip();
-            let slope = last.slope * inverse / last.inverse;
-            let edge = Post {
-                slope: slope.select(leaving, last.slope),
-                inverse: inverse.select(leaving, last.inverse),
-                mark: last.mark,
-            };
-            self.join(edge);
+            self.join(self.edge(leaving, self.over[1], &last, &last));
         }
         let entering = after & !before;
         if entering.any() {
             let last = self.last.unwrap_or(last);
-            let at = self.over[0].max(self.simd.splat(f32::MIN_POSITIVE));
-            let inverse = (self.ground.depth * at).recip();
-            let slope = post.slope * inverse / post.inverse;
-            let edge = Post {
-                slope: slope.select(entering, last.slope),
-                inverse: inverse.select(entering, last.inverse),
-                mark: post.mark,
-            };
-            self.join(edge);
+            self.join(self.edge(entering, self.over[0], post, &last));
+        }
+    }
+
+    /// Where `planes` cross the area's edge, at the height of `surface`; the others stay at `last` meanwhile.
+    #[inline(always)]
+    fn edge(&self, planes: V::M, distance: V::F, surface: &Post<V>, last: &Post<V>) -> Post<V> {
+        let inverse = (self.ground.depth * distance.max(self.simd.splat(f32::MIN_POSITIVE))).recip();
+        let slope = surface.slope * inverse / surface.inverse;
+        Post {
+            slope: slope.select(planes, last.slope),
+            inverse: inverse.select(planes, last.inverse),
+            mark: surface.mark,
         }
     }
 }

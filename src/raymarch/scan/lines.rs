@@ -57,14 +57,6 @@ impl<'a> Lines<'a> {
         (-i64::from(APRON)..i64::from(PAGE_SIDE)).contains(&(line - self.first[0]))
     }
 
-    /// Has the processor fetch what is around a post of a line, if the first page has it.
-    #[inline(always)]
-    pub fn prefetch<V: Simd>(&self, simd: V, line: i64, post: i64) {
-        let (codes, row) = &self.parts[0];
-        let index = (line - self.first[0] + i64::from(APRON)) * i64::from(*row) + post - self.first[1];
-        simd.prefetch(codes.all(), index as usize);
-    }
-
     /// Codes at post positions `post` of `line` (both counted from `first`; −1 is the apron), interpolated between
     /// two posts; 0 where either has no surface.
     #[inline(always)]

@@ -246,7 +246,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
         let near =
             block.stride.lines == 1 && f64::from(self.reached) < NEAR * f64::from(Grid::side_units(level));
-        self.prefetch(&lines, block);
         // All heights first: reads that wait for nothing overlap. Most blocks end here.
         let mut slopes = [Sixteen::default(); MOST_LINES];
         let highest = self.slopes(&lines, block, &mut slopes);
@@ -284,22 +283,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             highest = highest.max(found);
         }
         highest
-    }
-
-    /// Has the processor fetch the lines of the block behind this one, if they are in the same pages.
-    #[inline(always)]
-    fn prefetch(&self, lines: &Lines<'a>, block: &Block) {
-        let level = block.stride.level;
-        let side = f64::from(Grid::side_units(level));
-        let eye = self.eye[1 - self.group.major] / side;
-        let ends = [0, LANES - 1].map(|lane| f64::from(self.group.minor[lane]) / side);
-        for index in block.count..2 * block.count {
-            let line = block.first + index * block.step;
-            let distance = self.way.distance(level, line);
-            for end in ends {
-                lines.prefetch(self.simd, line, (end * distance + eye) as i64);
-            }
-        }
     }
 
     /// Passes a block in which nothing rises above the crests.
