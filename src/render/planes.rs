@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::{Rendered, Renderer, StageTimes};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows};
+use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::scan::{Field, PlaneMarch, Profile, Strides, Upright};
 use crate::sensor::radiance::{LineSampler, RadiancePages};
@@ -173,7 +173,7 @@ fn see<S: PageSource>(
             pixel_angle: angle,
             spacing: header.grid.spacing,
         };
-        let (mut profile, mut lights) = (Profile::default(), Vec::new());
+        let (mut profile, mut lights, mut sums) = (Profile::default(), Vec::new(), Sums::new());
         for (index, cells) in cells.chunks_mut(height).enumerate() {
             let inverse = if with_range { &mut inverse[index * height..][..height] } else { &mut [] };
             let index = task * per_task + index;
@@ -194,7 +194,7 @@ fn see<S: PageSource>(
                     cells: &mut cells[rows.clone()],
                     inverse: if with_range { &mut inverse[rows] } else { inverse },
                 };
-                rows.fill(renderer.isa, &profile, &lights, &painter.air, &squares);
+                rows.fill(renderer.isa, &profile, &lights, &painter.air, &squares, &mut sums);
                 Result::Ok(())
             })?;
         }

@@ -2,13 +2,16 @@
 
 use super::super::Atmosphere;
 use super::super::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
-use super::CODES;
 use crate::sensor::radiance::UNITS;
 use crate::simd::math::exp_neg;
 use crate::simd::{Floats, Mask, Simd};
 
-/// Rise in scale heights below which four terms of a series are exact to 10⁻⁵.
-const SMALL_RISE: f32 = 0.2;
+/// Rise in scale heights below which the terms of [`MEAN_DENSITY`] are exact to 10⁻⁵: nearly always.
+const SMALL_RISE: f32 = 1.0;
+
+/// (1 − e^−x)/x by Taylor, from the highest power down.
+const MEAN_DENSITY: [f32; 8] =
+    [-1.0 / 40320.0, 1.0 / 5040.0, -1.0 / 720.0, 1.0 / 120.0, -1.0 / 24.0, 1.0 / 6.0, -0.5, 1.0];
 
 /// The air around an eye.
 #[derive(Debug, Clone, Copy)]
@@ -33,36 +36,37 @@ impl Air {
     /// Share of light that haze lets through from `range` metres, where `up` is the sine of the elevation.
     #[inline(always)]
     fn through<V: Simd>(&self, simd: V, range: V::F, up: V::F) -> V::F {
-        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         // The ray's rise in scale heights; haze is as thick as at its base below that.
         let rise = (up * range * simd.splat(1.0 / SCALE_HEIGHT)).max(simd.splat(-self.start));
-        // Mean density: e^−start · (1 − e^−rise) / rise; the quotient loses its digits where a few terms do.
-        let series = (rise * simd.splat(-1.0 / 24.0) + simd.splat(1.0 / 6.0)).mul_add(rise, simd.splat(-0.5));
-        let mut mean = series.mul_add(rise, one);
+        // Mean density: e^−start · (1 − e^−rise) / rise; the quotient loses its digits where terms do.
+        let mut mean = simd.splat(MEAN_DENSITY[0]);
+        for coefficient in &MEAN_DENSITY[1..] {
+            mean = mean.mul_add(rise, simd.splat(*coefficient));
+        }
         let small = rise.abs().lt(simd.splat(SMALL_RISE));
         if !small.all() {
             // e^−x of x < 0 through its reciprocal.
-            let falling = rise.lt(zero);
+            let falling = rise.lt(simd.splat(0.0));
             let power = exp_neg(simd, rise.abs());
             let power = power.max(simd.splat(1.0e-37)).recip().select(falling, power);
-            mean = mean.select(small, (one - power) * rise.recip());
+            mean = mean.select(small, (simd.splat(1.0) - power) * rise.recip());
         }
         exp_neg(simd, simd.splat(self.extinction * self.density) * range * mean)
     }
 
-    /// Codes of the radiance that reaches the eye from ground of `radiance`, in [`UNITS`].
+    /// Radiance that reaches the eye from ground of `radiance`, in [`UNITS`].
     #[inline(always)]
     pub fn haze<V: Simd>(&self, simd: V, radiance: [V::F; 3], range: V::F, up: V::F) -> [V::F; 3] {
         let through = self.through(simd, range, up);
         let mut seen = radiance;
         for ((seen, horizon), unit) in seen.iter_mut().zip(HORIZON.to_array()).zip(UNITS) {
-            let more = seen.mul_add(simd.splat(unit * CODES), simd.splat(-horizon * CODES));
-            *seen = more.mul_add(through, simd.splat(horizon * CODES));
+            let more = seen.mul_add(simd.splat(unit), simd.splat(-horizon));
+            *seen = more.mul_add(through, simd.splat(horizon));
         }
         seen
     }
 
-    /// Codes of the sky's radiance in a direction of which `up` is the sine of the elevation.
+    /// The sky's radiance in a direction of which `up` is the sine of the elevation.
     #[inline(always)]
     pub fn sky<V: Simd>(&self, simd: V, up: V::F) -> [V::F; 3] {
         let up = up.max(simd.splat(1.0e-6));
@@ -75,7 +79,7 @@ impl Air {
         for (seen, (horizon, zenith)) in
             seen.iter_mut().zip(HORIZON.to_array().into_iter().zip(ZENITH.to_array()))
         {
-            *seen = clear.mul_add(simd.splat((zenith - horizon) * CODES), simd.splat(horizon * CODES));
+            *seen = clear.mul_add(simd.splat(zenith - horizon), simd.splat(horizon));
         }
         seen
     }

@@ -1,6 +1,6 @@
 //! A band of rows of the screen.
 
-use super::CODES;
+use super::cell::UNITS;
 use super::fan::{Fan, Planes};
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
@@ -70,11 +70,11 @@ impl Kernel for Filling<'_, '_> {
     }
 }
 
-/// Writes codes of light of up to sixteen pixels as 8-bit sRGB.
+/// Writes light of up to sixteen pixels as 8-bit sRGB.
 #[inline(always)]
 fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
-    let packed =
-        srgb8(simd, red, CODES) | srgb8(simd, green, CODES).shl::<8>() | srgb8(simd, blue, CODES).shl::<16>();
+    let (red, green) = (srgb8(simd, red, 1.0 / UNITS[0]), srgb8(simd, green, 1.0 / UNITS[1]));
+    let packed = red | green.shl::<8>() | srgb8(simd, blue, 1.0 / UNITS[2]).shl::<16>();
     match target.first_chunk_mut() {
         Some(all) => simd.store_triples(packed, all),
         None => {
@@ -85,12 +85,12 @@ fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
     }
 }
 
-/// Writes codes of light of up to sixteen pixels as linear light.
+/// Writes light of up to sixteen pixels as it is.
 #[inline(always)]
 fn put_light<V: Simd>(simd: V, light: [V::F; 3], target: &mut [[f32; 3]]) {
     let mut lanes = [Sixteen::default(); 3];
-    for (lanes, light) in lanes.iter_mut().zip(light) {
-        (light * simd.splat(1.0 / CODES)).store(&mut lanes.0);
+    for ((lanes, light), unit) in lanes.iter_mut().zip(light).zip(UNITS) {
+        (light * simd.splat(unit)).store(&mut lanes.0);
     }
     for (lane, pixel) in target.iter_mut().enumerate() {
         *pixel = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];

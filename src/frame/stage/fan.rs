@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::rows::Cell;
+use super::cell::{Cell, between};
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 
@@ -83,46 +83,34 @@ impl<'a, V: Simd> Fan<'a, V> {
         Place { plane, row: simd.splat(row as f32), square, level }
     }
 
-    /// Codes of linear light: between the planes, and between the rows of a rolled screen.
+    /// Linear light in [`UNITS`](super::cell::UNITS): between the planes, and between the rows of a rolled screen.
     #[inline(always)]
     pub fn light(&self, place: &Place<V>) -> [V::F; 3] {
         let simd = self.simd;
         let left = place.plane.floor();
         let share = place.plane - left;
-        let [mut red, mut green, mut blue];
         if let Some((at, index)) = place.level {
             let [low, high] = [&self.planes.cells[at], &self.planes.cells[at + self.planes.upright.size[1]]];
             // The next sixteen pixels of the row, which are asked for after those below these.
             let later = at + 2 * self.planes.upright.size[1];
             simd.prefetch(self.planes.cells, later);
-            simd.prefetch(self.planes.cells.as_flattened(), 2 * later + 1);
-            let next = index + simd.splat_int(1);
-            [red, green, blue] = self.mix(pick(simd, low, high, index), pick(simd, low, high, next), share);
-        } else {
-            let below = place.row.floor();
-            let rise = place.row - below;
-            let (left, below) = (left.to_int(), below.to_int());
-            let (right, above) = (left + simd.splat_int(1), below + simd.splat_int(1));
-            [red, green, blue] = self.mix(self.words(left, below), self.words(right, below), share);
-            if self.levels.is_empty() {
-                let upper = self.mix(self.words(left, above), self.words(right, above), share);
-                red = (upper[0] - red).mul_add(rise, red);
-                green = (upper[1] - green).mul_add(rise, green);
-                blue = (upper[2] - blue).mul_add(rise, blue);
+            let (low, high) = (simd.load(&low.0), simd.load(&high.0));
+            let from = simd.permute2(low, high, index).to_bits();
+            let to = simd.permute2(low, high, index + simd.splat_int(1)).to_bits();
+            return between(simd, from, to, share);
+        }
+        let below = place.row.floor();
+        let rise = place.row - below;
+        let (left, below) = (left.to_int(), below.to_int());
+        let (right, above) = (left + simd.splat_int(1), below + simd.splat_int(1));
+        let mut light = between(simd, self.words(left, below), self.words(right, below), share);
+        if self.levels.is_empty() {
+            let upper = between(simd, self.words(left, above), self.words(right, above), share);
+            for (light, upper) in light.iter_mut().zip(upper) {
+                *light = (upper - *light).mul_add(rise, *light);
             }
         }
-        [red, green, blue]
-    }
-
-    /// Codes of light between two cells.
-    #[inline(always)]
-    fn mix(&self, [a, c]: [V::I; 2], [b, d]: [V::I; 2], share: V::F) -> [V::F; 3] {
-        let low = self.simd.splat_int(0xffff);
-        [
-            between::<V>(a & low, b & low, share),
-            between::<V>(a.shr::<16>(), b.shr::<16>(), share),
-            between::<V>(c, d, share),
-        ]
+        light
     }
 
     /// Range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane counts.
@@ -158,44 +146,25 @@ impl<'a, V: Simd> Fan<'a, V> {
         range.select(zero.lt(inverse), simd.splat(f32::INFINITY))
     }
 
-    /// Words of the cell that a plane saw in a row; both are taken into the fan.
+    /// Light that a plane saw in a row; both are taken into the fan.
     #[inline(always)]
-    fn words(&self, plane: V::I, row: V::I) -> [V::I; 2] {
-        let simd = self.simd;
-        let (cell, lane) = self.index(plane, row);
-        let index = cell.shl::<5>() + lane;
-        let table = bytemuck::cast_slice(self.planes.cells);
-        [simd.gather_words(table, index), simd.gather_words(table, index + simd.splat_int(LANES as i32))]
+    fn words(&self, plane: V::I, row: V::I) -> V::I {
+        self.simd.gather_words(bytemuck::cast_slice(self.planes.cells), self.index(plane, row))
     }
 
     #[inline(always)]
     fn inverse(&self, plane: V::I, row: V::I) -> V::F {
-        let (cell, lane) = self.index(plane, row);
-        self.simd.gather(bytemuck::cast_slice(self.planes.inverse), cell.shl::<4>() + lane)
+        self.simd.gather(bytemuck::cast_slice(self.planes.inverse), self.index(plane, row))
     }
 
-    /// Index of a plane's group and row, and its lane.
+    /// Where a plane's row is among words.
     #[inline(always)]
-    fn index(&self, plane: V::I, row: V::I) -> (V::I, V::I) {
+    fn index(&self, plane: V::I, row: V::I) -> V::I {
         let simd = self.simd;
         let [planes, rows] = self.planes.upright.size;
         let plane = plane.max(simd.splat_int(0)).min(simd.splat_int(planes as i32 - 1));
         let row = row.max(simd.splat_int(0)).min(simd.splat_int(rows as i32 - 1));
-        (plane.shr::<4>().mul(simd.splat_int(rows as i32)) + row, plane & simd.splat_int(LANES as i32 - 1))
+        let cell = plane.shr::<4>().mul(simd.splat_int(rows as i32)) + row;
+        cell.shl::<4>() + (plane & simd.splat_int(LANES as i32 - 1))
     }
-}
-
-/// Words of lanes of two cells. A function, as the next one: a closure would not be compiled for the instruction set.
-#[inline(always)]
-fn pick<V: Simd>(simd: V, low: &Cell, high: &Cell, index: V::I) -> [V::I; 2] {
-    [
-        simd.permute2(simd.load(&low[0].0), simd.load(&high[0].0), index).to_bits(),
-        simd.permute2(simd.load(&low[1].0), simd.load(&high[1].0), index).to_bits(),
-    ]
-}
-
-#[inline(always)]
-fn between<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
-    let (from, to) = (from.to_float(), to.to_float());
-    (to - from).mul_add(share, from)
 }

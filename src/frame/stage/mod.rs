@@ -15,15 +15,16 @@
 
 mod air;
 mod band;
+mod cell;
 mod fan;
 mod paint;
 mod rows;
-
-/// Codes of light 1 in a cell, three times 16 bits; the brightest that fits is 2.3.
-const CODES: f32 = 28_000.0;
+#[cfg(test)]
+mod tests;
 
 pub use air::Air;
 pub use band::Band;
+pub use cell::Cell;
 pub use fan::Planes;
 pub use paint::{Light, Painter};
-pub use rows::{Cell, Rows};
+pub use rows::{Rows, Sums};

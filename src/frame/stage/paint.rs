@@ -11,7 +11,7 @@ use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 /// Sights from the one that is painted to the one that is fetched, a power of two.
 const AHEAD: usize = 8;
 
-/// Codes of linear light of sixteen planes, not yet whole.
+/// Linear light of sixteen planes.
 pub type Light = [Sixteen; 3];
 
 /// Finds the light of profiles of one frame.

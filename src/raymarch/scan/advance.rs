@@ -27,15 +27,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         post: &Post<V>,
         near: bool,
     ) -> Result<()> {
-        if self.crest.lt(post.slope).any() {
-            let steep = self.is_steep(post, 1.0);
-            if block.stride.lines > 1 {
-                if steep {
-                    self.divide(lines, block, post)?;
-                }
-            } else if near || steep {
-                self.follow(lines, block.stride.level, post, steep);
+        let steep = self.is_steep(post, 1.0);
+        if block.stride.lines > 1 {
+            if steep {
+                self.divide(lines, block, post)?;
             }
+        } else if steep || near && self.crest.lt(post.slope).any() {
+            self.follow(lines, block.stride.level, post, steep);
         }
         self.reach(*post);
         Ok(())
@@ -53,12 +51,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>) -> Result<()> {
         let line = post.mark.line;
-        let Some(last) = &self.last else { return Ok(()) };
         let every = i64::from(block.stride.lines);
         let parts = if self.is_steep(post, 2.0) { every } else { 2 };
         let step = block.step.signum() * every / parts;
         // After a change of stride some of them may lie before the last one.
-        let reached = f64::from(last.mark.distance);
+        let reached = f64::from(self.reached);
         let mut between = parts - 1;
         while between > 0 && self.way.distance(block.stride.level, line - step * between) <= reached {
             between -= 1;
@@ -102,8 +99,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Whether what is in sight of the stretch to a post rises over more than `times` the rows that it may.
     #[inline(always)]
     fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
-        let low = self.last.as_ref().map_or(self.crest, |last| self.crest.max(last.slope));
-        let rise = (post.slope - low) * self.simd.splat(self.field.fineness);
+        let rise = (post.slope - self.crest.max(self.last)) * self.simd.splat(self.field.fineness);
         self.simd.splat(times * STEEP_ROWS).lt(rise).any()
     }
 
@@ -111,9 +107,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool) {
         let line = post.mark.line;
-        let Some(last) = &self.last else { return };
         let side = Grid::side_units(level) as f32;
-        let (from, to) = (last.mark.distance, post.mark.distance);
+        let (from, to) = (self.reached, post.mark.distance);
         let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
         if steep {
             let mut least = 2.0;
@@ -165,7 +160,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
     pub(super) fn reach(&mut self, post: Post<V>) {
         let from = self.reached;
-        if self.last.is_some() && self.is_at_edge(post.mark.distance) {
+        if self.is_at_edge(post.mark.distance) {
             self.pass_edges(from, &post);
         }
         self.join(post);
@@ -174,19 +169,16 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     #[inline(always)]
     pub(super) fn join(&mut self, post: Post<V>) {
-        let Some(last) = self.last.replace(post) else { return };
-        if self.crest.lt(post.slope).any() {
-            self.profile.add(&last, &post);
-            self.crest = self.crest.max(post.slope);
-        } else {
-            self.profile.part();
-        }
+        self.profile.add(&post, self.crest.lt(post.slope).any());
+        self.crest = self.crest.max(post.slope);
+        self.last = post.slope;
     }
 
     /// Where planes enter or leave the area before a post: the surface goes on level to its edge.
     #[cold]
     fn pass_edges(&mut self, from: f32, post: &Post<V>) {
-        let Some(last) = self.last else { return };
+        let [slope, inverse] = self.profile.last(self.simd);
+        let last = Post { slope, inverse, mark: post.mark };
         let (before, after) = (self.is_over_area(from), self.is_over_area(post.mark.distance));
         let leaving = before & !after;
         if leaving.any() {
@@ -194,7 +186,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
         let entering = after & !before;
         if entering.any() {
-            let last = self.last.unwrap_or(last);
+            let [slope, inverse] = self.profile.last(self.simd);
+            let last = Post { slope, inverse, ..last };
             self.join(self.edge(entering, self.over[0], post, &last));
         }
     }

@@ -127,7 +127,8 @@ impl Kernel for Seeing<'_, '_> {
             field,
             crest: simd.splat(field.tangents[0]),
             profile,
-            last: None,
+            is_begun: false,
+            last: simd.splat(NO_SLOPE),
             reached: nearest,
             march,
         }
@@ -151,8 +152,9 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     /// Greatest slope of the surface so far: what lies below is hidden.
     pub(super) crest: V::F,
     pub(super) profile: &'f mut Profile,
-    /// Where the surface was at `reached`; `None` where that was skipped.
-    pub(super) last: Option<Post<V>>,
+    /// Slope of the surface at `reached`, if it `is_begun`: known there.
+    pub(super) last: V::F,
+    pub(super) is_begun: bool,
     /// Major distance up to which the march has come, units.
     pub(super) reached: f32,
 }
@@ -174,7 +176,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.march_block(&block)?;
         }
         // What a plane sees between its last line and the edge of the area.
-        if self.last.is_some() {
+        if self.is_begun {
             let mark =
                 Mark { line: 0, distance: f32::INFINITY, share: 1.0, level: 0, span: 1, begins: false };
             let nothing = Post { slope: self.simd.splat(NO_SLOPE), inverse: self.simd.splat(0.0), mark };
@@ -223,7 +225,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let level = block.stride.level;
         let last = self.way.distance(level, block.first + block.step * (block.count - 1));
         let hidden = self.is_hidden(block)?;
-        if hidden && self.last.is_none() {
+        if hidden && !self.is_begun {
             self.reached = last as f32;
             return Ok(());
         }
@@ -232,15 +234,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         else {
             return self.march_coarser(block);
         };
-        if self.last.is_none() {
+        if !self.is_begun {
             self.prime(block)?;
         }
         if hidden {
             // The segment that ends in it began before.
             let post = self.line(&lines, block, block.first, block.stride.lines);
             self.step(&lines, block, &post, false)?;
-            self.last = None;
-            self.profile.part();
+            self.is_begun = false;
             self.reached = last as f32;
             return Ok(());
         }
@@ -290,8 +291,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn skip(&mut self, block: &Block, last: f32, slopes: &[Sixteen; MOST_LINES]) {
         let line = block.first + (block.count - 1) * block.step;
         let post = self.stored(block, line, &slopes[block.count as usize - 1]);
-        self.profile.part();
-        self.last = Some(post);
+        self.profile.begin(&post);
+        self.last = post.slope;
         self.reached = last;
     }
 
@@ -392,7 +393,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let z = self.surface_at(level, start)?;
         let mark =
             Mark { line: block.first, distance: start as f32, share: 1.0, level, span: 1, begins: true };
-        self.profile.part();
         if start > 0.0 {
             return self.begin(self.post(z, mark));
         }
@@ -428,7 +428,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Begins at a post. What lies before it is nothing: the solid under an area's edge is a wall.
     #[inline(always)]
     fn begin(&mut self, post: Post<V>) -> Result<()> {
-        self.last = Some(Post { slope: self.simd.splat(NO_SLOPE), ..post });
+        self.profile.begin(&Post { slope: self.simd.splat(NO_SLOPE), ..post });
+        self.is_begun = true;
         self.join(post);
         self.reached = post.mark.distance;
         Ok(())
@@ -440,9 +441,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let inverse = self.simd.splat(AT_EYE);
         let low = Post { slope: self.simd.splat(NO_SLOPE), inverse, ..post };
         let high = Post { slope: self.simd.splat(-NO_SLOPE), inverse, ..post };
-        self.profile.add(&low, &high);
-        self.crest = high.slope;
-        self.last = Some(high);
+        self.profile.begin(&low);
+        self.is_begun = true;
+        self.join(high);
         Ok(())
     }
 }

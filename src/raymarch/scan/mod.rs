@@ -46,7 +46,7 @@ mod upright;
 pub use group::PlaneGroup;
 pub use march::{Field, PlaneMarch};
 pub use pages::Pages;
-pub use profile::{Mark, Profile, Sight};
+pub use profile::{Mark, NO_SLOPE, Post, Profile, Sight};
 pub use strides::Strides;
 pub use turned::TurnedPages;
 pub use upright::{LevelRow, Look, Upright};

@@ -6,7 +6,7 @@ use crate::simd::{Floats, Simd, Sixteen};
 pub const NO_SLOPE: f32 = -1.0e18;
 
 /// A line that the planes saw, and the stretch of surface that ends in it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sight {
     /// Tangent of each plane's elevation to the surface, times depth per ground distance as rows have it.
     pub slope: Sixteen,
@@ -17,7 +17,7 @@ pub struct Sight {
 }
 
 /// A line: where a sight's surface and its colour come from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Mark {
     /// Index of the line at its level.
     pub line: i64,
@@ -39,8 +39,10 @@ pub struct Mark {
 /// Every row's range and light follow from it: a plane's ray ends where the first stretch rises above it.
 #[derive(Debug, Clone, Default)]
 pub struct Profile {
+    /// The sights, then the march's last post if it is none of them, then what is left of longer profiles.
     sights: Vec<Sight>,
-    /// Whether the last sight is the march's last line.
+    count: usize,
+    /// Whether the march's last post is the last sight.
     is_joined: bool,
 }
 
@@ -58,40 +60,51 @@ pub struct Post<V: Simd> {
 impl Profile {
     /// Sights, nearest first.
     pub fn sights(&self) -> &[Sight] {
-        &self.sights
+        &self.sights[..self.count]
     }
 
     /// Forgets all.
     pub fn clear(&mut self) {
-        self.sights.clear();
+        self.count = 0;
         self.is_joined = false;
     }
 
-    /// What follows does not begin at the last sight.
+    /// The march goes on from a post; what is before it is not in sight.
     #[inline(always)]
-    pub fn part(&mut self) {
+    pub fn begin<V: Simd>(&mut self, post: &Post<V>) {
         self.is_joined = false;
+        self.put(self.count, post, true);
     }
 
-    /// Adds the stretch from one post to the next, which is in sight.
+    /// The march goes from its last post to this one, in sight or not. Which one is hard to foretell, so that nothing branches on it.
     #[inline(always)]
-    pub fn add<V: Simd>(&mut self, from: &Post<V>, to: &Post<V>) {
-        if !self.is_joined {
-            self.push(from, true);
+    pub fn add<V: Simd>(&mut self, post: &Post<V>, in_sight: bool) {
+        let index = self.count + usize::from(in_sight & !self.is_joined);
+        self.put(index, post, !in_sight);
+        self.count = index + usize::from(in_sight);
+        self.is_joined = in_sight;
+    }
+
+    /// Slopes and inverse depths of the march's last post.
+    #[inline(always)]
+    pub fn last<V: Simd>(&self, simd: V) -> [V::F; 2] {
+        let sight = &self.sights[self.count - usize::from(self.is_joined)];
+        [simd.load(&sight.slope.0), simd.load(&sight.inverse.0)]
+    }
+
+    #[inline(always)]
+    fn put<V: Simd>(&mut self, index: usize, post: &Post<V>, begins: bool) {
+        if index >= self.sights.len() {
+            self.grow();
         }
-        self.push(to, false);
-        self.is_joined = true;
-    }
-
-    #[inline(always)]
-    fn push<V: Simd>(&mut self, post: &Post<V>, begins: bool) {
-        let mut sight = Sight {
-            slope: Sixteen::default(),
-            inverse: Sixteen::default(),
-            mark: Mark { begins, ..post.mark },
-        };
+        let sight = &mut self.sights[index];
         post.slope.store(&mut sight.slope.0);
         post.inverse.store(&mut sight.inverse.0);
-        self.sights.push(sight);
+        sight.mark = Mark { begins, ..post.mark };
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        self.sights.resize(2 * self.sights.len() + 64, Sight::default());
     }
 }

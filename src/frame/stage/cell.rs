@@ -1,0 +1,103 @@
+//! Light of sixteen planes in one row, in one word each: the fan of a frame is written and read once, and what that takes is
+//! memory.
+//!
+//! Words hold roots of linear light, which are about as far apart as the eye tells them: red and green in 11 bits, blue in 10.
+
+use crate::simd::{Floats, Ints, Simd, Sixteen};
+
+/// Words of sixteen planes: red from bit 0, green from bit 11, blue from bit 22 on.
+pub type Cell = Sixteen;
+
+/// Largest codes.
+const LIMITS: [f32; 3] = [2047.0, 2047.0, 1023.0];
+
+/// Root of the brightest light; what is brighter is clipped.
+const ROOT_OF_BRIGHTEST: f32 = 1.5;
+
+/// Where green begins in a word.
+const GREEN: f32 = 2048.0;
+
+/// Least light of which a root is taken: that of 0 has no particular value.
+const LEAST: f32 = 1.0e-12;
+
+/// Linear light of the units in which [`between`] counts, by channel: the square of a code, which green keeps in its place.
+pub const UNITS: [f32; 3] = {
+    let root =
+        [ROOT_OF_BRIGHTEST / LIMITS[0], ROOT_OF_BRIGHTEST / LIMITS[1] / GREEN, ROOT_OF_BRIGHTEST / LIMITS[2]];
+    [root[0] * root[0], root[1] * root[1], root[2] * root[2]]
+};
+
+/// Words of linear light.
+#[inline(always)]
+pub fn encode<V: Simd>(simd: V, light: [V::F; 3]) -> V::F {
+    let mut codes = [simd.splat_int(0); 3];
+    for ((code, light), limit) in codes.iter_mut().zip(light).zip(LIMITS) {
+        let light = light.max(simd.splat(LEAST));
+        let root = light * light.rsqrt_rough();
+        let scaled = root.mul_add(simd.splat(limit / ROOT_OF_BRIGHTEST), simd.splat(0.5));
+        *code = scaled.min(simd.splat(limit)).to_int();
+    }
+    let [red, green, blue] = codes;
+    (red | green.shl::<11>() | blue.shl::<22>()).as_floats()
+}
+
+/// Linear light between two words, in [`UNITS`].
+#[inline(always)]
+pub fn between<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {
+    let (red, green) = (simd.splat_int(0x7ff), simd.splat_int(0x7ff << 11));
+    [
+        mix::<V>(from & red, to & red, share),
+        mix::<V>(from & green, to & green, share),
+        mix::<V>(from.shr::<22>(), to.shr::<22>(), share),
+    ]
+}
+
+/// Square of a code between two.
+#[inline(always)]
+fn mix<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {
+    let (from, to) = (from.to_float(), to.to_float());
+    let from = from * from;
+    (to * to - from).mul_add(share, from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Isa, Kernel, LANES};
+
+    struct There([[f32; LANES]; 3]);
+
+    impl Kernel for There {
+        type Output = [[f32; LANES]; 3];
+
+        #[inline(always)]
+        fn run<V: Simd>(self, simd: V) -> Self::Output {
+            let words = encode(simd, self.0.map(|light| simd.load(&light))).to_bits();
+            let mut light = [[0.0; LANES]; 3];
+            for (lanes, seen) in light.iter_mut().zip(between(simd, words, words, simd.splat(0.5))) {
+                seen.store(lanes);
+            }
+            light
+        }
+    }
+
+    #[test]
+    fn light_comes_back_within_a_step_of_its_root() {
+        for isa in Isa::available() {
+            for step in 0..500 {
+                let light: [[f32; LANES]; 3] = std::array::from_fn(|channel| {
+                    std::array::from_fn(|lane| ((step * LANES + lane) * (channel + 1)) as f32 * 1.0e-4)
+                });
+                let seen = isa.run(There(light));
+                for (channel, unit) in UNITS.into_iter().enumerate() {
+                    let tolerance = 0.65 * ROOT_OF_BRIGHTEST / LIMITS[channel];
+                    for lane in 0..LANES {
+                        let root = light[channel][lane].sqrt().min(ROOT_OF_BRIGHTEST);
+                        let back = (seen[channel][lane] * unit).sqrt();
+                        assert!((back - root).abs() < tolerance, "{isa}: {root} comes back as {back}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Rows against a loop of scalars over stretches.
+
+use proptest::array::{uniform3, uniform16};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::cell::{Cell, UNITS};
+use super::paint::Light;
+use super::{Air, Rows, Sums};
+use crate::frame::Atmosphere;
+use crate::raymarch::scan::{Mark, NO_SLOPE, Post, Profile};
+use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
+
+const ROWS: usize = 40;
+
+/// A profile from posts: slopes, and whether the march began anew there.
+struct Posts<'a>(&'a [(Sixteen, bool)], &'a mut Profile);
+
+impl Kernel for Posts<'_> {
+    type Output = ();
+
+    fn run<V: Simd>(self, simd: V) {
+        for (index, (slopes, begins)) in self.0.iter().enumerate() {
+            let mark = Mark { line: index as i64, ..Mark::default() };
+            let inverse = simd.splat(1.0 / (index + 1) as f32);
+            let post = Post::<V> { slope: simd.load(&slopes.0), inverse, mark };
+            if *begins { self.1.begin(&post) } else { self.1.add(&post, true) }
+        }
+    }
+}
+
+/// Linear light of a plane's word.
+fn decode(cell: &Cell, lane: usize) -> [f32; 3] {
+    let word = cell.0[lane].to_bits();
+    let codes = [word & 0x7ff, word & (0x7ff << 11), word >> 22];
+    std::array::from_fn(|channel| (codes[channel] as f32).powi(2) * UNITS[channel])
+}
+
+fn fill(isa: Isa, edges: &[f32], profile: &Profile, lights: &[Light], inverse: &mut [Sixteen]) -> Vec<Cell> {
+    let centres: Vec<f32> = edges.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
+    let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
+    let mut cells = vec![Cell::default(); ROWS];
+    let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0);
+    let rows = Rows { edges, centres: &centres, per_row: &per_row, cells: &mut cells, inverse };
+    // What was in the memory before must not matter.
+    let mut sums: Sums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
+    rows.fill(isa, profile, lights, &air, &[1.0; LANES], &mut sums);
+    cells
+}
+
+/// Light and inverse depth of one row of one plane.
+fn expect(row: [f32; 2], floor: f32, stretches: &[([f32; 2], [f32; 2], [f32; 2])], sky: f32) -> (f32, f32) {
+    let [bottom, top] = row.map(f64::from);
+    let centre = 0.5 * (row[0] + row[1]);
+    let (mut covered, mut light, mut inverse) = (f64::from(floor), 0.0, 0.0);
+    for (slopes, inverses, lights) in stretches {
+        let [low, high] = slopes.map(f64::from);
+        if high <= covered {
+            continue;
+        }
+        let (from, to) = (covered.max(bottom), high.min(top));
+        let at = |tangent: f64, ends: [f32; 2]| {
+            let share = (tangent - low) / (high - low);
+            f64::from(ends[0]) + share * f64::from(ends[1] - ends[0])
+        };
+        if to > from {
+            light += (to - from) / (top - bottom) * at(0.5 * (from + to), *lights);
+        }
+        if covered <= centre.into() && f64::from(centre) < high {
+            inverse = at(centre.into(), *inverses);
+        }
+        covered = high;
+    }
+    let left = ((top - covered.max(bottom)) / (top - bottom)).max(0.0);
+    ((light + left * f64::from(sky)) as f32, inverse as f32)
+}
+
+/// A post's rises above the crests, light, and whether it is where the march begins anew.
+type Step = ([f32; LANES], [[f32; LANES]; 3], f32);
+
+fn steps() -> impl Strategy<Value = Vec<Step>> {
+    vec((uniform16(-0.02_f32..0.06), uniform3(uniform16(0.02_f32..1.0)), 0.0_f32..1.0), 2..40)
+}
+
+/// Posts as a march would find them: one in twenty is a hole, one in ten begins, at or below the crest.
+fn posts(steps: &[Step], steepness: f32) -> Vec<(Sixteen, bool)> {
+    let mut crest = [-0.7_f32; LANES];
+    let mut begun = false;
+    let place = |(index, (rises, _, dice)): (usize, &Step)| {
+        // A beginning of which nothing comes is no sight.
+        let begins = index == 0 || *dice < 0.1 && !begun && index + 1 < steps.len();
+        begun = begins;
+        let mut slopes = Sixteen::default();
+        for ((slope, rise), crest) in slopes.0.iter_mut().zip(rises).zip(&mut crest) {
+            let is_hole = rise.to_bits() % 20 == 0;
+            *slope = if is_hole { NO_SLOPE } else { *crest + rise * steepness };
+            if begins {
+                *slope = slope.min(*crest);
+            }
+            *crest = crest.max(*slope);
+        }
+        (slopes, begins)
+    };
+    steps.iter().enumerate().map(place).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn rows_are_means_of_what_covers_them(
+        heights in vec(0.01_f32..0.03, ROWS),
+        steps in steps(),
+        steepness in prop::sample::select(vec![0.02_f32, 1.0]),
+    ) {
+        let mut edges = vec![-0.6_f32];
+        heights.iter().for_each(|height| edges.push(edges[edges.len() - 1] + height));
+        let posts = posts(&steps, steepness);
+        let lights: Vec<Light> = steps.iter().map(|(_, light, _)| light.map(Sixteen)).collect();
+        for isa in Isa::available() {
+            let mut profile = Profile::default();
+            isa.run(Posts(&posts, &mut profile));
+            prop_assert_eq!(profile.sights().len(), posts.len());
+            let sky = fill(isa, &edges, &Profile::default(), &[], &mut []);
+            let mut inverse = vec![Sixteen([f32::NAN; LANES]); ROWS];
+            let cells = fill(isa, &edges, &profile, &lights, &mut inverse);
+            let again = fill(isa, &edges, &profile, &lights, &mut []);
+            let same = cells.iter().zip(&again).all(|(a, b)| a.0.map(f32::to_bits) == b.0.map(f32::to_bits));
+            prop_assert!(same, "depth changes light");
+            for (lane, channel) in (0..LANES).flat_map(|lane| (0..3).map(move |channel| (lane, channel))) {
+                let stretch = |to: usize| {
+                    (
+                        [to - 1, to].map(|post| posts[post].0.0[lane]),
+                        [to, to + 1].map(|depth| 1.0 / depth as f32),
+                        [to - 1, to].map(|post| lights[post][channel].0[lane]),
+                    )
+                };
+                let stretches: Vec<_> = (1..posts.len()).filter(|&to| !posts[to].1).map(stretch).collect();
+                for row in 0..ROWS {
+                    let above = decode(&sky[row], lane)[channel];
+                    let (light, depth) = expect([edges[row], edges[row + 1]], edges[0], &stretches, above);
+                    let seen = decode(&cells[row], lane)[channel];
+                    let is_near = (seen.sqrt() - light.sqrt()).abs() < 2.5e-3;
+                    prop_assert!(is_near, "{isa}: plane {lane}, row {row}: {seen} for {light}");
+                    let seen = inverse[row].0[lane];
+                    let is_near = (seen - depth).abs() < 2e-3 * depth.max(0.01);
+                    prop_assert!(is_near, "{isa}: plane {lane}, row {row}: depth {seen} for {depth}");
+                }
+            }
+        }
+    }
+}
