@@ -8,9 +8,10 @@ use glam::DVec3;
 
 use super::{Rendered, Renderer, StageTimes};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows, Sums};
+use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::raymarch::scan::{Field, PlaneMarch, Profile, Strides, Upright};
+use crate::raymarch::PageCursor;
+use crate::raymarch::scan::{Field, Outlook, PlaneMarch, Profile, Strides, Upright};
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
@@ -20,6 +21,9 @@ use crate::voxel::{Header, PageSource};
 /// Planes of a march task, and rows of an image task, unless told otherwise: fewer cost up to a quarter of their stage, more
 /// leave workers idle at the end of a frame.
 const SUITABLE: TaskSize = TaskSize { lines: 64, rows: 36 };
+
+/// Level whose surface the height above ground is counted from.
+const COARSE_LEVEL: u8 = 3;
 
 /// What planes need to know of a view.
 pub struct View<'c> {
@@ -107,6 +111,11 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
     Ok(Rendered { frame, times })
 }
 
+/// Frames hold light as it is, pictures what a display shows.
+fn scale(with_range: bool) -> Scale {
+    if with_range { Scale::ALL } else { Scale::DISPLAY }
+}
+
 /// Rows of an image task.
 fn band_rows(farm: &Farm) -> usize {
     farm.task_size_or(SUITABLE).rows.max(1) as usize
@@ -129,7 +138,8 @@ fn render<S: PageSource>(
     fan.cells.resize(size, Cell::default());
     fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
     see(renderer, view, farm, [&marching, &shading], &mut fan)?;
-    let planes = Planes { upright: &view.upright, cells: &fan.cells, inverse: &fan.inverse };
+    let scale = scale(with_range);
+    let planes = Planes { upright: &view.upright, cells: &fan.cells, scale, inverse: &fan.inverse };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
     farm.each(Stage::Image, bands, |index, band| {
         imaging.time(|| {
@@ -141,6 +151,19 @@ fn render<S: PageSource>(
     Ok(StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() })
 }
 
+/// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone; above the lowest
+/// ground beside the area.
+fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
+    let header = source.header();
+    let level = COARSE_LEVEL.min(header.level_count - 1);
+    let is_over = eye.x >= 0.0
+        && eye.y >= 0.0
+        && eye.x <= f64::from(header.grid.nx)
+        && eye.y <= f64::from(header.grid.ny);
+    let ground = if is_over { PageCursor::new(source).smooth_height(level, eye.truncate())? } else { None };
+    Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
+}
+
 /// What groups of planes see, `[group][row]`.
 fn see<S: PageSource>(
     renderer: &Renderer<'_, S>,
@@ -150,9 +173,11 @@ fn see<S: PageSource>(
     Fan { cells, inverse }: &mut Fan,
 ) -> Result<()> {
     let header = renderer.source.header();
-    let clearance = view.eye.z - header.height_range.1;
+    let above_ground = height_above_ground(renderer.source, view.eye)?;
     let angle = view.camera.pixel_angle();
-    let strides = Strides::new(&header.grid, header.level_count, angle, clearance, renderer.options.detail);
+    let outlook =
+        Outlook { pixel_angle: angle, clearance: view.eye.z - header.height_range.1, height: above_ground };
+    let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
     let (edges, centres) = (view.upright.edges(), view.upright.centres());
     let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
     let fineness = per_row.iter().fold(0.0_f32, |a, &b| a.max(b));
@@ -172,6 +197,7 @@ fn see<S: PageSource>(
             eye: view.eye,
             pixel_angle: angle,
             spacing: header.grid.spacing,
+            height: above_ground,
         };
         let (mut profile, mut lights, mut sums) = (Profile::default(), Vec::new(), Sums::new());
         for (index, cells) in cells.chunks_mut(height).enumerate() {
@@ -192,6 +218,7 @@ fn see<S: PageSource>(
                     centres: &centres[rows.clone()],
                     per_row: &per_row[rows.clone()],
                     cells: &mut cells[rows.clone()],
+                    scale: scale(with_range),
                     inverse: if with_range { &mut inverse[rows] } else { inverse },
                 };
                 rows.fill(renderer.isa, &profile, &lights, &painter.air, &squares, &mut sums);

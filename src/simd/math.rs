@@ -18,22 +18,23 @@ pub fn exp_neg<V: Simd>(simd: V, x: V::F) -> V::F {
     power * scale
 }
 
+/// 1.055·r^(5/6) − 0.055 for r from √0.0031308 to 1, from the highest power down (least maximal error, by linear programming).
+const CURVE: [f32; 7] =
+    [-0.947_668_8, 3.418_678_7, -5.003_158_5, 3.898_435_7, -1.899_474_9, 1.575_270_7, -0.042_231_945];
+
 /// 8-bit sRGB codes (0…255) of linear light ≥ 0 of which `one` is displayed as 255; what is brighter is clamped. Off by
-/// one where the exact value lies within 0.26 of the middle between two codes.
+/// one where the exact value lies within 0.06 of the middle between two codes.
 #[inline(always)]
 pub fn srgb8<V: Simd>(simd: V, linear: V::F, one: f32) -> V::I {
     let linear = linear.min(simd.splat(one));
     // Of no particular value for 0, which the toe takes.
-    let root = linear * linear.rsqrt_rough();
-    // 255 · (1.055·r^(5/6) − 0.055) + ½ for r = √x from √0.0031308 to 1; `one` goes to the coefficients.
-    let mut power = 1.0 / (one * one * one.sqrt());
-    let mut curve = simd.splat(0.370_529_2 * 255.0 * power);
-    for coefficient in [-1.211_715_3 * 255.0, 1.609_459_9 * 255.0, -1.211_435_7 * 255.0, 1.481_434_7 * 255.0]
-    {
-        power *= one.sqrt();
-        curve = curve.mul_add(root, simd.splat(coefficient * power));
+    let root = linear * linear.rsqrt_rough() * simd.splat(1.0 / one.sqrt());
+    // 255 · (1.055·r^(5/6) − 0.055) + ½ for r = √x from √0.0031308 to 1, within 0.04.
+    let mut curve = simd.splat(CURVE[0] * 255.0);
+    for coefficient in &CURVE[1..6] {
+        curve = curve.mul_add(root, simd.splat(coefficient * 255.0));
     }
-    let curve = curve.mul_add(root, simd.splat(-0.037_933_77 * 255.0 + 0.5));
+    let curve = curve.mul_add(root, simd.splat(CURVE[6] * 255.0 + 0.5));
     let toe = linear.mul_add(simd.splat(12.92 * 255.0 / one), simd.splat(0.5));
     toe.select(linear.lt(simd.splat(0.003_130_8 * one)), curve).to_int()
 }
@@ -53,7 +54,7 @@ mod tests {
             let x = simd.load(&self.0);
             let (mut exp, mut codes) = ([0.0; LANES], [0; LANES]);
             exp_neg(simd, x).store(&mut exp);
-            srgb8(simd, x * simd.splat(3.0), 3.0).store(&mut codes);
+            srgb8(simd, x * simd.splat(3.0e13), 3.0e13).store(&mut codes);
             (exp, codes)
         }
     }
@@ -67,8 +68,10 @@ mod tests {
                 for lane in 0..LANES {
                     let x = lanes[lane];
                     assert!((exp[lane] / (-x).exp() - 1.0).abs() < 1e-5, "{isa}: e^-{x}");
-                    let exact = i32::from(crate::colour::srgb8_from_linear(x));
-                    assert!((codes[lane] - exact).abs() <= 1, "{isa}: {x}: {} {exact}", codes[lane]);
+                    // A code that is right for a value a little off.
+                    let curve = if x < 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+                    let off = (curve.min(1.0) * 255.0 - codes[lane] as f32).abs();
+                    assert!(off < 0.56, "{isa}: {x}: {} is off by {off}", codes[lane]);
                 }
             }
             let (far, _) = isa.run(All([60.0; LANES]));

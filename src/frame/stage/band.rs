@@ -1,6 +1,5 @@
 //! A band of rows of the screen.
 
-use super::cell::UNITS;
 use super::fan::{Fan, Planes};
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
@@ -48,7 +47,7 @@ impl Kernel for Filling<'_, '_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let Self { mut band, planes, width, first } = self;
-        let count = band.rows(width);
+        let (count, units) = (band.rows(width), planes.scale.units());
         let fan = Fan::new(simd, planes, first..first + count);
         // Strip by strip: rows of one group of planes follow each other in memory.
         for column in (0..width).step_by(LANES) {
@@ -57,9 +56,9 @@ impl Kernel for Filling<'_, '_> {
                 let light = fan.light(&place);
                 let (start, end) = (row * width + column, row * width + (column + LANES).min(width));
                 match &mut band {
-                    Band::Picture(bytes) => put_rgb(simd, light, &mut bytes[start * RGB..end * RGB]),
+                    Band::Picture(bytes) => put_rgb(simd, light, units, &mut bytes[start * RGB..end * RGB]),
                     Band::Frame { colour, range } => {
-                        put_light(simd, light, &mut colour[start..end]);
+                        put_light(simd, light, units, &mut colour[start..end]);
                         let mut lanes = Sixteen::default();
                         fan.range(&place).store(&mut lanes.0);
                         range[start..end].copy_from_slice(&lanes.0[..end - start]);
@@ -72,9 +71,9 @@ impl Kernel for Filling<'_, '_> {
 
 /// Writes light of up to sixteen pixels as 8-bit sRGB.
 #[inline(always)]
-fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
-    let (red, green) = (srgb8(simd, red, 1.0 / UNITS[0]), srgb8(simd, green, 1.0 / UNITS[1]));
-    let packed = red | green.shl::<8>() | srgb8(simd, blue, 1.0 / UNITS[2]).shl::<16>();
+fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], units: [f32; 3], target: &mut [u8]) {
+    let (red, green) = (srgb8(simd, red, 1.0 / units[0]), srgb8(simd, green, 1.0 / units[1]));
+    let packed = red | green.shl::<8>() | srgb8(simd, blue, 1.0 / units[2]).shl::<16>();
     match target.first_chunk_mut() {
         Some(all) => simd.store_triples(packed, all),
         None => {
@@ -87,9 +86,9 @@ fn put_rgb<V: Simd>(simd: V, [red, green, blue]: [V::F; 3], target: &mut [u8]) {
 
 /// Writes light of up to sixteen pixels as it is.
 #[inline(always)]
-fn put_light<V: Simd>(simd: V, light: [V::F; 3], target: &mut [[f32; 3]]) {
+fn put_light<V: Simd>(simd: V, light: [V::F; 3], units: [f32; 3], target: &mut [[f32; 3]]) {
     let mut lanes = [Sixteen::default(); 3];
-    for ((lanes, light), unit) in lanes.iter_mut().zip(light).zip(UNITS) {
+    for ((lanes, light), unit) in lanes.iter_mut().zip(light).zip(units) {
         (light * simd.splat(unit)).store(&mut lanes.0);
     }
     for (lane, pixel) in target.iter_mut().enumerate() {

@@ -11,37 +11,48 @@ pub type Cell = Sixteen;
 /// Largest codes.
 const LIMITS: [f32; 3] = [2047.0, 2047.0, 1023.0];
 
-/// Root of the brightest light; what is brighter is clipped.
-const ROOT_OF_BRIGHTEST: f32 = 1.5;
-
 /// Where green begins in a word.
 const GREEN: f32 = 2048.0;
 
 /// Least light of which a root is taken: that of 0 has no particular value.
 const LEAST: f32 = 1.0e-12;
 
-/// Linear light of the units in which [`between`] counts, by channel: the square of a code, which green keeps in its place.
-pub const UNITS: [f32; 3] = {
-    let root =
-        [ROOT_OF_BRIGHTEST / LIMITS[0], ROOT_OF_BRIGHTEST / LIMITS[1] / GREEN, ROOT_OF_BRIGHTEST / LIMITS[2]];
-    [root[0] * root[0], root[1] * root[1], root[2] * root[2]]
-};
-
-/// Words of linear light.
-#[inline(always)]
-pub fn encode<V: Simd>(simd: V, light: [V::F; 3]) -> V::F {
-    let mut codes = [simd.splat_int(0); 3];
-    for ((code, light), limit) in codes.iter_mut().zip(light).zip(LIMITS) {
-        let light = light.max(simd.splat(LEAST));
-        let root = light * light.rsqrt_rough();
-        let scaled = root.mul_add(simd.splat(limit / ROOT_OF_BRIGHTEST), simd.splat(0.5));
-        *code = scaled.min(simd.splat(limit)).to_int();
-    }
-    let [red, green, blue] = codes;
-    (red | green.shl::<11>() | blue.shl::<22>()).as_floats()
+/// Which light the largest codes stand for; what is brighter is clipped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    root_of_brightest: f32,
 }
 
-/// Linear light between two words, in [`UNITS`].
+impl Scale {
+    /// Up to display white.
+    pub const DISPLAY: Self = Self { root_of_brightest: 1.0 };
+    /// All that radiance holds.
+    pub const ALL: Self = Self { root_of_brightest: 1.5 };
+
+    /// Linear light of the units in which [`between`] counts, by channel: the square of a code, which green keeps in its place.
+    #[inline(always)]
+    pub fn units(self) -> [f32; 3] {
+        let mut roots = LIMITS.map(|limit| self.root_of_brightest / limit);
+        roots[1] /= GREEN;
+        roots.map(|root| root * root)
+    }
+
+    /// Words of linear light.
+    #[inline(always)]
+    pub fn encode<V: Simd>(self, simd: V, light: [V::F; 3]) -> V::F {
+        let mut codes = [simd.splat_int(0); 3];
+        for ((code, light), limit) in codes.iter_mut().zip(light).zip(LIMITS) {
+            let light = light.max(simd.splat(LEAST));
+            let root = light * light.rsqrt_rough();
+            let scaled = root.mul_add(simd.splat(limit / self.root_of_brightest), simd.splat(0.5));
+            *code = scaled.min(simd.splat(limit)).to_int();
+        }
+        let [red, green, blue] = codes;
+        (red | green.shl::<11>() | blue.shl::<22>()).as_floats()
+    }
+}
+
+/// Linear light between two words, in [units](Scale::units).
 #[inline(always)]
 pub fn between<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {
     let (red, green) = (simd.splat_int(0x7ff), simd.splat_int(0x7ff << 11));
@@ -65,14 +76,14 @@ mod tests {
     use super::*;
     use crate::simd::{Isa, Kernel, LANES};
 
-    struct There([[f32; LANES]; 3]);
+    struct There(Scale, [[f32; LANES]; 3]);
 
     impl Kernel for There {
         type Output = [[f32; LANES]; 3];
 
         #[inline(always)]
         fn run<V: Simd>(self, simd: V) -> Self::Output {
-            let words = encode(simd, self.0.map(|light| simd.load(&light))).to_bits();
+            let words = self.0.encode(simd, self.1.map(|light| simd.load(&light))).to_bits();
             let mut light = [[0.0; LANES]; 3];
             for (lanes, seen) in light.iter_mut().zip(between(simd, words, words, simd.splat(0.5))) {
                 seen.store(lanes);
@@ -83,16 +94,18 @@ mod tests {
 
     #[test]
     fn light_comes_back_within_a_step_of_its_root() {
-        for isa in Isa::available() {
+        for (isa, scale) in
+            Isa::available().into_iter().flat_map(|isa| [(isa, Scale::DISPLAY), (isa, Scale::ALL)])
+        {
             for step in 0..500 {
                 let light: [[f32; LANES]; 3] = std::array::from_fn(|channel| {
                     std::array::from_fn(|lane| ((step * LANES + lane) * (channel + 1)) as f32 * 1.0e-4)
                 });
-                let seen = isa.run(There(light));
-                for (channel, unit) in UNITS.into_iter().enumerate() {
-                    let tolerance = 0.65 * ROOT_OF_BRIGHTEST / LIMITS[channel];
+                let seen = isa.run(There(scale, light));
+                for (channel, unit) in scale.units().into_iter().enumerate() {
+                    let tolerance = 0.65 * scale.root_of_brightest / LIMITS[channel];
                     for lane in 0..LANES {
-                        let root = light[channel][lane].sqrt().min(ROOT_OF_BRIGHTEST);
+                        let root = light[channel][lane].sqrt().min(scale.root_of_brightest);
                         let back = (seen[channel][lane] * unit).sqrt();
                         assert!((back - root).abs() < tolerance, "{isa}: {root} comes back as {back}");
                     }

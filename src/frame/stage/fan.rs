@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cell::{Cell, between};
+use super::cell::{Cell, Scale, between};
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 
@@ -19,6 +19,8 @@ pub struct Planes<'a> {
     pub upright: &'a Upright,
     /// Light, `[group][row]`.
     pub cells: &'a [Cell],
+    /// What the cells' codes stand for.
+    pub scale: Scale,
     /// Inverse depth, `[group][row]`; empty if nobody asks.
     pub inverse: &'a [Sixteen],
 }
@@ -83,7 +85,7 @@ impl<'a, V: Simd> Fan<'a, V> {
         Place { plane, row: simd.splat(row as f32), square, level }
     }
 
-    /// Linear light in [`UNITS`](super::cell::UNITS): between the planes, and between the rows of a rolled screen.
+    /// Linear light in units of the cells' [scale](super::Scale::units): between the planes, and between the rows of a rolled screen.
     #[inline(always)]
     pub fn light(&self, place: &Place<V>) -> [V::F; 3] {
         let simd = self.simd;

@@ -24,7 +24,7 @@ mod tests;
 
 pub use air::Air;
 pub use band::Band;
-pub use cell::Cell;
+pub use cell::{Cell, Scale};
 pub use fan::Planes;
 pub use paint::{Light, Painter};
 pub use rows::{Rows, Sums};

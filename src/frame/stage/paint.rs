@@ -26,6 +26,8 @@ pub struct Painter<'a> {
     pub pixel_angle: f64,
     /// Metres per unit.
     pub spacing: f64,
+    /// Height above the ground about, metres.
+    pub height: f64,
 }
 
 impl Painter<'_> {
@@ -60,6 +62,8 @@ impl Kernel for Painting<'_, '_> {
         let squares = simd.load(squares);
         let planes = Planes {
             major: group.major,
+            forward: group.forward > 0.0,
+            height: painter.height / group.ground,
             eye: painter.eye[1 - group.major],
             minor: group.minor,
             pixel: group.ground * painter.pixel_angle / painter.spacing,

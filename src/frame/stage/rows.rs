@@ -13,7 +13,7 @@
 //! than a row still counts. On a stretch light is linear in the tangent, so that its integral is a parabola.
 
 use super::air::Air;
-use super::cell::{Cell, encode};
+use super::cell::{Cell, Scale};
 use super::paint::Light;
 use crate::raymarch::scan::{NO_SLOPE, Profile};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
@@ -31,6 +31,8 @@ pub struct Rows<'r> {
     pub per_row: &'r [f32],
     /// Light.
     pub cells: &'r mut [Cell],
+    /// What the cells' codes stand for.
+    pub scale: Scale,
     /// Inverse depth in the rows' middles, 1/metres, 0 for the sky; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
 }
@@ -207,7 +209,7 @@ impl<V: Simd> Covering<'_, V> {
         };
         let edges = sums.windows(2);
         for ((edges, per_row), cell) in edges.zip(rows.per_row).zip(ground) {
-            encode(simd, between(simd, edges, *per_row)).store(&mut cell.0);
+            rows.scale.encode(simd, between(simd, edges, *per_row)).store(&mut cell.0);
         }
         for (row, cell) in (first_sky..).zip(sky) {
             let per_row = rows.per_row[row];
@@ -221,7 +223,7 @@ impl<V: Simd> Covering<'_, V> {
             for (seen, sky) in seen.iter_mut().zip(air.sky(simd, sine)) {
                 *seen = sky.mul_add(share, *seen);
             }
-            encode(simd, seen).store(&mut cell.0);
+            rows.scale.encode(simd, seen).store(&mut cell.0);
             if let Some(inverse) = rows.inverse.get_mut(row) {
                 let open = !next.gt(simd.splat_int(row as i32 + 1));
                 zero.store_masked(open & covered.le(tangent), &mut inverse.0);

@@ -4,7 +4,7 @@ use proptest::array::{uniform3, uniform16};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use super::cell::{Cell, UNITS};
+use super::cell::{Cell, Scale};
 use super::paint::Light;
 use super::{Air, Rows, Sums};
 use crate::frame::Atmosphere;
@@ -33,7 +33,7 @@ impl Kernel for Posts<'_> {
 fn decode(cell: &Cell, lane: usize) -> [f32; 3] {
     let word = cell.0[lane].to_bits();
     let codes = [word & 0x7ff, word & (0x7ff << 11), word >> 22];
-    std::array::from_fn(|channel| (codes[channel] as f32).powi(2) * UNITS[channel])
+    std::array::from_fn(|channel| (codes[channel] as f32).powi(2) * Scale::ALL.units()[channel])
 }
 
 fn fill(isa: Isa, edges: &[f32], profile: &Profile, lights: &[Light], inverse: &mut [Sixteen]) -> Vec<Cell> {
@@ -41,7 +41,8 @@ fn fill(isa: Isa, edges: &[f32], profile: &Profile, lights: &[Light], inverse: &
     let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
     let mut cells = vec![Cell::default(); ROWS];
     let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0);
-    let rows = Rows { edges, centres: &centres, per_row: &per_row, cells: &mut cells, inverse };
+    let rows =
+        Rows { edges, centres: &centres, per_row: &per_row, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
     let mut sums: Sums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
     rows.fill(isa, profile, lights, &air, &[1.0; LANES], &mut sums);

@@ -15,7 +15,7 @@ const MOST_NEAR_PARTS: f32 = 16.0;
 const MOST_STEEP_PARTS: f32 = 8.0;
 
 /// Rows that a stretch may rise over before the surface between its ends is looked at.
-const STEEP_ROWS: f32 = 3.0;
+const STEEP_ROWS: f32 = 6.0;
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Goes to a line.
@@ -127,11 +127,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
     }
 
-    /// The surface at height `z` above the eye along a line; none beside the area.
+    /// The surface at height `z` above the eye along a line.
     #[inline(always)]
     pub(super) fn post(&self, z: V::F, mark: Mark) -> Post<V> {
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance.max(f32::MIN_POSITIVE));
-        Post { slope: self.over_area(self.slope(z, inverse), mark.distance), inverse, mark }
+        Post { slope: self.slope(z, inverse), inverse, mark }
     }
 
     /// Tangent of the elevation of height `z` at an inverse depth.
@@ -156,14 +156,16 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.over[0].le(at) & at.le(self.over[1])
     }
 
-    /// Takes in the surface from where the march is to a post.
+    /// Takes in the surface from where the march is to a post; none beside the area.
     #[inline(always)]
     pub(super) fn reach(&mut self, post: Post<V>) {
-        let from = self.reached;
+        let mut seen = post;
         if self.is_at_edge(post.mark.distance) {
-            self.pass_edges(from, &post);
+            self.pass_edges(&post);
+            seen.slope = self.over_area(post.slope, post.mark.distance);
         }
-        self.join(post);
+        self.join(seen);
+        self.last = post.slope;
         self.reached = post.mark.distance;
     }
 
@@ -171,36 +173,31 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn join(&mut self, post: Post<V>) {
         self.profile.add(&post, self.crest.lt(post.slope).any());
         self.crest = self.crest.max(post.slope);
-        self.last = post.slope;
     }
 
-    /// Where planes enter or leave the area before a post: the surface goes on level to its edge.
+    /// Where planes enter or leave the area before a post: the surface goes straight there.
     #[cold]
-    fn pass_edges(&mut self, from: f32, post: &Post<V>) {
-        let [slope, inverse] = self.profile.last(self.simd);
-        let last = Post { slope, inverse, mark: post.mark };
-        let (before, after) = (self.is_over_area(from), self.is_over_area(post.mark.distance));
-        let leaving = before & !after;
-        if leaving.any() {
-            self.join(self.edge(leaving, self.over[1], &last, &last));
-        }
-        let entering = after & !before;
-        if entering.any() {
-            let [slope, inverse] = self.profile.last(self.simd);
-            let last = Post { slope, inverse, ..last };
-            self.join(self.edge(entering, self.over[0], post, &last));
+    fn pass_edges(&mut self, post: &Post<V>) {
+        let [_, inverse] = self.profile.last(self.simd);
+        let from = Post { slope: self.last, inverse, mark: Mark { distance: self.reached, ..post.mark } };
+        let (before, after) = (self.is_over_area(self.reached), self.is_over_area(post.mark.distance));
+        for (planes, edge) in [(before & !after, self.over[1]), (after & !before, self.over[0])] {
+            if planes.any() {
+                self.join(self.edge(planes, edge, &from, post));
+            }
         }
     }
 
-    /// Where `planes` cross the area's edge, at the height of `surface`; the others stay at `last` meanwhile.
+    /// Where `planes` cross the area's edge between two posts; the others stay where they are meanwhile.
     #[inline(always)]
-    fn edge(&self, planes: V::M, distance: V::F, surface: &Post<V>, last: &Post<V>) -> Post<V> {
-        let inverse = (self.ground.depth * distance.max(self.simd.splat(f32::MIN_POSITIVE))).recip();
-        let slope = surface.slope * inverse / surface.inverse;
-        Post {
-            slope: slope.select(planes, last.slope),
-            inverse: inverse.select(planes, last.inverse),
-            mark: surface.mark,
-        }
+    fn edge(&self, planes: V::M, distance: V::F, from: &Post<V>, to: &Post<V>) -> Post<V> {
+        let simd = self.simd;
+        let inverse = (self.ground.depth * distance.max(simd.splat(f32::MIN_POSITIVE))).recip();
+        let share = (distance - simd.splat(from.mark.distance))
+            * simd.splat(1.0 / (to.mark.distance - from.mark.distance));
+        let (near, far) = (from.slope / from.inverse, to.slope / to.inverse);
+        let slope = ((far - near).mul_add(share, near) * inverse).max(simd.splat(NO_SLOPE));
+        let [stays, stays_at] = self.profile.last(simd);
+        Post { slope: slope.select(planes, stays), inverse: inverse.select(planes, stays_at), mark: to.mark }
     }
 }

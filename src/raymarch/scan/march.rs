@@ -152,7 +152,7 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     /// Greatest slope of the surface so far: what lies below is hidden.
     pub(super) crest: V::F,
     pub(super) profile: &'f mut Profile,
-    /// Slope of the surface at `reached`, if it `is_begun`: known there.
+    /// Slope of the surface at `reached`, if it `is_begun`: known there. Beside the area it goes on as its edge.
     pub(super) last: V::F,
     pub(super) is_begun: bool,
     /// Major distance up to which the march has come, units.
@@ -179,8 +179,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if self.is_begun {
             let mark =
                 Mark { line: 0, distance: f32::INFINITY, share: 1.0, level: 0, span: 1, begins: false };
-            let nothing = Post { slope: self.simd.splat(NO_SLOPE), inverse: self.simd.splat(0.0), mark };
-            self.reach(nothing);
+            let [_, inverse] = self.profile.last(self.simd);
+            self.reach(Post { slope: self.last, inverse, mark });
         }
         Ok(())
     }
@@ -291,6 +291,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn skip(&mut self, block: &Block, last: f32, slopes: &[Sixteen; MOST_LINES]) {
         let line = block.first + (block.count - 1) * block.step;
         let post = self.stored(block, line, &slopes[block.count as usize - 1]);
+        // No edge of the area is in the block.
         self.profile.begin(&post);
         self.last = post.slope;
         self.reached = last;
@@ -301,7 +302,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn stored(&self, block: &Block, line: i64, slope: &Sixteen) -> Post<V> {
         let mark = self.mark(block, line);
         let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
-        Post { slope: self.over_area(self.simd.load(&slope.0), mark.distance), inverse, mark }
+        Post { slope: self.simd.load(&slope.0), inverse, mark }
     }
 
     /// A line of a block's level and stride.
@@ -430,7 +431,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn begin(&mut self, post: Post<V>) -> Result<()> {
         self.profile.begin(&Post { slope: self.simd.splat(NO_SLOPE), ..post });
         self.is_begun = true;
-        self.join(post);
+        self.join(Post { slope: self.over_area(post.slope, post.mark.distance), ..post });
+        self.last = post.slope;
         self.reached = post.mark.distance;
         Ok(())
     }

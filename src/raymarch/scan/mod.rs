@@ -47,6 +47,6 @@ pub use group::PlaneGroup;
 pub use march::{Field, PlaneMarch};
 pub use pages::Pages;
 pub use profile::{Mark, NO_SLOPE, Post, Profile, Sight};
-pub use strides::Strides;
+pub use strides::{Outlook, Strides};
 pub use turned::TurnedPages;
 pub use upright::{LevelRow, Look, Upright};

@@ -28,24 +28,51 @@ pub struct Strides {
 const SECOND: f64 = 0.27;
 const FOURTH: f64 = 0.54;
 
+/// Rows that flat ground may rise over from one line that is read to the next.
+const MOST_ROWS: f64 = 0.4;
+
+/// From where planes look.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook {
+    /// Angle of a pixel, radians, > 0.
+    pub pixel_angle: f64,
+    /// Height above the highest surface, metres; negative below it.
+    pub clearance: f64,
+    /// Height above the ground about, metres, ≥ 0.
+    pub height: f64,
+}
+
 impl Strides {
-    /// For pixels of `pixel_angle` radians (> 0) seen from `clearance` metres above the highest surface
-    /// (negative: below it). `detail` (> 0) scales all distances.
-    pub fn new(grid: &Grid, level_count: u8, pixel_angle: f64, clearance: f64, detail: f64) -> Self {
+    /// What `outlook` asks for. `detail` (> 0) scales all distances.
+    pub fn new(grid: &Grid, level_count: u8, outlook: Outlook, detail: f64) -> Self {
+        let Outlook { pixel_angle, clearance, height } = outlook;
         let threshold = detail * grid.spacing / pixel_angle;
-        let mut steps = vec![
-            Stride { from: 0.0, level: 0, lines: 1 },
-            Stride { from: SECOND * threshold, level: 0, lines: 2 },
-            Stride { from: FOURTH * threshold, level: 0, lines: 4 },
-        ];
-        for level in 1..level_count {
-            let from = threshold * f64::from(Grid::side_units(level));
+        // Flat ground rises by height / distance² per metre.
+        let flat = |lines: u32, level: u8| {
+            let rows = f64::from(lines * Grid::side_units(level)) * height * threshold;
+            (rows / MOST_ROWS).sqrt()
+        };
+        let mut steps: Vec<Stride> = Vec::new();
+        for level in 0..level_count {
+            let side = f64::from(Grid::side_units(level));
+            let from = if level == 0 { 0.0 } else { side * threshold };
             // From high above, a level is fine enough at any distance.
             if from <= clearance {
-                steps = vec![Stride { from: 0.0, level, lines: 1 }];
-            } else {
-                steps.push(Stride { from, level, lines: 4 });
+                steps.clear();
             }
+            let [second, fourth] =
+                if level == 0 { [SECOND, FOURTH].map(|share| share * threshold) } else { [from; 2] };
+            for (lines, at_least) in [(1, from), (2, second), (4, fourth)] {
+                let from = if lines == 1 { from } else { at_least.max(flat(lines, level)) };
+                // What would be read nowhere is none.
+                while steps.last().is_some_and(|last| last.from >= from) {
+                    steps.pop();
+                }
+                steps.push(Stride { from, level, lines });
+            }
+        }
+        if let Some(first) = steps.first_mut() {
+            first.from = 0.0;
         }
         Self { steps }
     }

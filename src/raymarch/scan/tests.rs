@@ -86,7 +86,8 @@ impl View {
         let grid = source.header().grid;
         let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
         let group = PlaneGroup::new(&grid, ground, &self.directions(), 0.0);
-        let strides = Strides::new(&grid, source.header().level_count, self.pixel, f64::NEG_INFINITY, 1.0);
+        let outlook = Outlook { pixel_angle: self.pixel, clearance: f64::NEG_INFINITY, height: 0.0 };
+        let strides = Strides::new(&grid, source.header().level_count, outlook, 1.0);
         let tangent = |row: usize| self.elevation(row).to_radians().tan() as f32;
         let field = Field { tangents: [tangent(0), tangent(ROWS - 1)], fineness: 1.0 / self.pixel as f32 };
         let (turned, mut profile) = (TurnedPages::default(), Profile::default());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{LineImage, RadiancePage, Weave};
+use super::{Facing, LineImage, RadiancePage, Weave};
 use crate::error::Result;
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
@@ -27,12 +27,18 @@ impl Bytes for Image {
     }
 }
 
+/// What an image is of: posts of a page, or lines of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum Key {
+    Page(PageId, Facing),
+    Lines(PageId, Weave),
+}
+
 /// Radiance of one database under one sun.
 #[derive(Debug)]
 pub struct Radiance {
     sensor: VisualSensor,
-    /// Pages, and lines of them.
-    images: Derived<(PageId, Option<Weave>), Image>,
+    images: Derived<Key, Image>,
 }
 
 impl Radiance {
@@ -56,12 +62,14 @@ impl Radiance {
         self.images.begin_frame();
     }
 
-    fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
+    fn page(&self, source: &dyn PageSource, id: PageId, facing: Facing) -> Result<Option<Arc<RadiancePage>>> {
+        // Of the finest level there is nothing finer to be seen more or less of.
+        let facing = if id.level == 0 { Facing::down(0) } else { facing };
         let bake = || {
-            let page = RadiancePage::bake(source, id, &self.sensor, Isa::best())?;
+            let page = RadiancePage::bake(source, id, &self.sensor, &facing, Isa::best())?;
             Ok(Image::Page(page.map(Arc::new)))
         };
-        match self.images.get((id, None), bake)? {
+        match self.images.get(Key::Page(id, facing), bake)? {
             Image::Page(page) => Ok(page),
             Image::Lines(_) => Ok(None),
         }
@@ -69,10 +77,10 @@ impl Radiance {
 
     fn lines(&self, source: &dyn PageSource, id: PageId, weave: Weave) -> Result<Option<Arc<LineImage>>> {
         let weave_lines = || {
-            let page = self.page(source, id)?;
+            let page = self.page(source, id, weave.facing)?;
             Ok(Image::Lines(page.map(|page| Arc::new(LineImage::new(&page, weave)))))
         };
-        match self.images.get((id, Some(weave)), weave_lines)? {
+        match self.images.get(Key::Lines(id, weave), weave_lines)? {
             Image::Lines(lines) => Ok(lines),
             Image::Page(_) => Ok(None),
         }
@@ -103,12 +111,12 @@ impl<'a> RadiancePages<'a> {
         self.source
     }
 
-    /// A page's radiance; `None` where the page is absent.
+    /// A page's radiance seen from above; `None` where the page is absent.
     ///
     /// # Errors
     /// A page that is damaged.
     pub fn page(&self, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
-        self.radiance.page(self.source, id)
+        self.radiance.page(self.source, id, Facing::down(0))
     }
 
     /// Lines of a page's radiance; `None` where the page is absent.

@@ -3,12 +3,14 @@
 //! ```text
 //! along the planes:   mean over the stride from one line to the next     the ends count half
 //! across them:        mean over 1, 2 or 4 posts, by the footprint
+//! both:               posts count by what is seen of them                facing
 //! ```
 //!
 //! At a grazing angle a pixel covers several times as much along the ray as across it: a stride follows
 //! from the first, and the width of texels from the second. Texels of a line lie side by side
 //! whichever axis the planes run along.
 
+use super::facing::Facing;
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST, RadiancePage, encode};
 use super::window::RING;
 use crate::simd::{Isa, Kernel, Simd};
@@ -16,8 +18,8 @@ use crate::simd::{Isa, Kernel, Simd};
 /// Which lines of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Weave {
-    /// The planes' major axis: lines are columns of the page for 0, rows for 1.
-    pub major: u8,
+    /// How the planes run: lines are columns of the page if along x, rows if along y.
+    pub facing: Facing,
     /// log₂ of posts across a texel, up to 2.
     pub shift: u8,
     /// Lines from one to the next: 1, 2 or 4. Those divisible by it are there.
@@ -67,27 +69,30 @@ impl Kernel for Weaving<'_> {
     #[inline(always)]
     fn run<V: Simd>(self, _: V) -> LineImage {
         let Self { page, weave } = self;
-        let (major, wide) = (usize::from(weave.major), 1 << weave.shift);
+        let (major, wide) = (usize::from(weave.facing.major), 1 << weave.shift);
         let [along, across] = [page.size[major] as usize, page.size[1 - major] as usize];
         let span = usize::from(weave.span);
         let row = across.div_ceil(wide) + 2;
         // A last texel may be narrower than the others; the apron goes on from it.
         let posts = across + 2 * wide;
         let mut sums = [(); 3].map(|()| vec![0.0_f32; posts]);
+        let mut weights = vec![0.0_f32; posts];
         let mut means = [(); 3].map(|()| vec![0.0_f32; row]);
         let mut texels = vec![0; along.div_ceil(span) * row];
         for (line, texels) in texels.chunks_exact_mut(row).enumerate() {
             let middle = line * span + RING;
             let half = span / 2;
             sums.iter_mut().for_each(|sums| sums.fill(0.0));
+            weights.fill(0.0);
             for at in middle - half..=middle + half {
                 let is_end = span > 1 && at.abs_diff(middle) == half;
-                let weight = if is_end { 0.5 } else { 1.0 } / span as f32;
-                add_line(page, weave.major, at, RING - wide, weight, &mut sums);
+                let share = if is_end { 0.5 } else { 1.0 };
+                add_line(page, &weave.facing, at, RING - wide, share, &mut sums, &mut weights);
             }
             for (means, sums) in means.iter_mut().zip(&sums) {
-                for (mean, sums) in means.iter_mut().zip(sums.chunks(wide)) {
-                    *mean = sums.iter().sum::<f32>() / sums.len() as f32;
+                let texels = sums.chunks(wide).zip(weights.chunks(wide));
+                for (mean, (sums, weights)) in means.iter_mut().zip(texels) {
+                    *mean = sums.iter().sum::<f32>() / weights.iter().sum::<f32>();
                 }
             }
             encode(texels, [&means[0], &means[1], &means[2]]);
@@ -96,23 +101,27 @@ impl Kernel for Weaving<'_> {
     }
 }
 
-/// Adds radiance of posts from `first` on along a line; both are counted with the apron.
+/// Adds radiance of posts from `first` on along a line, times their weights, and these; both are counted with the apron.
 #[inline(always)]
 fn add_line(
     page: &RadiancePage,
-    major: u8,
+    facing: &Facing,
     line: usize,
     first: usize,
-    weight: f32,
+    share: f32,
     sums: &mut [Vec<f32>; 3],
+    weights: &mut [f32],
 ) {
     let stride = page.size[0] as usize + 2 * RING;
-    let (start, step) = if major == 1 { (line * stride + first, 1) } else { (first * stride + line, stride) };
+    let (start, step) =
+        if facing.major == 1 { (line * stride + first, 1) } else { (first * stride + line, stride) };
     let [red, green, blue] = sums;
     let count = red.len();
     let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
-    let texels = page.texels[start..].iter().step_by(step).take(count);
-    for (((texel, red), green), blue) in texels.zip(red).zip(green).zip(blue) {
+    let posts = page.texels[start..].iter().zip(&page.slopes[start..]).step_by(step).take(count);
+    for (((((texel, slopes), red), green), blue), sum) in posts.zip(red).zip(green).zip(blue).zip(weights) {
+        let weight = share * facing.weight(*slopes);
+        *sum += weight;
         let add = |sum: &mut f32, code: u32| {
             let root = (code & 0x3ff) as i32 as f32 * scale;
             *sum += root * root * weight;

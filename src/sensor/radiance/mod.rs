@@ -15,6 +15,9 @@
 //! 2.25 times display white.
 
 mod cache;
+#[cfg(test)]
+mod cache_tests;
+mod facing;
 mod lines;
 mod page;
 mod posts;
@@ -24,6 +27,7 @@ mod tests;
 mod window;
 
 pub use cache::{Radiance, RadiancePages};
+pub use facing::Facing;
 pub use lines::{LineImage, Weave};
 pub use page::RadiancePage;
 pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS};

@@ -1,5 +1,6 @@
 //! One page's radiance.
 
+use super::facing::{Facing, Slopes};
 use super::posts::Lamp;
 use super::window::{RING, Window};
 use crate::error::Result;
@@ -17,13 +18,15 @@ pub const CODE_LIMIT: f32 = 1023.0;
 pub struct RadiancePage {
     /// `red | green << 10 | blue << 20`, each the root of radiance.
     pub texels: Vec<u32>,
+    /// How they slope.
+    pub slopes: Vec<Slopes>,
     /// Texels eastward and northward, without the apron.
     pub size: [i32; 2],
 }
 
 impl RadiancePage {
-    /// What the posts of a page send under `sensor`'s sun; `None` where the page is absent. Every instruction set
-    /// gives the same bits.
+    /// What the posts of a page send under `sensor`'s sun, those of coarse levels by what `facing` shows of them;
+    /// `None` where the page is absent. Every instruction set gives the same bits.
     ///
     /// # Errors
     /// A page that is damaged: this one, or one that it depends on (its neighbours, and what lies under them in the next finer
@@ -32,9 +35,10 @@ impl RadiancePage {
         source: &dyn PageSource,
         id: PageId,
         sensor: &VisualSensor,
+        facing: &Facing,
         isa: Isa,
     ) -> Result<Option<Self>> {
-        isa.run(Baking { source, id, sensor })
+        isa.run(Baking { source, id, sensor, facing })
     }
 
     /// Texel of a post; the apron has negative indices.
@@ -43,9 +47,9 @@ impl RadiancePage {
         self.texels[((north + ring) * (self.size[0] + 2 * ring) + east + ring) as usize]
     }
 
-    /// Bytes of the texels.
+    /// Bytes of the texels and slopes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.texels.as_slice())
+        size_of_val(self.texels.as_slice()) + size_of_val(self.slopes.as_slice())
     }
 }
 
@@ -54,6 +58,7 @@ struct Baking<'a> {
     source: &'a dyn PageSource,
     id: PageId,
     sensor: &'a VisualSensor,
+    facing: &'a Facing,
 }
 
 impl Kernel for Baking<'_> {
@@ -61,16 +66,16 @@ impl Kernel for Baking<'_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, _: V) -> Self::Output {
-        let Self { source, id, sensor } = self;
+        let Self { source, id, sensor, facing } = self;
         let Some(view) = source.page(id)? else { return Ok(None) };
         let size = [view.width as usize, view.height as usize];
-        let window = Window::around(&Lamp::new(sensor), source, id, size)?;
+        let window = Window::around(&Lamp::new(sensor), source, id, size, facing)?;
         let mut texels = vec![0; window.planes[0].len()];
         for (row, texels) in texels.chunks_exact_mut(window.stride).enumerate() {
             let start = row * window.stride;
             encode(texels, [0, 1, 2].map(|channel: usize| &window.planes[channel][start..][..window.stride]));
         }
-        Ok(Some(RadiancePage { texels, size: size.map(|side| side as i32) }))
+        Ok(Some(RadiancePage { texels, slopes: window.slopes, size: size.map(|side| side as i32) }))
     }
 }
 

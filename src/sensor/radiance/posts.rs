@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
+use super::facing::{self, Facing, Slopes};
 use crate::colour::linear_from_srgb8;
 use crate::sensor::VisualSensor;
 use crate::voxel::{Header, HeightCode, PAGE_SIDE, PageId, PageView, RADIX};
@@ -25,8 +26,11 @@ impl<'s> Lamp<'s> {
     }
 }
 
-/// Red, green and blue rows of the same length.
-pub type Rows<'t> = [&'t mut [f32]; 3];
+/// Rows of the same length: red, green and blue, and slopes.
+pub struct Rows<'t> {
+    pub light: [&'t mut [f32]; 3],
+    pub slopes: &'t mut [Slopes],
+}
 
 /// A page's posts under a lamp. Each is lit by heights of its own page and that page's apron alone, so that
 /// it is the same whichever page asks.
@@ -51,10 +55,10 @@ impl<'a> Posts<'a> {
     #[inline(always)]
     pub fn row(&self, y: usize, columns: Range<usize>, target: Rows<'_>) {
         let mut light = [0.0; SIDE];
-        self.light(y, columns.clone(), &mut light);
+        self.light(y, columns.clone(), &mut light, target.slopes);
         let colours = self.colours(y, columns);
         let linear = &self.lamp.linear;
-        let [red, green, blue] = target;
+        let [red, green, blue] = target.light;
         for (index, (colour, light)) in colours.iter().zip(light).enumerate() {
             red[index] = linear[usize::from(colour[0])] * light;
             green[index] = linear[usize::from(colour[1])] * light;
@@ -63,22 +67,29 @@ impl<'a> Posts<'a> {
     }
 
     /// Radiance of voxels `columns` of row `y` of the next coarser level, counted from the page's first: the mean of their
-    /// posts here that have a surface, black if none has.
+    /// posts here that have a surface, by what `facing` shows of them; black if none has.
     #[inline(always)]
-    pub fn mean_row(&self, y: usize, columns: Range<usize>, target: Rows<'_>) {
+    pub fn mean_row(&self, y: usize, columns: Range<usize>, facing: &Facing, target: Rows<'_>) {
         let (width, height) = (self.view.width as usize, self.view.height as usize);
         let posts = columns.start * FINER..(columns.end * FINER).min(width);
         let linear = &self.lamp.linear;
         let mut sums = [[0.0_f32; 3]; SIDE / FINER];
         let mut counts = [0.0_f32; SIDE / FINER];
+        let mut rises = [[0_i16; 2]; SIDE / FINER];
         for y in y * FINER..((y + 1) * FINER).min(height) {
             let mut light = [0.0; SIDE];
             let mut cover = [0.0; SIDE];
-            self.light(y, posts.clone(), &mut light);
+            let mut slopes = [Slopes::default(); SIDE];
+            self.light(y, posts.clone(), &mut light, &mut slopes);
             let codes = &self.codes(y + 1)[posts.start + 1..posts.end + 1];
-            for ((cover, light), code) in cover.iter_mut().zip(&mut light).zip(codes) {
-                *cover = if *code == HeightCode::EMPTY { 0.0 } else { 1.0 };
+            for (((cover, light), slopes), code) in cover.iter_mut().zip(&mut light).zip(&slopes).zip(codes) {
+                *cover = if *code == HeightCode::EMPTY { 0.0 } else { facing.weight(*slopes) };
                 *light *= *cover;
+            }
+            for (rises, slopes) in rises.iter_mut().zip(slopes[..posts.len()].chunks(FINER)) {
+                for slopes in slopes {
+                    *rises = [rises[0] + i16::from(slopes[0]), rises[1] + i16::from(slopes[1])];
+                }
             }
             let rows = self.colours(y, posts.clone()).chunks(FINER).zip(light.chunks(FINER));
             for ((sum, count), ((colours, lights), cover)) in
@@ -92,10 +103,13 @@ impl<'a> Posts<'a> {
                 *count += cover.iter().sum::<f32>();
             }
         }
-        for (channel, target) in target.into_iter().enumerate() {
+        for (channel, target) in target.light.into_iter().enumerate() {
             for ((target, sum), count) in target.iter_mut().zip(&sums).zip(&counts) {
-                *target = sum[channel] / count.max(1.0);
+                *target = sum[channel] / count.max(f32::MIN_POSITIVE);
             }
+        }
+        for (target, rises) in target.slopes.iter_mut().zip(rises) {
+            *target = rises.map(|rise| (rise / (FINER * FINER) as i16) as i8);
         }
     }
 
@@ -112,9 +126,9 @@ impl<'a> Posts<'a> {
         &self.view.colours[first + columns.start..first + columns.end]
     }
 
-    /// Light on posts `columns` of row `y`.
+    /// Light on posts `columns` of row `y`, and their slopes.
     #[inline(always)]
-    fn light(&self, y: usize, columns: Range<usize>, target: &mut [f32; SIDE]) {
+    fn light(&self, y: usize, columns: Range<usize>, target: &mut [f32; SIDE], slopes: &mut [Slopes]) {
         let count = columns.len().min(SIDE);
         let row = |row: usize, step: usize| &self.codes(row)[columns.start + step..][..count];
         let (here, west, east) = (row(y + 1, 1), row(y + 1, 0), row(y + 1, 2));
@@ -127,16 +141,18 @@ impl<'a> Posts<'a> {
         };
         let (across, along) = (self.rise, rise(1, y));
         let sensor = self.lamp.sensor;
-        for (index, target) in target[..count].iter_mut().enumerate() {
+        for (index, (target, slopes)) in target[..count].iter_mut().zip(&mut *slopes).enumerate() {
             let eastward = across * steps(here[index], west[index], east[index]);
             let northward = along * steps(here[index], south[index], north[index]);
             *target = light_on_slope(sensor, eastward, northward);
+            *slopes = facing::encode([eastward, northward]);
         }
         for column in [0, last[0]].into_iter().filter(|column| columns.contains(column)) {
             let index = column - columns.start;
             let eastward = rise(0, column) * steps(here[index], west[index], east[index]);
             let northward = along * steps(here[index], south[index], north[index]);
             target[index] = light_on_slope(sensor, eastward, northward);
+            slopes[index] = facing::encode([eastward, northward]);
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::RadiancePages;
+use super::facing::{Facing, STEEPER};
 use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::error::Result;
@@ -36,6 +37,10 @@ const GREEN: f32 = 1024.0;
 pub struct Planes {
     /// 0: they run along x, 1: along y.
     pub major: usize,
+    /// Up that axis.
+    pub forward: bool,
+    /// Height of the eye above the ground about, units of major distance.
+    pub height: f64,
     /// The eye across them, units.
     pub eye: f64,
     /// Units across per unit of major distance.
@@ -91,6 +96,8 @@ pub struct Place {
 struct Search<'s, 'a> {
     sampler: &'s mut LineSampler<'a>,
     major: usize,
+    forward: bool,
+    height: f64,
     eye: f64,
     /// `minor` of the outermost planes, the lesser first.
     ends: [f64; 2],
@@ -134,11 +141,11 @@ impl<'a> LineSampler<'a> {
         let ends = planes.minor.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &minor| {
             [low.min(f64::from(minor)), high.max(f64::from(minor))]
         });
-        let Planes { major, eye, pixel, .. } = *planes;
+        let Planes { major, forward, height, eye, pixel, .. } = *planes;
         Crossings {
             simd,
             minor: simd.load(&planes.minor),
-            search: Search { sampler: self, major, eye, ends, pixel },
+            search: Search { sampler: self, major, forward, height, eye, ends, pixel },
             runs: Vec::new(),
             latest: [usize::MAX; SPANS],
         }
@@ -262,7 +269,15 @@ impl Search<'_, '_> {
         let shift = wider.iter().filter(|&&from| from <= distance).count();
         let mut near = if shift > 0 { wider[shift - 1] } else { 0.0 };
         let mut far = wider.get(shift).copied().unwrap_or(f64::INFINITY);
-        let weave = Weave { major: self.major as u8, shift: shift as u8, span: line.span };
+        // And where the eye looks down at another incline.
+        let inclines = STEEPER.map(|steeper| self.height / steeper);
+        let incline = inclines.iter().filter(|&&until| distance < until).count();
+        near = inclines.iter().filter(|&&until| distance >= until).fold(near, |near, &until| near.max(until));
+        far = inclines.iter().filter(|&&until| distance < until).fold(far, |far, &until| far.min(until));
+        let is_post = level == 0 && shift == 0 && line.span == 1;
+        let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
+        let facing = if is_post { Facing::down(facing.major) } else { facing };
+        let weave = Weave { facing, shift: shift as u8, span: line.span };
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);
         let pages = self.ends.map(|end| {

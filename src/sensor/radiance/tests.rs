@@ -1,9 +1,10 @@
-//! Baked pages against a scalar calculation, seams, lines against scalar means, eviction.
+//! Baked pages against a scalar calculation, seams, lines against scalar means.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec2, Vec3};
 
+use super::facing::{self, Facing};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use super::window::RING;
 use super::*;
@@ -19,11 +20,11 @@ use crate::voxel::{
 const SPACING: f64 = 10.0;
 
 /// A database of which some pages are absent.
-struct Holey<F> {
-    whole: MemPages,
-    absent: F,
+pub(super) struct Holey<F> {
+    pub whole: MemPages,
+    pub absent: F,
     /// How often a page was asked for.
-    asked: AtomicU32,
+    pub asked: AtomicU32,
 }
 
 impl<F: Fn(PageId) -> bool + Sync> PageSource for Holey<F> {
@@ -46,7 +47,7 @@ fn noise(seed: u64) -> u64 {
 }
 
 /// Rough ground of noise, with one post in `holes` (0: none) without surface.
-fn rough(nx: u32, ny: u32, holes: u64) -> MemPages {
+pub(super) fn rough(nx: u32, ny: u32, holes: u64) -> MemPages {
     let grid = Grid { nx, ny, spacing: SPACING, origin: DVec2::ZERO };
     let posts = 0..u64::from(nx) * u64::from(ny);
     let is_hole = |post: u64| holes > 0 && noise(post + (1 << 40)).is_multiple_of(holes);
@@ -62,12 +63,22 @@ fn rough(nx: u32, ny: u32, holes: u64) -> MemPages {
     build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
 }
 
-fn sensor() -> VisualSensor {
+pub(super) fn sensor() -> VisualSensor {
     VisualSensor::new(Sun { azimuth: 120.0, elevation: 35.0 })
 }
 
-fn bake(source: &impl PageSource, level: u8, px: u32, py: u32) -> Option<RadiancePage> {
-    RadiancePage::bake(source, PageId { level, px, py }, &sensor(), Isa::best()).unwrap()
+pub(super) fn bake(source: &impl PageSource, level: u8, px: u32, py: u32) -> Option<RadiancePage> {
+    bake_facing(source, level, px, py, &Facing::down(0))
+}
+
+fn bake_facing(
+    source: &impl PageSource,
+    level: u8,
+    px: u32,
+    py: u32,
+    facing: &Facing,
+) -> Option<RadiancePage> {
+    RadiancePage::bake(source, PageId { level, px, py }, &sensor(), facing, Isa::best()).unwrap()
 }
 
 /// Codes of a texel; the apron has negative indices.
@@ -81,11 +92,11 @@ fn radiance_of(codes: [u32; 3]) -> Vec3 {
     Vec3::from_array(codes.map(|code| root(code) * root(code)))
 }
 
-/// What the post of a level sends if it is lit by that level: voxel by voxel through a cursor.
-fn lit<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2]) -> Option<Vec3> {
+/// Slopes of a level at a post, eastward and northward; `None`: no surface.
+fn slopes<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2]) -> Option<[f32; 2]> {
     let dims = cursor.dims(level);
     let here = cursor.height(level, cell).unwrap()??;
-    let mut slope = |axis: usize| {
+    let slope = |axis: usize| {
         let mut known = |step: i64| {
             let mut cell = cell;
             cell[axis] += step;
@@ -100,25 +111,42 @@ fn lit<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2])
         };
         (steps / (SPACING * f64::from(Grid::side_units(level)))) as f32
     };
-    let normal = Vec3::new(-slope(0), -slope(1), 1.0).normalize();
+    Some([0, 1].map(slope))
+}
+
+/// What the post of a level sends if it is lit by that level: voxel by voxel through a cursor.
+fn lit<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2]) -> Option<Vec3> {
+    let [east, north] = slopes(cursor, level, cell)?;
+    let normal = Vec3::new(-east, -north, 1.0).normalize();
     let colour = Vec3::from_array(linear_from_srgb8(cursor.colour(level, cell).unwrap()?));
     Some(colour * sensor().light(normal))
 }
 
-/// The mean over the 4 × 4 finer posts; black if none has a surface.
-fn mean_of_finer<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2]) -> Vec3 {
+/// How much of a post is seen.
+fn weight<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2], facing: &Facing) -> f32 {
+    slopes(cursor, level, cell).map_or(0.0, |slopes| facing.weight(facing::encode(slopes)))
+}
+
+/// The mean over the 4 × 4 finer posts by what is seen of them; black if none has a surface.
+fn mean_of_finer<S: PageSource>(
+    cursor: &mut PageCursor<'_, S>,
+    level: u8,
+    cell: [i64; 2],
+    facing: &Facing,
+) -> Vec3 {
     let dims = cursor.dims(level - 1);
     let radix = i64::from(RADIX);
-    let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
     for y in (radix * cell[1]..radix * (cell[1] + 1)).filter(|y| *y < dims[1]) {
         for x in (radix * cell[0]..radix * (cell[0] + 1)).filter(|x| *x < dims[0]) {
             if let Some(radiance) = lit(cursor, level - 1, [x, y]) {
-                sum += radiance;
-                count += 1.0;
+                let weight = weight(cursor, level - 1, [x, y], facing);
+                sum += radiance * weight;
+                total += weight;
             }
         }
     }
-    sum / f32::max(count, 1.0)
+    sum / f32::max(total, f32::MIN_POSITIVE)
 }
 
 fn assert_near(codes: [u32; 3], radiance: Vec3, place: &str) {
@@ -150,17 +178,19 @@ fn posts_send_their_albedo_times_the_light_on_their_normal() {
 }
 
 #[test]
-fn voxels_send_the_mean_of_their_finer_posts() {
-    for holes in [0, 3] {
+fn voxels_send_the_mean_of_what_is_seen_of_their_finer_posts() {
+    let uphill = Facing { major: 0, forward: true, incline: 0 };
+    let back = Facing { major: 1, forward: false, incline: 1 };
+    for (holes, facing) in [(0, Facing::down(0)), (3, Facing::down(1)), (0, uphill), (3, back)] {
         let source = rough(1090, 270, holes);
         let mut cursor = PageCursor::new(&source);
         for (level, px) in [(1, 0), (1, 1), (2, 0)] {
-            let page = bake(&source, level, px, 0).unwrap();
+            let page = bake_facing(&source, level, px, 0, &facing).unwrap();
             let size = page.size.map(i64::from);
             for y in 0..size[1] {
                 for x in 0..size[0] {
                     let cell = [x + i64::from(px * PAGE_SIDE), y];
-                    let wanted = mean_of_finer(&mut cursor, level, cell);
+                    let wanted = mean_of_finer(&mut cursor, level, cell, &facing);
                     assert_near(codes(&page, x, y), wanted, &format!("level {level}, {cell:?}"));
                 }
             }
@@ -176,8 +206,11 @@ fn where_a_finer_page_is_absent_voxels_are_lit_by_their_own_normals() {
     let page = bake(&source, 1, 0, 0).unwrap();
     for (x, y) in [(62, 3), (63, 40), (64, 40), (100, 63), (100, 64), (127, 10), (128, 10)] {
         let is_own = (64..128).contains(&x) && y < 64;
-        let wanted =
-            if is_own { lit(&mut cursor, 1, [x, y]).unwrap() } else { mean_of_finer(&mut cursor, 1, [x, y]) };
+        let wanted = if is_own {
+            lit(&mut cursor, 1, [x, y]).unwrap()
+        } else {
+            mean_of_finer(&mut cursor, 1, [x, y], &Facing::down(0))
+        };
         assert_near(codes(&page, x, y), wanted, &format!("({x}, {y})"));
     }
 }
@@ -271,7 +304,8 @@ fn every_instruction_set_bakes_the_same_bits() {
     let source = rough(300, 270, 7);
     for level in 0..2 {
         let id = PageId { level, px: 0, py: 0 };
-        let baked = |isa| RadiancePage::bake(&source, id, &sensor(), isa).unwrap();
+        let facing = Facing { major: 1, forward: false, incline: 0 };
+        let baked = |isa| RadiancePage::bake(&source, id, &sensor(), &facing, isa).unwrap();
         for isa in Isa::available() {
             assert!(baked(isa) == baked(Isa::PORTABLE), "level {level}, {isa}");
         }
@@ -282,6 +316,8 @@ fn every_instruction_set_bakes_the_same_bits() {
 struct Looking<'s, 'a> {
     sampler: &'s mut LineSampler<'a>,
     major: usize,
+    forward: bool,
+    height: f64,
     eye: f64,
     minor: [f32; LANES],
     /// Width of a pixel's footprint at the line, voxels of level 0.
@@ -294,8 +330,9 @@ impl Kernel for Looking<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let Self { sampler, major, eye, minor, footprint, line } = self;
-        let planes = Planes { major, eye, minor, pixel: footprint / f64::from(line.distance) };
+        let Self { sampler, major, forward, height, eye, minor, footprint, line } = self;
+        let pixel = footprint / f64::from(line.distance);
+        let planes = Planes { major, forward, height, eye, minor, pixel };
         let mut crossings = sampler.under(simd, &planes);
         let place = crossings.seek(line).unwrap();
         let mut found = crossings.sample(&place);
@@ -319,18 +356,27 @@ fn post(pages: &RadiancePages<'_>, at: [i64; 2]) -> Vec3 {
     radiance_of(codes(&pages.page(id).unwrap().unwrap(), at[0] % side, at[1] % side))
 }
 
-/// Mean over a stride's lines, the ends by half, and over `wide` posts of texel `texel`.
-fn mean(pages: &RadiancePages<'_>, major: usize, line: i64, span: i64, texel: i64, wide: i64) -> Vec3 {
+/// Mean over a stride's lines, the ends by half, and over `wide` posts of texel `texel`, by what is seen of them.
+fn mean(
+    pages: &RadiancePages<'_>,
+    see: impl Fn([i64; 2]) -> f32,
+    major: usize,
+    line: i64,
+    span: i64,
+    texel: i64,
+    wide: i64,
+) -> Vec3 {
     let half = span / 2;
-    let mut sum = Vec3::ZERO;
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
     for along in -half..=half {
-        let weight = if span > 1 && along.abs() == half { 0.5 } else { 1.0 } / span as f32;
+        let share = if span > 1 && along.abs() == half { 0.5 } else { 1.0 };
         for across in texel * wide..(texel + 1) * wide {
             let at = if major == 0 { [line + along, across] } else { [across, line + along] };
-            sum += post(pages, at) * weight / wide as f32;
+            sum += post(pages, at) * share * see(at);
+            total += share * see(at);
         }
     }
-    sum
+    sum / total
 }
 
 #[test]
@@ -351,16 +397,25 @@ fn lines_are_means_over_strides_and_footprints() {
         let index = (500.0 * unit(5 * case + 3)) as i64 / span * span;
         let line = Line { level: 0, index, span: span as u8, distance };
         let footprint = [1.0, 2.0, 4.0][shift as usize];
+        let incline = case / 18 % 3;
+        let (forward, height) = (case % 5 < 2, f64::from(distance) * [0.1, 0.7, 3.0][incline as usize]);
+        let facing = Facing { major: major as u8, forward, incline: incline as u8 };
+        let see = |at: [i64; 2]| {
+            let at = [at[0].clamp(0, 559), at[1].clamp(0, 519)];
+            weight(&mut PageCursor::new(&source), 0, at, &facing)
+        };
         for isa in Isa::available() {
             let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
-            let found = isa.run(Looking { sampler: &mut sampler, major, eye, minor, footprint, line });
+            let looking =
+                Looking { sampler: &mut sampler, major, forward, height, eye, minor, footprint, line };
+            let found = isa.run(looking);
             for lane in 0..LANES {
                 let texel = (eye + f64::from(minor[lane]) * f64::from(distance)) / wide as f64 - 0.5;
                 // The area's edge goes on as its outermost texel.
                 let last = ([560, 520][1 - major] as f64 / wide as f64).ceil();
                 let texel = texel.clamp(-1.0, last - 0.001);
-                let near = mean(&pages, major, index, span, texel.floor() as i64, wide);
-                let far = mean(&pages, major, index, span, texel.floor() as i64 + 1, wide);
+                let near = mean(&pages, see, major, index, span, texel.floor() as i64, wide);
+                let far = mean(&pages, see, major, index, span, texel.floor() as i64 + 1, wide);
                 let share = (texel - texel.floor()) as f32;
                 let wanted = near.lerp(far, share);
                 let off = (Vec3::from_array(found.map(|channel| channel[lane])) - wanted).abs();
@@ -379,8 +434,18 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
     let look = |level, index| {
         let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
         let line = Line { level, index, span: 1, distance: 50.0 };
-        let (major, eye, minor, footprint) = (0, 100.0, [0.3; LANES], 0.4);
-        Isa::best().run(Looking { sampler: &mut sampler, major, eye, minor, footprint, line })
+        let (major, forward, height) = (0, true, f64::INFINITY);
+        let (eye, minor, footprint) = (100.0, [0.3; LANES], 0.4);
+        Isa::best().run(Looking {
+            sampler: &mut sampler,
+            major,
+            forward,
+            height,
+            eye,
+            minor,
+            footprint,
+            line,
+        })
     };
     assert_eq!(look(0, 83), look(1, 20));
     assert!(look(1, 20)[1][0] > 0.0);
@@ -390,7 +455,8 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
 fn every_instruction_set_weaves_the_same_bits() {
     let page = bake(&rough(300, 270, 7), 0, 0, 0).unwrap();
     for (major, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1)] {
-        let weave = Weave { major, shift, span };
+        let facing = Facing { major, forward: shift == 1, incline: span / 2 };
+        let weave = Weave { facing, shift, span };
         for isa in Isa::available() {
             assert!(
                 LineImage::with_isa(&page, weave, isa) == LineImage::new(&page, weave),
@@ -398,43 +464,4 @@ fn every_instruction_set_weaves_the_same_bits() {
             );
         }
     }
-}
-
-#[test]
-fn what_was_not_used_for_longest_makes_room_and_comes_again() {
-    let source = Holey { whole: rough(1024, 256, 0), absent: |_| false, asked: AtomicU32::new(0) };
-    let id = |px| PageId { level: 0, px, py: 0 };
-    let page = |radiance: &Radiance, px| {
-        RadiancePages::new(&source, radiance).page(id(px)).unwrap().map(|page| (*page).clone())
-    };
-    let one = bake(&source, 0, 1, 0).unwrap().bytes();
-    let radiance = Radiance::with_budget(sensor(), 2 * one);
-    let first: Vec<_> = (0..4).map(|px| page(&radiance, px)).collect();
-    assert!(radiance.bytes() > 3 * one);
-    for _ in 0..3 {
-        radiance.begin_frame();
-        page(&radiance, 2);
-    }
-    radiance.begin_frame();
-    assert!(radiance.bytes() <= 2 * one, "{} bytes", radiance.bytes());
-    let before = source.asked.load(Ordering::Relaxed);
-    assert!(page(&radiance, 2) == first[2]);
-    assert_eq!(source.asked.load(Ordering::Relaxed), before, "what was used last is kept");
-    assert!(page(&radiance, 0) == first[0]);
-    assert!(source.asked.load(Ordering::Relaxed) > before, "what was dropped is computed again");
-}
-
-#[test]
-fn pages_of_frames_in_flight_stay() {
-    let source = rough(512, 256, 0);
-    let radiance = Radiance::with_budget(sensor(), 0);
-    let pages = RadiancePages::new(&source, &radiance);
-    let kept = pages.page(PageId { level: 0, px: 0, py: 0 }).unwrap();
-    radiance.begin_frame();
-    radiance.begin_frame();
-    assert!(radiance.bytes() > 0);
-    radiance.begin_frame();
-    assert_eq!(radiance.bytes(), 0);
-    // Whoever still holds one may go on with it.
-    assert!(kept.is_some());
 }

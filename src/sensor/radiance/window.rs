@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! for each block of posts that one page of the next finer level lies under:
-//!     that page is there:  mean over the 4 × 4 finer posts, each lit by its own normal
+//!     that page is there:  mean over the 4 × 4 finer posts, each lit by its own normal, by what is seen of them
 //!     else:                lit by the normals of the level itself
 //! posts outside the area, or in absent pages:  as the nearest that is known
 //! ```
@@ -15,6 +15,7 @@
 
 use std::ops::Range;
 
+use super::facing::{Facing, Slopes};
 use super::posts::{Lamp, Posts, Rows};
 use crate::error::Result;
 use crate::voxel::{PAGE_SIDE, PageId, PageSource, RADIX};
@@ -26,6 +27,8 @@ pub const RING: usize = 4;
 pub struct Window {
     /// Red, green and blue, `[north][east]`; NaN: not known.
     pub planes: [Vec<f32>; 3],
+    /// How they slope.
+    pub slopes: Vec<Slopes>,
     /// Posts of a row.
     pub stride: usize,
     /// First post (eastward, northward), counted from the area's.
@@ -39,12 +42,19 @@ type Block = [Range<i64>; 2];
 impl Window {
     /// Around page `id` of `size` posts, which is there.
     #[inline(always)]
-    pub fn around(lamp: &Lamp<'_>, source: &dyn PageSource, id: PageId, size: [usize; 2]) -> Result<Self> {
+    pub fn around(
+        lamp: &Lamp<'_>,
+        source: &dyn PageSource,
+        id: PageId,
+        size: [usize; 2],
+        facing: &Facing,
+    ) -> Result<Self> {
         let [stride, rows] = size.map(|side| side + 2 * RING);
         let corner = [id.px, id.py].map(|page| i64::from(page * PAGE_SIDE));
         let first = corner.map(|corner| corner - RING as i64);
         let planes = [(); 3].map(|()| vec![f32::NAN; stride * rows]);
-        let mut window = Self { planes, stride, first, rows };
+        let slopes = vec![Slopes::default(); stride * rows];
+        let mut window = Self { planes, slopes, stride, first, rows };
         let (nx, ny) = source.header().grid.dims(id.level);
         let last = [i64::from(nx), i64::from(ny)];
         let side = i64::from(if id.level == 0 { PAGE_SIDE } else { PAGE_SIDE / RADIX });
@@ -55,7 +65,7 @@ impl Window {
                 let block = [(px, 0), (py, 1)].map(|(page, axis): (i64, usize)| {
                     wanted[axis].start.max(page * side)..wanted[axis].end.min((page + 1) * side)
                 });
-                window.light(lamp, source, id.level, &block)?;
+                window.light(lamp, source, id.level, &block, facing)?;
             }
         }
         let own = [0, 1].map(|axis| corner[axis]..corner[axis] + size[axis] as i64);
@@ -65,7 +75,14 @@ impl Window {
 
     /// Lights a block that lies in one page of the level, and over one page of the next finer level.
     #[inline(always)]
-    fn light(&mut self, lamp: &Lamp<'_>, source: &dyn PageSource, level: u8, block: &Block) -> Result<()> {
+    fn light(
+        &mut self,
+        lamp: &Lamp<'_>,
+        source: &dyn PageSource,
+        level: u8,
+        block: &Block,
+        facing: &Facing,
+    ) -> Result<()> {
         let page = |side: u32| block.clone().map(|range| range.start as u32 / side);
         if let Some(finer) = level.checked_sub(1) {
             let side = PAGE_SIDE / RADIX;
@@ -73,7 +90,7 @@ impl Window {
             let id = PageId { level: finer, px, py };
             if let Some(view) = source.page(id)? {
                 let posts = Posts::new(lamp, source.header(), id, view);
-                self.fill(block, side, |y, columns, rows| posts.mean_row(y, columns, rows));
+                self.fill(block, side, |y, columns, rows| posts.mean_row(y, columns, facing, rows));
                 return Ok(());
             }
         }
@@ -95,7 +112,8 @@ impl Window {
             let start = self.index([columns.start, y]);
             let range = start..start + columns.clone().count();
             let [red, green, blue] = &mut self.planes;
-            let target = [&mut red[range.clone()], &mut green[range.clone()], &mut blue[range]];
+            let light = [&mut red[range.clone()], &mut green[range.clone()], &mut blue[range.clone()]];
+            let target = Rows { light, slopes: &mut self.slopes[range] };
             let columns = (columns.start - corner[0]) as usize..(columns.end - corner[0]) as usize;
             row((y - corner[1]) as usize, columns, target);
         }
@@ -123,6 +141,7 @@ impl Window {
                 for plane in &mut self.planes {
                     plane[target] = plane[from];
                 }
+                self.slopes[target] = self.slopes[from];
             }
         }
     }

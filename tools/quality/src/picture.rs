@@ -168,15 +168,14 @@ fn look(args: &Args, area: &Area, farm: &Farm, index: usize, pose: Pose) -> Resu
     let write = |kind: &str, rgb: &[u8]| {
         write_png(&args.output.join(format!("{}-{index:02}-{kind}.png", area.name)), rgb, &camera)
     };
-    let judge = |kind: &str, colour: &[[f32; 3]]| {
-        let picture = codes(colour);
+    let judge = |kind: &str, picture: Vec<u8>| {
         write(kind, &picture)?;
         write(&format!("{kind}-difference"), &difference(&truth, &picture, DIFFERENCE_GAIN))?;
         Ok::<_, Error>(Nearness::between(&truth, &picture, &camera))
     };
     write("truth", &truth)?;
-    let engine = judge("engine", &engine::render(&area.source, &camera, &options, farm)?.colour)?;
-    let one_sample = judge("one-sample", &one_sample(&area.source, &camera, &options, farm)?.colour)?;
+    let engine = judge("engine", engine::picture(&area.source, &camera, &options, farm)?)?;
+    let one_sample = judge("one-sample", codes(&one_sample(&area.source, &camera, &options, farm)?.colour))?;
     Ok(ViewRecord {
         area: area.name.clone(),
         view: pose.into(),

@@ -1,0 +1,46 @@
+//! What is kept, and what makes room.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::tests::{Holey, bake, rough, sensor};
+use super::*;
+use crate::voxel::PageId;
+
+#[test]
+fn what_was_not_used_for_longest_makes_room_and_comes_again() {
+    let source = Holey { whole: rough(1024, 256, 0), absent: |_| false, asked: AtomicU32::new(0) };
+    let id = |px| PageId { level: 0, px, py: 0 };
+    let page = |radiance: &Radiance, px| {
+        RadiancePages::new(&source, radiance).page(id(px)).unwrap().map(|page| (*page).clone())
+    };
+    let one = bake(&source, 0, 1, 0).unwrap().bytes();
+    let radiance = Radiance::with_budget(sensor(), 2 * one);
+    let first: Vec<_> = (0..4).map(|px| page(&radiance, px)).collect();
+    assert!(radiance.bytes() > 3 * one);
+    for _ in 0..3 {
+        radiance.begin_frame();
+        page(&radiance, 2);
+    }
+    radiance.begin_frame();
+    assert!(radiance.bytes() <= 2 * one, "{} bytes", radiance.bytes());
+    let before = source.asked.load(Ordering::Relaxed);
+    assert!(page(&radiance, 2) == first[2]);
+    assert_eq!(source.asked.load(Ordering::Relaxed), before, "what was used last is kept");
+    assert!(page(&radiance, 0) == first[0]);
+    assert!(source.asked.load(Ordering::Relaxed) > before, "what was dropped is computed again");
+}
+
+#[test]
+fn pages_of_frames_in_flight_stay() {
+    let source = rough(512, 256, 0);
+    let radiance = Radiance::with_budget(sensor(), 0);
+    let pages = RadiancePages::new(&source, &radiance);
+    let kept = pages.page(PageId { level: 0, px: 0, py: 0 }).unwrap();
+    radiance.begin_frame();
+    radiance.begin_frame();
+    assert!(radiance.bytes() > 0);
+    radiance.begin_frame();
+    assert_eq!(radiance.bytes(), 0);
+    // Whoever still holds one may go on with it.
+    assert!(kept.is_some());
+}
