@@ -63,6 +63,16 @@ pub fn between<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3]
     ]
 }
 
+/// Adds light of words, in [units](Scale::units), times a weight.
+#[inline(always)]
+pub fn add<V: Simd>(simd: V, sum: &mut [V::F; 3], words: V::I, weight: V::F) {
+    let (red, green) = (simd.splat_int(0x7ff), simd.splat_int(0x7ff << 11));
+    for (sum, code) in sum.iter_mut().zip([words & red, words & green, words.shr::<22>()]) {
+        let code = code.to_float();
+        *sum = (code * code).mul_add(weight, *sum);
+    }
+}
+
 /// Square of a code between two.
 #[inline(always)]
 fn mix<V: Simd>(from: V::I, to: V::I, share: V::F) -> V::F {

@@ -6,7 +6,7 @@
 //!     light of each row                         stretches by their share of it, then sky         rows
 //! each band of the screen's rows:
 //!     pixel's place among planes and rows       homography                                       fan
-//!     its light                                 linear between planes (and rows, with roll)
+//!     its light                                 linear between planes; cubic between planes and rows, with roll
 //!     8-bit sRGB, or light and range                                                             band
 //! ```
 //!

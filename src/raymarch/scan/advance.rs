@@ -15,7 +15,7 @@ const MOST_NEAR_PARTS: f32 = 16.0;
 const MOST_STEEP_PARTS: f32 = 8.0;
 
 /// Rows that a stretch may rise over before the surface between its ends is looked at.
-const STEEP_ROWS: f32 = 6.0;
+const STEEP_ROWS: f32 = 5.0;
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Goes to a line.
