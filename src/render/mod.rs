@@ -134,7 +134,8 @@ pub struct Renderer<'a, S> {
     isa: Isa,
     radiance: Radiance,
     turned: TurnedPages,
-    fans: planes::Fans,
+    fans: planes::Used<planes::Fan>,
+    pictures: planes::Used<Vec<u8>>,
 }
 
 impl<'a, S: PageSource> Renderer<'a, S> {
@@ -147,7 +148,8 @@ impl<'a, S: PageSource> Renderer<'a, S> {
             isa: Isa::best(),
             radiance,
             turned: TurnedPages::default(),
-            fans: planes::Fans::default(),
+            fans: planes::Used::default(),
+            pictures: planes::Used::default(),
         }
     }
 
@@ -183,6 +185,13 @@ impl<'a, S: PageSource> Renderer<'a, S> {
                 let rgb = srgb8_picture(&frame.colour);
                 Ok((Picture { width: camera.width, height: camera.height, rgb }, times))
             }
+        }
+    }
+
+    /// Takes back the memory of a picture that nobody needs any more, for a later one.
+    pub fn recycle(&self, picture: Picture) {
+        if self.options.engine == Engine::Planes {
+            self.pictures.give_back(picture.rgb);
         }
     }
 

@@ -45,22 +45,22 @@ impl<'c> View<'c> {
 
 /// What planes saw, before it is taken to a screen.
 #[derive(Debug, Default)]
-struct Fan {
+pub struct Fan {
     cells: Vec<Cell>,
     inverse: Vec<Sixteen>,
 }
 
-/// Memory of fans that no frame in flight uses any more.
+/// Memory that no frame in flight uses any more, for the next: what is new must be cleared by the system page by page.
 #[derive(Debug, Default)]
-pub struct Fans(Mutex<Vec<Fan>>);
+pub struct Used<T>(Mutex<Vec<T>>);
 
-impl Fans {
-    fn take(&self) -> Fan {
+impl<T: Default> Used<T> {
+    fn take(&self) -> T {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
     }
 
-    fn give_back(&self, fan: Fan) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(fan);
+    pub fn give_back(&self, memory: T) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
     }
 }
 
@@ -88,7 +88,9 @@ pub fn picture<S: PageSource>(
     farm: &Farm,
 ) -> Result<(Picture, StageTimes)> {
     let (width, height) = (view.camera.width, view.camera.height);
-    let mut rgb = vec![0; width as usize * height as usize * 3];
+    // All of it is overwritten.
+    let mut rgb = renderer.pictures.take();
+    rgb.resize(width as usize * height as usize * 3, 0);
     let band = band_rows(farm) * width as usize * 3;
     let bands = rgb.chunks_mut(band).map(Band::Picture).collect();
     let times = render(renderer, view, farm, bands, false)?;

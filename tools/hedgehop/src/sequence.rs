@@ -74,7 +74,7 @@ impl<S: PageSource> Sequence<'_, S> {
     pub fn fly(
         &self,
         cameras: &[(u64, Camera)],
-        sink: &(dyn Fn(Shot) -> Result<()> + Sync),
+        sink: &(dyn Fn(&Shot) -> Result<()> + Sync),
         observer: &dyn Observer,
     ) -> Flown {
         let failed = AtomicBool::new(false);
@@ -84,7 +84,7 @@ impl<S: PageSource> Sequence<'_, S> {
             let encoders: Vec<_> = (0..self.encoders)
                 .map(|_| {
                     let receiver = receiver.clone();
-                    scope.spawn(|| encode(receiver, sink, &failed, observer))
+                    scope.spawn(|| self.encode(receiver, sink, &failed, observer))
                 })
                 .collect();
             drop(receiver);
@@ -130,23 +130,27 @@ impl<S: PageSource> Sequence<'_, S> {
             sender.send(Shot { number, image }).map_err(|_| stopped())
         })
     }
-}
 
-fn encode(
-    shots: Receiver<Shot>,
-    sink: &(dyn Fn(Shot) -> Result<()> + Sync),
-    failed: &AtomicBool,
-    observer: &dyn Observer,
-) -> (Vec<u64>, Result<()>) {
-    let mut finished = Vec::new();
-    for shot in shots {
-        let number = shot.number;
-        if let Err(error) = sink(shot) {
-            failed.store(true, Ordering::Relaxed);
-            return (finished, Err(error));
+    /// Hands frames to `sink` as they come; the numbers of those that it took.
+    fn encode(
+        &self,
+        shots: Receiver<Shot>,
+        sink: &(dyn Fn(&Shot) -> Result<()> + Sync),
+        failed: &AtomicBool,
+        observer: &dyn Observer,
+    ) -> (Vec<u64>, Result<()>) {
+        let mut finished = Vec::new();
+        for shot in shots {
+            if let Err(error) = sink(&shot) {
+                failed.store(true, Ordering::Relaxed);
+                return (finished, Err(error));
+            }
+            if let Image::Picture(picture, _) = shot.image {
+                self.renderer.recycle(picture);
+            }
+            finished.push(shot.number);
+            observer.advance(1);
         }
-        finished.push(number);
-        observer.advance(1);
+        (finished, Ok(()))
     }
-    (finished, Ok(()))
 }

@@ -327,6 +327,7 @@ impl Job<'_> {
             if crew.in_flight == 1 {
                 frames.push(timed.times(number));
             }
+            self.renderer.recycle(timed.picture);
             Ok(())
         })?;
         Ok(Pass { wall: begun.elapsed(), stages, frames, trace })
