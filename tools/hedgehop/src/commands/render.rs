@@ -255,7 +255,7 @@ fn fly_files(
     let is_kept =
         |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
     let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
-    let flown = sequence.fly(&wanted, &|shot| files.write(&shot), reporter);
+    let flown = sequence.fly(&wanted, &|shot| files.write(shot), reporter);
     whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
     let listed = files.list(&whole);
@@ -274,14 +274,14 @@ fn fly_stream(
 ) -> Result<usize> {
     if args.output.is_standard_output() {
         let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
-        let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);
+        let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
         return flown.end.map(|()| flown.finished.len());
     }
     let file = args.output.path(1);
     let mut outcome = Ok(0);
     let written = write_with(&file, |target| {
         outcome = Stream::new(target, &file, size, args.fps).and_then(|stream| {
-            let flown = sequence.fly(cameras, &|shot| stream.write(&shot), reporter);
+            let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
             flown.end.map(|()| flown.finished.len())
         });
         // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
