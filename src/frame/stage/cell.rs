@@ -29,7 +29,7 @@ impl Scale {
     /// All that radiance holds.
     pub const ALL: Self = Self { root_of_brightest: 1.5 };
 
-    /// Linear light of the units in which [`between`] counts, by channel: the square of a code, which green keeps in its place.
+    /// Linear light of the units in which light between words is counted, by channel: the square of a code, which green keeps in its place.
     #[inline(always)]
     pub fn units(self) -> [f32; 3] {
         let mut roots = LIMITS.map(|limit| self.root_of_brightest / limit);

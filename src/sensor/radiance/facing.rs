@@ -32,7 +32,7 @@ pub struct Facing {
     pub major: u8,
     /// Up the axis.
     pub forward: bool,
-    /// How steeply down: how many of [`STEEPER`] it exceeds.
+    /// How steeply down: 0 below a tangent of 0.3, 1 below 1.2, 2 beyond.
     pub incline: u8,
 }
 
