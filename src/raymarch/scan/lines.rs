@@ -16,6 +16,8 @@ pub struct Lines<'a> {
     count: usize,
     /// Index of the pages' first line, and of the first page's first post.
     pub first: [i64; 2],
+    /// The area's first and last post, counted from there: beside it the surface goes on level.
+    limits: [f32; 2],
 }
 
 impl<'a> Lines<'a> {
@@ -29,7 +31,9 @@ impl<'a> Lines<'a> {
         posts: [i64; 2],
     ) -> Result<Option<Self>> {
         let side = i64::from(PAGE_SIDE);
-        let dims = pages.source().header().grid.page_dims(level);
+        let grid = pages.source().header().grid;
+        let posts_across = i64::from([grid.dims(level).0, grid.dims(level).1][1 - major]);
+        let dims = grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
         let [first, last] = posts.map(|post| post.div_euclid(side).clamp(0, dims[1 - major] - 1));
         let page_line = line.div_euclid(side).clamp(0, dims[major] - 1);
@@ -41,6 +45,7 @@ impl<'a> Lines<'a> {
             parts: [const { (Codes::Rows(&[]), 0) }; MOST_PAGES],
             count,
             first: [page_line * side, first * side],
+            limits: [-(first * side) as f32, (posts_across - 1 - first * side) as f32],
         };
         for part in 0..count {
             let (along, across) = (page_line as u32, first as u32 + part as u32);
@@ -61,6 +66,7 @@ impl<'a> Lines<'a> {
     /// two posts; 0 where either has no surface.
     #[inline(always)]
     pub fn codes<V: Simd>(&self, simd: V, line: i32, post: V::F) -> V::F {
+        let post = post.max(simd.splat(self.limits[0])).min(simd.splat(self.limits[1]));
         let floor = post.floor();
         let share = post - floor;
         let cell = floor.to_int();
