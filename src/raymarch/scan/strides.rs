@@ -52,6 +52,11 @@ impl Strides {
             let rows = f64::from(lines * Grid::side_units(level)) * height * threshold;
             (rows / MOST_ROWS).sqrt()
         };
+        // Lines a pixel apart, seen across, are close enough however steep the view: levels begin there too.
+        let across = |lines: u32, level: u8| {
+            let range = f64::from(lines * Grid::side_units(level)) * threshold;
+            (range * range - clearance.max(0.0).powi(2)).max(0.0).sqrt()
+        };
         let mut steps: Vec<Stride> = Vec::new();
         for level in 0..level_count {
             let side = f64::from(Grid::side_units(level));
@@ -63,7 +68,8 @@ impl Strides {
             let [second, fourth] =
                 if level == 0 { [SECOND, FOURTH].map(|share| share * threshold) } else { [from; 2] };
             for (lines, at_least) in [(1, from), (2, second), (4, fourth)] {
-                let from = if lines == 1 { from } else { at_least.max(flat(lines, level)) };
+                let longer = at_least.max(flat(lines, level)).min(across(lines, level));
+                let from = if lines == 1 { from } else { longer };
                 // What would be read nowhere is none.
                 while steps.last().is_some_and(|last| last.from >= from) {
                     steps.pop();
