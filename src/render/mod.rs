@@ -9,6 +9,8 @@
 mod planes;
 mod reference;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 use std::time::Duration;
 
@@ -52,8 +54,8 @@ pub enum Engine {
     /// The reference marcher: ray by ray, exact, any screen and surface.
     #[default]
     Reference,
-    /// Scan planes: more than a hundred times as fast; planar screens that are not too steep and the smooth surface, the reference
-    /// marcher where they do not serve.
+    /// Scan planes: more than a hundred times as fast; the smooth surface of an area that ends, on any screen with one eye; the
+    /// reference marcher where they do not serve.
     Planes,
 }
 
@@ -134,6 +136,7 @@ pub struct Renderer<'a, S> {
     isa: Isa,
     radiance: Radiance,
     turned: TurnedPages,
+    screen: planes::LastScreen,
     fans: planes::Used<planes::Fan>,
     pictures: planes::Used<Vec<u8>>,
 }
@@ -148,6 +151,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
             isa: Isa::best(),
             radiance,
             turned: TurnedPages::default(),
+            screen: planes::LastScreen::default(),
             fans: planes::Used::default(),
             pictures: planes::Used::default(),
         }
@@ -166,7 +170,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// A page that is damaged; options or a pose outside their ranges.
     pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
         self.options.check(camera)?;
-        match self.planes(camera) {
+        match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, farm),
             None => reference::render(self.source, camera, &self.options, farm),
         }
@@ -178,7 +182,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// As of [`Self::frame`].
     pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, StageTimes)> {
         self.options.check(camera)?;
-        match self.planes(camera) {
+        match self.planes(camera, farm)? {
             Some(view) => planes::picture(self, &view, farm),
             None => {
                 let Rendered { frame, times } = reference::render(self.source, camera, &self.options, farm)?;
@@ -197,15 +201,22 @@ impl<'a, S: PageSource> Renderer<'a, S> {
 
     /// The engine that renders what `camera` sees: that of the options, or the reference where it does not serve.
     pub fn engine_for(&self, camera: &Camera) -> Engine {
-        if self.planes(camera).is_some() { Engine::Planes } else { Engine::Reference }
+        let serves = self.takes_planes() && planes::View::serves(camera);
+        if serves { Engine::Planes } else { Engine::Reference }
+    }
+
+    /// Whether the options are for scan planes.
+    fn takes_planes(&self) -> bool {
+        let RenderOptions { engine, surface, tile_world, .. } = self.options;
+        engine == Engine::Planes && surface == Surface::Smooth && !tile_world
     }
 
     /// How scan planes see what the camera sees; `None` where they do not serve.
-    fn planes<'c>(&self, camera: &'c Camera) -> Option<planes::View<'c>> {
-        let serves = self.options.engine == Engine::Planes
-            && self.options.surface == Surface::Smooth
-            && !self.options.tile_world;
-        if serves { planes::View::new(self.source.header(), camera) } else { None }
+    fn planes<'c>(&self, camera: &'c Camera, farm: &Farm) -> Result<Option<planes::View<'c>>> {
+        if !self.takes_planes() {
+            return Ok(None);
+        }
+        planes::View::new(self.source.header(), camera, &self.screen, farm)
     }
 }
 
@@ -251,36 +262,4 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
 pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
     let (lowest, highest) = header.height_range;
     Atmosphere::new(options.visibility, lowest).reach(camera.pose.eye.z, highest)
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::DVec2;
-
-    use super::*;
-    use crate::space::{Attitude, Pose};
-    use crate::voxel::{Grid, Metadata, build_in_memory};
-
-    #[test]
-    fn values_that_make_no_picture_are_refused() {
-        let grid = Grid { nx: 2, ny: 2, spacing: 1.0, origin: DVec2::ZERO };
-        let source = build_in_memory(grid, &[0.0; 4], &[[0; 3]; 4], None, &Metadata::default()).unwrap();
-        let farm = Farm::new(1).unwrap();
-        let sound = (DVec3::ONE, 60.0, RenderOptions::default());
-        let frame = |(eye, hfov, options): (DVec3, f64, RenderOptions)| {
-            let camera = Camera::new(Pose { eye, attitude: Attitude::default(), hfov }, 2, 2);
-            render_frame(&source, &camera, &options, &farm)
-        };
-        assert!(frame(sound).is_ok());
-        let low_sun = Sun { azimuth: 0.0, elevation: 0.0 };
-        for broken in [
-            (DVec3::NAN, 60.0, sound.2),
-            (DVec3::ONE, 180.0, sound.2),
-            (DVec3::ONE, 60.0, RenderOptions { sun: low_sun, ..sound.2 }),
-            (DVec3::ONE, 60.0, RenderOptions { visibility: f64::NAN, ..sound.2 }),
-            (DVec3::ONE, 60.0, RenderOptions { detail: 0.0, ..sound.2 }),
-        ] {
-            assert!(matches!(frame(broken), Err(Error::Configuration(_))), "{broken:?}");
-        }
-    }
 }

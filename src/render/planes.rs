@@ -1,7 +1,6 @@
 //! A frame through scan planes: march, then the image stage.
 
-use std::sync::Mutex;
-use std::sync::PoisonError;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -11,7 +10,9 @@ use crate::error::Result;
 use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
-use crate::raymarch::scan::{Field, Outlook, PlaneMarch, Profile, Strides, Upright};
+use crate::raymarch::scan::{
+    Directions, Field, Kept, Outlook, Panorama, PlaneMarch, Profile, Shape, Strides, Upright,
+};
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
@@ -28,18 +29,56 @@ const COARSE_LEVEL: u8 = 3;
 /// What planes need to know of a view.
 pub struct View<'c> {
     camera: &'c Camera,
-    upright: Upright,
+    shape: Shape,
     /// The eye: units, units, metres.
     eye: DVec3,
 }
 
 impl<'c> View<'c> {
+    /// Whether planes serve a camera.
+    pub fn serves(camera: &Camera) -> bool {
+        Upright::new(camera).is_some() || Panorama::serves(camera)
+    }
+
     /// `None`: planes do not serve this camera.
-    pub fn new(header: &Header, camera: &'c Camera) -> Option<Self> {
-        let upright = Upright::new(camera)?;
+    pub fn new(
+        header: &Header,
+        camera: &'c Camera,
+        screen: &LastScreen,
+        farm: &Farm,
+    ) -> Result<Option<Self>> {
+        let shape = match Upright::new(camera) {
+            Some(upright) => Shape::Upright(upright),
+            None if Panorama::serves(camera) => {
+                Shape::Panorama(Panorama::new(camera, screen.directions(camera, farm)?))
+            }
+            None => return Ok(None),
+        };
         let eye = camera.pose.eye;
         let ground = (eye.truncate() - header.grid.origin) / header.grid.spacing;
-        Some(Self { camera, upright, eye: ground.extend(eye.z) })
+        Ok(Some(Self { camera, shape, eye: ground.extend(eye.z) }))
+    }
+}
+
+/// Directions of the last screen that needed a table: frames of one flight share it.
+#[derive(Debug, Default)]
+pub struct LastScreen(Mutex<Option<Arc<Directions>>>);
+
+impl LastScreen {
+    /// The directions of a screen's pixels.
+    fn directions(&self, camera: &Camera, farm: &Farm) -> Result<Arc<Directions>> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Some(known) = known.filter(|known| known.serve(camera)) {
+            return Ok(known);
+        }
+        let mut directions = Directions::new(camera);
+        farm.each(Stage::March, directions.parts(), |_, part| {
+            part.fill(camera);
+            Ok(())
+        })?;
+        let directions = Arc::new(directions);
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(directions.clone());
+        Ok(directions)
     }
 }
 
@@ -93,7 +132,7 @@ pub fn picture<S: PageSource>(
     rgb.resize(width as usize * height as usize * 3, 0);
     let band = band_rows(farm) * width as usize * 3;
     let bands = rgb.chunks_mut(band).map(Band::Picture).collect();
-    let times = render(renderer, view, farm, bands, false)?;
+    let times = render(renderer, view, farm, bands, Scale::DISPLAY)?;
     Ok((Picture { width, height, rgb }, times))
 }
 
@@ -108,14 +147,9 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
         .zip(frame.range.chunks_mut(band))
         .map(|(colour, range)| Band::Frame { colour, range })
         .collect();
-    let times = render(renderer, view, farm, bands, true)?;
+    let times = render(renderer, view, farm, bands, Scale::ALL)?;
     super::surface::describe(renderer, &mut frame, farm)?;
     Ok(Rendered { frame, times })
-}
-
-/// Frames hold light as it is, pictures what a display shows.
-fn scale(with_range: bool) -> Scale {
-    if with_range { Scale::ALL } else { Scale::DISPLAY }
 }
 
 /// Rows of an image task.
@@ -123,25 +157,26 @@ fn band_rows(farm: &Farm) -> usize {
     farm.task_size_or(SUITABLE).rows.max(1) as usize
 }
 
-/// Has planes look, then fills `bands` of [`band_rows`] rows.
+/// Has planes look, then fills `bands` of [`band_rows`] rows; light is kept to `scale` meanwhile.
 fn render<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
     bands: Vec<Band<'_>>,
-    with_range: bool,
+    scale: Scale,
 ) -> Result<StageTimes> {
     let (marching, shading, imaging) = (Clock::default(), Clock::default(), Clock::default());
     renderer.radiance.begin_frame();
     renderer.turned.begin_frame();
-    let size = view.upright.groups() * view.upright.size[1];
+    let groups: Vec<_> = (0..view.shape.groups()).map(|index| view.shape.kept(index)).collect();
+    let size = groups.iter().map(|kept| kept.rows).sum();
+    let with_range = bands.first().is_some_and(Band::has_range);
     // What a frame before left in it is overwritten, or not looked at.
     let mut fan = renderer.fans.take();
     fan.cells.resize(size, Cell::default());
     fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
-    see(renderer, view, farm, [&marching, &shading], &mut fan)?;
-    let scale = scale(with_range);
-    let planes = Planes { upright: &view.upright, cells: &fan.cells, scale, inverse: &fan.inverse };
+    see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
+    let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, inverse: &fan.inverse };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
     farm.each(Stage::Image, bands, |index, band| {
         imaging.time(|| {
@@ -151,6 +186,53 @@ fn render<S: PageSource>(
     })?;
     renderer.fans.give_back(fan);
     Ok(StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() })
+}
+
+/// What groups of planes see.
+struct Seen<'f> {
+    /// What is kept of each group.
+    groups: &'f [Kept],
+    /// What the cells' codes stand for.
+    scale: Scale,
+    /// Memory for it.
+    fan: &'f mut Fan,
+}
+
+/// A few groups of planes, and the fan's memory of them.
+struct Task<'f> {
+    /// Index of the first one.
+    first: usize,
+    groups: &'f [Kept],
+    cells: &'f mut [Cell],
+    /// Empty if nobody asks.
+    inverse: &'f mut [Sixteen],
+}
+
+impl<'f> Seen<'f> {
+    /// Tasks of so many groups.
+    fn tasks(self, per_task: usize) -> Vec<Task<'f>> {
+        let Fan { cells, inverse } = self.fan;
+        let (mut cells, mut inverse) = (cells.as_mut_slice(), inverse.as_mut_slice());
+        let chunks = self.groups.chunks(per_task).enumerate();
+        let task = |(index, groups): (usize, &'f [Kept])| {
+            let rows = groups.iter().map(|kept| kept.rows).sum();
+            Task {
+                first: index * per_task,
+                groups,
+                cells: first_part(&mut cells, rows),
+                inverse: first_part(&mut inverse, rows),
+            }
+        };
+        chunks.map(task).collect()
+    }
+}
+
+/// Takes up to `count` elements away from the beginning of a slice.
+fn first_part<'s, T>(slice: &mut &'s mut [T], count: usize) -> &'s mut [T] {
+    let all = std::mem::take(slice);
+    let (first, rest) = all.split_at_mut(count.min(all.len()));
+    *slice = rest;
+    first
 }
 
 /// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone; above the lowest
@@ -166,13 +248,13 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
     Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
 }
 
-/// What groups of planes see, `[group][row]`.
+/// Has groups of planes look.
 fn see<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
     [marching, shading]: [&Clock; 2],
-    Fan { cells, inverse }: &mut Fan,
+    seen: Seen<'_>,
 ) -> Result<()> {
     let header = renderer.source.header();
     let above_ground = height_above_ground(renderer.source, view.eye)?;
@@ -180,50 +262,48 @@ fn see<S: PageSource>(
     let outlook =
         Outlook { pixel_angle: angle, clearance: view.eye.z - header.height_range.1, height: above_ground };
     let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
-    let (edges, centres) = (view.upright.edges(), view.upright.centres());
+    let (edges, centres) = (view.shape.edges(), view.shape.centres());
     let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
-    let fineness = per_row.iter().fold(0.0_f32, |a, &b| a.max(b));
-    let height = view.upright.size[1];
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
-    // Without ranges there are as many chunks of nothing.
-    let with_range = !inverse.is_empty();
-    let mut inverse = inverse.chunks_mut(per_task * height);
-    let tasks = cells.chunks_mut(per_task * height).map(|cells| (cells, inverse.next().unwrap_or_default()));
-    farm.each(Stage::March, tasks.collect(), |task, (cells, inverse)| {
+    let scale = seen.scale;
+    farm.each(Stage::March, seen.tasks(per_task), |_, task| {
         let mut march = PlaneMarch::new(renderer.source, &renderer.turned, strides.clone());
         let mut painter = Painter {
             sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.radiance)),
             air: Air::new(&atmosphere, view.eye.z),
             eye: view.eye,
-            pixel_angle: angle,
             spacing: header.grid.spacing,
             height: above_ground,
         };
         let (mut profile, mut lights, mut sums) = (Profile::default(), Vec::new(), Sums::new());
-        for (index, cells) in cells.chunks_mut(height).enumerate() {
-            let inverse = if with_range { &mut inverse[index * height..][..height] } else { &mut [] };
-            let index = task * per_task + index;
-            let rows = view.upright.rows(index);
-            if rows.is_empty() {
+        let Task { first, groups, mut cells, mut inverse } = task;
+        for (index, kept) in (first..).zip(groups) {
+            let (cells, inverse) = (first_part(&mut cells, kept.rows), first_part(&mut inverse, kept.rows));
+            if kept.filled.is_empty() {
                 continue;
             }
-            let group = view.upright.group(index, &header.grid, view.eye, bend);
-            let squares = view.upright.squares(index);
+            let group = view.shape.group(index, &header.grid, view.eye, bend);
+            let squares = view.shape.squares(index);
+            let rows = kept.first..kept.first + kept.filled.len();
+            let fineness = per_row[rows.clone()].iter().fold(0.0_f32, |a, &b| a.max(b));
             let field = Field { tangents: [edges[rows.start], edges[rows.end]], fineness };
             marching.time(|| march.see(renderer.isa, view.eye, &group, field, &mut profile))?;
             shading.time(|| {
-                painter.paint(renderer.isa, &group, &profile, &squares, &mut lights)?;
+                let angle = view.shape.plane_angle(index, angle);
+                painter.paint(renderer.isa, &group, &profile, angle, &squares, &mut lights)?;
+                let inverse = inverse.get_mut(kept.filled.clone()).unwrap_or_default();
                 let rows = Rows {
                     edges: &edges[rows.start..=rows.end],
                     centres: &centres[rows.clone()],
-                    per_row: &per_row[rows.clone()],
-                    cells: &mut cells[rows.clone()],
-                    scale: scale(with_range),
-                    inverse: if with_range { &mut inverse[rows] } else { inverse },
+                    per_row: &per_row[rows],
+                    cells: &mut cells[kept.filled.clone()],
+                    scale,
+                    inverse: &mut *inverse,
                 };
                 rows.fill(renderer.isa, &profile, &lights, &painter.air, &squares, &mut sums);
+                view.shape.finish(index, inverse);
                 Result::Ok(())
             })?;
         }

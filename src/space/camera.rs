@@ -119,6 +119,22 @@ impl Camera {
         Some(Ray { origin: self.pose.eye, direction })
     }
 
+    /// Direction of [`Self::ray`] in axes of which [`Self::world_from_mapping`] tells how they lie: it depends on the screen
+    /// and its size alone, not on the pose. Of any length but 0.
+    pub fn mapped(&self, column: f64, row: f64) -> Option<DVec3> {
+        self.mapping.ray(column, row).map(|(_, direction)| direction)
+    }
+
+    /// Columns: the axes that [`Self::mapped`] directions are in, in world axes.
+    pub fn world_from_mapping(&self) -> DMat3 {
+        self.world_from_mapping
+    }
+
+    /// Whether [`Self::mapped`] is the same for both cameras.
+    pub fn maps_like(&self, other: &Self) -> bool {
+        self.mapping.is_like(&other.mapping)
+    }
+
     /// Direction of [`Self::ray`]; the optical axis where there is no ray.
     pub fn direction(&self, column: f64, row: f64) -> DVec3 {
         self.ray(column, row).map_or(self.world_from_view.z_axis, |ray| ray.direction)

@@ -191,6 +191,16 @@ impl Mapping {
         Self { screen, size, scale, shift }
     }
 
+    /// Whether both map alike.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let same = match (&self.screen, &other.screen) {
+            // Comparing large tables themselves would take a part of each frame.
+            (Screen::Table(own), Screen::Table(other)) => own.digest() == other.digest(),
+            (own, other) => own == other,
+        };
+        same && (self.size, self.shift) == (other.size, other.shift)
+    }
+
     /// How wide pixels are, at the widest.
     pub fn footprint(&self) -> Footprint {
         match self.screen {

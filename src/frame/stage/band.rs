@@ -1,6 +1,7 @@
 //! A band of rows of the screen.
 
-use super::fan::{Fan, Planes};
+use super::fan::{Look, PanoramaFan, Planes, UprightFan};
+use crate::raymarch::scan::Shape;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 
@@ -26,6 +27,11 @@ impl Band<'_> {
         isa.run(Filling { band: self, planes, width, first });
     }
 
+    /// Whether ranges are asked for.
+    pub fn has_range(&self) -> bool {
+        matches!(self, Self::Frame { .. })
+    }
+
     fn rows(&self, width: usize) -> usize {
         match self {
             Self::Picture(bytes) => bytes.len() / (RGB * width.max(1)),
@@ -46,9 +52,20 @@ impl Kernel for Filling<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
+        let rows = self.first..self.first + self.band.rows(self.width);
+        let Planes { shape, cells, inverse, .. } = self.planes;
+        match shape {
+            Shape::Upright(upright) => self.fill(simd, &UprightFan::new(simd, upright, cells, inverse, rows)),
+            Shape::Panorama(panorama) => self.fill(simd, &PanoramaFan { simd, panorama, cells, inverse }),
+        }
+    }
+}
+
+impl Filling<'_, '_> {
+    #[inline(always)]
+    fn fill<V: Simd>(self, simd: V, fan: &impl Look<V>) {
         let Self { mut band, planes, width, first } = self;
         let (count, units) = (band.rows(width), planes.scale.units());
-        let fan = Fan::new(simd, planes, first..first + count);
         // Strip by strip: rows of one group of planes follow each other in memory.
         for column in (0..width).step_by(LANES) {
             for row in 0..count {

@@ -22,8 +22,6 @@ pub struct Painter<'a> {
     pub air: Air,
     /// The eye: units, units, metres.
     pub eye: DVec3,
-    /// Angle of a pixel, radians.
-    pub pixel_angle: f64,
     /// Metres per unit.
     pub spacing: f64,
     /// Height above the ground about, metres.
@@ -31,17 +29,19 @@ pub struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    /// Light that each sight of a profile sends to the eye, through the haze between. `squares` is 1 + a² of each plane.
+    /// Light that each sight of a profile sends to the eye, through the haze between. `angle` lies between neighbouring planes, seen
+    /// along the ground, radians; `squares` is 1 + a² of each plane.
     pub fn paint(
         &mut self,
         isa: Isa,
         group: &PlaneGroup,
         profile: &Profile,
+        angle: f64,
         squares: &[f32; LANES],
         lights: &mut Vec<Light>,
     ) -> Result<()> {
         lights.clear();
-        isa.run(Painting { painter: self, group, profile, squares, lights })
+        isa.run(Painting { painter: self, group, profile, angle, squares, lights })
     }
 }
 
@@ -49,6 +49,7 @@ struct Painting<'f, 'a> {
     painter: &'f mut Painter<'a>,
     group: &'f PlaneGroup,
     profile: &'f Profile,
+    angle: f64,
     squares: &'f [f32; LANES],
     lights: &'f mut Vec<Light>,
 }
@@ -58,7 +59,7 @@ impl Kernel for Painting<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
-        let Self { painter, group, profile, squares, lights } = self;
+        let Self { painter, group, profile, angle, squares, lights } = self;
         let squares = simd.load(squares);
         let planes = Planes {
             major: group.major,
@@ -66,7 +67,7 @@ impl Kernel for Painting<'_, '_> {
             height: painter.height / group.ground,
             eye: painter.eye[1 - group.major],
             minor: group.minor,
-            pixel: group.ground * painter.pixel_angle / painter.spacing,
+            pixel: group.ground * angle / painter.spacing,
         };
         let mut crossings = painter.sampler.under(simd, &planes);
         let (air, forward) = (painter.air, group.forward as i64);

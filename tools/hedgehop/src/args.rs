@@ -162,7 +162,7 @@ pub enum EngineName {
     /// Ray by ray, exact
     #[default]
     Reference,
-    /// Sixteen vertical planes at a time; planar screens that are not too steep, the reference elsewhere
+    /// Sixteen vertical planes at a time; the reference for orthographic screens, areas that repeat, and blocks
     Planes,
 }
 

@@ -107,8 +107,8 @@ struct Measured {
     bounds: [f64; 4],
     all: Figures,
     level_flight: Figures,
-    scan_planes: Figures,
-    scan_planes_poses: usize,
+    upright: Figures,
+    upright_poses: usize,
     within_bounds: bool,
     poses: Vec<PoseFigures>,
     worst: Vec<Comparison>,
@@ -282,18 +282,18 @@ fn finish(
     };
     let all = Figures::of(compared.iter());
     let level_flight = Figures::of(compared.iter().filter(is_level));
-    // Poses that are too steep for scan planes go to the reference marcher, which is exact near the eye.
-    let in_planes: Vec<bool> = poses
+    // Steep poses are seen by planes around the eye, in finer steps.
+    let is_upright: Vec<bool> = poses
         .iter()
         .map(|pose| Upright::new(&Camera::new(*pose, args.size.width, args.size.height)).is_some())
         .collect();
-    let scan_planes = Figures::of(compared.iter().filter(|pixel| in_planes[pixel.pose]));
-    let scan_planes_poses = per_pose.iter().filter(|figures| in_planes[figures.pose]).count();
+    let upright = Figures::of(compared.iter().filter(|pixel| is_upright[pixel.pose]));
+    let upright_poses = per_pose.iter().filter(|figures| is_upright[figures.pose]).count();
     let within_bounds = all.within_bounds();
     report::line(&format!("{:<36} {}", "all", all.columns()));
     report::line(&format!("{:<36} {}", "level flight", level_flight.columns()));
-    let title = format!("scan planes ({scan_planes_poses} poses)");
-    report::line(&format!("{title:<36} {}", scan_planes.columns()));
+    let title = format!("planes of the screen ({upright_poses} poses)");
+    report::line(&format!("{title:<36} {}", upright.columns()));
     let verdict = if within_bounds { "within" } else { "NOT within" };
     report::line(&format!(
         "{verdict} the bounds: median {:e}, 99 % {:e}, 99.6 % {:e}, sky {} %",
@@ -317,8 +317,8 @@ fn finish(
         bounds: BOUNDS,
         all,
         level_flight,
-        scan_planes,
-        scan_planes_poses,
+        upright,
+        upright_poses,
         within_bounds,
         poses: per_pose,
         worst: compared,

@@ -1,0 +1,109 @@
+//! What pixels of any screen see of planes at equal steps of azimuth and elevation.
+
+use super::super::cell::{Cell, add};
+use super::{AT_EYE, Look, cubic, smooth_or_nearest};
+use crate::raymarch::scan::{Annulus, Between, Gaze, Panorama};
+use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+
+/// Looks up what planes around the eye saw.
+pub struct PanoramaFan<'a, V: Simd> {
+    pub simd: V,
+    pub panorama: &'a Panorama,
+    /// Light, group by group.
+    pub cells: &'a [Cell],
+    /// Inverse range in the same order; empty if nobody asks.
+    pub inverse: &'a [Sixteen],
+}
+
+/// Where sixteen pixels lie among planes and rows.
+pub struct Place<V: Simd> {
+    gaze: Gaze<V>,
+    /// Row below each pixel, and share of the way to the next.
+    below: V::I,
+    rise: V::F,
+}
+
+impl<V: Simd> PanoramaFan<'_, V> {
+    /// The annulus that a pixel of `left` looks into, those of them that look into the same, and planes beside them.
+    #[inline(always)]
+    fn next(&self, place: &Place<V>, left: V::M) -> (&Annulus, V::M, Between<V>) {
+        let annulus = self.panorama.annulus(place.below.least(left));
+        let here = left & !place.below.gt(self.simd.splat_int(annulus.rows.end as i32 - 1));
+        (annulus, here, annulus.between(self.simd, place.gaze.azimuth))
+    }
+
+    /// Offset, in words, of a row; rows are taken into the sphere.
+    #[inline(always)]
+    fn row(&self, row: V::I) -> V::I {
+        let simd = self.simd;
+        row.max(simd.splat_int(0))
+            .min(simd.splat_int(self.panorama.last_row()))
+            .mul(simd.splat_int(LANES as i32))
+    }
+}
+
+impl<V: Simd> Look<V> for PanoramaFan<'_, V> {
+    type Place = Place<V>;
+
+    #[inline(always)]
+    fn place(&self, column: usize, row: usize) -> Place<V> {
+        let gaze = self.panorama.gaze(self.simd, column, row);
+        let below = gaze.row.floor();
+        Place { rise: gaze.row - below, below: below.to_int(), gaze }
+    }
+
+    /// Cubic between planes and rows; black where there is no ray.
+    #[inline(always)]
+    fn light(&self, place: &Place<V>) -> [V::F; 3] {
+        let simd = self.simd;
+        let mut seen = [simd.splat(0.0); 3];
+        let along = cubic(simd, place.rise);
+        let mut left = place.gaze.lit;
+        // Usually all lanes look into one annulus.
+        while left.any() {
+            let (_, here, between) = self.next(place, left);
+            let across = cubic(simd, between.share);
+            let mut light = [simd.splat(0.0); 3];
+            for (row, up) in along.into_iter().enumerate() {
+                let row = self.row(place.below + simd.splat_int(row as i32 - 1));
+                for (plane, weight) in between.words.into_iter().zip(across) {
+                    let words = simd.gather_words(bytemuck::cast_slice(self.cells), plane + row);
+                    add(simd, &mut light, words, weight * up);
+                }
+            }
+            for (seen, light) in seen.iter_mut().zip(light) {
+                *seen = light.max(simd.splat(0.0)).select(here, *seen);
+            }
+            left = left & !here;
+        }
+        seen
+    }
+
+    #[inline(always)]
+    fn range(&self, place: &Place<V>) -> V::F {
+        let simd = self.simd;
+        let zero = simd.splat(0.0);
+        let along = self.panorama.harmonic(simd, place.rise);
+        let mut rows = [place.below; 4];
+        for (index, row) in rows.iter_mut().enumerate() {
+            *row = self.row(place.below + simd.splat_int(index as i32 - 1));
+        }
+        let mut inverse = zero;
+        let mut left = place.gaze.lit;
+        while left.any() {
+            let (_, here, between) = self.next(place, left);
+            let share = between.share;
+            let [_, west, east, _] = between.words;
+            let inverses = bytemuck::cast_slice(self.inverse);
+            let mut taps = [[zero; 2]; 4];
+            for (taps, row) in taps.iter_mut().zip(rows) {
+                *taps = [simd.gather(inverses, west + row), simd.gather(inverses, east + row)];
+            }
+            let found = smooth_or_nearest(simd, taps, [[simd.splat(1.0) - share, share], along]);
+            inverse = found.select(here, inverse);
+            left = left & !here;
+        }
+        let range = zero.select(simd.splat(AT_EYE).lt(inverse), inverse.recip());
+        range.select(zero.lt(inverse), simd.splat(f32::INFINITY))
+    }
+}

@@ -1,0 +1,173 @@
+//! What pixels of a planar screen see of the planes along it: light and inverse depth between planes and rows.
+
+use std::ops::Range;
+
+use super::super::cell::{Cell, add, between};
+use super::{AT_EYE, Look, cubic, smooth_or_nearest};
+use crate::raymarch::scan::{LevelRow, Upright};
+use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
+
+/// Where sixteen pixels lie among planes and rows.
+pub struct Place<V: Simd> {
+    plane: V::F,
+    row: V::F,
+    /// 1 + a² + t² of their directions.
+    square: V::F,
+    /// The first of two neighbouring groups that hold all planes of theirs, and the row, of an unrolled screen.
+    level: Option<(usize, V::I)>,
+}
+
+/// Looks planes up for rows of a screen.
+pub struct UprightFan<'a, V: Simd> {
+    simd: V,
+    /// How the screen lies in them.
+    upright: &'a Upright,
+    /// Light, `[group][row]`.
+    cells: &'a [Cell],
+    /// Inverse depth, `[group][row]`; empty if nobody asks.
+    inverse: &'a [Sixteen],
+    columns: V::F,
+    /// First row of `levels`.
+    first: usize,
+    /// Rows of an unrolled screen; none of a rolled one.
+    levels: Vec<LevelRow>,
+}
+
+impl<'a, V: Simd> UprightFan<'a, V> {
+    /// For some rows of the screen.
+    #[inline(always)]
+    pub fn new(
+        simd: V,
+        upright: &'a Upright,
+        cells: &'a [Cell],
+        inverse: &'a [Sixteen],
+        rows: Range<usize>,
+    ) -> Self {
+        let first = rows.start;
+        let levels = rows.map_while(|row| upright.level_row(row as f32 + 0.5)).collect();
+        let mut columns = [0.0; LANES];
+        columns.iter_mut().enumerate().for_each(|(lane, column)| *column = lane as f32 + 0.5);
+        Self { simd, upright, cells, inverse, columns: simd.load(&columns), first, levels }
+    }
+
+    /// Light that a plane saw in a row; both are taken into the fan.
+    #[inline(always)]
+    fn words(&self, plane: V::I, row: V::I) -> V::I {
+        self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
+    }
+
+    #[inline(always)]
+    fn inverse(&self, plane: V::I, row: V::I) -> V::F {
+        self.simd.gather(bytemuck::cast_slice(self.inverse), self.index(plane, row))
+    }
+
+    /// Where a plane's row is among words.
+    #[inline(always)]
+    fn index(&self, plane: V::I, row: V::I) -> V::I {
+        let simd = self.simd;
+        let [planes, rows] = self.upright.size;
+        let plane = plane.max(simd.splat_int(0)).min(simd.splat_int(planes as i32 - 1));
+        let row = row.max(simd.splat_int(0)).min(simd.splat_int(rows as i32 - 1));
+        let cell = plane.shr::<4>().mul(simd.splat_int(rows as i32)) + row;
+        cell.shl::<4>() + (plane & simd.splat_int(LANES as i32 - 1))
+    }
+}
+
+impl<V: Simd> Look<V> for UprightFan<'_, V> {
+    type Place = Place<V>;
+
+    #[inline(always)]
+    fn place(&self, column: usize, row: usize) -> Place<V> {
+        let simd = self.simd;
+        let columns = self.columns + simd.splat(column as f32);
+        let one = simd.splat(1.0);
+        let Some(level) = self.levels.get(row - self.first) else {
+            let look = self.upright.look(simd, columns, row as f32 + 0.5);
+            let square = look.across.mul_add(look.across, look.tangent.mul_add(look.tangent, one));
+            return Place { plane: look.plane, row: look.row, square, level: None };
+        };
+        let across = columns.mul_add(simd.splat(level.across[0]), simd.splat(level.across[1]));
+        let square = across.mul_add(across, simd.splat(level.tangent * level.tangent + 1.0));
+        let plane = columns.mul_add(simd.splat(level.plane[0]), simd.splat(level.plane[1]));
+        let [planes, rows] = self.upright.size;
+        let row = level.row.clamp(0, rows as i32 - 1);
+        // Two groups hold all sixteen, unless planes are much closer than pixels.
+        let at = |column: f32| column.mul_add(level.plane[0], level.plane[1]).floor() as i32;
+        let (first, last) = (at(column as f32 + 0.5), at(column as f32 + LANES as f32 - 0.5) + 2);
+        let group = first.div_euclid(LANES as i32);
+        let is_held = group >= 0 && last < (group + 2) * LANES as i32 && last < planes as i32;
+        let level = is_held.then(|| {
+            let index = plane.floor().to_int() - simd.splat_int(group * LANES as i32);
+            (group as usize * rows + row as usize, index)
+        });
+        Place { plane, row: simd.splat(row as f32), square, level }
+    }
+
+    /// Linear between the planes, or cubic between planes and rows of a rolled screen.
+    #[inline(always)]
+    fn light(&self, place: &Place<V>) -> [V::F; 3] {
+        let simd = self.simd;
+        let left = place.plane.floor();
+        let share = place.plane - left;
+        if let Some((at, index)) = place.level {
+            let [low, high] = [&self.cells[at], &self.cells[at + self.upright.size[1]]];
+            // The next sixteen pixels of the row, which are asked for after those below these.
+            let later = at + 2 * self.upright.size[1];
+            simd.prefetch(self.cells, later);
+            let (low, high) = (simd.load(&low.0), simd.load(&high.0));
+            let from = simd.permute2(low, high, index).to_bits();
+            let to = simd.permute2(low, high, index + simd.splat_int(1)).to_bits();
+            return between(simd, from, to, share);
+        }
+        let below = place.row.floor();
+        let rise = place.row - below;
+        let (left, below) = (left.to_int(), below.to_int());
+        if !self.levels.is_empty() {
+            let right = left + simd.splat_int(1);
+            return between(simd, self.words(left, below), self.words(right, below), share);
+        }
+        let mut light = [simd.splat(0.0); 3];
+        let across = cubic(simd, share);
+        for (row, up) in cubic(simd, rise).into_iter().enumerate() {
+            let row = below + simd.splat_int(row as i32 - 1);
+            for (plane, weight) in across.into_iter().enumerate() {
+                let words = self.words(left + simd.splat_int(plane as i32 - 1), row);
+                add(simd, &mut light, words, weight * up);
+            }
+        }
+        for light in &mut light {
+            *light = light.max(simd.splat(0.0));
+        }
+        light
+    }
+
+    #[inline(always)]
+    fn range(&self, place: &Place<V>) -> V::F {
+        let simd = self.simd;
+        let (left, below) = (place.plane.floor(), place.row.floor());
+        let (share, rise) = (place.plane - left, place.row - below);
+        // Inverse depth along the optical axis is what is linear from row to row.
+        let [first, per_row] = self.upright.horizontal();
+        let (first, per_row) = (simd.splat(first), simd.splat(per_row));
+        let (lower, depth) = (below.mul_add(per_row, first), place.row.mul_add(per_row, first));
+        let per_depth = depth.recip();
+        let weights = [
+            [simd.splat(1.0) - share, share],
+            [(simd.splat(1.0) - rise) * lower * per_depth, rise * (lower + per_row) * per_depth],
+        ];
+        let (left, below) = (left.to_int(), below.to_int());
+        let right = left + simd.splat_int(1);
+        let mut rows = [[self.inverse(left, below), self.inverse(right, below)]; 4];
+        if self.levels.is_empty() {
+            for index in [0, 2, 3] {
+                let row = below + simd.splat_int(index - 1);
+                rows[index as usize] = [self.inverse(left, row), self.inverse(right, row)];
+            }
+        }
+        let inverse = smooth_or_nearest(simd, rows, weights);
+        let zero = simd.splat(0.0);
+        let range = place.square.sqrt() * inverse.recip();
+        let range = zero.select(simd.splat(AT_EYE).lt(inverse), range);
+        range.select(zero.lt(inverse), simd.splat(f32::INFINITY))
+    }
+}

@@ -1,0 +1,103 @@
+//! The two kinds of fans.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::{Panorama, PlaneGroup, Upright};
+use crate::simd::{LANES, Sixteen};
+use crate::voxel::Grid;
+
+/// How planes and rows lie before a screen.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// Along a planar screen, turned upright.
+    Upright(Upright),
+    /// At equal steps of azimuth and elevation.
+    Panorama(Panorama),
+}
+
+/// A group of planes in a fan's memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// Rows that it has there.
+    pub rows: usize,
+    /// Those of them that are filled; others are of no interest.
+    pub filled: Range<usize>,
+    /// Index of the first filled one among all [rows](Shape::edges).
+    pub first: usize,
+}
+
+impl Shape {
+    /// Groups of sixteen planes.
+    pub fn groups(&self) -> usize {
+        match self {
+            Self::Upright(upright) => upright.groups(),
+            Self::Panorama(panorama) => panorama.groups(),
+        }
+    }
+
+    /// Tangents of elevation, times ground distance per depth, of the lower edges of all rows that some group has, rising, and of
+    /// the last one's upper edge.
+    pub fn edges(&self) -> Vec<f32> {
+        match self {
+            Self::Upright(upright) => upright.edges(),
+            Self::Panorama(panorama) => panorama.edges(),
+        }
+    }
+
+    /// The same of their middles.
+    pub fn centres(&self) -> Vec<f32> {
+        match self {
+            Self::Upright(upright) => upright.centres(),
+            Self::Panorama(panorama) => panorama.centres(),
+        }
+    }
+
+    /// What is kept of a group.
+    pub fn kept(&self, index: usize) -> Kept {
+        match self {
+            Self::Upright(upright) => {
+                let filled = upright.rows(index);
+                Kept { rows: upright.size[1], first: filled.start, filled }
+            }
+            Self::Panorama(panorama) => {
+                let rows = panorama.rows(index);
+                let first = rows.start - panorama.extent().start;
+                Kept { rows: rows.len(), filled: 0..rows.len(), first }
+            }
+        }
+    }
+
+    /// The planes of a group, from `eye` (units).
+    pub fn group(&self, index: usize, grid: &Grid, eye: DVec3, inverse_diameter: f64) -> PlaneGroup {
+        match self {
+            Self::Upright(upright) => upright.group(index, grid, eye, inverse_diameter),
+            Self::Panorama(panorama) => panorama.group(index, grid, eye, inverse_diameter),
+        }
+    }
+
+    /// Squared ground distance per squared depth of the planes of a group.
+    pub fn squares(&self, index: usize) -> [f32; LANES] {
+        match self {
+            Self::Upright(upright) => upright.squares(index),
+            Self::Panorama(_) => [1.0; LANES],
+        }
+    }
+
+    /// Angle that a plane of a group stands for, seen along the ground, radians: to the next one, and not less than the screen's
+    /// `pixel_angle`.
+    pub fn plane_angle(&self, index: usize, pixel_angle: f64) -> f64 {
+        match self {
+            Self::Upright(_) => pixel_angle,
+            Self::Panorama(panorama) => panorama.plane_angle(index).max(pixel_angle),
+        }
+    }
+
+    /// Makes of a group's inverse depths what the image stage interpolates.
+    pub fn finish(&self, index: usize, filled: &mut [Sixteen]) {
+        if let Self::Panorama(panorama) = self {
+            panorama.to_ranges(index, filled);
+        }
+    }
+}
