@@ -88,14 +88,17 @@ fn rolled_planes_see_it_up_to_silhouettes() {
 #[test]
 fn frames_do_not_depend_on_workers_or_task_size() {
     let area = hills();
-    let camera = camera(&area, -9.0, 4.0);
-    let picture = |workers, lines, rows| {
-        let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
-        Renderer::new(&area, &options()).picture(&camera, &farm).unwrap().0
-    };
-    let expected = picture(1, 8, 8);
-    for (workers, lines, rows) in [(2, 8, 8), (3, 64, 1), (2, 1, 500), (5, 16, 7)] {
-        assert!(picture(workers, lines, rows) == expected, "{workers} workers, {lines} lines, {rows} rows");
+    for (pitch, roll) in [(-9.0, 4.0), (-80.0, 30.0)] {
+        let camera = camera(&area, pitch, roll);
+        let picture = |workers, lines, rows| {
+            let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
+            Renderer::new(&area, &options()).picture(&camera, &farm).unwrap().0
+        };
+        let expected = picture(1, 8, 8);
+        for (workers, lines, rows) in [(2, 8, 8), (3, 64, 1), (2, 1, 500), (5, 16, 7)] {
+            let same = picture(workers, lines, rows) == expected;
+            assert!(same, "pitch {pitch}: {workers} workers, {lines} lines, {rows} rows");
+        }
     }
 }
 
@@ -105,8 +108,8 @@ fn frames_do_not_depend_on_frames_before() {
     let area = &*AREA;
     let farm = Farm::new(1).unwrap();
     let used = Renderer::new(area, &options());
-    for (pitch, roll) in [(-10.0, 0.0), (25.0, 40.0), (-30.0, 200.0), (0.0, 90.0), (-9.0, -4.0), (12.0, 0.0)]
-    {
+    let views = [(-10.0, 0.0), (25.0, 40.0), (-30.0, 200.0), (0.0, 90.0), (-9.0, -4.0), (12.0, 0.0)];
+    for (pitch, roll) in views.into_iter().flat_map(|view| [view, (-90.0 - view.0, view.1)]) {
         let camera = camera(area, pitch, roll);
         let fresh = Renderer::new(area, &options());
         let rgb = |renderer: &Renderer<'_, _>| renderer.picture(&camera, &farm).unwrap().0.rgb;
@@ -148,7 +151,7 @@ fn instruction_sets_differ_by_rounding() {
     let area = hills();
     let farm = Farm::new(1).unwrap();
     let (mut pixels, mut different) = (0, 0);
-    for (pitch, roll) in [(-10.0, 0.0), (3.0, 25.0)] {
+    for (pitch, roll) in [(-10.0, 0.0), (3.0, 25.0), (-75.0, 10.0)] {
         let camera = camera(&area, pitch, roll);
         let picture =
             |isa| Renderer::new(&area, &options()).with_isa(isa).picture(&camera, &farm).unwrap().0.rgb;
