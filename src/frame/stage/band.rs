@@ -1,6 +1,6 @@
 //! A band of rows of the screen.
 
-use super::fan::{Look, PanoramaFan, Planes, UprightFan};
+use super::fan::{LookUp, PanoramaFan, Planes, UprightFan};
 use crate::raymarch::scan::Shape;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
@@ -63,7 +63,7 @@ impl Kernel for Filling<'_, '_> {
 
 impl Filling<'_, '_> {
     #[inline(always)]
-    fn fill<V: Simd>(self, simd: V, fan: &impl Look<V>) {
+    fn fill<V: Simd>(self, simd: V, fan: &impl LookUp<V>) {
         let Self { mut band, planes, width, first } = self;
         let (count, units) = (band.rows(width), planes.scale.units());
         // Strip by strip: rows of one group of planes follow each other in memory.

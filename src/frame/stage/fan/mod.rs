@@ -30,7 +30,7 @@ pub struct Planes<'a> {
 }
 
 /// Looks pixels up in a fan.
-pub trait Look<V: Simd> {
+pub trait LookUp<V: Simd> {
     /// Where sixteen pixels lie in it.
     type Place;
 

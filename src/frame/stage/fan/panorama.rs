@@ -1,7 +1,7 @@
 //! What pixels of any screen see of planes at equal steps of azimuth and elevation.
 
 use super::super::cell::{Cell, add};
-use super::{AT_EYE, Look, cubic, smooth_or_nearest};
+use super::{AT_EYE, LookUp, cubic, smooth_or_nearest};
 use crate::raymarch::scan::{Annulus, Between, Gaze, Panorama};
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 
@@ -42,7 +42,7 @@ impl<V: Simd> PanoramaFan<'_, V> {
     }
 }
 
-impl<V: Simd> Look<V> for PanoramaFan<'_, V> {
+impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
     type Place = Place<V>;
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::super::cell::{Cell, add, between};
-use super::{AT_EYE, Look, cubic, smooth_or_nearest};
+use super::{AT_EYE, LookUp, cubic, smooth_or_nearest};
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 
@@ -73,7 +73,7 @@ impl<'a, V: Simd> UprightFan<'a, V> {
     }
 }
 
-impl<V: Simd> Look<V> for UprightFan<'_, V> {
+impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
     type Place = Place<V>;
 
     #[inline(always)]
