@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::{Rendered, Renderer, StageTimes};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Painter, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Air, Band, Cell, Light, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
@@ -248,6 +248,15 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
     Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
 }
 
+/// What a worker uses for one group after the other.
+struct Worker<'a> {
+    march: PlaneMarch<'a>,
+    painter: Painter<'a>,
+    profile: Profile,
+    lights: Vec<Light>,
+    sums: Sums,
+}
+
 /// Has groups of planes look.
 fn see<S: PageSource>(
     renderer: &Renderer<'_, S>,
@@ -268,16 +277,22 @@ fn see<S: PageSource>(
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
     let scale = seen.scale;
-    farm.each(Stage::March, seen.tasks(per_task), |_, task| {
-        let mut march = PlaneMarch::new(renderer.source, &renderer.turned, strides.clone());
-        let mut painter = Painter {
+    // What a worker looked up serves all of its tasks.
+    let worker = || Worker {
+        march: PlaneMarch::new(renderer.source, &renderer.turned, strides.clone()),
+        painter: Painter {
             sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.radiance)),
             air: Air::new(&atmosphere, view.eye.z),
             eye: view.eye,
             spacing: header.grid.spacing,
             height: above_ground,
-        };
-        let (mut profile, mut lights, mut sums) = (Profile::default(), Vec::new(), Sums::new());
+        },
+        profile: Profile::default(),
+        lights: Vec::new(),
+        sums: Sums::new(),
+    };
+    farm.each_with(Stage::March, seen.tasks(per_task), worker, |worker, _, task| {
+        let Worker { march, painter, profile, lights, sums } = worker;
         let Task { first, groups, mut cells, mut inverse } = task;
         for (index, kept) in (first..).zip(groups) {
             let (cells, inverse) = (first_part(&mut cells, kept.rows), first_part(&mut inverse, kept.rows));
@@ -289,10 +304,10 @@ fn see<S: PageSource>(
             let rows = kept.first..kept.first + kept.filled.len();
             let fineness = per_row[rows.clone()].iter().fold(0.0_f32, |a, &b| a.max(b));
             let field = Field { tangents: [edges[rows.start], edges[rows.end]], fineness };
-            marching.time(|| march.see(renderer.isa, view.eye, &group, field, &mut profile))?;
+            marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
             shading.time(|| {
                 let angle = view.shape.plane_angle(index, angle);
-                painter.paint(renderer.isa, &group, &profile, angle, &squares, &mut lights)?;
+                painter.paint(renderer.isa, &group, profile, angle, &squares, lights)?;
                 let inverse = inverse.get_mut(kept.filled.clone()).unwrap_or_default();
                 let rows = Rows {
                     edges: &edges[rows.start..=rows.end],
@@ -302,7 +317,7 @@ fn see<S: PageSource>(
                     scale,
                     inverse: &mut *inverse,
                 };
-                rows.fill(renderer.isa, &profile, &lights, &painter.air, &squares, &mut sums);
+                rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
                 view.shape.finish(index, inverse);
                 Result::Ok(())
             })?;

@@ -71,7 +71,10 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
     pub fn get(&self, key: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
         let now = self.frame.load(Ordering::Relaxed);
         if let Some(entry) = self.entries.read().unwrap_or_else(PoisonError::into_inner).get(&key) {
-            entry.used.store(now, Ordering::Relaxed);
+            // Written once a frame: a write takes the line from all other workers.
+            if entry.used.load(Ordering::Relaxed) != now {
+                entry.used.store(now, Ordering::Relaxed);
+            }
             return Ok(entry.value.clone());
         }
         let value = make()?;

@@ -1,8 +1,8 @@
 //! Pages that a task looked up, so that the next block finds them at once.
 
-use std::sync::Arc;
+use std::rc::Rc;
 
-use super::TurnedPages;
+use super::turned::{Columns, TurnedPages};
 use crate::error::Result;
 use crate::voxel::{APRON, PageId, PageSource, PageView};
 
@@ -15,7 +15,7 @@ pub enum Codes<'a> {
     /// As they are stored: lines are rows.
     Rows(&'a [u16]),
     /// Lines are columns.
-    Columns(Arc<Vec<u16>>),
+    Columns(Rc<Columns>),
 }
 
 impl Codes<'_> {
@@ -24,7 +24,7 @@ impl Codes<'_> {
     pub fn all(&self) -> &[u16] {
         match self {
             Self::Rows(codes) => codes,
-            Self::Columns(codes) => codes,
+            Self::Columns(columns) => columns.codes(),
         }
     }
 }
@@ -37,7 +37,7 @@ pub struct Pages<'a> {
     source: &'a dyn PageSource,
     turned: &'a TurnedPages,
     views: Vec<Slot<PageView<'a>>>,
-    columns: Vec<Slot<Arc<Vec<u16>>>>,
+    columns: Vec<Slot<Rc<Columns>>>,
 }
 
 impl<'a> Pages<'a> {
@@ -64,7 +64,7 @@ impl<'a> Pages<'a> {
             let view = self.get(id)?;
             return Ok(view.map(|view| (Codes::Rows(view.heights), (view.width + 2 * APRON) as i32)));
         }
-        let codes = remember(&mut self.columns, id, || self.turned.get(self.source, id))?;
+        let codes = remember(&mut self.columns, id, || Ok(self.turned.get(self.source, id)?.map(Rc::new)))?;
         let size = self.source.header().grid.page_size(id);
         Ok(codes.zip(size).map(|(codes, (_, height))| (Codes::Columns(codes), (height + 2 * APRON) as i32)))
     }

@@ -8,13 +8,24 @@ use crate::voxel::{APRON, Bytes, Derived, PageId, PageSource, PageView};
 /// Bytes of turned pages that are kept.
 const BUDGET: usize = 512 << 20;
 
-/// Height codes of a page with apron, column by column; `None`: the page is absent.
+/// Height codes of a page with apron, column by column.
 #[derive(Debug, Clone)]
-struct Columns(Option<Arc<Vec<u16>>>);
+pub struct Columns(Arc<Vec<u16>>);
 
-impl Bytes for Columns {
+impl Columns {
+    /// All of them.
+    #[inline(always)]
+    pub fn codes(&self) -> &[u16] {
+        &self.0
+    }
+}
+
+/// `None`: the page is absent.
+type Found = Option<Columns>;
+
+impl Bytes for Found {
     fn bytes(&self) -> usize {
-        self.0.as_ref().map_or(0, |codes| size_of_val(codes.as_slice()))
+        self.as_ref().map_or(0, |columns| size_of_val(columns.codes()))
     }
 }
 
@@ -22,7 +33,7 @@ impl Bytes for Columns {
 ///
 /// Sixteen planes along x meet a line in as many rows of a page: sixteen cache lines a step instead of one or two.
 #[derive(Debug)]
-pub struct TurnedPages(Derived<PageId, Columns>);
+pub struct TurnedPages(Derived<PageId, Found>);
 
 impl Default for TurnedPages {
     fn default() -> Self {
@@ -40,9 +51,8 @@ impl TurnedPages {
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn get(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<Vec<u16>>>> {
-        let columns = self.0.get(id, || Ok(Columns(source.page(id)?.map(|view| Arc::new(turn(&view))))))?;
-        Ok(columns.0)
+    pub fn get(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Columns>> {
+        self.0.get(id, || Ok(source.page(id)?.map(|view| Columns(Arc::new(turn(&view))))))
     }
 }
 
