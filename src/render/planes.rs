@@ -19,9 +19,9 @@ use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
 use crate::voxel::{Header, PageSource};
 
-/// Planes of a march task, and rows of an image task, unless told otherwise: fewer cost up to a quarter of their stage, more
-/// leave workers idle at the end of a frame.
-const SUITABLE: TaskSize = TaskSize { lines: 64, rows: 36 };
+/// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
+/// one each.
+const SUITABLE: TaskSize = TaskSize { lines: 32, rows: 18 };
 
 /// Level whose surface the height above ground is counted from.
 const COARSE_LEVEL: u8 = 3;

@@ -1,17 +1,20 @@
 //! The farm: a fixed number of workers, and how they share out tasks.
 //!
 //! ```text
-//! each(tasks):  on every worker:  while index = next++ < tasks:  work(index, task)
+//! each(tasks):  a share of neighbouring tasks for every worker
+//!               on every worker:  first task of the own share, or else last of another's:  work(index, task)
 //!               until no worker works on any of them
 //! ```
-//! Whoever is free takes the next task, so that workers are never more than one task apart at the end. Taking one
-//! is an atomic addition. A worker never waits inside a task for other tasks; that is why a free one
+//! Neighbours read much of the same data, which one worker then has in its cache; whoever is done with its share helps
+//! with another's from the far end, so that workers are never more than one task apart at the end. Taking one
+//! is an atomic exchange. A worker never waits inside a task for other tasks; that is why a free one
 //! can always go on with the next frame (see [`Farm::fly`]), and why this is no parallel iterator:
 //! there, a worker that waits for its frame may take on all of another one first.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::queue::Queue;
 use super::task::{Stage, Subimage, TaskSize, split};
 use super::trace::Trace;
 use crate::error::{Error, Result};
@@ -77,8 +80,8 @@ impl Farm {
     /// Runs `work(index, task)` for every task on the workers and returns when all are done. A task owns what it
     /// writes: slices that `chunks_mut` or `split_at_mut` made, for instance.
     ///
-    /// Tasks start in order. After an error those behind it no longer start, and those before it still
-    /// end, so that the error returned is that of the first task that has one, for any number of workers.
+    /// After an error tasks behind it no longer start, and those before it still
+    /// run, so that the error returned is that of the first task that has one, for any number of workers.
     ///
     /// A task must not call the farm.
     pub fn each<T: Send>(
@@ -142,7 +145,7 @@ impl Farm {
         );
     }
 
-    /// Hands out `tasks` in order until all are done.
+    /// Hands out `tasks` until all are done; to one worker in order.
     fn run<T: Send, W>(
         &self,
         stage: Stage,
@@ -150,10 +153,12 @@ impl Farm {
         scratch: impl Fn() -> W + Sync,
         work: impl Fn(&mut W, usize, T) + Sync,
     ) {
-        let queue = Queue::new(tasks);
+        let workers = self.workers().min(tasks.len());
+        let queue = Queue::new(tasks, workers);
         let take_part = |worker: usize| {
             let mut scratch = scratch();
-            while let Some((index, task)) = queue.take() {
+            let own = queue.join();
+            while let Some((index, task)) = queue.take(own) {
                 match &self.trace {
                     None => work(&mut scratch, index, task),
                     Some(trace) => {
@@ -166,7 +171,7 @@ impl Farm {
         };
         let Some(pool) = &self.pool else { return take_part(0) };
         pool.in_place_scope(|scope| {
-            for _ in 0..pool.current_num_threads().min(queue.slots.len()) {
+            for _ in 0..workers {
                 scope.spawn(|_| take_part(rayon::current_thread_index().unwrap_or(0)));
             }
         });
@@ -181,28 +186,6 @@ fn start(workers: usize) -> Result<rayon::ThreadPool> {
         .map_err(|error| {
             Error::Configuration(format!("cannot start {workers} workers: {error}; ask for fewer (-j)"))
         })
-}
-
-/// Tasks, and which of them is next.
-struct Queue<T> {
-    /// A lock that never waits: only the worker that drew an index opens its slot.
-    slots: Vec<Mutex<Option<T>>>,
-    next: AtomicUsize,
-}
-
-impl<T> Queue<T> {
-    fn new(tasks: Vec<T>) -> Self {
-        Self {
-            slots: tasks.into_iter().map(|task| Mutex::new(Some(task))).collect(),
-            next: AtomicUsize::new(0),
-        }
-    }
-
-    fn take(&self) -> Option<(usize, T)> {
-        let index = self.next.fetch_add(1, Ordering::Relaxed);
-        let task = self.slots.get(index)?.lock().unwrap_or_else(PoisonError::into_inner).take()?;
-        Some((index, task))
-    }
 }
 
 /// The error of the first task that has one.

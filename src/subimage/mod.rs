@@ -17,6 +17,7 @@
 mod chrome;
 mod farm;
 mod overlap;
+mod queue;
 mod schedule;
 mod task;
 mod trace;

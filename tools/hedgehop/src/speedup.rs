@@ -74,7 +74,7 @@ impl Prediction {
         }
         let in_flight = self.speed_up.iter().map(|line| line.in_flight).max().unwrap_or(1);
         text += &format!(
-            "\npredicted: the tasks of one worker, handed out in order to the next free of so many workers, {in_flight} frames in\n\
+            "\npredicted: the tasks of one worker, shared out among so many workers that help each other, {in_flight} frames in\n\
              flight, and {:.1} % of a frame that no worker shares; caches, memory bandwidth and clock rates are not predicted\n",
             self.serial_share * 100.0
         );

@@ -82,7 +82,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
 
-    /// Scan lines of a march task and screen rows of an image task [default: 8,8; of planes 64,36]
+    /// Scan lines of a march task and screen rows of an image task [default: 8,8; of planes 32,18]
     #[arg(long, value_name = "LINES,ROWS", value_parser = args::task_size)]
     task_size: Option<TaskSize>,
 
