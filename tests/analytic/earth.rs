@@ -6,8 +6,8 @@ use hedgehop::raymarch::Surface;
 use hedgehop::render::{RenderOptions, render_frame};
 use hedgehop::voxel::{Grid, Metadata, PageSource, build_in_memory};
 
-use crate::FARM;
 use crate::scene::{Terrain, View, clear_air};
+use crate::screen::FARM;
 
 /// 7/6 of the Earth's mean radius, metres.
 const RADIUS: f64 = 7.0 / 6.0 * 6_371_008.8;

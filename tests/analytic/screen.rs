@@ -1,16 +1,29 @@
 //! What a view shows where, derived otherwise than in the library.
 
+use std::sync::LazyLock;
+
 use glam::{DMat3, DQuat, DVec3};
 use hedgehop::frame::Frame;
 use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
 use hedgehop::voxel::MemPages;
 
-use crate::FARM;
+use crate::ENGINE;
 use crate::scene::View;
+
+/// Two workers for all tests; that their number does not matter is another test's concern.
+pub static FARM: LazyLock<Farm> = LazyLock::new(|| Farm::new(2).unwrap());
+
+/// What a camera sees of a world with the engine of these tests.
+pub fn render(world: &MemPages, camera: &Camera, options: &RenderOptions) -> Frame {
+    let options = RenderOptions { engine: ENGINE, ..*options };
+    render_frame(world, camera, &options, &FARM).unwrap().frame
+}
 
 impl View {
     pub fn frame(&self, world: &MemPages, options: &RenderOptions) -> Frame {
-        render_frame(world, &self.camera(), options, &FARM).unwrap().frame
+        render(world, &self.camera(), options)
     }
 
     /// Distance of the screen, pixels.
