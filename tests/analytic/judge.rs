@@ -11,8 +11,8 @@ const BOUNDS: [(f64, f64); 3] = [(0.5, 1.5e-4), (0.01, 3e-3), (0.004, 1e-2)];
 /// Share of a scene's pixels at which sky may be seen in place of ground, or ground in place of sky.
 const APART: f64 = 1e-3;
 
-/// What an engine is allowed: arithmetic in double precision for the reference, else what is said of scan planes.
-pub fn allowed<T>(reference: T, planes: T) -> T {
+/// What is said of the reference, or of scan planes.
+pub fn by_engine<T>(reference: T, planes: T) -> T {
     match ENGINE {
         Engine::Reference => reference,
         Engine::Planes => planes,
