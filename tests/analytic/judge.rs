@@ -50,7 +50,10 @@ impl Judge {
     /// A pixel must see the sky.
     #[track_caller]
     pub fn sky(&mut self, found: f64, pixel: impl Debug) {
-        assert!(ENGINE != Engine::Reference || found.is_infinite(), "{pixel:?}: no sky but ground at {found} m");
+        assert!(
+            ENGINE != Engine::Reference || found.is_infinite(),
+            "{pixel:?}: no sky but ground at {found} m"
+        );
         self.pixels += 1;
         self.apart += usize::from(found.is_finite());
     }
@@ -74,6 +77,9 @@ impl Judge {
             assert!(error <= bound, "{share} of the ranges are off by {error} and more, for {bound}");
         }
         let (apart, pixels) = (self.apart, self.pixels);
-        assert!(apart as f64 <= APART * pixels as f64, "sky and ground are mistaken at {apart} of {pixels} pixels");
+        assert!(
+            apart as f64 <= APART * pixels as f64,
+            "sky and ground are mistaken at {apart} of {pixels} pixels"
+        );
     }
 }

@@ -178,9 +178,8 @@ fn a_table_of_a_plane_shows_the_picture_of_the_plane() {
     let table = RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 160, 120).unwrap();
     let mapped = render(&world, &Camera::with_screen(own, Screen::Table(Arc::new(table)), 160, 120));
     let (mut seen, mut differ) = (0, 0);
-    let of_one_surface = |&index: &usize| {
-        [&planar, &mapped].into_iter().all(|frame| screen::is_of_one_surface(frame, index))
-    };
+    let of_one_surface =
+        |&index: &usize| [&planar, &mapped].into_iter().all(|frame| screen::is_of_one_surface(frame, index));
     for index in (0..planar.range.len()).filter(of_one_surface) {
         seen += 1;
         let (one, other) = (planar.range[index], mapped.range[index]);
