@@ -10,7 +10,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::dvec3;
 use hedgehop::frame::{Frame, FrameInfo, encode_frame};
 use hedgehop::raymarch::{Column, GridRay, Marcher, Surface, SurfaceFilter, march_column};
-use hedgehop::render::{RenderOptions, level_bands, render_frame};
+use hedgehop::render::{RenderOptions, level_bands, render_frame, render_reference};
 use hedgehop::sensor::{Sun, VisualSensor};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
@@ -89,7 +89,7 @@ fn image_stage(criterion: &mut Criterion) {
         let camera = camera(&area, pitch);
         group.bench_function(BenchmarkId::from_parameter(pitch), |bencher| {
             bencher.iter_custom(|frames| {
-                let frame = || render_frame(&area, &camera, &RenderOptions::default(), &farm).unwrap();
+                let frame = || render_reference(&area, &camera, &RenderOptions::default(), &farm).unwrap();
                 (0..frames).map(|_| frame().times.image).sum()
             });
         });

@@ -52,10 +52,10 @@ pub struct RenderOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Engine {
     /// The reference marcher: ray by ray, exact, any screen and surface.
-    #[default]
     Reference,
     /// Scan planes: more than a hundred times as fast; the smooth surface of an area that ends, on any screen with one eye; the
     /// reference marcher where they do not serve.
+    #[default]
     Planes,
 }
 

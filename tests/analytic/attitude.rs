@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use hedgehop::frame::Frame;
 
 use crate::scene::{Terrain, View, clear_air};
+use crate::screen::is_of_one_surface;
 
 const RED: [u8; 3] = [200, 20, 20];
 const GREEN: [u8; 3] = [20, 200, 20];
@@ -124,7 +125,7 @@ fn posts_around_the_eye_stand_where_yaw_says() {
                         .pixels()
                         .filter(|&(index, pixel)| {
                             let seen = hue(frame.colour[index]) == colour && frame.range[index].is_finite();
-                            seen && view.direction(pixel).z > 0.0
+                            seen && view.direction(pixel).z > 0.0 && is_of_one_surface(&frame, index)
                         })
                         .map(|(_, pixel)| {
                             let ground = view.direction(pixel).truncate();

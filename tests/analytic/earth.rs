@@ -4,10 +4,10 @@ use glam::DVec3;
 use hedgehop::earth::Curvature;
 use hedgehop::raymarch::Surface;
 use hedgehop::render::{RenderOptions, render_frame};
-use hedgehop::voxel::{Grid, Metadata, PageSource, build_in_memory};
+use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
 
-use crate::FARM;
 use crate::scene::{Terrain, View, clear_air};
+use crate::screen::FARM;
 
 /// 7/6 of the Earth's mean radius, metres.
 const RADIUS: f64 = 7.0 / 6.0 * 6_371_008.8;
@@ -15,7 +15,7 @@ const WALL_AT: f64 = 51_200.0;
 
 /// Height in the database of the lowest pixel that sees the wall, in the column that looks due east, and the
 /// height that a pixel covers there.
-fn foot_of_wall(eye_height: f64, curvature: Curvature) -> (f64, f64) {
+fn foot_of_wall(eye_height: f64, surface: Surface, curvature: Curvature) -> (f64, f64) {
     let spacing = 50.0;
     let height = |place: glam::DVec2| if place.x < WALL_AT { 0.0 } else { 400.0 };
     let sea = Terrain::new([1088, 64], spacing, height, |_| [90; 3]).in_memory();
@@ -25,10 +25,15 @@ fn foot_of_wall(eye_height: f64, curvature: Curvature) -> (f64, f64) {
         hfov: 0.02,
         size: [3, 901],
     };
-    let options = RenderOptions { surface: Surface::Blocks, curvature, ..clear_air() };
+    let options = RenderOptions { surface, curvature, ..clear_air() };
     let frame = view.frame(&sea, &options);
+    // The smooth surface begins to climb half a voxel before the wall.
+    let is_wall = |index: usize| match surface {
+        Surface::Blocks => frame.normal[index][2] == 0.0,
+        Surface::Smooth => f64::from(frame.range[index]) > WALL_AT - 0.5 * spacing,
+    };
     let wall = view.pixels().filter(|&(index, pixel)| {
-        pixel[0] == 1 && f64::from(frame.range[index]) > WALL_AT - 50.0 && frame.normal[index][2] == 0.0
+        pixel[0] == 1 && f64::from(frame.range[index]) > WALL_AT - 50.0 && is_wall(index)
     });
     let heights = wall.map(|(index, pixel)| {
         let range = f64::from(frame.range[index]);
@@ -39,34 +44,47 @@ fn foot_of_wall(eye_height: f64, curvature: Curvature) -> (f64, f64) {
 
 #[test]
 fn the_sea_hides_what_the_closed_form_says() {
-    for eye_height in [2.0, 10.0, 50.0, 120.0] {
-        let horizon = (2.0 * RADIUS * eye_height).sqrt();
-        let hidden = (WALL_AT - horizon).powi(2) / (2.0 * RADIUS);
-        let (foot, pixel) = foot_of_wall(eye_height, Curvature::standard());
-        assert!(foot > hidden - 0.01 && foot < hidden + 1.1 * pixel, "{eye_height} m: {foot} for {hidden}");
-        // Flat, it is seen from its foot; without refraction less of it.
-        let (flat, _) = foot_of_wall(eye_height, Curvature::FLAT);
-        assert!(flat < 1.1 * pixel, "{flat}");
-        let (bare, _) = foot_of_wall(eye_height, Curvature::refracted(0.0));
-        assert!(bare > foot + 1.0, "{bare} {foot}");
+    for surface in [Surface::Blocks, Surface::Smooth] {
+        for eye_height in [2.0, 10.0, 50.0, 120.0] {
+            let horizon = (2.0 * RADIUS * eye_height).sqrt();
+            let hidden = (WALL_AT - horizon).powi(2) / (2.0 * RADIUS);
+            let (foot, pixel) = foot_of_wall(eye_height, surface, Curvature::standard());
+            assert!(
+                foot > hidden - 0.01 && foot < hidden + 1.1 * pixel,
+                "{surface:?} {eye_height} m: {foot} for {hidden}"
+            );
+            // Flat, it is seen from its foot; without refraction less of it.
+            let (flat, _) = foot_of_wall(eye_height, surface, Curvature::FLAT);
+            assert!(flat < 1.1 * pixel, "{surface:?} {flat}");
+            let (bare, _) = foot_of_wall(eye_height, surface, Curvature::refracted(0.0));
+            assert!(bare > foot + 1.0, "{surface:?} {bare} {foot}");
+        }
     }
 }
 
 #[test]
 fn the_horizon_dips_by_the_closed_form() {
-    let sea = Terrain::new([64, 48], 100.0, |_| 0.0, |_| [90; 3]).in_memory();
+    // A small sea that repeats without end, and one that reaches beyond the horizon.
+    for (size, spacing, tile_world) in [([64, 48], 100.0, true), ([600, 600], 1000.0, false)] {
+        let sea = Terrain::new(size, spacing, |_| 0.0, |_| [90; 3]).in_memory();
+        let middle = 0.5 * spacing * glam::DVec2::from(size.map(f64::from));
+        assert_horizon_dips(&sea, middle, tile_world);
+    }
+}
+
+fn assert_horizon_dips(sea: &MemPages, middle: glam::DVec2, tile_world: bool) {
     for eye_height in [20.0, 500.0, 3000.0] {
         let dip = (2.0 * eye_height / RADIUS).sqrt();
         for (roll, hfov) in [(0.0, 4.0), (25.0, 9.0)] {
             let view = View {
-                eye: DVec3::new(3200.0, 2400.0, eye_height),
+                eye: middle.extend(eye_height),
                 ypr: [70.0, -dip.to_degrees(), roll],
                 hfov,
                 size: [60, 60],
             };
             let curvature = Curvature::standard();
-            let options = RenderOptions { curvature, tile_world: true, ..clear_air() };
-            let frame = view.frame(&sea, &options);
+            let options = RenderOptions { curvature, tile_world, ..clear_air() };
+            let frame = view.frame(sea, &options);
             let (mut ground, mut sky) = (0, 0);
             for (index, pixel) in view.pixels() {
                 let above = (view.direction(pixel).z.asin() + dip) * view.focal();

@@ -3,12 +3,16 @@
 use glam::{DVec2, DVec3};
 use hedgehop::frame::Frame;
 
+use crate::judge::by_engine;
 use crate::scene::{Terrain, View, clear_air};
 
 const GROUND: f64 = 120.0;
 const GREY: [u8; 3] = [128; 3];
-/// A horizon through the centres of a row of pixels is off by half of one; this much more is arithmetic.
-const HALF_PIXEL: f64 = 0.5 + 1e-9;
+/// A horizon through the centres of a row of pixels is off by half of one; this much more is arithmetic. In a rolled view
+/// planes have rows of their own, and a line fitted to the stairs that pixels make of one of them is uncertain.
+fn half_pixel() -> f64 {
+    0.5 + by_engine(1e-9, 0.05)
+}
 
 /// Width, height, field of view.
 const SCREENS: [([u32; 2], f64); 4] =
@@ -81,7 +85,7 @@ fn an_endless_plane_ends_at_the_horizon() {
                     let turned = (angle - expected + 90.0).rem_euclid(180.0) - 90.0;
                     assert!(turned.abs() < 1.0, "{view:?}: {angle}° for {expected}°");
                     let exact = view.focal() * pitch.abs().to_radians().tan();
-                    assert!((offset - exact).abs() <= HALF_PIXEL, "{view:?}: {offset} px for {exact}");
+                    assert!((offset - exact).abs() <= half_pixel(), "{view:?}: {offset} px for {exact}");
                 }
             }
         }

@@ -4,7 +4,9 @@ use glam::{DVec2, DVec3, Vec3};
 use hedgehop::render::RenderOptions;
 use hedgehop::sensor::Sun;
 
+use crate::judge::by_engine;
 use crate::scene::{Terrain, View, clear_air};
+use crate::screen::is_of_one_surface;
 
 const GREY: [u8; 3] = [128; 3];
 
@@ -123,6 +125,8 @@ fn a_far_checkerboard_has_half_the_light() {
 
 #[test]
 fn ground_of_one_colour_has_one_colour() {
+    // Planes keep light as roots of it in 10 or 11 bits, up to 2.25 times display white.
+    let rounding = by_engine(1e-5, 2e-3);
     let colour = [37, 142, 201];
     let exact = colour.map(linear);
     let flat = Terrain::new([700; 2], 10.0, |_| 80.0, |_| colour).in_memory();
@@ -136,16 +140,22 @@ fn ground_of_one_colour_has_one_colour() {
         let view = View { eye: DVec3::new(3500.0, 3400.0, 400.0), ypr, hfov, size };
         for (world, level) in [(&flat, true), (&rolling, false)] {
             let frame = view.frame(world, &clear_air());
+            let mut of_one_surface = 0;
             for (index, pixel) in view.pixels().filter(|&(index, _)| frame.range[index].is_finite()) {
+                if !is_of_one_surface(&frame, index) {
+                    continue;
+                }
+                of_one_surface += 1;
                 let light = frame.colour[index].map(f64::from);
                 // Light on a slope changes, but by the same factor in each channel.
                 let shade = if level { 1.0 } else { light[2] / exact[2] };
                 assert!((0.2..2.0).contains(&shade), "{view:?} {pixel:?}: {shade}");
                 for (channel, exact) in exact.iter().enumerate() {
                     let wrong = (light[channel] - exact * shade).abs();
-                    assert!(wrong < 1e-5, "{view:?} {pixel:?}: {light:?} for {exact:?}");
+                    assert!(wrong < rounding, "{view:?} {pixel:?}: {light:?} for {exact:?}");
                 }
             }
+            assert!(of_one_surface > 500, "{view:?}: {of_one_surface}");
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Whole frames of worlds whose pictures are known in closed form.
+//! Whole frames of worlds whose pictures are known in closed form, as the reference marcher sees them; `planes` has the
+//! same scenes seen by scan planes.
 
 #[path = "../common/scene.rs"]
 mod scene;
@@ -6,15 +7,12 @@ mod scene;
 mod attitude;
 mod earth;
 mod horizon;
+mod judge;
 mod light;
 mod projections;
 mod screen;
 mod seams;
 mod slopes;
 
-use std::sync::LazyLock;
-
-use hedgehop::subimage::Farm;
-
-/// Two workers for all tests; that their number does not matter is another test's concern.
-static FARM: LazyLock<Farm> = LazyLock::new(|| Farm::new(2).unwrap());
+/// What renders.
+const ENGINE: hedgehop::render::Engine = hedgehop::render::Engine::Reference;

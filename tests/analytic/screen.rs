@@ -1,16 +1,29 @@
 //! What a view shows where, derived otherwise than in the library.
 
+use std::sync::LazyLock;
+
 use glam::{DMat3, DQuat, DVec3};
 use hedgehop::frame::Frame;
-use hedgehop::render::{RenderOptions, render_frame};
+use hedgehop::render::{Engine, RenderOptions, render_frame};
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
 use hedgehop::voxel::MemPages;
 
-use crate::FARM;
+use crate::ENGINE;
 use crate::scene::View;
+
+/// Two workers for all tests; that their number does not matter is another test's concern.
+pub static FARM: LazyLock<Farm> = LazyLock::new(|| Farm::new(2).unwrap());
+
+/// What a camera sees of a world with the engine of these tests.
+pub fn render(world: &MemPages, camera: &Camera, options: &RenderOptions) -> Frame {
+    let options = RenderOptions { engine: ENGINE, ..*options };
+    render_frame(world, camera, &options, &FARM).unwrap().frame
+}
 
 impl View {
     pub fn frame(&self, world: &MemPages, options: &RenderOptions) -> Frame {
-        render_frame(world, &self.camera(), options, &FARM).unwrap().frame
+        render(world, &self.camera(), options)
     }
 
     /// Distance of the screen, pixels.
@@ -51,4 +64,16 @@ impl View {
         let [width, height] = self.size;
         (0..height).flat_map(move |row| (0..width).map(move |column| [column, row])).enumerate()
     }
+}
+
+/// Whether a pixel's light is that of the surface that its range is of. The reference sees with one ray; planes mix what a
+/// pixel covers and more, so that all pixels around it must see the same surface.
+pub fn is_of_one_surface(frame: &Frame, index: usize) -> bool {
+    let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
+    let (column, row) = (index % width, index / width);
+    let own = frame.range[index];
+    let is_near = |index: usize| frame.range[index] == own || (frame.range[index] / own - 1.0).abs() < 0.1;
+    let is_inside = (1..width - 1).contains(&column) && (1..height - 1).contains(&row);
+    let mut around = (0..9).map(|place| index + place % 3 + place / 3 * width - width - 1);
+    ENGINE == Engine::Reference || is_inside && around.all(is_near)
 }

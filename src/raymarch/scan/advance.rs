@@ -2,7 +2,7 @@
 
 use super::blocks::Block;
 use super::lines::Lines;
-use super::march::Planes;
+use super::march::{Field, Planes};
 use super::profile::{Mark, NO_SLOPE, Post};
 use crate::error::Result;
 use crate::simd::{Floats, Mask, Simd, Sixteen};
@@ -14,8 +14,19 @@ const NEAR_PARTS: f32 = 64.0;
 const MOST_NEAR_PARTS: f32 = 16.0;
 const MOST_STEEP_PARTS: f32 = 8.0;
 
-/// Rows that a stretch may rise over before the surface between its ends is looked at.
+/// Rows that a stretch may rise over before the surface between its ends is looked at, and radians: lines are several
+/// pixels apart, which is a greater share of range the wider pixels are. From 2 mrad a pixel on radians are what counts.
 const STEEP_ROWS: f32 = 5.0;
+const STEEP_ANGLE: f32 = 0.01;
+
+impl Field {
+    /// Tangent that a stretch may rise over before the surface between its ends is looked at.
+    pub(super) fn steep_rise(&self) -> f32 {
+        let [lowest, highest] = self.tangents;
+        let flattest = 0.0_f32.max(lowest).min(highest);
+        (STEEP_ROWS / self.fineness).min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0))
+    }
+}
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Goes to a line.
@@ -96,11 +107,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
     }
 
-    /// Whether what is in sight of the stretch to a post rises over more than `times` the rows that it may.
+    /// Whether what is in sight of the stretch to a post rises more than `times` as high as it may.
     #[inline(always)]
     fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
-        let rise = (post.slope - self.crest.max(self.last)) * self.simd.splat(self.field.fineness);
-        self.simd.splat(times * STEEP_ROWS).lt(rise).any()
+        let rise = post.slope - self.crest.max(self.last);
+        self.simd.splat(times * self.steep).lt(rise).any()
     }
 
     /// Follows the bilinear surface from the last line to the next one.

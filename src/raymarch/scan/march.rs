@@ -125,6 +125,7 @@ impl Kernel for Seeing<'_, '_> {
             ],
             farthest,
             field,
+            steep: field.steep_rise(),
             crest: simd.splat(field.tangents[0]),
             profile,
             is_begun: false,
@@ -149,6 +150,8 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) inner: [f32; 2],
     pub(super) farthest: f32,
     pub(super) field: Field,
+    /// Tangent over which a stretch may rise before the surface between its ends is looked at.
+    pub(super) steep: f32,
     /// Greatest slope of the surface so far: what lies below is hidden.
     pub(super) crest: V::F,
     pub(super) profile: &'f mut Profile,

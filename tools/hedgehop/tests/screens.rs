@@ -118,7 +118,7 @@ fn a_map_follows_the_path_from_above_and_records_what_it_is() {
 fn what_scan_planes_do_not_serve_is_said() {
     let site = Site::built();
     let look = |command: &[&str], more: &[&str]| {
-        let view = ["area.hop", "--eye", "300,500,400", "--size", "64x36", "--engine", "planes"];
+        let view = ["area.hop", "--eye", "300,500,400", "--size", "64x36"];
         let output = site.run(&[command, &view, &["--simd", "portable"], more].concat());
         assert_code(&output, 0);
         output
@@ -135,6 +135,12 @@ fn what_scan_planes_do_not_serve_is_said() {
         assert_eq!((&json["engine"], &json["simd"]), (&"planes".into(), &"portable".into()));
         assert_eq!(json["frames_by_reference"], count);
         let notes = stderr(&look(&["render", "-o", "view.png"], more));
-        assert_eq!(notes.contains("does not serve 1 of 1 frames"), count == 1, "{notes}");
+        assert_eq!(notes.contains("do not serve 1 of 1 frames"), count == 1, "{notes}");
     }
+    let flags = "bench area.hop --eye 300,500,400 --size 64x36 --engine reference --repeats 1 --workers 1 --json b.json";
+    let bench = site.run(&flags.split_whitespace().collect::<Vec<_>>());
+    assert!(stdout(&bench).contains("cores, reference engine\n"), "{}", stdout(&bench));
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();
+    assert_eq!((&json["engine"], json["simd"].is_null()), (&"reference".into(), true));
+    assert_eq!(json["frames_by_reference"], 1);
 }

@@ -217,7 +217,7 @@ fn note_reference(
     let count = cameras.iter().filter(|(_, camera)| renderer.engine_for(camera) != options.engine).count();
     if count > 0 {
         reporter.note(&format!(
-            "--engine planes does not serve {count} of {} frames; the reference, which is slower, renders these",
+            "scan planes do not serve {count} of {} frames; the reference, which is slower, renders these",
             cameras.len()
         ));
     }

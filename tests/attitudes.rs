@@ -1,0 +1,172 @@
+//! Scan planes against the reference marcher: any attitude, field of view, height and screen.
+
+use std::f64::consts::TAU;
+use std::sync::{Arc, LazyLock};
+
+use glam::{DVec2, DVec3};
+use hedgehop::frame::Frame;
+use hedgehop::raymarch::ground_height;
+use hedgehop::render::{Engine, RenderOptions, Renderer, render_reference};
+use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+
+/// Posts of a side, and metres between them.
+const SIDE: u32 = 600;
+const SPACING: f64 = 10.0;
+/// Heights above the ground, posts apart.
+const HEIGHTS: [f64; 2] = [0.5, 50_000.0];
+/// Degrees.
+const FIELDS_OF_VIEW: [f64; 2] = [1.0, 150.0];
+const SIZE: [u32; 2] = [240, 180];
+
+/// Poses on each screen.
+const POSES: usize = 40;
+/// Relative error of range of half, 99 % and 99.6 % of the pixels, and share of those where only one sees the sky.
+const BOUNDS: [f64; 4] = [1.5e-4, 3e-3, 1e-2, 1e-3];
+
+/// Hills with long and short waves.
+static AREA: LazyLock<MemPages> = LazyLock::new(|| {
+    let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(5.0e5, 4.0e6) };
+    let posts = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (f64::from(x), f64::from(y))));
+    let heights: Vec<_> = posts
+        .map(|(x, y)| {
+            250.0 + 90.0 * (x / 31.0).sin() + 60.0 * (y / 23.0).cos() + 9.0 * (x / 7.0 + y / 5.0).sin()
+        })
+        .collect();
+    let colours: Vec<_> = (0..heights.len()).map(|index| [(index / 9 % 256) as u8, 90, 120]).collect();
+    build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
+});
+
+/// Steele, Lea and Flood's SplitMix (2014): the same numbers everywhere.
+struct Random(u64);
+
+impl Random {
+    /// 0…1.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut bits = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ bits >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (bits ^ bits >> 31) as f64 / u64::MAX as f64
+    }
+
+    fn between(&mut self, [low, high]: [f64; 2]) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// As often in each decade.
+    fn of_any_size(&mut self, range: [f64; 2]) -> f64 {
+        self.between(range.map(f64::ln)).exp()
+    }
+}
+
+fn screen(name: &str, fov: f64) -> Screen {
+    match name {
+        "planar" => Screen::Planar { hfov: fov },
+        "cylindrical" => Screen::Cylindrical { hfov: 2.4 * fov },
+        "equirectangular" => Screen::Equirectangular { hfov: 2.4 * fov, vfov: 1.2 * fov },
+        "fisheye" => Screen::Fisheye { fov: 2.4 * fov },
+        _ => {
+            let table = RayTable::of_screen(&Screen::Planar { hfov: fov }, 40, 30).unwrap();
+            Screen::Table(Arc::new(table))
+        }
+    }
+}
+
+/// An eye over the area. Every other one looks at a place in it; from high up, others see hardly any ground.
+fn pose(random: &mut Random, looks_at_ground: bool) -> Pose {
+    let corner = AREA.header().grid.origin;
+    let mut place = || corner + DVec2::new(random.next(), random.next()) * f64::from(SIDE) * SPACING;
+    let (here, there) = (place(), place());
+    let ground = |place: DVec2| place.extend(ground_height(&*AREA, place).unwrap().unwrap());
+    let eye = ground(here) + DVec3::Z * SPACING * random.of_any_size(HEIGHTS);
+    let ahead = ground(there) - eye;
+    let mut attitude = Attitude {
+        yaw: random.between([0.0, 360.0]),
+        pitch: random.between([-90.0, 90.0]),
+        roll: random.between([-180.0, 180.0]),
+    };
+    if looks_at_ground {
+        attitude.yaw = ahead.x.atan2(ahead.y).rem_euclid(TAU).to_degrees();
+        attitude.pitch = ahead.z.atan2(ahead.truncate().length()).to_degrees();
+    }
+    // The corners of all cases.
+    match (4.0 * random.next()) as u32 {
+        0 => attitude.roll = 90.0 * (4.0 * random.next()).floor(),
+        1 => attitude.pitch = [-90.0, 0.0, 90.0][(3.0 * random.next()) as usize],
+        _ => {}
+    }
+    Pose { eye, attitude, hfov: random.of_any_size(FIELDS_OF_VIEW) }
+}
+
+/// Relative errors of range, and pixels of which only one engine sees the sky.
+#[derive(Default)]
+struct Differences {
+    errors: Vec<f64>,
+    apart: usize,
+    pixels: usize,
+}
+
+impl Differences {
+    fn add(&mut self, found: &Frame, truth: &Frame) {
+        for (&found, &truth) in found.range.iter().zip(&truth.range) {
+            self.pixels += 1;
+            match (found.is_finite(), truth.is_finite()) {
+                (true, true) => self.errors.push(f64::from((found - truth).abs() / truth)),
+                (false, false) => {}
+                _ => self.apart += 1,
+            }
+        }
+    }
+
+    /// Median, 99 % and 99.6 % of the errors, and share of the pixels that are apart.
+    fn figures(&mut self) -> [f64; 4] {
+        self.errors.sort_by(f64::total_cmp);
+        let at = |share: f64| self.errors[(self.errors.len() as f64 * share) as usize];
+        [at(0.5), at(0.99), at(0.996), self.apart as f64 / self.pixels as f64]
+    }
+}
+
+/// What planes and rays see must be within the bounds of a fast engine, over all pixels of 40 poses on each kind of screen.
+fn assert_alike(detail: f64, seed: u64) {
+    let farm = Farm::new(2).unwrap();
+    let options = RenderOptions {
+        engine: Engine::Planes,
+        detail,
+        visibility: f64::INFINITY,
+        ..RenderOptions::default()
+    };
+    let renderer = Renderer::new(&*AREA, &options);
+    let mut random = Random(seed);
+    let mut failed = Vec::new();
+    for name in ["planar", "cylindrical", "equirectangular", "fisheye", "table"] {
+        let mut all = Differences::default();
+        let mut by_planes = 0;
+        for index in 0..POSES {
+            let pose = pose(&mut random, index % 2 == 0);
+            let camera = Camera::with_screen(pose, screen(name, pose.hfov), SIZE[0], SIZE[1]);
+            let found = renderer.frame(&camera, &farm).unwrap().frame;
+            let truth = render_reference(&*AREA, &camera, &options, &farm).unwrap().frame;
+            all.add(&found, &truth);
+            by_planes += usize::from(renderer.engine_for(&camera) == Engine::Planes);
+        }
+        assert_eq!(by_planes, POSES, "{name}");
+        assert!(all.errors.len() > all.pixels / 5, "{name}: {} pixels of ground", all.errors.len());
+        let figures = all.figures();
+        if figures.iter().zip(BOUNDS).any(|(figure, bound)| *figure > bound) {
+            failed.push((name, figures));
+        }
+    }
+    assert!(failed.is_empty(), "more than {BOUNDS:?}: {failed:?}");
+}
+
+#[test]
+fn planes_see_the_finest_surface_as_rays_do() {
+    assert_alike(1.0e3, 1);
+}
+
+/// Levels change at the same places for both.
+#[test]
+fn planes_see_coarse_levels_as_rays_do() {
+    assert_alike(1.0, 2);
+}
