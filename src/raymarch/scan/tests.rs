@@ -191,7 +191,7 @@ fn island(seed: u32) -> MemPages {
 
 #[test]
 fn surfaces_end_where_their_cells_do() {
-    // Rows straddle the far rim, behind which there is sky: it is where cells end, not where lines do.
+    // Rows straddle the far rim, behind which there is sky: it is where cells end. Where lines do 1.1e-3 would differ.
     let (mut found, mut pixels) = (0.0, 0);
     let source = island(11);
     let origin = source.header().grid.origin;
@@ -205,7 +205,7 @@ fn surfaces_end_where_their_cells_do() {
         pixels += 1;
     }
     let mean = found / f64::from(pixels);
-    assert!(mean <= 2e-3, "{mean}");
+    assert!(mean <= 8.5e-4, "{mean}");
 }
 
 #[test]
