@@ -39,14 +39,15 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         near: bool,
     ) -> Result<()> {
         let steep = self.is_steep(post, 1.0);
+        let rim = self.is_at_rim(post.slope);
         if block.stride.lines > 1 {
-            if steep {
-                self.divide(lines, block, post)?;
+            if steep || rim {
+                self.divide(lines, block, post, rim)?;
             }
         } else if steep || near && self.crest.lt(post.slope).any() {
-            self.follow(lines, block.stride.level, post, steep);
+            self.follow(lines, block.stride.level, post, steep, rim);
         }
-        self.reach(*post);
+        self.pass(lines, *post, rim);
         Ok(())
     }
 
@@ -58,12 +59,12 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
     }
 
-    /// Reads lines between the last and the next one where the surface rises steeply.
+    /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void.
     #[inline(always)]
-    fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>) -> Result<()> {
+    fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>, rim: bool) -> Result<()> {
         let line = post.mark.line;
         let every = i64::from(block.stride.lines);
-        let parts = if self.is_steep(post, 2.0) { every } else { 2 };
+        let parts = if rim || self.is_steep(post, 2.0) { every } else { 2 };
         let step = block.step.signum() * every / parts;
         // After a change of stride some of them may lie before the last one.
         let reached = f64::from(self.reached);
@@ -76,20 +77,20 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
         let nearest = line - step * between;
         if lines.have(nearest) {
-            self.read_between(lines, block, line, step, between);
+            self.read_between(lines, block, [line, step, between], rim);
             return Ok(());
         }
         let level = block.stride.level;
         let posts = self.posts(level, [self.way.distance(level, nearest), post.mark.distance.into()]);
         if let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, nearest, posts)? {
-            self.read_between(&lines, block, line, step, between);
+            self.read_between(&lines, block, [line, step, between], rim);
         }
         Ok(())
     }
 
     /// Reads `count` (1 to 3) lines before a line, `step` apart.
     #[inline(always)]
-    fn read_between(&mut self, lines: &Lines<'a>, block: &Block, line: i64, step: i64, count: i64) {
+    fn read_between(&mut self, lines: &Lines<'a>, block: &Block, [line, step, count]: [i64; 3], rim: bool) {
         let span = step.unsigned_abs() as u32;
         // All first: reads that wait for nothing overlap.
         let mut slopes = [Sixteen::default(); 3];
@@ -103,7 +104,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 mark: Mark { span: span as u8, ..self.mark(block, line) },
                 ..self.stored(block, line, &slopes[part as usize])
             };
-            self.reach(post);
+            self.pass(lines, post, rim);
         }
     }
 
@@ -116,7 +117,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Follows the bilinear surface from the last line to the next one.
     #[inline(always)]
-    fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool) {
+    fn follow(&mut self, lines: &Lines<'a>, level: u8, post: &Post<V>, steep: bool, rim: bool) {
         let line = post.mark.line;
         let side = Grid::side_units(level) as f32;
         let (from, to) = (self.reached, post.mark.distance);
@@ -134,7 +135,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let share = 1.0 - (to - distance) / side;
             let at = self.simd.splat(distance);
             let z = self.ground.surface(lines, level, line, at, share);
-            self.reach(self.post(z, Mark { distance, share, ..post.mark }));
+            self.pass(lines, self.post(z, Mark { distance, share, ..post.mark }), rim);
         }
     }
 

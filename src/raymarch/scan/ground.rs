@@ -1,14 +1,14 @@
 //! Sixteen planes over the ground: heights where they are.
 
-use super::lines::Lines;
+use super::lines::{Lines, NO_CODE};
 use crate::simd::{Floats, Simd};
-use crate::voxel::{Grid, HeightCode};
+use crate::voxel::Grid;
 
 /// Height above the eye of what is no surface, metres.
 pub const NOTHING: f32 = -1.0e30;
 
 /// Codes below this are no surface's.
-const NO_CODE: f32 = HeightCode::EMPTY as f32 + 0.5;
+const LEAST_CODE: f32 = 0.0;
 
 /// How the planes lie, and how heights are coded.
 #[derive(Clone, Copy)]
@@ -33,18 +33,50 @@ impl<V: Simd> Ground<V> {
     /// Codes of a line where the planes are at a major distance.
     #[inline(always)]
     pub fn codes(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F) -> V::F {
+        lines.codes(self.simd, (line - lines.first[0]) as i32, self.position(lines, level, distance))
+    }
+
+    /// Where the planes are across at a major distance, posts from the lines' first.
+    #[inline(always)]
+    fn position(&self, lines: &Lines<'_>, level: u8, distance: V::F) -> V::F {
         let side = f64::from(Grid::side_units(level));
         let eye = self.across / side - 0.5 - lines.first[1] as f64;
         let minor = self.minor * self.simd.splat((1.0 / side) as f32);
-        let post = minor.mul_add(distance, self.simd.splat(eye as f32));
-        lines.codes(self.simd, (line - lines.first[0]) as i32, post)
+        minor.mul_add(distance, self.simd.splat(eye as f32))
     }
 
-    /// Height above the eye at a major distance, metres, of a code there.
+    /// The same, taken into the area.
+    #[inline(always)]
+    pub fn across(&self, lines: &Lines<'_>, level: u8, distance: V::F) -> V::F {
+        lines.within(self.simd, self.position(lines, level, distance))
+    }
+
+    /// Codes in the cells of columns `cell` between the line before `line` and it, shares of the way across and
+    /// along them; [`NO_CODE`] where one of the four posts has no surface.
+    #[inline(always)]
+    pub fn cell(&self, lines: &Lines<'_>, line: i64, [cell, across]: [V::F; 2], along: V::F) -> V::F {
+        let index = (line - lines.first[0]) as i32;
+        let near = lines.cell(self.simd, index - self.forward as i32, cell, across);
+        self.between(near, lines.cell(self.simd, index, cell, across), along)
+    }
+
+    /// Codes between two, [`NO_CODE`] where either is.
+    #[inline(always)]
+    fn between(&self, near: V::F, far: V::F, share: V::F) -> V::F {
+        let codes = (far - near).mul_add(share, near);
+        self.simd.splat(NO_CODE).select(self.is_nothing(near.min(far)), codes)
+    }
+
+    /// Codes of no surface.
+    #[inline(always)]
+    pub fn is_nothing(&self, codes: V::F) -> V::M {
+        codes.lt(self.simd.splat(LEAST_CODE))
+    }
+
+    /// Height above the eye at a major distance, metres, of a code there; far below all of [`NO_CODE`].
     #[inline(always)]
     pub fn height(&self, codes: V::F, distance: V::F) -> V::F {
-        let z = self.drop.neg_mul_add(distance * distance, codes.mul_add(self.scale, self.offset));
-        self.simd.splat(NOTHING).select(codes.lt(self.simd.splat(NO_CODE)), z)
+        self.drop.neg_mul_add(distance * distance, codes.mul_add(self.scale, self.offset))
     }
 
     /// Height above the eye of the bilinear surface at a major distance, `share` of the way from the line
@@ -53,8 +85,6 @@ impl<V: Simd> Ground<V> {
     pub fn surface(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F, share: f32) -> V::F {
         let near = self.codes(lines, level, line - self.forward, distance);
         let far = self.codes(lines, level, line, distance);
-        let nothing = near.min(far).lt(self.simd.splat(NO_CODE));
-        let codes = (far - near).mul_add(self.simd.splat(share), near);
-        self.height(self.simd.splat(0.0).select(nothing, codes), distance)
+        self.height(self.between(near, far, self.simd.splat(share)), distance)
     }
 }

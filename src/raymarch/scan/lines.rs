@@ -9,6 +9,9 @@ use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
 /// of their footprint needs more.
 const MOST_PAGES: usize = 4;
 
+/// Code of what is no surface: below any.
+pub const NO_CODE: f32 = -1.0e34;
+
 /// Pages of one level side by side along the minor axis: the lines of one block.
 pub struct Lines<'a> {
     /// Height codes with apron of each page, line by line, and how many one line has.
@@ -63,13 +66,24 @@ impl<'a> Lines<'a> {
     }
 
     /// Codes at post positions `post` of `line` (both counted from `first`; −1 is the apron), interpolated between
-    /// two posts; 0 where either has no surface.
+    /// two posts; [`NO_CODE`] where either has no surface.
     #[inline(always)]
     pub fn codes<V: Simd>(&self, simd: V, line: i32, post: V::F) -> V::F {
-        let post = post.max(simd.splat(self.limits[0])).min(simd.splat(self.limits[1]));
+        let post = self.within(simd, post);
         let floor = post.floor();
-        let share = post - floor;
-        let cell = floor.to_int();
+        self.cell(simd, line, floor, post - floor)
+    }
+
+    /// A post position, taken into the area.
+    #[inline(always)]
+    pub fn within<V: Simd>(&self, simd: V, post: V::F) -> V::F {
+        post.max(simd.splat(self.limits[0])).min(simd.splat(self.limits[1]))
+    }
+
+    /// The same, `share` of the way from a post within the area to the next one.
+    #[inline(always)]
+    pub fn cell<V: Simd>(&self, simd: V, line: i32, first: V::F, share: V::F) -> V::F {
+        let cell = first.to_int();
         let mut code = self.part(simd, 0, line, cell, share);
         for part in 1..self.count {
             let start = simd.splat_int(part as i32 * PAGE_SIDE as i32);
@@ -89,6 +103,6 @@ impl<'a> Lines<'a> {
         let code = (high - low).mul_add(share, low);
         // Surfaces have codes from 1 on.
         let nothing = low.min(high).lt(simd.splat(f32::from(HeightCode::EMPTY) + 0.5));
-        simd.splat(0.0).select(nothing, code)
+        simd.splat(NO_CODE).select(nothing, code)
     }
 }

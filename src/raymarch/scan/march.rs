@@ -253,7 +253,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         // All heights first: reads that wait for nothing overlap. Most blocks end here.
         let mut slopes = [Sixteen::default(); MOST_LINES];
         let highest = self.slopes(&lines, block, &mut slopes);
-        if !near && !self.crest.lt(highest).any() && !self.is_at_edge(last as f32) {
+        let is_in_sight = near || self.crest.lt(highest).any() || self.is_at_edge(last as f32);
+        if !is_in_sight && !self.is_at_rim(self.simd.load(&slopes[block.count as usize - 1].0)) {
             self.skip(block, last as f32, &slopes);
             return Ok(());
         }

@@ -38,6 +38,7 @@ mod march;
 mod pages;
 mod panorama;
 mod profile;
+mod rims;
 mod shape;
 mod strides;
 #[cfg(test)]

@@ -19,6 +19,12 @@ const STEPS: f32 = 32.0;
 /// A post's slope eastward and northward, up to 4.
 pub type Slopes = [i8; 2];
 
+/// Those of a post without a surface.
+pub const VOID: Slopes = [i8::MIN; 2];
+
+/// Its weight: it counts only where no other does.
+const VOID_WEIGHT: f32 = 1.0e-6;
+
 /// The nearest steps to two slopes.
 #[inline(always)]
 pub fn encode(slopes: [f32; 2]) -> Slopes {
@@ -45,6 +51,9 @@ impl Facing {
     /// How much of a post is seen, up to a common factor.
     #[inline(always)]
     pub fn weight(&self, slopes: Slopes) -> f32 {
+        if slopes == VOID {
+            return VOID_WEIGHT;
+        }
         let Some(&down) = INCLINES.get(usize::from(self.incline)) else { return 1.0 };
         let slope = f32::from(slopes[usize::from(self.major)]) / STEPS;
         (down + if self.forward { slope } else { -slope }).max(LEAST)

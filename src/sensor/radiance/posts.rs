@@ -14,6 +14,9 @@ const SIDE: usize = PAGE_SIDE as usize;
 /// Finer posts along a voxel.
 const FINER: usize = RADIX as usize;
 
+/// Red of posts without a surface: not light.
+pub const VOID: f32 = -1.0;
+
 /// A sensor's light and the colours' linear values.
 pub struct Lamp<'s> {
     sensor: &'s VisualSensor,
@@ -51,12 +54,12 @@ impl<'a> Posts<'a> {
         Self { lamp, view, rise, edges }
     }
 
-    /// Radiance of posts `columns` of row `y`.
+    /// Radiance of posts `columns` of row `y`, [`VOID`] where they have no surface.
     #[inline(always)]
     pub fn row(&self, y: usize, columns: Range<usize>, target: Rows<'_>) {
         let mut light = [0.0; SIDE];
         self.light(y, columns.clone(), &mut light, target.slopes);
-        let colours = self.colours(y, columns);
+        let colours = self.colours(y, columns.clone());
         let linear = &self.lamp.linear;
         let [red, green, blue] = target.light;
         for (index, (colour, light)) in colours.iter().zip(light).enumerate() {
@@ -64,12 +67,17 @@ impl<'a> Posts<'a> {
             green[index] = linear[usize::from(colour[1])] * light;
             blue[index] = linear[usize::from(colour[2])] * light;
         }
+        let codes = &self.codes(y + 1)[columns.start + 1..columns.end + 1];
+        for (index, _) in codes.iter().enumerate().filter(|(_, code)| **code == HeightCode::EMPTY) {
+            red[index] = VOID;
+            target.slopes[index] = facing::VOID;
+        }
     }
 
     /// Radiance of voxels `columns` of row `y` of the next coarser level, counted from the page's first: the mean of their
-    /// posts here that have a surface, by what `facing` shows of them; black if none has.
+    /// posts here that have a surface, by what `facing` shows of them; [`VOID`] if none has.
     #[inline(always)]
-    pub fn mean_row(&self, y: usize, columns: Range<usize>, facing: &Facing, target: Rows<'_>) {
+    pub fn mean_row(&self, y: usize, columns: Range<usize>, facing: &Facing, mut target: Rows<'_>) {
         let (width, height) = (self.view.width as usize, self.view.height as usize);
         let posts = columns.start * FINER..(columns.end * FINER).min(width);
         let linear = &self.lamp.linear;
@@ -103,13 +111,17 @@ impl<'a> Posts<'a> {
                 *count += cover.iter().sum::<f32>();
             }
         }
-        for (channel, target) in target.light.into_iter().enumerate() {
+        for (channel, target) in target.light.iter_mut().enumerate() {
             for ((target, sum), count) in target.iter_mut().zip(&sums).zip(&counts) {
                 *target = sum[channel] / count.max(f32::MIN_POSITIVE);
             }
         }
         for (target, rises) in target.slopes.iter_mut().zip(rises) {
             *target = rises.map(|rise| (rise / (FINER * FINER) as i16) as i8);
+        }
+        for (index, _) in counts[..columns.len()].iter().enumerate().filter(|(_, count)| **count == 0.0) {
+            target.light[0][index] = VOID;
+            target.slopes[index] = facing::VOID;
         }
     }
 

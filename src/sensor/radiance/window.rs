@@ -16,12 +16,15 @@
 use std::ops::Range;
 
 use super::facing::{Facing, Slopes};
-use super::posts::{Lamp, Posts, Rows};
+use super::posts::{Lamp, Posts, Rows, VOID};
 use crate::error::Result;
 use crate::voxel::{PAGE_SIDE, PageId, PageSource, RADIX};
 
 /// Posts around the page: the apron of images of lines, a texel of four posts.
 pub const RING: usize = 4;
+
+/// Posts around it that are lit: those of the ring, and what voids in it take their light from.
+const LIT: usize = RING + 1;
 
 /// Posts of a level from `first` on, and what they send.
 pub struct Window {
@@ -49,9 +52,9 @@ impl Window {
         size: [usize; 2],
         facing: &Facing,
     ) -> Result<Self> {
-        let [stride, rows] = size.map(|side| side + 2 * RING);
+        let [stride, rows] = size.map(|side| side + 2 * LIT);
         let corner = [id.px, id.py].map(|page| i64::from(page * PAGE_SIDE));
-        let first = corner.map(|corner| corner - RING as i64);
+        let first = corner.map(|corner| corner - LIT as i64);
         let planes = [(); 3].map(|()| vec![f32::NAN; stride * rows]);
         let slopes = vec![Slopes::default(); stride * rows];
         let mut window = Self { planes, slopes, stride, first, rows };
@@ -70,6 +73,8 @@ impl Window {
         }
         let own = [0, 1].map(|axis| corner[axis]..corner[axis] + size[axis] as i64);
         window.extend(last, &own);
+        window.cover_voids();
+        window.crop();
         Ok(window)
     }
 
@@ -144,5 +149,47 @@ impl Window {
                 self.slopes[target] = self.slopes[from];
             }
         }
+    }
+    /// Gives posts without a surface the mean of what those beside them send, or black: at the rim of a void, pixels and texels
+    /// look a little beyond the last post.
+    fn cover_voids(&mut self) {
+        let voids: Vec<_> = (0..self.planes[0].len()).filter(|&post| self.planes[0][post] == VOID).collect();
+        let light: Vec<_> = voids.iter().map(|&post| self.mean_beside(post)).collect();
+        for (post, light) in voids.into_iter().zip(light) {
+            for (plane, light) in self.planes.iter_mut().zip(light) {
+                plane[post] = light;
+            }
+        }
+    }
+
+    /// Takes the outermost posts away.
+    fn crop(&mut self) {
+        let (width, stride) = (self.stride - 2, self.stride);
+        let rows = 1..self.rows - 1;
+        for plane in &mut self.planes {
+            *plane = rows.clone().flat_map(|row| &plane[row * stride + 1..][..width]).copied().collect();
+        }
+        let slopes = rows.clone().flat_map(|row| &self.slopes[row * stride + 1..][..width]);
+        self.slopes = slopes.copied().collect();
+        self.first = self.first.map(|first| first + 1);
+        (self.stride, self.rows) = (width, rows.len());
+    }
+
+    /// Mean of the posts beside a post that have a surface.
+    fn mean_beside(&self, post: usize) -> [f32; 3] {
+        let (x, y) = (post % self.stride, post / self.stride);
+        let (mut sum, mut count) = ([0.0; 3], 0.0);
+        for row in y.saturating_sub(1)..(y + 2).min(self.rows) {
+            for column in x.saturating_sub(1)..(x + 2).min(self.stride) {
+                let beside = row * self.stride + column;
+                if self.planes[0][beside] != VOID {
+                    count += 1.0;
+                    for (sum, plane) in sum.iter_mut().zip(&self.planes) {
+                        *sum += plane[beside];
+                    }
+                }
+            }
+        }
+        sum.map(|sum: f32| sum / f32::max(count, 1.0))
     }
 }

@@ -1,0 +1,113 @@
+//! Rims: where a surface ends at a void, or begins behind one.
+//!
+//! ```text
+//! a cell has a surface if its four posts have
+//! from one line to the next a plane runs through one cell, or through two: up to where it crosses a column of
+//! posts, and from there
+//!     there:     as high as the cell before says, then as the cell behind; none has no height
+//!     the line:  a surface if the cell before it or the one behind it has
+//! ```
+//!
+//! Heights where planes cross lines do not tell: between two lines with a surface, or a line with and one without,
+//! there may be a part of a cell or none, and a saw-tooth along the rim is what is lost otherwise.
+
+use super::lines::Lines;
+use super::march::Planes;
+use super::profile::{Mark, NO_SLOPE, Post};
+use crate::simd::{Floats, LANES, Mask, Simd, Sixteen};
+use crate::voxel::Grid;
+
+/// Lengths of a cell that a plane may run through at once: more are not one cell.
+const ONE_CELL: f32 = 1.001;
+
+/// Slopes below this are no surface's.
+const LEAST_SLOPE: f32 = 0.5 * NO_SLOPE;
+
+impl<'a, V: Simd> Planes<'_, 'a, V> {
+    /// Whether some plane has no surface at the last post or the next one: there may be a rim between.
+    #[inline(always)]
+    pub(super) fn is_at_rim(&self, slope: V::F) -> bool {
+        self.last.min(slope).lt(self.simd.splat(LEAST_SLOPE)).any()
+    }
+
+    /// Takes in the surface from where the march is to a post; on the way there may be a `rim`.
+    #[inline(always)]
+    pub(super) fn pass(&mut self, lines: &Lines<'a>, post: Post<V>, rim: bool) {
+        if rim {
+            // What a cold function is given lies in memory: a copy, so that all other posts need not.
+            let mut slope = Sixteen::default();
+            post.slope.store(&mut slope.0);
+            self.cross(lines, &slope, post.mark);
+            return;
+        }
+        self.reach(post);
+    }
+
+    /// Takes in the surface up to where planes cross a column of posts, what begins there, and the line if a cell before or behind it
+    /// has a surface.
+    #[cold]
+    fn cross(&mut self, lines: &Lines<'a>, slope: &Sixteen, mark: Mark) {
+        let slope = self.simd.load(&slope.0);
+        let inverse = self.ground.per_depth * self.simd.splat(1.0 / mark.distance);
+        let mut post = Post { slope, inverse, mark };
+        let side = Grid::side_units(mark.level) as f32;
+        let nothing = self.simd.splat(LEAST_SLOPE);
+        let differs = self.last.lt(nothing).bits() != slope.lt(nothing).bits();
+        if differs && mark.distance - self.reached < ONE_CELL * side && !self.is_at_edge(mark.distance) {
+            post.slope = self.cross_cells(lines, &post);
+        }
+        self.reach(post);
+    }
+
+    /// Slope of a post where one of the cells that it borders on has a surface, after what lies before it.
+    #[inline(always)]
+    fn cross_cells(&mut self, lines: &Lines<'a>, post: &Post<V>) -> V::F {
+        let simd = self.simd;
+        let Mark { line, level, distance, share: until, .. } = post.mark;
+        let ahead = self.ground.forward;
+        let side = Grid::side_units(level) as f32;
+        let (from, to) = (simd.splat(self.reached), simd.splat(distance));
+        let [a, b] = [self.ground.across(lines, level, from), self.ground.across(lines, level, to)];
+        let (before, behind) = (a.floor(), b.floor());
+        let crosses = before.lt(behind) | behind.lt(before);
+        // The column is the higher one of the two cells' first.
+        let column = before.max(behind).select(crosses, b);
+        let share = ((column - a) * (b - a).recip()).max(simd.splat(0.0)).min(simd.splat(1.0));
+        let share = share.select(crosses, simd.splat(1.0));
+        let at = (to - from).mul_add(share, from);
+        let along = (at - to).mul_add(simd.splat(1.0 / side), simd.splat(until));
+        let inverse = (self.ground.depth * at).recip();
+        let mark = self.crossing(post.mark, crosses, share);
+        let mut slopes = [a, b];
+        for (slope, cell) in slopes.iter_mut().zip([before, behind]) {
+            let codes = self.ground.cell(lines, line, [cell, column - cell], along);
+            *slope = self.slope(self.ground.height(codes, at), inverse);
+        }
+        let [ends, begins] = slopes;
+        self.join(Post { slope: ends, inverse, mark });
+        self.join(Post { slope: begins, inverse, mark });
+        let nothing = simd.splat(LEAST_SLOPE);
+        let next = self.ground.cell(lines, line + ahead, [behind, b - behind], simd.splat(0.0));
+        let is_rim = self.ground.is_nothing(next) & begins.lt(nothing);
+        simd.splat(NO_SLOPE).select(is_rim, post.slope)
+    }
+
+    /// Where on the way to a line planes cross, on average: that is where colour is taken from.
+    #[inline(always)]
+    fn crossing(&self, mark: Mark, crosses: V::M, share: V::F) -> Mark {
+        let mut shares = Sixteen::default();
+        share.store(&mut shares.0);
+        let bits = crosses.bits();
+        let (mut sum, mut count) = (0.0, 0.0_f32);
+        for lane in (0..LANES).filter(|lane| bits >> lane & 1 == 1) {
+            sum += shares.0[lane];
+            count += 1.0;
+        }
+        let back = (mark.distance - self.reached) * (1.0 - sum / count.max(1.0));
+        let side = Grid::side_units(mark.level) as f32;
+        if count == 0.0 {
+            return mark;
+        }
+        Mark { distance: mark.distance - back, share: mark.share - back / side, ..mark }
+    }
+}
