@@ -52,7 +52,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         Place { rise: gaze.row - below, below: below.to_int(), gaze }
     }
 
-    /// Cubic between planes and rows; black where there is no ray.
+    /// Cubic between rows, straight between planes, which are closer to each other; black where there is no ray.
     #[inline(always)]
     fn light(&self, place: &Place<V>) -> [V::F; 3] {
         let simd = self.simd;
@@ -62,7 +62,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         // Usually all lanes look into one annulus.
         while left.any() {
             let (_, here, between) = self.next(place, left);
-            let across = cubic(simd, between.share);
+            let across = [simd.splat(1.0) - between.share, between.share];
             let mut light = [simd.splat(0.0); 3];
             for (row, up) in along.into_iter().enumerate() {
                 let row = self.row(place.below + simd.splat_int(row as i32 - 1));
@@ -93,7 +93,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         while left.any() {
             let (_, here, between) = self.next(place, left);
             let share = between.share;
-            let [_, west, east, _] = between.words;
+            let [west, east] = between.words;
             let inverses = bytemuck::cast_slice(self.inverse);
             let mut taps = [[zero; 2]; 4];
             for (taps, row) in taps.iter_mut().zip(rows) {

@@ -28,11 +28,11 @@ pub struct Annulus {
     bases: Vec<u32>,
 }
 
-/// Four planes, the middle ones of which pixels lie between.
+/// Two planes that pixels lie between.
 pub struct Between<V: Simd> {
-    /// Index of the word of row 0, from left to right.
-    pub words: [V::I; 4],
-    /// Share of the way from the second one to the third.
+    /// Index of the word of row 0, left and right.
+    pub words: [V::I; 2],
+    /// Share of the way from the left one to the right.
     pub share: V::F,
 }
 
@@ -129,8 +129,8 @@ impl Annulus {
         let plane = azimuth.mul_add(per_radian, simd.splat(self.ahead.1));
         let whole = plane.floor();
         let share = plane - whole;
-        let left = whole.to_int() + simd.splat_int(self.ahead.0 - 1);
-        let mut words = [left; 4];
+        let left = whole.to_int() + simd.splat_int(self.ahead.0);
+        let mut words = [left; 2];
         for (index, word) in words.iter_mut().enumerate() {
             *word = self.word(simd, self.around(simd, left + simd.splat_int(index as i32)));
         }
