@@ -38,20 +38,18 @@ impl Air {
     fn through<V: Simd>(&self, simd: V, range: V::F, up: V::F) -> V::F {
         // The ray's rise in scale heights; haze is as thick as at its base below that.
         let rise = (up * range * simd.splat(1.0 / SCALE_HEIGHT)).max(simd.splat(-self.start));
-        // Mean density: e^−start · (1 − e^−rise) / rise; the quotient loses its digits where terms do.
+        // Mean density: (e^−start − e^−(start + rise)) / rise; the quotient loses its digits where terms do.
         let mut mean = simd.splat(MEAN_DENSITY[0]);
         for coefficient in &MEAN_DENSITY[1..] {
             mean = mean.mul_add(rise, simd.splat(*coefficient));
         }
+        mean = mean * simd.splat(self.density);
         let small = rise.abs().lt(simd.splat(SMALL_RISE));
         if !small.all() {
-            // e^−x of x < 0 through its reciprocal.
-            let falling = rise.lt(simd.splat(0.0));
-            let power = exp_neg(simd, rise.abs());
-            let power = power.max(simd.splat(1.0e-37)).recip().select(falling, power);
-            mean = mean.select(small, (simd.splat(1.0) - power) * rise.recip());
+            let end = exp_neg(simd, rise + simd.splat(self.start));
+            mean = mean.select(small, (simd.splat(self.density) - end) * rise.recip());
         }
-        exp_neg(simd, simd.splat(self.extinction * self.density) * range * mean)
+        exp_neg(simd, simd.splat(self.extinction) * range * mean)
     }
 
     /// Radiance that reaches the eye from ground of `radiance`, in [`UNITS`].

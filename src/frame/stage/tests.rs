@@ -9,7 +9,7 @@ use super::paint::Light;
 use super::{Air, Rows, Sums};
 use crate::frame::Atmosphere;
 use crate::raymarch::scan::{Mark, NO_SLOPE, Post, Profile};
-use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 
 const ROWS: usize = 40;
 
@@ -103,6 +103,41 @@ fn posts(steps: &[Step], steepness: f32) -> Vec<(Sixteen, bool)> {
         (slopes, begins)
     };
     steps.iter().enumerate().map(place).collect()
+}
+
+/// Haze of black ground straight down, at an incline and level, from an eye at a height.
+struct Haze(Air, [[f32; LANES]; 2]);
+
+impl Kernel for Haze {
+    type Output = [f32; LANES];
+
+    fn run<V: Simd>(self, simd: V) -> [f32; LANES] {
+        let [range, up] = self.1.map(|lanes| simd.load(&lanes));
+        let mut red = [0.0; LANES];
+        self.0.haze(simd, [simd.splat(0.0); 3], range, up)[0].store(&mut red);
+        red
+    }
+}
+
+#[test]
+fn haze_is_the_atmospheres_from_any_height() {
+    let atmosphere = Atmosphere::new(20_000.0, 500.0);
+    for eye in [500.0, 600.0, 3000.0, 30_000.0, 165_000.0, 180_000.0, 1.0e6, 4.0e7] {
+        let up: [f32; LANES] = std::array::from_fn(|lane| -(lane as f32) / (LANES - 1) as f32);
+        let range = up.map(|up| if up < 0.0 { (eye as f32 - 500.0) / -up } else { 9000.0 });
+        for isa in Isa::available() {
+            let seen = isa.run(Haze(Air::new(&atmosphere, eye), [range, up]));
+            for lane in 0..LANES {
+                let exact = atmosphere.haze(glam::Vec3::ZERO, eye, up[lane], range[lane]).x;
+                assert!(
+                    (seen[lane] - exact).abs() < 2.0e-3,
+                    "{isa}: {eye} m, {}: {} for {exact}",
+                    up[lane],
+                    seen[lane]
+                );
+            }
+        }
+    }
 }
 
 proptest! {
