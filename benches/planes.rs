@@ -66,7 +66,7 @@ fn stage(criterion: &mut Criterion, name: &str, time: fn(&StageTimes) -> Duratio
         let area = &areas[view.roughness];
         let camera = camera(area, view);
         let renderer = Renderer::new(area, &options);
-        assert_eq!(renderer.engine_for(&camera), Engine::Planes, "the reference would be measured");
+        assert_eq!(renderer.engine_for(&camera).unwrap(), Engine::Planes, "the reference would be measured");
         let mut group = criterion.benchmark_group(format!("{name}/{varied}"));
         group.throughput(Throughput::Elements(view.size.iter().map(|&side| u64::from(side)).product()));
         group.bench_function(BenchmarkId::from_parameter(label), |bencher| {

@@ -88,7 +88,7 @@ fn render<S: PageSource>(source: &S, camera: &Camera, options: &RenderOptions, f
 fn planes_render_what_is_asked_of_them() {
     let world = terrain().in_memory();
     for (camera, options) in views() {
-        let engine = Renderer::new(&world, &options).engine_for(&camera);
+        let engine = Renderer::new(&world, &options).engine_for(&camera).unwrap();
         assert_eq!(engine, options.engine, "{}", named(&camera, &options));
     }
 }

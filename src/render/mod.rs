@@ -200,9 +200,12 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     }
 
     /// The engine that renders what `camera` sees: that of the options, or the reference where it does not serve.
-    pub fn engine_for(&self, camera: &Camera) -> Engine {
-        let serves = self.takes_planes() && planes::View::serves(camera);
-        if serves { Engine::Planes } else { Engine::Reference }
+    ///
+    /// # Errors
+    /// As of [`Farm::new`].
+    pub fn engine_for(&self, camera: &Camera) -> Result<Engine> {
+        let serves = self.takes_planes() && planes::View::serves(camera, &self.screen, &Farm::new(1)?)?;
+        Ok(if serves { Engine::Planes } else { Engine::Reference })
     }
 
     /// Whether the options are for scan planes.

@@ -36,8 +36,11 @@ pub struct View<'c> {
 
 impl<'c> View<'c> {
     /// Whether planes serve a camera.
-    pub fn serves(camera: &Camera) -> bool {
-        Upright::new(camera).is_some() || Panorama::serves(camera)
+    pub fn serves(camera: &Camera, screen: &LastScreen, farm: &Farm) -> Result<bool> {
+        match Upright::new(camera) {
+            Some(upright) => Ok(Shape::Upright(upright).fits()),
+            None => Ok(screen.directions(camera, farm)?.is_some()),
+        }
     }
 
     /// `None`: planes do not serve this camera.
@@ -48,15 +51,15 @@ impl<'c> View<'c> {
         farm: &Farm,
     ) -> Result<Option<Self>> {
         let shape = match Upright::new(camera) {
-            Some(upright) => Shape::Upright(upright),
-            None if Panorama::serves(camera) => {
-                Shape::Panorama(Panorama::new(camera, screen.directions(camera, farm)?))
-            }
-            None => return Ok(None),
+            Some(upright) => Some(Shape::Upright(upright)),
+            None => screen
+                .directions(camera, farm)?
+                .map(|directions| Shape::Panorama(Panorama::new(camera, directions))),
         };
         let eye = camera.pose.eye;
         let ground = (eye.truncate() - header.grid.origin) / header.grid.spacing;
-        Ok(Some(Self { camera, shape, eye: ground.extend(eye.z) }))
+        let seen = |shape| Self { camera, shape, eye: ground.extend(eye.z) };
+        Ok(shape.filter(Shape::fits).map(seen))
     }
 }
 
@@ -65,13 +68,20 @@ impl<'c> View<'c> {
 pub struct LastScreen(Mutex<Option<Arc<Directions>>>);
 
 impl LastScreen {
-    /// The directions of a screen's pixels.
-    fn directions(&self, camera: &Camera, farm: &Farm) -> Result<Arc<Directions>> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        if let Some(known) = known.filter(|known| known.serve(camera)) {
-            return Ok(known);
+    /// The directions of a screen's pixels; `None` where planes do not serve it.
+    fn directions(&self, camera: &Camera, farm: &Farm) -> Result<Option<Arc<Directions>>> {
+        if !Panorama::may_serve(camera) {
+            return Ok(None);
         }
-        let mut directions = Directions::new(camera);
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let directions = match known.filter(|known| known.serve(camera)) {
+            Some(known) => known,
+            None => self.keep(Directions::new(camera), camera, farm)?,
+        };
+        Ok(Some(directions).filter(|directions| Panorama::serves(camera, directions)))
+    }
+
+    fn keep(&self, mut directions: Directions, camera: &Camera, farm: &Farm) -> Result<Arc<Directions>> {
         farm.each(Stage::March, directions.parts(), |_, part| {
             part.fill(camera);
             Ok(())

@@ -8,6 +8,9 @@ use super::{Panorama, PlaneGroup, Upright};
 use crate::simd::{LANES, Sixteen};
 use crate::voxel::Grid;
 
+/// Most words of a fan, 1 GiB: more, and their indices would be too long for a gather.
+pub const MOST_WORDS: usize = 1 << 28;
+
 /// How planes and rows lie before a screen.
 #[derive(Debug, Clone)]
 pub enum Shape {
@@ -35,6 +38,15 @@ impl Shape {
             Self::Upright(upright) => upright.groups(),
             Self::Panorama(panorama) => panorama.groups(),
         }
+    }
+
+    /// Whether a fan has room for it.
+    pub fn fits(&self) -> bool {
+        let rows = match self {
+            Self::Upright(upright) => upright.size[1].saturating_mul(upright.groups()),
+            Self::Panorama(panorama) => panorama.all_rows(),
+        };
+        rows < MOST_WORDS / LANES
     }
 
     /// Tangents of elevation, times ground distance per depth, of the lower edges of all rows that some group has, rising, and of

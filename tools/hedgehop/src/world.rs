@@ -80,7 +80,7 @@ impl WorldArgs {
         if let Some(side) = sides.into_iter().find(split).filter(|_| self.tile_world) {
             observer.note(&format!(
                 "--tile-world: {nx} x {ny} voxels are no multiple of {side}, so from afar the last ones before a \
-                 seam are narrower than the others; there is no gap. Build with a --bbox of whole multiples of {} \
+                 seam are narrower than the others. Build with a --bbox of whole multiples of {} \
                  voxels to have them all alike",
                 Grid::side_units(header.level_count - 1)
             ));

@@ -1,5 +1,7 @@
 //! Directions of a screen's pixels in axes that turn with it: the same for every pose.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 
 use crate::simd::LANES;
@@ -70,6 +72,11 @@ impl Directions {
     /// Cones that hold all directions.
     pub fn cells(&self) -> impl Iterator<Item = Cell> {
         self.cells.iter().copied().flatten()
+    }
+
+    /// Solid angle of these cones, steradians: that of what is in sight, or some times it.
+    pub fn solid_angle(&self) -> f64 {
+        self.cells().map(|cell| TAU * (1.0 - cell.radius.cos())).sum()
     }
 
     /// Sixteen pixels from `column` (a multiple of sixteen) of a `row` on.

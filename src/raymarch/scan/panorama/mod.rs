@@ -32,6 +32,7 @@ use directions::Cell;
 pub use directions::Directions;
 
 use super::PlaneGroup;
+use super::shape::MOST_WORDS;
 use crate::simd::math::atan2;
 use crate::simd::{Floats, LANES, Simd, Sixteen};
 use crate::space::{Camera, Screen};
@@ -52,6 +53,14 @@ const OFF_POLE: f64 = 0.25;
 
 /// Rows and planes around a cone that interpolation and rounding may touch.
 const MARGIN: f64 = 2.5;
+
+/// Pixels of a screen at most: the table of their directions takes twelve bytes for each.
+const MOST_PIXELS: usize = MOST_WORDS / 4;
+
+/// Crossings of planes and rows that directions may need for each of them, and besides: a table of rays with a stray direction
+/// makes planes march what nobody sees, and the reference is faster.
+const MOST_PER_PIXEL: f64 = 16.0;
+const MOST_BESIDES: f64 = 4.0e6;
 
 /// One group of planes that some pixel needs.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,9 +99,18 @@ pub struct Gaze<V: Simd> {
 }
 
 impl Panorama {
-    /// Whether the rays of `camera` have one origin and are not closer than single precision can tell.
-    pub fn serves(camera: &Camera) -> bool {
-        !matches!(camera.screen(), Screen::Orthographic { .. }) && fine_angle(camera) >= LEAST_STEP
+    /// Whether the rays of `camera` have one origin, are not closer than single precision can tell and not too many.
+    pub fn may_serve(camera: &Camera) -> bool {
+        let pixels = camera.width as usize * camera.height as usize;
+        let has_one_eye = !matches!(camera.screen(), Screen::Orthographic { .. });
+        has_one_eye && fine_angle(camera) >= LEAST_STEP && pixels <= MOST_PIXELS
+    }
+
+    /// Whether planes for the `directions` of `camera` are about as many as pixels.
+    pub fn serves(camera: &Camera, directions: &Directions) -> bool {
+        let step = fine_angle(camera).min(WIDEST_STEP);
+        let pixels = f64::from(camera.width) * f64::from(camera.height);
+        directions.solid_angle() <= step * step * (MOST_PER_PIXEL * pixels + MOST_BESIDES)
     }
 
     /// For a screen that has `directions`.
@@ -142,6 +160,11 @@ impl Panorama {
     /// Tangents of elevation of the middles of the rows of the extent, rising.
     pub fn centres(&self) -> Vec<f32> {
         self.extent().map(|row| self.elevation(row as f64).tan() as f32).collect()
+    }
+
+    /// Rows of all groups.
+    pub fn all_rows(&self) -> usize {
+        self.needed.iter().map(|needed| needed.rows.len()).sum()
     }
 
     /// Groups of sixteen planes.

@@ -222,7 +222,7 @@ fn measure(
         cores: args::available_cores(),
         engine: args.instructions.engine,
         simd: (options.engine == Engine::Planes).then(|| args.instructions.isa().name()),
-        frames_by_reference: job.frames_by(Engine::Reference),
+        frames_by_reference: job.frames_by(Engine::Reference)?,
         area: args.area.display().to_string(),
         content_hash: source.header().content_hash.to_string(),
         size: [size.width, size.height],
@@ -264,8 +264,9 @@ fn last_passes(crews: &[Crew]) -> serde_json::Value {
 
 impl Job<'_> {
     /// How many of the frames `engine` renders.
-    fn frames_by(&self, engine: Engine) -> usize {
-        self.cameras.iter().filter(|(_, camera)| self.renderer.engine_for(camera) == engine).count()
+    fn frames_by(&self, engine: Engine) -> Result<usize> {
+        let by = |(_, camera): &(u64, Camera)| self.renderer.engine_for(camera);
+        self.cameras.iter().map(by).try_fold(0, |count, by| Ok(count + usize::from(by? == engine)))
     }
 
     /// Renders every frame and shows it to `look` in order.

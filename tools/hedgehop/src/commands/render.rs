@@ -154,7 +154,7 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
     let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
-    note_reference(&renderer, &options, &cameras, reporter);
+    note_reference(&renderer, &options, &cameras, reporter)?;
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let sequence = Sequence { renderer: &renderer, product, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
@@ -213,14 +213,18 @@ fn note_reference(
     options: &RenderOptions,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
-) {
-    let count = cameras.iter().filter(|(_, camera)| renderer.engine_for(camera) != options.engine).count();
+) -> Result<()> {
+    let mut count = 0;
+    for (_, camera) in cameras {
+        count += usize::from(renderer.engine_for(camera)? != options.engine);
+    }
     if count > 0 {
         reporter.note(&format!(
             "scan planes do not serve {count} of {} frames; the reference, which is slower, renders these",
             cameras.len()
         ));
     }
+    Ok(())
 }
 
 /// Everything that decides the pictures besides database and path.
