@@ -148,7 +148,7 @@ fn assert_alike(detail: f64, seed: u64) {
             let found = renderer.frame(&camera, &farm).unwrap().frame;
             let truth = render_reference(&*AREA, &camera, &options, &farm).unwrap().frame;
             all.add(&found, &truth);
-            by_planes += usize::from(renderer.engine_for(&camera) == Engine::Planes);
+            by_planes += usize::from(renderer.engine_for(&camera).unwrap() == Engine::Planes);
         }
         assert_eq!(by_planes, POSES, "{name}");
         assert!(all.errors.len() > all.pixels / 5, "{name}: {} pixels of ground", all.errors.len());
@@ -169,4 +169,53 @@ fn planes_see_the_finest_surface_as_rays_do() {
 #[test]
 fn planes_see_coarse_levels_as_rays_do() {
     assert_alike(1.0, 2);
+}
+
+/// A slope with ridges of one post, along both axes and across: what is near the eye there has creases and crests within cells.
+static RIDGES: LazyLock<MemPages> = LazyLock::new(|| {
+    let side = 96;
+    let grid = Grid { nx: side, ny: side, spacing: 30.0, origin: DVec2::ZERO };
+    let posts = (0..side * side).map(|post| (post % side, post / side));
+    let is_ridge = |x: u32, y: u32| x == 48 || y == 48 || x == y;
+    let height = |(x, y): (u32, u32)| f64::from(x) * 9.0 + if is_ridge(x, y) { 100.0 } else { 0.0 };
+    let heights: Vec<f64> = posts.map(height).collect();
+    build_in_memory(grid, &heights, &vec![[128; 3]; heights.len()], None, &Metadata::default()).unwrap()
+});
+
+#[test]
+fn crests_beside_the_eye_stand_where_rays_meet_them() {
+    let farm = Farm::new(2).unwrap();
+    let options = RenderOptions { detail: 1.0e3, visibility: f64::INFINITY, ..RenderOptions::default() };
+    let renderer = Renderer::new(&*RIDGES, &options);
+    let mut all = Differences::default();
+    for index in 0..48 {
+        // On a slope of 0.3, from 1 m above it.
+        let place = DVec2::new(1290.0 + 11.0 * f64::from(index % 7), 1580.0 + 13.0 * f64::from(index % 5));
+        let eye = place.extend(0.3 * place.x + 1.0 + f64::from(index % 3) * 12.0);
+        let attitude =
+            Attitude { yaw: f64::from(index) * 45.0, pitch: f64::from(index % 4) * 10.0, roll: 0.0 };
+        let camera = Camera::new(Pose { eye, attitude, hfov: 60.0 }, SIZE[0], SIZE[1]);
+        let found = renderer.frame(&camera, &farm).unwrap().frame;
+        all.add(&found, &render_reference(&*RIDGES, &camera, &options, &farm).unwrap().frame);
+    }
+    let figures = all.figures();
+    assert!(figures.iter().zip(BOUNDS).all(|(figure, bound)| *figure <= bound), "{figures:?}");
+}
+
+#[test]
+fn what_needs_too_many_planes_is_left_to_the_reference() {
+    let renderer = Renderer::new(&*AREA, &RenderOptions::default());
+    let by = |screen: Screen, [width, height]: [u32; 2]| {
+        let pose = Pose { eye: DVec3::new(0.0, 0.0, 900.0), attitude: Attitude::default(), hfov: 60.0 };
+        renderer.engine_for(&Camera::with_screen(pose, screen, width, height)).unwrap()
+    };
+    let planar = Screen::Planar { hfov: 60.0 };
+    assert_eq!(by(planar.clone(), [8192, 8192]), Engine::Planes);
+    assert_eq!(by(planar, [20_000, 20_000]), Engine::Reference);
+    let narrow = RayTable::of_screen(&Screen::Planar { hfov: 2.0 }, 64, 64).unwrap();
+    let mut directions: Vec<[f32; 3]> = narrow.directions().iter().map(|it| it.to_array()).collect();
+    assert_eq!(by(Screen::Table(Arc::new(narrow)), [64, 64]), Engine::Planes);
+    directions[777] = [0.0, 0.0, -1.0];
+    let stray = RayTable::new(64, 64, directions).unwrap();
+    assert_eq!(by(Screen::Table(Arc::new(stray)), [64, 64]), Engine::Reference);
 }

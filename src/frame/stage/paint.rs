@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::raymarch::scan::{Mark, PlaneGroup, Profile};
 use crate::sensor::radiance::{Crossings, Line, LineSampler, Place, Planes};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::voxel::Grid;
 
 /// Sights from the one that is painted to the one that is fetched, a power of two.
 const AHEAD: usize = 8;
@@ -60,7 +61,7 @@ impl Kernel for Painting<'_, '_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { painter, group, profile, angle, squares, lights } = self;
-        let squares = simd.load(squares);
+        let (squares, depth) = (simd.load(squares), simd.load(&group.depth));
         let planes = Planes {
             major: group.major,
             forward: group.forward > 0.0,
@@ -81,15 +82,18 @@ impl Kernel for Painting<'_, '_> {
             if let Some(later) = sights.get(index + AHEAD) {
                 ahead[index % AHEAD] = seek(&mut crossings, &later.mark, forward)?;
             }
-            let share = sight.mark.share;
-            let mut colour = crossings.sample(&place);
-            if share < 1.0 {
-                let before = crossings.sample(&before);
-                for (colour, before) in colour.iter_mut().zip(before) {
-                    *colour = (*colour - before).mul_add(simd.splat(share), before);
-                }
-            }
             let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
+            let colour = if sight.mark.share < 1.0 {
+                let (at, share) = between_lines(simd, &sight.mark, (inverse * depth).recip());
+                let mut colour = crossings.sample_at(&place, at);
+                let before = crossings.sample_at(&before, at);
+                for (colour, before) in colour.iter_mut().zip(before) {
+                    *colour = (*colour - before).mul_add(share, before);
+                }
+                colour
+            } else {
+                crossings.sample(&place)
+            };
             let square = slope.mul_add(slope, squares);
             let per_slant = square.rsqrt();
             let range = (inverse * per_slant).recip();
@@ -102,6 +106,15 @@ impl Kernel for Painting<'_, '_> {
         }
         Ok(())
     }
+}
+
+/// Major distances of planes (units) between a sight's line and the one before it, and their share of the way from that one.
+#[inline(always)]
+fn between_lines<V: Simd>(simd: V, mark: &Mark, distance: V::F) -> (V::F, V::F) {
+    let side = Grid::side_units(mark.level) as f32;
+    let line = simd.splat(mark.distance + (1.0 - mark.share) * side);
+    let back = ((line - distance) * simd.splat(1.0 / side)).max(simd.splat(0.0)).min(simd.splat(1.0));
+    (back.neg_mul_add(simd.splat(side), line), simd.splat(1.0) - back)
 }
 
 /// Finds the line that a sight's colour comes from, and the line before it if it is asked for.

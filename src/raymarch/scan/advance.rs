@@ -44,7 +44,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             if steep || rim {
                 self.divide(lines, block, post, rim)?;
             }
-        } else if steep || near && self.crest.lt(post.slope).any() {
+        } else if steep || near {
             self.follow(lines, block.stride.level, post, steep, rim);
         }
         self.pass(lines, *post, rim);
@@ -129,13 +129,27 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             parts = parts.max(least);
         }
-        let parts = parts as i32;
-        for part in 1..parts {
-            let distance = from + (to - from) * part as f32 / parts as f32;
-            let share = 1.0 - (to - distance) / side;
-            let at = self.simd.splat(distance);
+        // Where a plane crosses a column of posts the surface has a crease, which may be a crest: half of the parts end there.
+        let simd = self.simd;
+        let (near, far) = (simd.splat(from), simd.splat(to));
+        let [a, b] = [self.ground.across(lines, level, near), self.ground.across(lines, level, far)];
+        let (before, behind) = (a.floor(), b.floor());
+        let column = before.max(behind);
+        let crosses = before.lt(behind) | behind.lt(before);
+        let (none, half, all) = (simd.splat(0.0), simd.splat(0.5), simd.splat(1.0));
+        let crease = ((column - a) * (b - a).recip()).max(none).min(all);
+        let crease = if rim { half } else { crease.select(crosses, half) };
+        let halves = (parts as i32 / 2).max(i32::from(crosses.any()));
+        for part in 1..2 * halves {
+            let way = part as f32 / halves as f32;
+            let beyond = simd.splat((way - 1.0).max(0.0));
+            let at = crease.mul_add(simd.splat(way.min(1.0)) - beyond, beyond).mul_add(far - near, near);
+            let share = (at - far).mul_add(simd.splat(1.0 / side), all);
             let z = self.ground.surface(lines, level, line, at, share);
-            self.pass(lines, self.post(z, Mark { distance, share, ..post.mark }), rim);
+            let distance = from + (to - from) * 0.5 * way;
+            let mark = Mark { distance, share: 1.0 - (to - distance) / side, ..post.mark };
+            let inverse = self.ground.per_depth * at.recip();
+            self.pass(lines, Post { slope: self.slope(z, inverse), inverse, mark }, rim);
         }
     }
 

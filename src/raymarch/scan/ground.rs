@@ -82,9 +82,9 @@ impl<V: Simd> Ground<V> {
     /// Height above the eye of the bilinear surface at a major distance, `share` of the way from the line
     /// before `line` to it, metres.
     #[inline(always)]
-    pub fn surface(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F, share: f32) -> V::F {
+    pub fn surface(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F, share: V::F) -> V::F {
         let near = self.codes(lines, level, line - self.forward, distance);
         let far = self.codes(lines, level, line, distance);
-        self.height(self.between(near, far, self.simd.splat(share)), distance)
+        self.height(self.between(near, far, share), distance)
     }
 }

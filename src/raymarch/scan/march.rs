@@ -26,6 +26,9 @@ const AT_EYE: f32 = 1.0e30;
 /// Least major distance of a post, units.
 const LEAST_DISTANCE: f32 = 1.0e-6;
 
+/// Share of the way to the ceiling that is passed over: the rest is for rounding.
+const UNDER_CEILING: f32 = 0.999;
+
 /// Lines of a block, at most.
 const MOST_LINES: usize = 16;
 
@@ -36,6 +39,15 @@ pub struct Field {
     pub tangents: [f32; 2],
     /// Rows per unit of tangent, where they are closest.
     pub fineness: f32,
+}
+
+impl Field {
+    /// Major distance up to which all rays of `group` are higher than `ceiling`, metres above the eye; 0 where they are not.
+    fn begin(&self, group: &PlaneGroup, ceiling: f64) -> f32 {
+        let falls = group.depth.iter().fold(0.0_f32, |a, &b| a.max(b)) * -self.tangents[0];
+        let begin = if falls > 0.0 { -ceiling as f32 / falls } else { 0.0 };
+        (begin * UNDER_CEILING).max(0.0)
+    }
 }
 
 /// Marches groups of planes through one database.
@@ -95,7 +107,8 @@ impl Kernel for Seeing<'_, '_> {
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { march, eye, group, field, profile } = self;
         let [enter, leave] = group.over;
-        let nearest = enter.iter().fold(f32::INFINITY, |a, &b| a.min(b));
+        let under_ceiling = field.begin(group, march.ceiling - eye.z);
+        let nearest = enter.iter().fold(f32::INFINITY, |a, &b| a.min(b)).max(under_ceiling);
         let farthest = leave.iter().fold(0.0_f32, |a, &b| a.max(b));
         if nearest > farthest {
             return Ok(());
@@ -396,18 +409,30 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let before = self.way.distance(level, block.first - block.step);
         let start = f64::from(self.reached).max(before).max(0.0);
         let z = self.surface_at(level, start)?;
-        let mark =
-            Mark { line: block.first, distance: start as f32, share: 1.0, level, span: 1, begins: true };
         if start > 0.0 {
-            return self.begin(self.post(z, mark));
+            return self.begin(self.post(z, self.first_mark(level, start)));
         }
         if self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
-            return self.flood(self.post(z, mark));
+            return self.flood(self.post(z, self.first_mark(level, start)));
         }
         // The surface under the eye is seen at no finite tangent: begin where it is below the lowest row.
-        let distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
-        let z = self.surface_at(level, distance.into())?;
-        self.begin(self.post(z, Mark { distance, ..mark }))
+        let mut distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
+        loop {
+            let z = self.surface_at(level, distance.into())?;
+            let post = self.post(z, self.first_mark(level, distance.into()));
+            // Where ground rises it comes into sight sooner.
+            let in_sight = self.simd.splat(self.field.tangents[0]).lt(self.over_area(post.slope, distance));
+            if !in_sight.any() || distance <= LEAST_DISTANCE {
+                return self.begin(post);
+            }
+            distance *= 0.5;
+        }
+    }
+
+    /// Where the march begins at a major distance.
+    fn first_mark(&self, level: u8, distance: f64) -> Mark {
+        let (line, share) = self.way.line_at(level, distance);
+        Mark { line, distance: distance as f32, share: share as f32, level, span: 1, begins: true }
     }
 
     /// Height above the eye of a level's bilinear surface at a major distance; nothing where a page is absent.
@@ -418,7 +443,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let lines = Lines::find(&mut self.march.pages, level, self.group.major, line, posts)?;
         let at = self.simd.splat(distance as f32);
         let nothing = self.simd.splat(NOTHING);
-        Ok(lines.map_or(nothing, |lines| self.ground.surface(&lines, level, line, at, share as f32)))
+        Ok(lines.map_or(nothing, |lines| {
+            self.ground.surface(&lines, level, line, at, self.simd.splat(share as f32))
+        }))
     }
 
     /// Major distance at which ground at height `z` (≤ 0) above the eye is still below the lowest row in all planes.

@@ -205,9 +205,15 @@ impl<V: Simd> Crossings<'_, '_, V> {
     /// Radiance where the planes cross a line, in [`UNITS`].
     #[inline(always)]
     pub fn sample(&self, place: &Place) -> [V::F; 3] {
+        self.sample_at(place, self.simd.splat(place.distance))
+    }
+
+    /// Radiance of a line beside which planes are at major distances, a voxel from the line's at most.
+    #[inline(always)]
+    pub fn sample_at(&self, place: &Place, distance: V::F) -> [V::F; 3] {
         let simd = self.simd;
         let Some(run) = self.runs.get(place.run) else { return [simd.splat(0.0); 3] };
-        let at = self.minor.mul_add(simd.splat(place.distance * run.per_unit), simd.splat(run.eye));
+        let at = self.minor.mul_add(distance * simd.splat(run.per_unit), simd.splat(run.eye));
         if let Some((start, origin)) = place.near
             && let Some(image) = &run.images[0]
             && let Some(near) = image.texels.get(start..).and_then(<[u32]>::first_chunk::<{ 2 * LANES }>)
