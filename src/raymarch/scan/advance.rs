@@ -1,6 +1,7 @@
 //! From line to line: what comes into sight, and where more must be read.
 
 use super::blocks::Block;
+use super::ground::Crease;
 use super::lines::Lines;
 use super::march::{Field, Planes};
 use super::profile::{Mark, NO_SLOPE, Post};
@@ -132,19 +133,15 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         // Where a plane crosses a column of posts the surface has a crease, which may be a crest: half of the parts end there.
         let simd = self.simd;
         let (near, far) = (simd.splat(from), simd.splat(to));
-        let [a, b] = [self.ground.across(lines, level, near), self.ground.across(lines, level, far)];
-        let (before, behind) = (a.floor(), b.floor());
-        let column = before.max(behind);
-        let crosses = before.lt(behind) | behind.lt(before);
-        let (none, half, all) = (simd.splat(0.0), simd.splat(0.5), simd.splat(1.0));
-        let crease = ((column - a) * (b - a).recip()).max(none).min(all);
-        let crease = if rim { half } else { crease.select(crosses, half) };
+        let Crease { crosses, share, .. } = self.ground.crease(lines, level, [near, far]);
+        let half = simd.splat(0.5);
+        let crease = if rim { half } else { share.select(crosses, half) };
         let halves = (parts as i32 / 2).max(i32::from(crosses.any()));
         for part in 1..2 * halves {
             let way = part as f32 / halves as f32;
             let beyond = simd.splat((way - 1.0).max(0.0));
             let at = crease.mul_add(simd.splat(way.min(1.0)) - beyond, beyond).mul_add(far - near, near);
-            let share = (at - far).mul_add(simd.splat(1.0 / side), all);
+            let share = (at - far).mul_add(simd.splat(1.0 / side), simd.splat(1.0));
             let z = self.ground.surface(lines, level, line, at, share);
             let distance = from + (to - from) * 0.5 * way;
             let mark = Mark { distance, share: 1.0 - (to - distance) / side, ..post.mark };

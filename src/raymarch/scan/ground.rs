@@ -29,7 +29,30 @@ pub struct Ground<V: Simd> {
     pub offset: V::F,
 }
 
+/// Where planes cross a column of posts on a way within one cell's length: the surface has a crease there.
+pub struct Crease<V: Simd> {
+    /// Positions across where the way begins and ends, posts from the lines' first, and the columns that begin their cells.
+    pub ends: [V::F; 2],
+    pub cells: [V::F; 2],
+    /// Planes that cross a column, which one, and at what share of the way; of others neither means anything.
+    pub crosses: V::M,
+    pub column: V::F,
+    pub share: V::F,
+}
+
 impl<V: Simd> Ground<V> {
+    /// Creases on the way between two major distances.
+    #[inline(always)]
+    pub fn crease(&self, lines: &Lines<'_>, level: u8, way: [V::F; 2]) -> Crease<V> {
+        let [a, b] = [self.across(lines, level, way[0]), self.across(lines, level, way[1])];
+        let (before, behind) = (a.floor(), b.floor());
+        // The column is the higher one of the two cells' first.
+        let column = before.max(behind);
+        let share = ((column - a) * (b - a).recip()).max(self.simd.splat(0.0)).min(self.simd.splat(1.0));
+        let crosses = before.lt(behind) | behind.lt(before);
+        Crease { ends: [a, b], cells: [before, behind], crosses, column, share }
+    }
+
     /// Codes of a line where the planes are at a major distance.
     #[inline(always)]
     pub fn codes(&self, lines: &Lines<'_>, level: u8, line: i64, distance: V::F) -> V::F {

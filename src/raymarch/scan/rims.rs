@@ -11,6 +11,7 @@
 //! Heights where planes cross lines do not tell: between two lines with a surface, or a line with and one without,
 //! there may be a part of a cell or none, and a saw-tooth along the rim is what is lost otherwise.
 
+use super::ground::Crease;
 use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{Mark, NO_SLOPE, Post};
@@ -67,19 +68,15 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let ahead = self.ground.forward;
         let side = Grid::side_units(level) as f32;
         let (from, to) = (simd.splat(self.reached), simd.splat(distance));
-        let [a, b] = [self.ground.across(lines, level, from), self.ground.across(lines, level, to)];
-        let (before, behind) = (a.floor(), b.floor());
-        let crosses = before.lt(behind) | behind.lt(before);
-        // The column is the higher one of the two cells' first.
-        let column = before.max(behind).select(crosses, b);
-        let share = ((column - a) * (b - a).recip()).max(simd.splat(0.0)).min(simd.splat(1.0));
-        let share = share.select(crosses, simd.splat(1.0));
+        let Crease { ends: [_, b], cells, crosses, column, share } =
+            self.ground.crease(lines, level, [from, to]);
+        let (column, share) = (column.select(crosses, b), share.select(crosses, simd.splat(1.0)));
         let at = (to - from).mul_add(share, from);
         let along = (at - to).mul_add(simd.splat(1.0 / side), simd.splat(until));
         let inverse = (self.ground.depth * at).recip();
         let mark = self.crossing(post.mark, crosses, share);
-        let mut slopes = [a, b];
-        for (slope, cell) in slopes.iter_mut().zip([before, behind]) {
+        let mut slopes = cells;
+        for (slope, cell) in slopes.iter_mut().zip(cells) {
             let codes = self.ground.cell(lines, line, [cell, column - cell], along);
             *slope = self.slope(self.ground.height(codes, at), inverse);
         }
@@ -87,7 +84,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.join(Post { slope: ends, inverse, mark });
         self.join(Post { slope: begins, inverse, mark });
         let nothing = simd.splat(LEAST_SLOPE);
-        let next = self.ground.cell(lines, line + ahead, [behind, b - behind], simd.splat(0.0));
+        let next = self.ground.cell(lines, line + ahead, [cells[1], b - cells[1]], simd.splat(0.0));
         let is_rim = self.ground.is_nothing(next) & begins.lt(nothing);
         simd.splat(NO_SLOPE).select(is_rim, post.slope)
     }
