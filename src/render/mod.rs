@@ -53,7 +53,7 @@ pub struct RenderOptions {
 pub enum Engine {
     /// The reference marcher: ray by ray, exact, any screen and surface.
     Reference,
-    /// Scan planes: more than a hundred times as fast; the smooth surface of an area that ends, on any screen with one eye; the
+    /// Scan planes: 40 (straight down) to more than a hundred times as fast; the smooth surface of an area that ends, on any screen with one eye; the
     /// reference marcher where they do not serve.
     #[default]
     Planes,
