@@ -203,6 +203,10 @@ impl Simd for Avx2 {
         unsafe { I(_mm256_i32gather_epi32::<2>(from, index.0), _mm256_i32gather_epi32::<2>(from, index.1)) }
     }
     #[inline(always)]
+    fn permute_pairs(self, near: &[u16; 2 * LANES], index: I) -> I {
+        self.gather_pairs(near, index)
+    }
+    #[inline(always)]
     fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
         let index = clamped(index, table.len(), 2);
         let from: *const i64 = table.as_ptr().cast();

@@ -150,6 +150,13 @@ impl Simd for Avx512 {
         I(unsafe { _mm512_i32gather_epi32::<2>(index, table.as_ptr().cast()) })
     }
     #[inline(always)]
+    fn permute_pairs(self, near: &[u16; 2 * LANES], index: I) -> I {
+        // SAFETY: 32 words are there.
+        let near = unsafe { _mm512_loadu_si512(near.as_ptr().cast()) };
+        let index = index | (index + self.splat_int(1)).shl::<16>();
+        I(lanes!(_mm512_permutexvar_epi16(index.0, near)))
+    }
+    #[inline(always)]
     fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
         let index = clamped(index, table.len(), 2);
         let from = table.as_ptr().cast();

@@ -36,6 +36,8 @@ pub trait Simd: Copy {
     /// `table[index] | table[index + 1] << 16` of each lane, an index outside is taken to the last
     /// pair. `table` has two elements at least.
     fn gather_pairs(self, table: &[u16], index: Self::I) -> Self::I;
+    /// `near[index] | near[index + 1] << 16` of each lane, whose `index` is 0…30.
+    fn permute_pairs(self, near: &[u16; 2 * LANES], index: Self::I) -> Self::I;
     /// `(table[index], table[index + 1])` of each lane, an index outside is taken to the last pair.
     /// `table` has two elements at least.
     fn gather_word_pairs(self, table: &[u32], index: Self::I) -> (Self::I, Self::I);

@@ -124,6 +124,13 @@ impl Simd for Portable {
         }))
     }
     #[inline(always)]
+    fn permute_pairs(self, near: &[u16; 2 * LANES], index: I) -> I {
+        I(each(index.0, |index| {
+            let index = index as usize % (2 * LANES - 1);
+            i32::from(near[index]) | i32::from(near[index + 1]) << 16
+        }))
+    }
+    #[inline(always)]
     fn gather_word_pairs(self, table: &[u32], index: I) -> (I, I) {
         let last = table.len() - 2;
         let first = each(index.0, |index| (index as u32 as usize).min(last));

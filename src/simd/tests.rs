@@ -24,6 +24,9 @@ impl Kernel for Everything<'_> {
         let mut kept = [7.0; LANES];
         a.store_masked(mask, &mut kept);
         let pairs = simd.gather_word_pairs(&words, i);
+        let index = simd.splat_int(30);
+        let index = (i & simd.splat_int(31)).min(index);
+        let near = self.table.first_chunk().map(|near| simd.permute_pairs(near, index));
         let equal = [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.abs().sqrt(), a.floor()]
             .map(Floats::to_bits)
             .into_iter()
@@ -32,6 +35,7 @@ impl Kernel for Everything<'_> {
                     .map(Floats::to_bits),
             )
             .chain([simd.permute2(a, b, i & simd.splat_int(31)).to_bits(), pairs.0, pairs.1])
+            .chain(near)
             .chain([i, i + j, i - j, i.mul(j), i & j, i | j, i.shr::<3>(), i.shl::<5>(), i.min(j), i.max(j)])
             .chain([i.select(m & mask, j), simd.gather_words(&words, i), simd.gather_pairs(self.table, i)])
             .map(|lanes| {

@@ -57,6 +57,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn line(&self, lines: &Lines<'a>, block: &Block, line: i64, span: u32) -> Post<V> {
         let mark = Mark { span: span as u8, ..self.mark(block, line) };
         let at = self.simd.splat(mark.distance);
+        lines.prefetch(self.simd, (line - lines.first[0]) as i32);
         self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
     }
 

@@ -2,21 +2,39 @@
 
 use super::pages::{Codes, Pages};
 use crate::error::Result;
-use crate::simd::{Floats, Ints, Simd};
+use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
 
 /// Most pages that a block of lines may lie in, side by side; planes are never so far apart that a level
 /// of their footprint needs more.
 const MOST_PAGES: usize = 4;
 
+/// Posts of a line that a register holds.
+const NEAR: i64 = 2 * LANES as i64;
+
 /// Code of what is no surface: below any.
 pub const NO_CODE: f32 = -1.0e34;
 
+/// Posts of a level that planes look at.
+#[derive(Debug, Clone, Copy)]
+pub struct Posts {
+    /// The first and the last one; they may lie outside the area.
+    pub ends: [i64; 2],
+    /// The farthest that the next group of planes looks at, beside them.
+    pub next: i64,
+}
+
+/// Height codes of a page with apron, line by line, and how many one line has.
+type Part<'a> = (Codes<'a>, i32);
+
 /// Pages of one level side by side along the minor axis: the lines of one block.
 pub struct Lines<'a> {
-    /// Height codes with apron of each page, line by line, and how many one line has.
-    parts: [(Codes<'a>, i32); MOST_PAGES],
+    parts: [Part<'a>; MOST_PAGES],
     count: usize,
+    /// First of [`NEAR`] posts that hold all that are asked for; `None` if they do not.
+    near: Option<i32>,
+    /// The page that the next group of planes looks at, and up to which post.
+    next: Option<(Part<'a>, i32)>,
     /// Index of the pages' first line, and of the first page's first post.
     pub first: [i64; 2],
     /// The area's first and last post, counted from there: beside it the surface goes on level.
@@ -24,21 +42,20 @@ pub struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Pages of `level` with line `line` along axis `major`, that hold the posts `posts` (first and last, may
-    /// lie outside the area). `None`: one of them is absent, or they are too many.
+    /// Pages of `level` with line `line` along axis `major`, that hold `posts`. `None`: one of them is absent, or they are too many.
     pub fn find(
         pages: &mut Pages<'a>,
         level: u8,
         major: usize,
         line: i64,
-        posts: [i64; 2],
+        posts: Posts,
     ) -> Result<Option<Self>> {
         let side = i64::from(PAGE_SIDE);
         let grid = pages.source().header().grid;
         let posts_across = i64::from([grid.dims(level).0, grid.dims(level).1][1 - major]);
         let dims = grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
-        let [first, last] = posts.map(|post| post.div_euclid(side).clamp(0, dims[1 - major] - 1));
+        let [first, last] = posts.ends.map(|post| post.div_euclid(side).clamp(0, dims[1 - major] - 1));
         let page_line = line.div_euclid(side).clamp(0, dims[major] - 1);
         let count = (last - first + 1) as usize;
         if count > MOST_PAGES {
@@ -47,16 +64,45 @@ impl<'a> Lines<'a> {
         let mut lines = Self {
             parts: [const { (Codes::Rows(&[]), 0) }; MOST_PAGES],
             count,
+            near: None,
+            next: None,
             first: [page_line * side, first * side],
             limits: [-(first * side) as f32, (posts_across - 1 - first * side) as f32],
         };
-        for part in 0..count {
-            let (along, across) = (page_line as u32, first as u32 + part as u32);
+        let page = |across: i64| {
+            let (along, across) = (page_line as u32, across as u32);
             let (px, py) = if major == 0 { (along, across) } else { (across, along) };
-            let Some(codes) = pages.codes(PageId { level, px, py }, major)? else { return Ok(None) };
+            PageId { level, px, py }
+        };
+        for part in 0..count {
+            let Some(codes) = pages.codes(page(first + part as i64), major)? else { return Ok(None) };
             lines.parts[part] = codes;
         }
+        lines.near = lines.near(posts.ends.map(|post| post - first * side));
+        let beside = posts.next.div_euclid(side).clamp(0, dims[1 - major] - 1);
+        let part = if (first..=last).contains(&beside) {
+            Some(lines.parts[(beside - first) as usize].clone())
+        } else {
+            // What is wrong with it is not these planes' business.
+            pages.codes(page(beside), major).ok().flatten()
+        };
+        lines.next = part.map(|part| (part, (posts.next - beside * side) as i32));
         Ok(Some(lines))
+    }
+
+    /// Where [`NEAR`] posts of one page begin that hold `posts`, first and last, and one more on either side for rounding.
+    fn near(&self, [first, last]: [i64; 2]) -> Option<i32> {
+        let (low, high) = (-i64::from(APRON), i64::from(self.parts[0].1) - i64::from(APRON) - NEAR);
+        let holds = self.count == 1 && low <= high && last - first + 2 < NEAR;
+        holds.then(|| (first - 1).clamp(low, high) as i32)
+    }
+
+    /// Has the processor fetch what the next group of planes will look at of a line, which is soon.
+    #[inline(always)]
+    pub fn prefetch<V: Simd>(&self, simd: V, line: i32) {
+        if let Some(((codes, row), post)) = &self.next {
+            simd.prefetch(codes.all(), ((line + APRON as i32) * row + post) as usize);
+        }
     }
 
     /// Whether these pages hold a line, in an apron or themselves.
@@ -84,6 +130,14 @@ impl<'a> Lines<'a> {
     #[inline(always)]
     pub fn cell<V: Simd>(&self, simd: V, line: i32, first: V::F, share: V::F) -> V::F {
         let cell = first.to_int();
+        let apron = APRON as i32;
+        let (codes, row) = &self.parts[0];
+        if let Some(near) = self.near
+            && let Some(codes) = codes.all().get(((line + apron) * row + near + apron) as usize..)
+            && let Some(codes) = codes.first_chunk()
+        {
+            return code(simd, simd.permute_pairs(codes, cell - simd.splat_int(near)), share);
+        }
         let mut code = self.part(simd, 0, line, cell, share);
         for part in 1..self.count {
             let start = simd.splat_int(part as i32 * PAGE_SIDE as i32);
@@ -98,11 +152,17 @@ impl<'a> Lines<'a> {
         let (codes, row) = &self.parts[part];
         let apron = APRON as i32;
         let pair = simd.gather_pairs(codes.all(), cell + simd.splat_int((line + apron) * row + apron));
-        let (low, high) = (pair & simd.splat_int(0xffff), pair.shr::<16>());
-        let (low, high) = (low.to_float(), high.to_float());
-        let code = (high - low).mul_add(share, low);
-        // Surfaces have codes from 1 on.
-        let nothing = low.min(high).lt(simd.splat(f32::from(HeightCode::EMPTY) + 0.5));
-        simd.splat(NO_CODE).select(nothing, code)
+        code(simd, pair, share)
     }
+}
+
+/// Between two codes.
+#[inline(always)]
+fn code<V: Simd>(simd: V, pair: V::I, share: V::F) -> V::F {
+    let (low, high) = (pair & simd.splat_int(0xffff), pair.shr::<16>());
+    let (low, high) = (low.to_float(), high.to_float());
+    let code = (high - low).mul_add(share, low);
+    // Surfaces have codes from 1 on.
+    let nothing = low.min(high).lt(simd.splat(f32::from(HeightCode::EMPTY) + 0.5));
+    simd.splat(NO_CODE).select(nothing, code)
 }

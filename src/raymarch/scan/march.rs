@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::blocks::{Block, Way};
 use super::bounds::highest_code;
 use super::ground::{Ground, NOTHING};
-use super::lines::Lines;
+use super::lines::{Lines, Posts};
 use super::profile::{Mark, NO_SLOPE, Post};
 use super::strides::Stride;
 use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
@@ -294,6 +294,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let distance = (first + index as f64 * step) as f32;
             let at = simd.splat(distance);
             let line = block.first + index as i64 * block.step - lines.first[0];
+            lines.prefetch(simd, line as i32);
             let codes = lines.codes(simd, line as i32, minor.mul_add(at, across));
             let z = self.ground.height(codes, at);
             let found = self.slope(z, self.ground.per_depth * simd.splat(1.0 / distance));
@@ -354,12 +355,16 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Ok(())
     }
 
-    /// Posts of a level, first and last, between which the planes are at two major distances.
+    /// Posts of a level between which the planes are at two major distances.
     #[inline(always)]
-    pub(super) fn posts(&self, level: u8, distances: [f64; 2]) -> [i64; 2] {
+    pub(super) fn posts(&self, level: u8, distances: [f64; 2]) -> Posts {
         let side = f64::from(Grid::side_units(level));
         let units = self.units(distances);
-        [(units[0] / side - 0.5).floor() as i64, (units[1] / side - 0.5).floor() as i64 + 1]
+        let [first, last] =
+            [(units[0] / side - 0.5).floor() as i64, (units[1] / side - 0.5).floor() as i64 + 1];
+        let ahead = self.group.minor[0] < self.group.minor[LANES - 1];
+        let next = if ahead { 2 * last - first } else { 2 * first - last };
+        Posts { ends: [first, last], next }
     }
 
     /// Position across, least and greatest, of the planes between two major distances, units.
