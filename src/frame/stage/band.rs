@@ -8,6 +8,9 @@ use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 /// Bytes of an 8-bit pixel.
 const RGB: usize = 3;
 
+/// Bytes along a row from what is written to what is fetched for it: rows lie too far apart for the processor to foresee.
+const AHEAD: usize = 192;
+
 /// Pixels of some rows, from the top.
 pub enum Band<'b> {
     /// 8-bit sRGB, `[rows][width][3]`.
@@ -73,7 +76,10 @@ impl Filling<'_, '_> {
                 let light = fan.light(&place);
                 let (start, end) = (row * width + column, row * width + (column + LANES).min(width));
                 match &mut band {
-                    Band::Picture(bytes) => put_rgb(simd, light, units, &mut bytes[start * RGB..end * RGB]),
+                    Band::Picture(bytes) => {
+                        simd.prefetch(bytes, start * RGB + AHEAD);
+                        put_rgb(simd, light, units, &mut bytes[start * RGB..end * RGB]);
+                    }
                     Band::Frame { colour, range } => {
                         put_light(simd, light, units, &mut colour[start..end]);
                         let mut lanes = Sixteen::default();
