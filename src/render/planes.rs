@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::{Rendered, Renderer, StageTimes};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Light, Painter, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
@@ -281,8 +281,7 @@ fn see<S: PageSource>(
     let outlook =
         Outlook { pixel_angle: angle, clearance: view.eye.z - header.height_range.1, height: above_ground };
     let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
-    let (edges, centres) = (view.shape.edges(), view.shape.centres());
-    let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
+    let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
@@ -292,7 +291,7 @@ fn see<S: PageSource>(
         march: PlaneMarch::new(renderer.source, &renderer.turned, strides.clone()),
         painter: Painter {
             sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.radiance)),
-            air: Air::new(&atmosphere, view.eye.z),
+            air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
             eye: view.eye,
             spacing: header.grid.spacing,
             height: above_ground,
@@ -312,17 +311,16 @@ fn see<S: PageSource>(
             let group = view.shape.group(index, &header.grid, view.eye, bend);
             let squares = view.shape.squares(index);
             let rows = kept.first..kept.first + kept.filled.len();
-            let fineness = per_row[rows.clone()].iter().fold(0.0_f32, |a, &b| a.max(b));
-            let field = Field { tangents: [edges[rows.start], edges[rows.end]], fineness };
+            let fineness = ladder.per_row[rows.clone()].iter().fold(0.0_f32, |a, &b| a.max(b));
+            let field = Field { tangents: [ladder.edges[rows.start], ladder.edges[rows.end]], fineness };
             marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
             shading.time(|| {
                 let angle = view.shape.plane_angle(index, angle);
                 painter.paint(renderer.isa, &group, profile, angle, &squares, lights)?;
                 let inverse = inverse.get_mut(kept.filled.clone()).unwrap_or_default();
                 let rows = Rows {
-                    edges: &edges[rows.start..=rows.end],
-                    centres: &centres[rows.clone()],
-                    per_row: &per_row[rows],
+                    ladder: &ladder,
+                    first: kept.first,
                     cells: &mut cells[kept.filled.clone()],
                     scale,
                     inverse: &mut *inverse,

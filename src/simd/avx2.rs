@@ -131,6 +131,18 @@ unsafe fn pairs_of_eight(from: *const i64, index: __m256i) -> (__m256i, __m256i)
     }
 }
 
+/// One lane of sixteen, by halves.
+macro_rules! fold {
+    ($lanes:expr, $eight:ident, $four:ident) => {
+        lanes!({
+            let eight = $eight($lanes.0, $lanes.1);
+            let four = $four(_mm256_castps256_ps128(eight), _mm256_extractf128_ps::<1>(eight));
+            let two = $four(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32($four(two, _mm_movehdup_ps(two)))
+        })
+    };
+}
+
 /// Eight of the 32 lanes of `low` and `high`.
 #[inline(always)]
 fn permute_half(low: F, high: F, index: __m256i) -> __m256 {
@@ -302,6 +314,14 @@ impl Floats for F {
     #[inline(always)]
     fn select(self, mask: M, other: Self) -> Self {
         halves!(F, _mm256_blendv_ps, other, self, mask)
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        fold!(self, _mm256_min_ps, _mm_min_ps)
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        fold!(self, _mm256_max_ps, _mm_max_ps)
     }
     #[inline(always)]
     fn to_bits(self) -> I {

@@ -259,6 +259,14 @@ impl Floats for F {
         Self(lanes!(_mm512_mask_blend_ps(mask.0, other.0, self.0)))
     }
     #[inline(always)]
+    fn least(self) -> f32 {
+        lanes!(_mm512_reduce_min_ps(self.0))
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        lanes!(_mm512_reduce_max_ps(self.0))
+    }
+    #[inline(always)]
     fn to_bits(self) -> I {
         I(lanes!(_mm512_castps_si512(self.0)))
     }

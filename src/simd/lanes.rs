@@ -86,6 +86,10 @@ pub trait Floats:
     fn le(self, other: Self) -> Self::M;
     /// `self` where the mask is set, else `other`.
     fn select(self, mask: Self::M, other: Self) -> Self;
+    /// Least lane.
+    fn least(self) -> f32;
+    /// Greatest lane.
+    fn greatest(self) -> f32;
     /// The bits.
     fn to_bits(self) -> Self::I;
     /// To memory, lane 0 first.

@@ -218,6 +218,14 @@ impl Floats for F {
         self.to_bits().select(mask, other.to_bits()).as_floats()
     }
     #[inline(always)]
+    fn least(self) -> f32 {
+        self.0.iter().fold(f32::INFINITY, |least, &a| least.min(a))
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        self.0.iter().fold(f32::NEG_INFINITY, |greatest, &a| greatest.max(a))
+    }
+    #[inline(always)]
     fn to_bits(self) -> I {
         I(each(self.0, |a| a.to_bits() as i32))
     }

@@ -59,7 +59,8 @@ impl Kernel for Everything<'_> {
         let rough = positive.rsqrt_rough() * positive * positive.rsqrt_rough();
         let rough = (rough - simd.splat(1.0)).abs().le(simd.splat(2.2e-4)).all();
         let answers = [&answers[..], &[i32::from(rough)]].concat();
-        (equal, near, [&bits[..], &answers, &[i.least(mask), i.least(m & !m)]].concat(), triples)
+        let ends = [a.least(), b.greatest()].map(|end| end.to_bits() as i32);
+        (equal, near, [&bits[..], &answers, &ends, &[i.least(mask), i.least(m & !m)]].concat(), triples)
     }
 }
 

@@ -17,6 +17,7 @@ mod air;
 mod band;
 mod cell;
 mod fan;
+mod ladder;
 mod paint;
 mod rows;
 #[cfg(test)]
@@ -26,5 +27,6 @@ pub use air::Air;
 pub use band::Band;
 pub use cell::{Cell, Scale};
 pub use fan::Planes;
+pub use ladder::Ladder;
 pub use paint::{Light, Painter};
 pub use rows::{Rows, Sums};

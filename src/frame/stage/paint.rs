@@ -94,10 +94,10 @@ impl Kernel for Painting<'_, '_> {
             } else {
                 crossings.sample(&place)
             };
+            let depth = inverse.recip();
             let square = slope.mul_add(slope, squares);
-            let per_slant = square.rsqrt();
-            let range = (inverse * per_slant).recip();
-            let seen = air.haze(simd, colour, range, slope * per_slant);
+            let slant = square * square.rsqrt_rough();
+            let seen = air.haze(simd, colour, slant * depth, slope * depth);
             let mut light = Light::default();
             for (light, seen) in light.iter_mut().zip(seen) {
                 seen.store(&mut light.0);

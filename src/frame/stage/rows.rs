@@ -12,23 +12,24 @@
 //! Rows are boxes, not points: a ridge that covers a third of a row gives it a third of its light, and what is narrower
 //! than a row still counts. On a stretch light is linear in the tangent, so that its integral is a parabola.
 
+use std::ops::Range;
+
 use super::air::Air;
 use super::cell::{Cell, Scale};
+use super::ladder::Ladder;
 use super::paint::Light;
-use crate::raymarch::scan::{NO_SLOPE, Profile};
+use crate::raymarch::scan::{NO_SLOPE, Profile, Sight};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.
 const LEAST_RISE: f32 = 1.0e-20;
 
-/// Rows to fill, from the lowest; all slices are of one length but `edges`, which has one more.
+/// Rows to fill, from the lowest.
 pub struct Rows<'r> {
-    /// Tangents of elevation of the rows' edges, rising.
-    pub edges: &'r [f32],
-    /// Of their middles.
-    pub centres: &'r [f32],
-    /// 1 / (upper edge − lower edge).
-    pub per_row: &'r [f32],
+    /// Rows of the fan.
+    pub ladder: &'r Ladder,
+    /// Index of the first one that is filled.
+    pub first: usize,
     /// Light.
     pub cells: &'r mut [Cell],
     /// What the cells' codes stand for.
@@ -51,8 +52,15 @@ impl Rows<'_> {
         squares: &[f32; LANES],
         sums: &mut Sums,
     ) {
-        sums.resize(self.edges.len(), Light::default());
+        sums.resize(self.cells.len() + 1, Light::default());
         isa.run(Filling { rows: self, profile, lights, air, squares, sums });
+    }
+
+    /// Of edges that are counted from the fan's lowest, those of these rows, counted from theirs.
+    #[inline(always)]
+    fn own(&self, edges: Range<usize>) -> Range<usize> {
+        let own = |edge: usize| edge.saturating_sub(self.first).min(self.cells.len() + 1);
+        own(edges.start)..own(edges.end)
     }
 }
 
@@ -71,27 +79,77 @@ impl Kernel for Filling<'_, '_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let Self { rows, profile, lights, air, squares, sums } = self;
-        let zero = simd.splat(0.0);
-        let mut covering = Covering {
-            simd,
-            next: simd.splat_int(1),
-            covered: simd.splat(rows.edges[0]),
-            light: [zero; 3],
-            sums,
-            rows,
-        };
+        let edges = &rows.ladder.edges[rows.first..=rows.first + rows.cells.len()];
+        let mut covering =
+            Covering { simd, covered: simd.splat(edges[0]), light: [simd.splat(0.0); 3], edges, sums, rows };
         covering.close(simd.mask(u16::MAX), 0);
-        let pairs = profile.sights().windows(2).zip(lights.windows(2));
-        for (sights, lights) in pairs {
-            if !sights[1].mark.begins {
-                covering.cover(&Stretch {
+        let mut spans = Spans { at: 1, ..Spans::default() };
+        loop {
+            // Where loops end is known long before they are run: they need not wait for each other.
+            spans.find(simd, &covering, profile.sights());
+            for index in 0..spans.count {
+                let sight = spans.sights[index];
+                let (Some(sights), Some(lights)) =
+                    (profile.sights().get(sight - 1..=sight), lights.get(sight - 1..=sight))
+                else {
+                    continue;
+                };
+                let stretch = Stretch {
                     slopes: [simd.load(&sights[0].slope.0), simd.load(&sights[1].slope.0)],
                     inverse: [&sights[0].inverse, &sights[1].inverse],
                     lights: [&lights[0], &lights[1]],
-                });
+                };
+                let ladder = covering.rows.ladder;
+                let edges = ladder.between(spans.cells[0][index], spans.cells[1][index]);
+                covering.cover(&stretch, covering.rows.own(edges));
+            }
+            if spans.count < LANES {
+                break;
             }
         }
         covering.finish(air, simd.load(squares));
+    }
+}
+
+/// The next stretches that are in sight, and which edges they may cover.
+#[derive(Default)]
+struct Spans {
+    /// The sights that they end in.
+    sights: [usize; LANES],
+    count: usize,
+    /// Cells of the ladder, first and last.
+    cells: [[i32; LANES]; 2],
+    /// The sight to look at next.
+    at: usize,
+}
+
+impl Spans {
+    /// Goes on to the next ones.
+    #[inline(always)]
+    fn find<V: Simd>(&mut self, simd: V, covering: &Covering<'_, V>, sights: &[Sight]) {
+        let mut covered = covering.covered;
+        let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].map(|slope| simd.splat(slope));
+        let mut ends = [[0.0; LANES]; 2];
+        self.count = 0;
+        while self.count < LANES
+            && let Some(sight) = sights.get(self.at)
+        {
+            let high = simd.load(&sight.slope.0);
+            let rises = covered.lt(high);
+            if !sight.mark.begins && rises.any() {
+                ends[0][self.count] = covered.select(rises, lowest).least();
+                ends[1][self.count] = high.select(rises, highest).greatest();
+                self.sights[self.count] = self.at;
+                self.count += 1;
+                covered = covered.max(high);
+            }
+            self.at += 1;
+        }
+        let [low, high] = ends.map(|ends| simd.load(&ends));
+        let cells = covering.rows.ladder.cells(simd, low, high);
+        for (cell, cells) in cells.into_iter().zip(&mut self.cells) {
+            cell.store(cells);
+        }
     }
 }
 
@@ -106,26 +164,24 @@ struct Stretch<'s, V: Simd> {
 struct Covering<'r, V: Simd> {
     simd: V,
     rows: Rows<'r>,
+    /// Of these rows.
+    edges: &'r [f32],
     sums: &'r mut [Light],
-    /// First edge of each plane that is not covered.
-    next: V::I,
     /// Tangent up to which each plane is covered, and light up to there: light times tangent.
     covered: V::F,
     light: [V::F; 3],
 }
 
 impl<V: Simd> Covering<'_, V> {
+    /// Takes in a stretch, which covers no other edges than those of `span`.
     #[inline(always)]
-    fn cover(&mut self, stretch: &Stretch<'_, V>) {
+    fn cover(&mut self, stretch: &Stretch<'_, V>, span: Range<usize>) {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
         let rises = self.covered.lt(high);
-        if !rises.any() {
-            return;
-        }
         let per_rise = (high - low).max(simd.splat(LEAST_RISE)).recip();
         if !self.rows.inverse.is_empty() {
-            self.measure(stretch, rises, per_rise);
+            self.measure(stretch, rises, per_rise, span.clone());
         }
         // Light at the bottom of what is in sight, and half its change per unit of tangent: the far end is where walls,
         // which begin at no finite tangent, have theirs.
@@ -139,22 +195,17 @@ impl<V: Simd> Covering<'_, V> {
             half_change[channel] = change * half_per_rise;
         }
         let high = high.select(rises, simd.splat(NO_SLOPE));
-        let mut index = self.next.least(rises) as usize;
-        while let Some(&edge) = self.rows.edges.get(index) {
-            let edge = simd.splat(edge);
-            let below = edge.le(high);
-            if !below.any() {
-                break;
-            }
-            let passed = below & self.covered.lt(edge);
+        let edges = self.edges.get(span.clone()).unwrap_or_default();
+        let sums = self.sums.get_mut(span).unwrap_or_default();
+        for (edge, sums) in edges.iter().zip(sums) {
+            let edge = simd.splat(*edge);
+            let passed = edge.le(high) & self.covered.lt(edge);
             let rise = edge - self.covered;
             for channel in 0..3 {
                 let light =
                     half_change[channel].mul_add(rise, bottom[channel]).mul_add(rise, self.light[channel]);
-                light.store_masked(passed, &mut self.sums[index][channel].0);
+                light.store_masked(passed, &mut sums[channel].0);
             }
-            index += 1;
-            self.next = simd.splat_int(index as i32).select(passed, self.next);
         }
         let rise = high - self.covered;
         for channel in 0..3 {
@@ -167,20 +218,18 @@ impl<V: Simd> Covering<'_, V> {
 
     /// Inverse depth in the middles of rows that a stretch covers.
     #[inline(always)]
-    fn measure(&mut self, stretch: &Stretch<'_, V>, rises: V::M, per_rise: V::F) {
+    fn measure(&mut self, stretch: &Stretch<'_, V>, rises: V::M, per_rise: V::F, span: Range<usize>) {
         let simd = self.simd;
         let [low, high] = stretch.slopes;
         let [near, far] = stretch.inverse.map(|inverse| simd.load(&inverse.0));
-        let first = (self.next.least(rises) - 1) as usize;
-        for (centre, inverse) in self.rows.centres.iter().zip(&mut *self.rows.inverse).skip(first) {
-            let centre = simd.splat(*centre);
-            let below = rises & centre.lt(high);
-            if !below.any() {
-                break;
-            }
+        let centres = &self.rows.ladder.centres[self.rows.first..];
+        // The row above an edge that is not covered may be covered in its middle, and the one below.
+        let rows = span.start.saturating_sub(1)..span.end.min(self.rows.inverse.len());
+        for row in rows {
+            let centre = simd.splat(centres[row]);
             let share = ((centre - low) * per_rise).max(simd.splat(0.0)).min(simd.splat(1.0));
-            let seen = below & self.covered.le(centre);
-            (far - near).mul_add(share, near).store_masked(seen, &mut inverse.0);
+            let seen = rises & centre.lt(high) & self.covered.le(centre);
+            (far - near).mul_add(share, near).store_masked(seen, &mut self.rows.inverse[row].0);
         }
     }
 
@@ -196,37 +245,35 @@ impl<V: Simd> Covering<'_, V> {
     #[inline(always)]
     fn finish(mut self, air: &Air, squares: V::F) {
         let simd = self.simd;
-        let open = self.next.least(simd.mask(u16::MAX)) as usize;
-        for index in open..self.rows.edges.len() {
-            let planes = !self.next.gt(simd.splat_int(index as i32));
+        let least = self.covered.least();
+        let open = self.edges.partition_point(|&edge| edge <= least);
+        for index in open..self.edges.len() {
+            let planes = self.covered.lt(simd.splat(self.edges[index]));
             self.close(planes, index);
         }
-        let Self { rows, sums, covered, next, .. } = self;
+        let Self { rows, sums, covered, edges, .. } = self;
         let first_sky = (open - 1).min(rows.cells.len());
-        let [ground, sky] = {
-            let (ground, sky) = rows.cells.split_at_mut(first_sky);
-            [ground, sky]
-        };
-        let edges = sums.windows(2);
-        for ((edges, per_row), cell) in edges.zip(rows.per_row).zip(ground) {
-            rows.scale.encode(simd, between(simd, edges, *per_row)).store(&mut cell.0);
+        let (ground, sky) = rows.cells.split_at_mut(first_sky);
+        let ladder = rows.ladder;
+        let (per_rows, centres) = (&ladder.per_row[rows.first..], &ladder.centres[rows.first..]);
+        for ((sums, per_row), cell) in sums.windows(2).zip(per_rows).zip(ground) {
+            rows.scale.encode(simd, between(simd, sums, *per_row)).store(&mut cell.0);
         }
         for (row, cell) in (first_sky..).zip(sky) {
-            let per_row = rows.per_row[row];
+            let per_row = per_rows[row];
             let mut seen = between(simd, &sums[row..row + 2], per_row);
-            let tangent = simd.splat(rows.centres[row]);
+            let tangent = simd.splat(centres[row]);
             let sine = tangent * tangent.mul_add(tangent, squares).rsqrt();
             // What is left of the row above the surface.
             let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-            let share = (simd.splat(rows.edges[row + 1]) - covered) * simd.splat(per_row);
-            let share = share.max(zero).min(one);
+            let top = simd.splat(edges[row + 1]);
+            let share = ((top - covered) * simd.splat(per_row)).max(zero).min(one);
             for (seen, sky) in seen.iter_mut().zip(air.sky(simd, sine)) {
                 *seen = sky.mul_add(share, *seen);
             }
             rows.scale.encode(simd, seen).store(&mut cell.0);
             if let Some(inverse) = rows.inverse.get_mut(row) {
-                let open = !next.gt(simd.splat_int(row as i32 + 1));
-                zero.store_masked(open & covered.le(tangent), &mut inverse.0);
+                zero.store_masked(covered.lt(top) & covered.le(tangent), &mut inverse.0);
             }
         }
     }

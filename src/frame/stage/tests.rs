@@ -6,12 +6,15 @@ use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
 use super::paint::Light;
-use super::{Air, Rows, Sums};
+use super::{Air, Ladder, Rows, Sums};
 use crate::frame::Atmosphere;
 use crate::raymarch::scan::{Mark, NO_SLOPE, Post, Profile};
-use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 
 const ROWS: usize = 40;
+
+/// Rows of the fan below and above them.
+const BELOW: usize = 7;
 
 /// A profile from posts: slopes, and whether the march began anew there.
 struct Posts<'a>(&'a [(Sixteen, bool)], &'a mut Profile);
@@ -37,12 +40,15 @@ fn decode(cell: &Cell, lane: usize) -> [f32; 3] {
 }
 
 fn fill(isa: Isa, edges: &[f32], profile: &Profile, lights: &[Light], inverse: &mut [Sixteen]) -> Vec<Cell> {
-    let centres: Vec<f32> = edges.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
-    let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
+    // The fan has other rows above and below.
+    let below = (1..=BELOW).rev().map(|row| edges[0] - 0.02 * row as f32);
+    let above = (1..=BELOW).map(|row| edges[ROWS] + 0.02 * row as f32);
+    let all: Vec<f32> = below.chain(edges.iter().copied()).chain(above).collect();
+    let centres = all.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
+    let ladder = Ladder::new(all, centres);
     let mut cells = vec![Cell::default(); ROWS];
-    let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0);
-    let rows =
-        Rows { edges, centres: &centres, per_row: &per_row, cells: &mut cells, scale: Scale::ALL, inverse };
+    let air = Air::new(&Atmosphere::new(20_000.0, 0.0), 100.0, 500.0);
+    let rows = Rows { ladder: &ladder, first: BELOW, cells: &mut cells, scale: Scale::ALL, inverse };
     // What was in the memory before must not matter.
     let mut sums: Sums = vec![[Sixteen([f32::NAN; LANES]); 3]; 2 * ROWS];
     rows.fill(isa, profile, lights, &air, &[1.0; LANES], &mut sums);
@@ -105,6 +111,22 @@ fn posts(steps: &[Step], steepness: f32) -> Vec<(Sixteen, bool)> {
     steps.iter().enumerate().map(place).collect()
 }
 
+/// Edges that a ladder finds between pairs of tangents.
+struct Between<'l>(&'l Ladder, [[f32; LANES]; 2]);
+
+impl Kernel for Between<'_> {
+    type Output = [std::ops::Range<usize>; LANES];
+
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let [low, high] = self.1.map(|tangents| simd.load(&tangents));
+        let mut cells = [[0; LANES]; 2];
+        for (cells, found) in cells.iter_mut().zip(self.0.cells(simd, low, high)) {
+            found.store(cells);
+        }
+        std::array::from_fn(|lane| self.0.between(cells[0][lane], cells[1][lane]))
+    }
+}
+
 /// Haze of black ground straight down, at an incline and level, from an eye at a height.
 struct Haze(Air, [[f32; LANES]; 2]);
 
@@ -112,9 +134,9 @@ impl Kernel for Haze {
     type Output = [f32; LANES];
 
     fn run<V: Simd>(self, simd: V) -> [f32; LANES] {
-        let [range, up] = self.1.map(|lanes| simd.load(&lanes));
+        let [range, rise] = self.1.map(|lanes| simd.load(&lanes));
         let mut red = [0.0; LANES];
-        self.0.haze(simd, [simd.splat(0.0); 3], range, up)[0].store(&mut red);
+        self.0.haze(simd, [simd.splat(0.0); 3], range, rise)[0].store(&mut red);
         red
     }
 }
@@ -126,7 +148,8 @@ fn haze_is_the_atmospheres_from_any_height() {
         let up: [f32; LANES] = std::array::from_fn(|lane| -(lane as f32) / (LANES - 1) as f32);
         let range = up.map(|up| if up < 0.0 { (eye as f32 - 500.0) / -up } else { 9000.0 });
         for isa in Isa::available() {
-            let seen = isa.run(Haze(Air::new(&atmosphere, eye), [range, up]));
+            let rise = std::array::from_fn(|lane| up[lane] * range[lane]);
+            let seen = isa.run(Haze(Air::new(&atmosphere, eye, 5000.0), [range, rise]));
             for lane in 0..LANES {
                 let exact = atmosphere.haze(glam::Vec3::ZERO, eye, up[lane], range[lane]).x;
                 assert!(
@@ -142,6 +165,29 @@ fn haze_is_the_atmospheres_from_any_height() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn ladders_find_all_edges_between_tangents_and_few_others(
+        bottom in -1.5_f32..1.4,
+        rows in 1_usize..3000,
+        ends in uniform16((-1.7_f32..1.7, 0.0_f32..0.1)),
+    ) {
+        // Equal steps of elevation, up to 80 degrees and beyond.
+        let edge = |row: usize| (bottom + (1.45 - bottom) * row as f32 / rows as f32).tan();
+        let edges: Vec<f32> = (0..=rows).map(edge).collect();
+        let ladder = Ladder::new(edges.clone(), vec![0.0; rows]);
+        let low = ends.map(|(low, _)| if low < -1.5 { NO_SLOPE } else { low.tan() });
+        let high = ends.map(|(low, rise)| if low + rise > 1.5 { -NO_SLOPE } else { (low + rise).tan() });
+        for isa in Isa::available() {
+            let found = isa.run(Between(&ladder, [low, high]));
+            for (lane, found) in found.into_iter().enumerate() {
+                let first = edges.partition_point(|&edge| edge <= low[lane]);
+                let end = edges.partition_point(|&edge| edge <= high[lane]).max(first);
+                prop_assert!(first == end || found.start <= first && end <= found.end, "{found:?} for {first}..{end}");
+                prop_assert!(found.len() <= end - first + 4, "{found:?} for {first}..{end}");
+            }
+        }
+    }
 
     #[test]
     fn rows_are_means_of_what_covers_them(
