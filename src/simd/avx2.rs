@@ -246,8 +246,12 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
-    fn permute2(self, low: F, high: F, index: I) -> F {
-        F(permute_half(low, high, index.0), permute_half(low, high, index.1))
+    fn permute_neighbours(self, low: F, high: F, index: I) -> [F; 2] {
+        let next = index + self.splat_int(1);
+        [
+            F(permute_half(low, high, index.0), permute_half(low, high, index.1)),
+            F(permute_half(low, high, next.0), permute_half(low, high, next.1)),
+        ]
     }
 }
 
@@ -291,9 +295,9 @@ impl Floats for F {
         guess * (self * constant(0.5) * guess).neg_mul_add(guess, constant(1.5))
     }
     #[inline(always)]
-    fn rsqrt_rough(self) -> Self {
+    fn sqrt_rough(self) -> Self {
         // Twelve bits are too few.
-        self.rsqrt()
+        self * self.rsqrt()
     }
     #[inline(always)]
     fn to_int(self) -> I {

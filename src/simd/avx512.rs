@@ -188,8 +188,12 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
-    fn permute2(self, low: F, high: F, index: I) -> F {
-        F(lanes!(_mm512_permutex2var_ps(low.0, index.0, high.0)))
+    fn permute_neighbours(self, low: F, high: F, index: I) -> [F; 2] {
+        let next = index + self.splat_int(1);
+        lanes!([
+            F(_mm512_permutex2var_ps(low.0, index.0, high.0)),
+            F(_mm512_permutex2var_ps(low.0, next.0, high.0))
+        ])
     }
 }
 
@@ -235,8 +239,8 @@ impl Floats for F {
         guess * (self * half * guess).neg_mul_add(guess, more)
     }
     #[inline(always)]
-    fn rsqrt_rough(self) -> Self {
-        Self(lanes!(_mm512_rsqrt14_ps(self.0)))
+    fn sqrt_rough(self) -> Self {
+        self * Self(lanes!(_mm512_rsqrt14_ps(self.0)))
     }
     #[inline(always)]
     fn to_int(self) -> I {

@@ -45,8 +45,8 @@ pub trait Simd: Copy {
     fn prefetch<T>(self, table: &[T], index: usize);
     /// The low three bytes of each lane to memory, lane 0 first, lowest byte first.
     fn store_triples(self, values: Self::I, target: &mut [u8; 3 * LANES]);
-    /// Lane `index` (0…31) of the 32 lanes of `low` and `high`.
-    fn permute2(self, low: Self::F, high: Self::F, index: Self::I) -> Self::F;
+    /// Lanes `index` (0…30) and `index + 1` of the 32 lanes of `low` and `high`.
+    fn permute_neighbours(self, low: Self::F, high: Self::F, index: Self::I) -> [Self::F; 2];
 }
 
 /// Sixteen f32.
@@ -74,11 +74,11 @@ pub trait Floats:
     fn recip(self) -> Self;
     /// 1/√self within two units of the last place, for self > 0.
     fn rsqrt(self) -> Self;
-    /// 1/√self within 10⁻⁴ of it, for self > 0.
-    fn rsqrt_rough(self) -> Self;
-    /// Towards zero; lanes beyond i32 have no particular value.
+    /// √self within 10⁻⁴ of it, for self > 0.
+    fn sqrt_rough(self) -> Self;
+    /// Down to the integer below, for values from 0 to 4,000,000 and whole ones from −4,000,000; others have no particular value.
     fn to_int(self) -> Self::I;
-    /// Down to the integer below, for values within i32.
+    /// Down to the integer below.
     fn floor(self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::M;

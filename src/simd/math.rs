@@ -28,7 +28,7 @@ const CURVE: [f32; 7] =
 pub fn srgb8<V: Simd>(simd: V, linear: V::F, one: f32) -> V::I {
     let linear = linear.min(simd.splat(one));
     // Of no particular value for 0, which the toe takes.
-    let root = linear * linear.rsqrt_rough() * simd.splat(1.0 / one.sqrt());
+    let root = linear.sqrt_rough() * simd.splat(1.0 / one.sqrt());
     // 255 · (1.055·r^(5/6) − 0.055) + ½ for r = √x from √0.0031308 to 1, within 0.04.
     let mut curve = simd.splat(CURVE[0] * 255.0);
     for coefficient in &CURVE[1..6] {

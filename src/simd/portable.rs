@@ -45,6 +45,22 @@ fn both<A: Copy, B: Copy, C: Copy + Default>(
     out
 }
 
+/// One lane of sixteen, by halves.
+#[inline(always)]
+fn halve(mut lanes: [f32; LANES], f: impl Fn(f32, f32) -> f32) -> f32 {
+    for half in [8, 4, 2, 1] {
+        for lane in 0..half {
+            lanes[lane] = f(lanes[lane], lanes[lane + half]);
+        }
+    }
+    lanes[0]
+}
+
+/// What is added to a number takes its whole part to the lowest bits, if it is less than [`LARGEST`]: no instruction set has a
+/// conversion that never traps and saturates, and it takes several to say it otherwise.
+const WHOLE: f32 = 1.5 * 8_388_608.0;
+const LARGEST: f32 = 4_194_304.0;
+
 #[inline(always)]
 fn yes(condition: bool) -> u32 {
     0_u32.wrapping_sub(u32::from(condition))
@@ -126,8 +142,8 @@ impl Simd for Portable {
     #[inline(always)]
     fn permute_pairs(self, near: &[u16; 2 * LANES], index: I) -> I {
         I(each(index.0, |index| {
-            let index = index as usize % (2 * LANES - 1);
-            i32::from(near[index]) | i32::from(near[index + 1]) << 16
+            let [low, high] = [index, index + 1].map(|index| near[index as usize % (2 * LANES)]);
+            i32::from(low) | i32::from(high) << 16
         }))
     }
     #[inline(always)]
@@ -140,17 +156,21 @@ impl Simd for Portable {
     fn prefetch<T>(self, _: &[T], _: usize) {}
     #[inline(always)]
     fn store_triples(self, values: I, target: &mut [u8; 3 * LANES]) {
-        for (target, value) in target.chunks_exact_mut(3).zip(values.0) {
-            let [first, second, third, _] = value.to_le_bytes();
-            target.copy_from_slice(&[first, second, third]);
+        // Four lanes make three words.
+        for (target, lanes) in target.as_chunks_mut::<12>().0.iter_mut().zip(values.0.as_chunks::<4>().0) {
+            let [a, b, c, d] = lanes.map(|lane| lane as u32 & 0xff_ffff);
+            let words = [a | b << 24, b >> 8 | c << 16, c >> 16 | d << 8];
+            for (target, word) in target.as_chunks_mut::<4>().0.iter_mut().zip(words) {
+                *target = word.to_le_bytes();
+            }
         }
     }
     #[inline(always)]
-    fn permute2(self, low: F, high: F, index: I) -> F {
-        F(each(index.0, |index| {
-            let lane = index as usize & (LANES - 1);
-            if index & LANES as i32 == 0 { low.0[lane] } else { high.0[lane] }
-        }))
+    fn permute_neighbours(self, low: F, high: F, index: I) -> [F; 2] {
+        let mut all = [0.0; 2 * LANES];
+        all[..LANES].copy_from_slice(&low.0);
+        all[LANES..].copy_from_slice(&high.0);
+        [0, 1].map(|next| F(each(index.0, |index| all[(index + next) as usize % (2 * LANES)])))
     }
 }
 
@@ -191,18 +211,22 @@ impl Floats for F {
         Self(each(self.0, |a| 1.0 / a.sqrt()))
     }
     #[inline(always)]
-    fn rsqrt_rough(self) -> Self {
-        self.rsqrt()
+    fn sqrt_rough(self) -> Self {
+        self.sqrt()
     }
     #[inline(always)]
     fn to_int(self) -> I {
-        I(each(self.0, |a| a as i32))
+        I(each(self.0, |a| {
+            let nearest = a + WHOLE;
+            nearest.to_bits().wrapping_sub(WHOLE.to_bits()) as i32 - i32::from(nearest - WHOLE > a)
+        }))
     }
     #[inline(always)]
     fn floor(self) -> Self {
         Self(each(self.0, |a| {
-            let whole = a as i32 as f32;
-            whole - if whole > a { 1.0 } else { 0.0 }
+            let nearest = (a + WHOLE) - WHOLE;
+            let below = nearest - if nearest > a { 1.0 } else { 0.0 };
+            if a.abs() < LARGEST { below } else { a }
         }))
     }
     #[inline(always)]
@@ -219,11 +243,11 @@ impl Floats for F {
     }
     #[inline(always)]
     fn least(self) -> f32 {
-        self.0.iter().fold(f32::INFINITY, |least, &a| least.min(a))
+        halve(self.0, |a, b| if a < b { a } else { b })
     }
     #[inline(always)]
     fn greatest(self) -> f32 {
-        self.0.iter().fold(f32::NEG_INFINITY, |greatest, &a| greatest.max(a))
+        halve(self.0, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
     fn to_bits(self) -> I {

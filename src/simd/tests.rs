@@ -19,7 +19,7 @@ impl Kernel for Everything<'_> {
         let (a, b, mask) = (simd.load(&self.a), simd.load(&self.b), simd.mask(self.bits));
         let words: Vec<u32> = self.table.iter().map(|&x| u32::from(x) * 65_537).collect();
         let floats: Vec<f32> = self.table.iter().map(|&x| f32::from(x)).collect();
-        let (i, j) = (a.to_int(), b.to_int());
+        let (i, j) = (a.floor().to_int(), b.floor().to_int());
         let (m, n) = (a.lt(b), a.le(b));
         let mut kept = [7.0; LANES];
         a.store_masked(mask, &mut kept);
@@ -34,8 +34,10 @@ impl Kernel for Everything<'_> {
                 [i.to_float(), a.select(mask, b), simd.gather(&floats, i), simd.load(&kept)]
                     .map(Floats::to_bits),
             )
-            .chain([simd.permute2(a, b, i & simd.splat_int(31)).to_bits(), pairs.0, pairs.1])
+            .chain(simd.permute_neighbours(a, b, index).map(Floats::to_bits))
+            .chain([pairs.0, pairs.1])
             .chain(near)
+            .chain([a.abs().to_int(), (a * simd.splat(70_000.0)).floor().to_int()])
             .chain([i, i + j, i - j, i.mul(j), i & j, i | j, i.shr::<3>(), i.shl::<5>(), i.min(j), i.max(j)])
             .chain([i.select(m & mask, j), simd.gather_words(&words, i), simd.gather_pairs(self.table, i)])
             .map(|lanes| {
@@ -56,7 +58,7 @@ impl Kernel for Everything<'_> {
         let answers = [m.any(), m.all(), (m | !m).all(), (m & !m).any()].map(i32::from);
         let mut triples = [0; 3 * LANES];
         simd.store_triples(i.mul(j), &mut triples);
-        let rough = positive.rsqrt_rough() * positive * positive.rsqrt_rough();
+        let rough = positive.sqrt_rough() * positive.sqrt_rough() * positive.recip();
         let rough = (rough - simd.splat(1.0)).abs().le(simd.splat(2.2e-4)).all();
         let answers = [&answers[..], &[i32::from(rough)]].concat();
         let ends = [a.least(), b.greatest()].map(|end| end.to_bits() as i32);

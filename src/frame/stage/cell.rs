@@ -43,7 +43,7 @@ impl Scale {
         let mut codes = [simd.splat_int(0); 3];
         for ((code, light), limit) in codes.iter_mut().zip(light).zip(LIMITS) {
             let light = light.max(simd.splat(LEAST));
-            let root = light * light.rsqrt_rough();
+            let root = light.sqrt_rough();
             let scaled = root.mul_add(simd.splat(limit / self.root_of_brightest), simd.splat(0.5));
             *code = scaled.min(simd.splat(limit)).to_int();
         }

@@ -96,7 +96,7 @@ impl Kernel for Painting<'_, '_> {
             };
             let depth = inverse.recip();
             let square = slope.mul_add(slope, squares);
-            let slant = square * square.rsqrt_rough();
+            let slant = square.sqrt_rough();
             let seen = air.haze(simd, colour, slant * depth, slope * depth);
             let mut light = Light::default();
             for (light, seen) in light.iter_mut().zip(seen) {

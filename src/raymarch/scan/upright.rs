@@ -254,3 +254,13 @@ pub struct LevelRow {
     /// Row of the fan.
     pub row: i32,
 }
+
+impl LevelRow {
+    /// The plane at or before a column, or the one before that.
+    #[inline(always)]
+    pub fn plane_at(&self, column: f32) -> i32 {
+        let plane = column * self.plane[0] + self.plane[1];
+        // Not every processor has an instruction for the integer below.
+        plane as i32 - i32::from(plane < 0.0)
+    }
+}

@@ -348,9 +348,8 @@ fn between_near<V: Simd>(simd: V, near: &[u32; 2 * LANES], place: V::F, origin: 
     let near: &[[f32; LANES]; 2] = bytemuck::cast_ref(near);
     let (low, high) = (simd.load(&near[0]), simd.load(&near[1]));
     let index = floor.to_int() + simd.splat_int(origin + 1);
-    let from = simd.permute2(low, high, index).to_bits();
-    let to = simd.permute2(low, high, index + simd.splat_int(1)).to_bits();
-    squares(simd, from, to, place - floor)
+    let [from, to] = simd.permute_neighbours(low, high, index);
+    squares(simd, from.to_bits(), to.to_bits(), place - floor)
 }
 
 /// Radiance in [`UNITS`] between texels.

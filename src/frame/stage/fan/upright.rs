@@ -92,8 +92,8 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
         let [planes, rows] = self.upright.size;
         let row = level.row.clamp(0, rows as i32 - 1);
         // Two groups hold all sixteen, unless planes are much closer than pixels.
-        let at = |column: f32| column.mul_add(level.plane[0], level.plane[1]).floor() as i32;
-        let (first, last) = (at(column as f32 + 0.5), at(column as f32 + LANES as f32 - 0.5) + 2);
+        let (first, last) =
+            (level.plane_at(column as f32 + 0.5), level.plane_at((column + LANES) as f32 - 0.5) + 2);
         let group = first.div_euclid(LANES as i32);
         let is_held = group >= 0 && last < (group + 2) * LANES as i32 && last < planes as i32;
         let level = is_held.then(|| {
@@ -115,9 +115,8 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             let later = at + 2 * self.upright.size[1];
             simd.prefetch(self.cells, later);
             let (low, high) = (simd.load(&low.0), simd.load(&high.0));
-            let from = simd.permute2(low, high, index).to_bits();
-            let to = simd.permute2(low, high, index + simd.splat_int(1)).to_bits();
-            return between(simd, from, to, share);
+            let [from, to] = simd.permute_neighbours(low, high, index);
+            return between(simd, from.to_bits(), to.to_bits(), share);
         }
         let below = place.row.floor();
         let rise = place.row - below;
