@@ -282,6 +282,7 @@ fn see<S: PageSource>(
         Outlook { pixel_angle: angle, clearance: view.eye.z - header.height_range.1, height: above_ground };
     let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
+    let least_row = ladder.least_row();
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
@@ -311,8 +312,8 @@ fn see<S: PageSource>(
             let group = view.shape.group(index, &header.grid, view.eye, bend);
             let squares = view.shape.squares(index);
             let rows = kept.first..kept.first + kept.filled.len();
-            let fineness = ladder.per_row[rows.clone()].iter().fold(0.0_f32, |a, &b| a.max(b));
-            let field = Field { tangents: [ladder.edges[rows.start], ladder.edges[rows.end]], fineness };
+            let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
+            let field = Field { tangents, row: least_row };
             marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
             shading.time(|| {
                 let angle = view.shape.plane_angle(index, angle);

@@ -7,6 +7,9 @@ use crate::simd::{Floats, Simd};
 /// Cells of the index per row.
 const CELLS: usize = 2;
 
+/// Rows that nadir and zenith may cut.
+const OUTERMOST: usize = 2;
+
 /// What rounding takes in the index's coordinate.
 const ROUNDING: f32 = 1.0e-6;
 
@@ -45,6 +48,18 @@ impl Ladder {
         }
         ladder.before = before;
         ladder
+    }
+
+    /// Least height of a row, as tangent, and as angle, radians; a few outermost ones, which are cut where they touch nadir or
+    /// zenith, may be less.
+    pub fn least_row(&self) -> [f32; 2] {
+        let rows = self.per_row.iter().zip(&self.centres);
+        let rows = rows.take(self.per_row.len().saturating_sub(OUTERMOST)).skip(OUTERMOST);
+        let most = rows.fold([0.0_f32; 2], |most, (&per_row, &centre)| {
+            let per_angle = per_row * centre.mul_add(centre, 1.0);
+            [most[0].max(per_row), most[1].max(per_angle)]
+        });
+        most.map(|per_row| 1.0 / per_row.max(f32::MIN_POSITIVE))
     }
 
     /// Cells between which all edges are that lie above tangents `low` and not above `high`, and few others.

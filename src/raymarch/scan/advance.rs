@@ -21,11 +21,13 @@ const STEEP_ROWS: f32 = 5.0;
 const STEEP_ANGLE: f32 = 0.01;
 
 impl Field {
-    /// Tangent that a stretch may rise over before the surface between its ends is looked at.
-    pub(super) fn steep_rise(&self) -> f32 {
+    /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
+    /// where it grows as the tangent of an angle does.
+    pub(super) fn steep_rises(&self) -> [f32; 2] {
         let [lowest, highest] = self.tangents;
         let flattest = 0.0_f32.max(lowest).min(highest);
-        (STEEP_ROWS / self.fineness).min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0))
+        let [row, angle] = self.row.map(|row| STEEP_ROWS * row);
+        [row.min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0)), angle.min(STEEP_ANGLE)]
     }
 }
 
@@ -113,8 +115,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Whether what is in sight of the stretch to a post rises more than `times` as high as it may.
     #[inline(always)]
     fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
-        let rise = post.slope - self.crest.max(self.last);
-        self.simd.splat(times * self.steep).lt(rise).any()
+        let simd = self.simd;
+        let begin = self.crest.max(self.last);
+        let [least, level] = self.steep.map(|steep| simd.splat(times * steep));
+        // Of the stretch's tangents the flattest.
+        let flattest = begin.max(simd.splat(0.0) - post.slope).max(simd.splat(0.0));
+        let steep = least.max((flattest * flattest).mul_add(level, level));
+        steep.lt(post.slope - begin).any()
     }
 
     /// Follows the bilinear surface from the last line to the next one.

@@ -37,8 +37,8 @@ const MOST_LINES: usize = 16;
 pub struct Field {
     /// Tangents of elevation of the lower edge of the lowest row and of the upper edge of the highest.
     pub tangents: [f32; 2],
-    /// Rows per unit of tangent, where they are closest.
-    pub fineness: f32,
+    /// Least height of a row, as tangent, and as angle, radians.
+    pub row: [f32; 2],
 }
 
 impl Field {
@@ -138,7 +138,8 @@ impl Kernel for Seeing<'_, '_> {
             ],
             farthest,
             field,
-            steep: field.steep_rise(),
+            steep: field.steep_rises(),
+            clearance: ((eye.z - march.ceiling) / march.grid.spacing).max(0.0),
             crest: simd.splat(field.tangents[0]),
             profile,
             is_begun: false,
@@ -163,8 +164,10 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) inner: [f32; 2],
     pub(super) farthest: f32,
     pub(super) field: Field,
-    /// Tangent over which a stretch may rise before the surface between its ends is looked at.
-    pub(super) steep: f32,
+    /// Tangent over which a stretch may rise before the surface between its ends is looked at: at least, and at level sight.
+    pub(super) steep: [f32; 2],
+    /// Least height of the eye above the ground, units; 0 if it is among the hills.
+    clearance: f64,
     /// Greatest slope of the surface so far: what lies below is hidden.
     pub(super) crest: V::F,
     pub(super) profile: &'f mut Profile,
@@ -261,8 +264,8 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.reached = last as f32;
             return Ok(());
         }
-        let near =
-            block.stride.lines == 1 && f64::from(self.reached) < NEAR * f64::from(Grid::side_units(level));
+        let near = block.stride.lines == 1
+            && self.clearance.hypot(self.reached.into()) < NEAR * f64::from(Grid::side_units(level));
         // All heights first: reads that wait for nothing overlap. Most blocks end here.
         let mut slopes = [Sixteen::default(); MOST_LINES];
         let highest = self.slopes(&lines, block, &mut slopes);

@@ -89,7 +89,7 @@ impl View {
         let outlook = Outlook { pixel_angle: self.pixel, clearance: f64::NEG_INFINITY, height: 0.0 };
         let strides = Strides::new(&grid, source.header().level_count, outlook, 1.0);
         let tangent = |row: usize| self.elevation(row).to_radians().tan() as f32;
-        let field = Field { tangents: [tangent(0), tangent(ROWS - 1)], fineness: 1.0 / self.pixel as f32 };
+        let field = Field { tangents: [tangent(0), tangent(ROWS - 1)], row: [self.pixel as f32; 2] };
         let (turned, mut profile) = (TurnedPages::default(), Profile::default());
         PlaneMarch::new(source, &turned, strides)
             .see(isa, ground.extend(self.eye.z), &group, field, &mut profile)

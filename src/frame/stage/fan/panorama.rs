@@ -36,9 +36,8 @@ impl<V: Simd> PanoramaFan<'_, V> {
     #[inline(always)]
     fn row(&self, row: V::I) -> V::I {
         let simd = self.simd;
-        row.max(simd.splat_int(0))
-            .min(simd.splat_int(self.panorama.last_row()))
-            .mul(simd.splat_int(LANES as i32))
+        let row = row.max(simd.splat_int(0)).min(simd.splat_int(self.panorama.last_row()));
+        row.shl::<{ LANES.ilog2() }>()
     }
 }
 

@@ -83,6 +83,8 @@ pub struct Panorama {
     /// Rows from nadir to zenith.
     rows: usize,
     annuli: Vec<Annulus>,
+    /// Index of each row's annulus: a search would have pixels wait for it.
+    by_row: Vec<u8>,
     needed: Vec<Needed>,
     /// Rows that some group has.
     extent: Range<usize>,
@@ -124,7 +126,9 @@ impl Panorama {
         let mut annuli = Annulus::all(rows, step, ahead.x.atan2(ahead.y));
         mark(&mut annuli, &directions, &world_from_mapping, [step, rows as f64]);
         let needed = place(&mut annuli);
+        let begun = |row: usize| annuli.iter().filter(|annulus| annulus.rows.start <= row).count();
         Self {
+            by_row: (0..rows).map(|row| begun(row).saturating_sub(1) as u8).collect(),
             directions,
             world_from_mapping: world_from_mapping.to_cols_array_2d().map(|axis| axis.map(|it| it as f32)),
             ahead: ahead.as_vec2().to_array(),
@@ -223,9 +227,8 @@ impl Panorama {
     /// The annulus in which pixels between `row` and the next look their inverse range up.
     #[inline(always)]
     pub fn annulus(&self, row: i32) -> &Annulus {
-        let row = row.max(0) as usize;
-        let index = self.annuli.partition_point(|annulus| annulus.rows.start <= row);
-        &self.annuli[index.saturating_sub(1)]
+        let row = row.clamp(0, self.last_row()) as usize;
+        &self.annuli[usize::from(self.by_row[row])]
     }
 
     /// Sixteen pixels from `column` (a multiple of sixteen) of a `row` on.
