@@ -54,6 +54,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Ok(())
     }
 
+    /// A line of a block's level and stride.
+    #[inline(always)]
+    pub(super) fn mark(&self, block: &Block, line: i64) -> Mark {
+        let level = block.stride.level;
+        let distance = self.way.distance(level, line) as f32;
+        Mark { line, distance, share: 1.0, level, span: block.stride.lines as u8, begins: false }
+    }
+
     /// The surface along a line.
     #[inline(always)]
     pub(super) fn line(&self, lines: &Lines<'a>, block: &Block, line: i64, span: u32) -> Post<V> {

@@ -1,11 +1,27 @@
 //! The highest surface in a block, from the voxels' upper bounds.
 
+use std::ops::Range;
+
 use super::Pages;
 use crate::error::Result;
-use crate::voxel::{PAGE_SIDE, PageId};
+use crate::voxel::{PAGE_SIDE, PageId, RADIX};
+
+/// The greatest of [`highest_code`] for some places along the axis.
+pub fn highest_along(
+    pages: &mut Pages<'_>,
+    level: u8,
+    axis: usize,
+    major: Range<i64>,
+    minor: [u32; 2],
+) -> Result<u16> {
+    major
+        .map(|major| highest_code(pages, level, axis, major as u32, minor))
+        .try_fold(0, |most, code| Ok(most.max(code?)))
+}
 
 /// Greatest upper-bound code of `level`'s voxels at `major` along axis `axis` and `minor` across it
-/// (first and last, within the area); `u16::MAX` where a page is absent. 0: there is no surface.
+/// (first and last, within the area); where a page is absent, of the coarser voxels there, and `u16::MAX` if there are none.
+/// 0: there is no surface. Voxels of level 0 have no bounds.
 pub fn highest_code(
     pages: &mut Pages<'_>,
     level: u8,
@@ -19,7 +35,16 @@ pub fn highest_code(
         let page = [major, first].map(|index| index / PAGE_SIDE);
         let last = minor[1].min((page[1] + 1) * PAGE_SIDE - 1);
         let (px, py) = if axis == 0 { (page[0], page[1]) } else { (page[1], page[0]) };
-        let Some(view) = pages.get(PageId { level, px, py })? else { return Ok(u16::MAX) };
+        let Some(view) = pages.get(PageId { level, px, py })? else {
+            let coarser = level + 1;
+            if coarser >= pages.source().header().level_count {
+                return Ok(u16::MAX);
+            }
+            let [from, to] = [first, last].map(|index| index / RADIX);
+            highest = highest.max(highest_code(pages, coarser, axis, major / RADIX, [from, to])?);
+            first = last + 1;
+            continue;
+        };
         let row = view.width as usize;
         let (along, across) = if axis == 0 { (1, row) } else { (row, 1) };
         let start = (major % PAGE_SIDE) as usize * along;

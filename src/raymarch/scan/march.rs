@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::blocks::{Block, Way};
-use super::bounds::highest_code;
+use super::bounds::highest_along;
 use super::ground::{Ground, NOTHING};
 use super::lines::{Lines, Posts};
 use super::profile::{Mark, NO_SLOPE, Post};
@@ -28,6 +28,9 @@ const LEAST_DISTANCE: f32 = 1.0e-6;
 
 /// Share of the way to the ceiling that is passed over: the rest is for rounding.
 const UNDER_CEILING: f32 = 0.999;
+
+/// Voxels along a block whose bounds are looked at, at most.
+const MOST_VOXELS: i64 = 4;
 
 /// Lines of a block, at most.
 const MOST_LINES: usize = 16;
@@ -251,7 +254,12 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let posts = self.posts(level, [self.reached.into(), last]);
         let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, block.first, posts)?
         else {
-            return self.march_coarser(block);
+            self.march_coarser(block)?;
+            if hidden {
+                self.is_begun = false;
+                self.reached = self.reached.max(last as f32);
+            }
+            return Ok(());
         };
         if !self.is_begun {
             self.prime(block)?;
@@ -326,14 +334,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Post { slope: self.simd.load(&slope.0), inverse, mark }
     }
 
-    /// A line of a block's level and stride.
-    #[inline(always)]
-    pub(super) fn mark(&self, block: &Block, line: i64) -> Mark {
-        let level = block.stride.level;
-        let distance = self.way.distance(level, line) as f32;
-        Mark { line, distance, share: 1.0, level, span: block.stride.lines as u8, begins: false }
-    }
-
     /// Whether some plane enters or leaves the area between here and a major distance.
     #[inline(always)]
     pub(super) fn is_at_edge(&self, distance: f32) -> bool {
@@ -385,8 +385,10 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Whether all rays clear the highest surface from here to the end of a block.
     #[inline(always)]
     fn is_hidden(&mut self, block: &Block) -> Result<bool> {
-        let level = block.stride.skip_level();
-        if level >= self.march.level_count {
+        let level = block.stride.skip_level().min(self.march.level_count - 1);
+        // Where there are no voxels as long as the block, a few shorter ones.
+        let voxels = block.side / i64::from(Grid::side_units(level));
+        if voxels > MOST_VOXELS {
             return Ok(false);
         }
         let end = self.way.end(block);
@@ -396,7 +398,9 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let minor = self
             .units([self.reached.into(), end])
             .map(|units| ((units / side).floor() as i64).clamp(0, last) as u32);
-        let code = highest_code(&mut self.march.pages, level, self.group.major, block.index as u32, minor)?;
+        let length = i64::from([dims.0, dims.1][self.group.major]);
+        let major = block.index * voxels..((block.index + 1) * voxels).min(length);
+        let code = highest_along(&mut self.march.pages, level, self.group.major, major, minor)?;
         if code == u16::MAX {
             return Ok(false);
         }

@@ -4,9 +4,10 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::error::Result;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
 use crate::simd::{Isa, LANES};
-use crate::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+use crate::voxel::{Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory};
 
 /// Rows of a test's planes.
 const ROWS: usize = 48;
@@ -82,7 +83,7 @@ impl View {
     }
 
     /// Ranges of rows and planes; infinite: sky.
-    fn march(&self, source: &MemPages, isa: Isa) -> Vec<[f64; LANES]> {
+    fn march(&self, source: &dyn PageSource, isa: Isa) -> Vec<[f64; LANES]> {
         let grid = source.header().grid;
         let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
         let group = PlaneGroup::new(&grid, ground, &self.directions(), 0.0);
@@ -228,8 +229,63 @@ fn instruction_sets_agree() {
     }
 }
 
+/// A database of which some finer pages are absent: those whose indices are `hidden` modulo five.
+struct Sparse<'s> {
+    all: &'s MemPages,
+    hidden: u32,
+}
+
+impl PageSource for Sparse<'_> {
+    fn header(&self) -> &Header {
+        self.all.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        let is_coarsest = id.level + 1 == self.header().level_count;
+        let is_hidden = !is_coarsest && (3 * id.px + id.py + u32::from(id.level)) % 5 == self.hidden;
+        if is_hidden { Ok(None) } else { self.all.page(id) }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn bounds_of_absent_pages_are_those_of_coarser_voxels(
+        hidden in 0_u32..5, level in 1_u8..3, axis in 0_usize..2, at in (0.0..1.0_f64, 0.0..1.0_f64, 0.0..1.0_f64),
+    ) {
+        let all = hills(1, 1.0, true);
+        let sparse = Sparse { all: &all, hidden };
+        let turned = TurnedPages::default();
+        let dims = all.header().grid.dims(level);
+        let [along, across] = if axis == 0 { [dims.0, dims.1] } else { [dims.1, dims.0] };
+        let index = |share: f64, length: u32| ((share * f64::from(length)) as u32).min(length - 1);
+        let major = index(at.0, along);
+        let (a, b) = (index(at.1, across), index(at.2, across));
+        let bound = |source: &dyn PageSource, level: u8, scale: u32| {
+            let minor = [a.min(b) / scale, a.max(b) / scale];
+            bounds::highest_code(&mut Pages::new(source, &turned), level, axis, major / scale, minor).unwrap()
+        };
+        let coarsest = all.header().level_count - 1;
+        let scale = Grid::side_units(coarsest) / Grid::side_units(level);
+        let (exact, sparse, coarse) = (bound(&all, level, 1), bound(&sparse, level, 1), bound(&all, coarsest, scale));
+        prop_assert!(exact <= sparse && sparse <= coarse, "{exact} {sparse} {coarse}");
+    }
+
+    #[test]
+    fn what_is_hidden_by_coarser_bounds_is_not_in_sight(
+        hidden in 0_u32..5, x in -200.0..900.0_f64, y in -200.0..700.0_f64, z in 20.0..400.0_f64, yaw in 0.0..360.0_f64,
+    ) {
+        // Coarser voxels are as high as the hills' tops: all that is lost with finer pages is detail.
+        let all = hills(2, 1.0, false);
+        let eye = (all.header().grid.origin + DVec2::new(x, y)).extend(z);
+        let view = View { eye, yaw, elevations: [-35.0, 5.0], pixel: 2.0e-3 };
+        let whole = view.march(&all, Isa::best());
+        let sparse = view.march(&Sparse { all: &all, hidden }, Isa::best());
+        let lost = whole.iter().flatten().zip(sparse.iter().flatten());
+        let lost = lost.filter(|(whole, sparse)| whole.is_finite() != sparse.is_finite()).count();
+        prop_assert!(lost <= ROWS * LANES / 16, "{lost}");
+    }
 
     #[test]
     fn nothing_panics(
