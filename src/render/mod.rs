@@ -38,7 +38,8 @@ pub struct RenderOptions {
     pub visibility: f64,
     /// Where the sun stands.
     pub sun: Sun,
-    /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel.
+    /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
+    /// at steep ground.
     pub detail: f64,
     /// How fast heights drop with ground distance; flat by default. [`Self::of`] chooses by the database.
     pub curvature: Curvature,

@@ -313,7 +313,7 @@ fn see<S: PageSource>(
             let squares = view.shape.squares(index);
             let rows = kept.first..kept.first + kept.filled.len();
             let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
-            let field = Field { tangents, row: least_row };
+            let field = Field { tangents, row: least_row, detail: renderer.options.detail as f32 };
             marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
             shading.time(|| {
                 let angle = view.shape.plane_angle(index, angle);

@@ -24,8 +24,7 @@ impl Kernel for Everything<'_> {
         let mut kept = [7.0; LANES];
         a.store_masked(mask, &mut kept);
         let pairs = simd.gather_word_pairs(&words, i);
-        let index = simd.splat_int(30);
-        let index = (i & simd.splat_int(31)).min(index);
+        let index = (i & simd.splat_int(31)).min(simd.splat_int(30));
         let near = self.table.first_chunk().map(|near| simd.permute_pairs(near, index));
         let equal = [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.abs().sqrt(), a.floor()]
             .map(Floats::to_bits)

@@ -15,10 +15,13 @@ const NEAR_PARTS: f32 = 64.0;
 const MOST_NEAR_PARTS: f32 = 16.0;
 const MOST_STEEP_PARTS: f32 = 8.0;
 
-/// Rows that a stretch may rise over before the surface between its ends is looked at, and radians: lines are several
-/// pixels apart, which is a greater share of range the wider pixels are. From 2 mrad a pixel on radians are what counts.
+/// Rows that a stretch between neighbouring lines may rise over before the surface between its ends is looked at, and radians: lines
+/// are several pixels apart, which is a greater share of range the wider pixels are. From 0.7 mrad a pixel on radians are what counts.
 const STEEP_ROWS: f32 = 5.0;
-const STEEP_ANGLE: f32 = 0.01;
+const STEEP_ANGLE: f32 = 0.0035;
+
+/// Share of that from which lines are read that a stride leaves out: they hold what nothing between its ends tells.
+const DIVIDE: f32 = 0.6;
 
 impl Field {
     /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
@@ -27,7 +30,8 @@ impl Field {
         let [lowest, highest] = self.tangents;
         let flattest = 0.0_f32.max(lowest).min(highest);
         let [row, angle] = self.row.map(|row| STEEP_ROWS * row);
-        [row.min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0)), angle.min(STEEP_ANGLE)]
+        let steep = [row.min(STEEP_ANGLE * flattest.mul_add(flattest, 1.0)), angle.min(STEEP_ANGLE)];
+        steep.map(|rise| rise / self.detail)
     }
 }
 
@@ -41,16 +45,19 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         post: &Post<V>,
         near: bool,
     ) -> Result<()> {
-        let steep = self.is_steep(post, 1.0);
         let rim = self.is_at_rim(post.slope);
+        let mut post = *post;
         if block.stride.lines > 1 {
-            if steep || rim {
-                self.divide(lines, block, post, rim)?;
+            if rim || self.is_steep(&post, DIVIDE) {
+                post.mark.span = self.divide(lines, block, &post, rim)? as u8;
             }
-        } else if steep || near {
-            self.follow(lines, block.stride.level, post, steep, rim);
+        } else {
+            let steep = self.is_steep(&post, 1.0);
+            if steep || near {
+                self.follow(lines, block.stride.level, &post, steep, rim);
+            }
         }
-        self.pass(lines, *post, rim);
+        self.pass(lines, post, rim);
         Ok(())
     }
 
@@ -71,12 +78,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.post(self.ground.height(self.ground.codes(lines, mark.level, line, at), at), mark)
     }
 
-    /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void.
+    /// Reads lines between the last and the next one where the surface rises steeply, all of them at the `rim` of a void: how many
+    /// lines they are apart.
     #[inline(always)]
-    fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>, rim: bool) -> Result<()> {
+    fn divide(&mut self, lines: &Lines<'a>, block: &Block, post: &Post<V>, rim: bool) -> Result<i64> {
         let line = post.mark.line;
         let every = i64::from(block.stride.lines);
-        let parts = if rim || self.is_steep(post, 2.0) { every } else { 2 };
+        let parts = if rim || self.is_steep(post, 2.0 * DIVIDE) { every } else { 2 };
         let step = block.step.signum() * every / parts;
         // After a change of stride some of them may lie before the last one.
         let reached = f64::from(self.reached);
@@ -85,19 +93,19 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             between -= 1;
         }
         if between == 0 {
-            return Ok(());
+            return Ok(step.abs());
         }
         let nearest = line - step * between;
         if lines.have(nearest) {
             self.read_between(lines, block, [line, step, between], rim);
-            return Ok(());
+            return Ok(step.abs());
         }
         let level = block.stride.level;
         let posts = self.posts(level, [self.way.distance(level, nearest), post.mark.distance.into()]);
         if let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, nearest, posts)? {
             self.read_between(&lines, block, [line, step, between], rim);
         }
-        Ok(())
+        Ok(step.abs())
     }
 
     /// Reads `count` (1 to 3) lines before a line, `step` apart.

@@ -42,6 +42,8 @@ pub struct Field {
     pub tangents: [f32; 2],
     /// Least height of a row, as tangent, and as angle, radians.
     pub row: [f32; 2],
+    /// How much closer than usual the surface is looked at where it is steep, > 0.
+    pub detail: f32,
 }
 
 impl Field {
@@ -255,6 +257,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, block.first, posts)?
         else {
             self.march_coarser(block)?;
+            // Coarser lines saw what ends in the block; behind it nothing is known.
             if hidden {
                 self.is_begun = false;
                 self.reached = self.reached.max(last as f32);

@@ -82,23 +82,33 @@ impl View {
         self.elevations[0] + share * (self.elevations[1] - self.elevations[0])
     }
 
-    /// Ranges of rows and planes; infinite: sky.
-    fn march(&self, source: &dyn PageSource, isa: Isa) -> Vec<[f64; LANES]> {
+    /// What planes see where steep ground is looked at `detail` times as closely as usual.
+    fn profile(&self, source: &dyn PageSource, isa: Isa, detail: f32) -> Profile {
         let grid = source.header().grid;
         let ground = (self.eye.truncate() - grid.origin) / grid.spacing;
         let group = PlaneGroup::new(&grid, ground, &self.directions(), 0.0);
         let outlook = Outlook { pixel_angle: self.pixel, clearance: f64::NEG_INFINITY, height: 0.0 };
         let strides = Strides::new(&grid, source.header().level_count, outlook, 1.0);
-        let tangent = |row: usize| self.elevation(row).to_radians().tan() as f32;
-        let field = Field { tangents: [tangent(0), tangent(ROWS - 1)], row: [self.pixel as f32; 2] };
+        let tangents = [0, ROWS - 1].map(|row| self.tangent(row));
+        let field = Field { tangents, row: [self.pixel as f32; 2], detail };
         let (turned, mut profile) = (TurnedPages::default(), Profile::default());
         PlaneMarch::new(source, &turned, strides)
             .see(isa, ground.extend(self.eye.z), &group, field, &mut profile)
             .unwrap();
+        profile
+    }
+
+    fn tangent(&self, row: usize) -> f32 {
+        self.elevation(row).to_radians().tan() as f32
+    }
+
+    /// Ranges of rows and planes; infinite: sky.
+    fn march(&self, source: &dyn PageSource, isa: Isa) -> Vec<[f64; LANES]> {
+        let profile = self.profile(source, isa, 1.0);
         (0..ROWS)
             .map(|row| {
                 std::array::from_fn(|lane| {
-                    let inverse = inverse_depth(&profile, lane, tangent(row));
+                    let inverse = inverse_depth(&profile, lane, self.tangent(row));
                     1.0 / f64::from(inverse) / self.elevation(row).to_radians().cos()
                 })
             })
@@ -210,6 +220,31 @@ fn surfaces_end_where_their_cells_do() {
 }
 
 #[test]
+fn lines_are_sharp_where_ground_is_steep() {
+    // A plain, and a slope of 45° from 480 m away on: strides of two lines begin at 450 m, over which it rises by several rows.
+    let (nx, ny) = (80, 900);
+    let grid = Grid { nx, ny, spacing: 1.0, origin: DVec2::ZERO };
+    let posts = (0..nx * ny).map(|post| f64::from(post / nx));
+    let heights: Vec<f64> = posts.map(|y| (y - 480.0).max(0.0)).collect();
+    let colours = vec![[128; 3]; heights.len()];
+    let source = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
+    let eye = DVec3::new(40.0, 1.0, 2.0);
+    let view = View { eye, yaw: 0.0, elevations: [-2.0, 20.0], pixel: 0.0006 };
+    let spans = |detail: f32, distances: std::ops::Range<f32>| -> Vec<u8> {
+        let profile = view.profile(&source, Isa::best(), detail);
+        let marks = profile.sights().iter().map(|sight| sight.mark);
+        marks.filter(|mark| distances.contains(&mark.distance)).map(|mark| mark.span).collect()
+    };
+    let on_the_plain = spans(1.0, 466.0..478.0);
+    assert!(!on_the_plain.is_empty() && on_the_plain.iter().all(|&span| span > 1), "{on_the_plain:?}");
+    let on_the_slope = spans(1.0, 484.0..560.0);
+    assert!(on_the_slope.len() >= 75 && on_the_slope.iter().all(|&span| span == 1), "{on_the_slope:?}");
+    // Where less detail is asked for, two lines are one.
+    let coarse = spans(0.2, 484.0..560.0);
+    assert!(coarse.iter().all(|&span| span > 1), "{coarse:?}");
+}
+
+#[test]
 fn instruction_sets_agree() {
     // A row that just touches a crest may see it in one set and miss it in another.
     let source = hills(4, 1.0, true);
@@ -284,7 +319,7 @@ proptest! {
         let sparse = view.march(&Sparse { all: &all, hidden }, Isa::best());
         let lost = whole.iter().flatten().zip(sparse.iter().flatten());
         let lost = lost.filter(|(whole, sparse)| whole.is_finite() != sparse.is_finite()).count();
-        prop_assert!(lost <= ROWS * LANES / 16, "{lost}");
+        prop_assert!(lost <= ROWS * LANES / 128, "{lost}");
     }
 
     #[test]

@@ -68,6 +68,15 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "want a number above 0".into())
 }
 
+/// Factor on how finely ground is looked at.
+pub fn detail(text: &str) -> Result<f64, String> {
+    let range = 0.1..=16.0;
+    number(text)
+        .ok()
+        .filter(|factor| range.contains(factor))
+        .ok_or_else(|| "want a factor from 0.1 (coarse and fast) to 16; 1 is usual".into())
+}
+
 /// A field of view, degrees.
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     number(text)

@@ -77,6 +77,10 @@ pub struct LookArgs {
     /// Sun's azimuth clockwise from north and elevation above the horizon, degrees [default: 135,40]
     #[arg(long, value_name = "AZ,EL", value_parser = args::sun, allow_hyphen_values = true)]
     pub sun: Option<[f64; 2]>,
+
+    /// How finely far and steep ground is looked at, 0.1 to 16: 2 is sharper and slower, 0.5 softer and faster
+    #[arg(long, value_name = "FACTOR", value_parser = args::detail, allow_negative_numbers = true, default_value = "1")]
+    pub detail: f64,
 }
 
 /// Surfaces as users name them.
@@ -96,6 +100,7 @@ impl LookArgs {
                 Surface::Smooth => hedgehop::raymarch::Surface::Smooth,
                 Surface::Blocks => hedgehop::raymarch::Surface::Blocks,
             },
+            detail: self.detail,
             ..RenderOptions::default()
         };
         if let Some(visibility) = self.visibility {

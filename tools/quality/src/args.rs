@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::Result;
 use hedgehop::memory::PageFile;
+use hedgehop::render::RenderOptions;
 use hedgehop::subimage::Farm;
 
 /// Widest and highest picture, pixels.
@@ -52,6 +53,10 @@ pub struct Common {
     #[arg(short = 'j', long, value_name = "N", default_value_t = 2)]
     pub workers: usize,
 
+    /// The renderer's `--detail`
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = positive)]
+    pub detail: f64,
+
     /// Write everything measured to this file
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
@@ -61,6 +66,11 @@ impl Common {
     /// The workers.
     pub fn farm(&self) -> Result<Farm> {
         Farm::new(self.workers)
+    }
+
+    /// How the renderer under test is asked to look.
+    pub fn judged(&self) -> RenderOptions {
+        RenderOptions { detail: self.detail, ..RenderOptions::default() }
     }
 }
 

@@ -156,7 +156,7 @@ fn fly(args: &Args, area: &Area) -> Result<AreaRecord> {
     let shoot = |number: usize| -> Result<Shots> {
         let camera = Camera::new(poses[number], args.size.width, args.size.height);
         let exact = one_sample(&area.source, &camera, &options, &farm)?;
-        let engine = engine::render(&area.source, &camera, &options, &farm)?;
+        let engine = engine::render(&area.source, &camera, &args.common.judged(), &farm)?;
         let mut pictures = vec![codes(&engine.colour), codes(&exact.colour)];
         if let Some(side) = args.samples {
             pictures.push(codes(&supersampled(&area.source, &camera, &options, &farm, side)?.colour));

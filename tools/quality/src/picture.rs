@@ -174,7 +174,7 @@ fn look(args: &Args, area: &Area, farm: &Farm, index: usize, pose: Pose) -> Resu
         Ok::<_, Error>(Nearness::between(&truth, &picture, &camera))
     };
     write("truth", &truth)?;
-    let engine = judge("engine", engine::picture(&area.source, &camera, &options, farm)?)?;
+    let engine = judge("engine", engine::picture(&area.source, &camera, &args.common.judged(), farm)?)?;
     let one_sample = judge("one-sample", codes(&one_sample(&area.source, &camera, &options, farm)?.colour))?;
     Ok(ViewRecord {
         area: area.name.clone(),

@@ -220,7 +220,7 @@ fn compare(
     let camera = Camera::new(pose, args.size.width, args.size.height);
     let options = RenderOptions::default();
     let begun = Instant::now();
-    let frame = engine::render(&area.source, &camera, &options, farm)?;
+    let frame = engine::render(&area.source, &camera, &args.common.judged(), farm)?;
     let rendered = Instant::now();
     let mut random = Random::new(args.common.seed ^ (index as u64 + 1).rotate_left(32));
     let mut chosen = || {

@@ -132,7 +132,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
             world: WorldArgs::default(),
         },
-        look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None },
+        look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, detail: 1.0 },
         progress: Mode::Auto,
     })
 }
