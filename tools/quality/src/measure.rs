@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use glam::Vec3;
 use hedgehop::colour::srgb8_picture;
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::space::Camera;
@@ -39,6 +40,15 @@ pub fn psnr(truth: &[u8], picture: &[u8]) -> f64 {
 /// The 8-bit sRGB codes of a picture in linear light.
 pub fn codes(colour: &[[f32; 3]]) -> Vec<u8> {
     srgb8_picture(colour)
+}
+
+/// The same before they are rounded.
+pub fn exact_codes(colour: &[[f32; 3]]) -> Vec<Vec3> {
+    // The sRGB curve, IEC 61966-2-1.
+    let encoded =
+        |light: f32| if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
+    let code = |light: f32| 255.0 * encoded(light.clamp(0.0, 1.0));
+    colour.iter().map(|light| Vec3::from(light.map(code))).collect()
 }
 
 /// Differences of codes, `gain` times, around middle grey.
