@@ -1,4 +1,4 @@
-//! `--screen` from outside: every projection, what files say of it, and flags that do not fit.
+//! `--screen` and `--detail` from outside: every projection, what files say of it, and flags that do not fit.
 
 use std::fs;
 use std::path::PathBuf;
@@ -143,4 +143,20 @@ fn what_scan_planes_do_not_serve_is_said() {
     let json: serde_json::Value = serde_json::from_slice(&fs::read(site.path("b.json")).unwrap()).unwrap();
     assert_eq!((&json["engine"], json["simd"].is_null()), (&"reference".into(), true));
     assert_eq!(json["frames_by_reference"], 1);
+}
+
+#[test]
+fn detail_changes_pictures_and_is_recorded() {
+    let site = Site::built();
+    let frame = |detail: &str, folder: &str| {
+        let output = site.fly(&["--frames", "1", "--detail", detail, "-o", &format!("{folder}/%04d.png")]);
+        assert_code(&output, 0);
+        let manifest = fs::read_to_string(site.path(&format!("{folder}/manifest.json"))).expect("a manifest");
+        assert!(manifest.contains(&format!("\"detail\": {detail}")), "{manifest}");
+        fs::read(site.path(&format!("{folder}/0001.png"))).expect("a frame")
+    };
+    assert_ne!(frame("0.5", "coarse"), frame("8.0", "fine"));
+    let refused = site.fly(&["--detail", "0", "-o", "none/%04d.png"]);
+    assert_code(&refused, 2);
+    assert!(stderr(&refused).contains("0.1 (coarse and fast) to 16"), "{}", stderr(&refused));
 }
