@@ -12,7 +12,7 @@
 //! Both pictures are compensated by the same exact ranges, so that they are judged over the same pixels.
 //!
 //! Not even the truth is without residuals: ground that comes nearer shows more, bilinear look-up blurs, and codes are rounded.
-//! What is the picture's own is what it has beyond the truth's:
+//! What is the picture's own is what it has beyond the truth's, which is told beside it and not judged:
 //!
 //! ```text
 //! beyond = root mean square of (residual − residual of the truth)   sRGB codes before they are rounded
@@ -140,10 +140,9 @@ pub fn run(args: &Args) -> Result<()> {
         report::line(&record.line());
         areas.push(record);
     }
-    let within_bounds = areas.iter().all(|area| area.judged_ratio() <= MOST);
+    let within_bounds = areas.iter().all(|area| area.ratio <= MOST);
     let verdict = if within_bounds { "within" } else { "NOT within" };
-    let of = if args.samples.is_some() { "of what is beyond the truth's" } else { "of all that differs" };
-    report::line(&format!("{verdict} the bound: a ratio of {MOST} at most {of}, everywhere"));
+    report::line(&format!("{verdict} the bound: a ratio of {MOST} at most, everywhere"));
     let measured = Measured {
         size_px: [args.size.width, args.size.height],
         frames: args.frames,
@@ -157,16 +156,12 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 impl AreaRecord {
-    /// The engine's share of what one sample has, beyond the truth's where that is known.
-    fn judged_ratio(&self) -> f64 {
-        self.beyond_rms.map_or(self.ratio, |[engine, one_sample]| engine / one_sample)
-    }
-
     fn line(&self) -> String {
         let written = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
         let supersampled = written(self.supersampled_rms);
         let [engine, one_sample] = [0, 1].map(|picture| written(self.beyond_rms.map(|rms| rms[picture])));
-        let beyond = self.beyond_rms.map_or("-".into(), |_| format!("{:.3}", self.judged_ratio()));
+        let beyond =
+            self.beyond_rms.map_or("-".into(), |[engine, one_sample]| format!("{:.3}", engine / one_sample));
         format!(
             "{:<14} {:>10.4} {:>10.4} {:>7.3} {supersampled:>10} {engine:>10} {one_sample:>10} {beyond:>7} {:>7.1} %",
             self.area,
