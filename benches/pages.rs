@@ -36,7 +36,7 @@ fn pages(criterion: &mut Criterion) {
     group.bench_function("encode", |bencher| bencher.iter(|| black_box(&buffer).encode(FINEST)));
     group.throughput(Throughput::Elements(u64::from(terrain::SIDE).pow(2)));
     group.bench_function("coarsen", |bencher| {
-        bencher.iter(|| coarse_page(&area, &grid, black_box(COARSE)).unwrap());
+        bencher.iter(|| coarse_page(&area, &grid, area.header().heights, black_box(COARSE)).unwrap());
     });
 }
 

@@ -2,7 +2,7 @@
 
 use super::workers::AHEAD;
 use crate::error::{Error, Result};
-use crate::voxel::PAGE_SIDE;
+use crate::voxel::{APRON, PAGE_SIDE};
 
 const MIB: u64 = 1 << 20;
 /// The program, thread stacks, the directory of pages.
@@ -12,8 +12,8 @@ const FIXED: u64 = 24 * MIB;
 const KEPT: u64 = 2;
 /// A page's planes while it is made: positions, sums, heights with the fill's margin, colours, bytes.
 const PAGE_WORK: u64 = 10 * MIB;
-/// An encoded page: heights, colours and attributes of every voxel, and bounds.
-const PAGE_BYTES: u64 = (PAGE_SIDE as u64 + 2).pow(2) * 13;
+/// An encoded page: heights, colours, attributes, bounds and slopes of every voxel.
+const PAGE_BYTES: u64 = (PAGE_SIDE as u64 + 2 * APRON as u64).pow(2) * 18;
 /// Least worth having for one window, and for all decoded blocks together.
 const LEAST_WINDOW: u64 = MIB / 4;
 const LEAST_CACHE: u64 = 16 * MIB;

@@ -32,7 +32,7 @@ use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::geo::VerticalDatum;
 use crate::progress::Observer;
-use crate::voxel::{ContentHash, Grid, HeightCode, Metadata, PageId, PageWriter, coarse_page};
+use crate::voxel::{ContentHash, Grid, HeightCode, Metadata, PageId, PageWriter, Shelf, coarse_page};
 
 /// What a build did.
 #[derive(Debug, Clone)]
@@ -130,7 +130,7 @@ pub(super) fn build_from(
         observer.note(&note);
         metadata.notes.push(note);
     }
-    write_coarser(&plan.grid, budget.threads, &mut writer, observer)?;
+    write_coarser(&plan.grid, code, budget.threads, &mut writer, observer)?;
 
     let share = |count: u64| count as f64 / census.voxels.max(1) as f64;
     metadata.vertical_datum = datum.label().to_owned();
@@ -151,6 +151,7 @@ fn write_finest(
     let (columns, rows) = project.grid.page_dims(0);
     let count = u64::from(columns) * u64::from(rows);
     let mut total = Census::default();
+    let mut shelf = Shelf::new(writer)?;
     observer.begin("voxels", count, "pages");
     in_order(
         count,
@@ -163,11 +164,12 @@ fn write_finest(
         },
         |_, made: Made| {
             total.add(&made.census);
-            writer.append(&made.page)?;
+            shelf.take(&made.page)?;
             observer.advance(1);
             Ok(())
         },
     )?;
+    shelf.empty()?;
     observer.end();
     Ok(total)
 }
@@ -175,6 +177,7 @@ fn write_finest(
 /// Every coarser level from the one below it.
 fn write_coarser(
     grid: &Grid,
+    code: HeightCode,
     threads: usize,
     writer: &mut PageWriter,
     observer: &dyn Observer,
@@ -190,6 +193,7 @@ fn write_coarser(
     for level in &levels {
         let (index, columns, rows) = *level;
         let finer = writer.readback();
+        let mut shelf = Shelf::new(writer)?;
         in_order(
             pages(level),
             threads,
@@ -198,14 +202,15 @@ fn write_coarser(
             |(), task| {
                 let (column, row) = (task % u64::from(columns), task / u64::from(columns));
                 let id = PageId { level: index, px: column as u32, py: rows - 1 - row as u32 };
-                Ok(coarse_page(&finer, grid, id)?.encode(id))
+                Ok(coarse_page(&finer, grid, code, id)?.encode(id))
             },
             |_, page| {
-                writer.append(&page)?;
+                shelf.take(&page)?;
                 observer.advance(1);
                 Ok(())
             },
         )?;
+        shelf.empty()?;
     }
     observer.end();
     Ok(())

@@ -1,7 +1,7 @@
 //! One page of level 1.
 //!
 //! ```text
-//! heights = the mosaic over the page and two voxels around it (slopes of the apron need the second)
+//! heights = the mosaic over the page, its apron and a voxel around it (slopes of the apron need that)
 //! voids   = left empty | the fixed height | interpolated (over a wider mosaic, as far as the fill reaches)
 //! colours = imagery over the page and its apron, on top of the tint by height and slope
 //! ```
@@ -114,6 +114,7 @@ impl<'a> PageMaker<'a> {
             low: Vec::new(),
             high: Vec::new(),
             colours,
+            relief: Vec::new(),
             attributes,
         };
         Ok(Made { page: buffer.encode(PageId { level: 0, px, py }), census })

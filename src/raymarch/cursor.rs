@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::walk::{Lattice, Span};
 use crate::error::Result;
-use crate::voxel::{Attributes, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView};
+use crate::voxel::{APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView};
 
 /// Reads the planes of a [`PageSource`]; looks a page up only when a read leaves the last one.
 pub struct PageCursor<'a, S: PageSource> {
@@ -224,12 +224,12 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
 impl Place<'_, '_> {
     /// Voxels along a row, the apron included.
     fn stride(&self) -> usize {
-        self.view.width as usize + 2
+        (self.view.width + 2 * APRON) as usize
     }
 
     /// Index of the voxel in a plane with apron.
     fn with_apron(&self) -> usize {
-        (self.y + 1) as usize * self.stride() + (self.x + 1) as usize
+        (self.y + i64::from(APRON)) as usize * self.stride() + (self.x + i64::from(APRON)) as usize
     }
 
     /// The voxel and its eastern neighbour, and the two north of them, in a plane with apron.

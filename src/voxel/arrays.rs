@@ -98,8 +98,11 @@ impl Arrays<'_> {
     ) -> Result<()> {
         let directory = Directory::empty(&self.grid).map_err(Error::Configuration)?;
         for id in directory.ids() {
-            let page =
-                if id.level == 0 { self.finest_page(code, id) } else { coarse_page(finer, &self.grid, id)? };
+            let page = if id.level == 0 {
+                self.finest_page(code, id)
+            } else {
+                coarse_page(finer, &self.grid, *code, id)?
+            };
             append(&page.encode(id))?;
         }
         Ok(())
@@ -123,6 +126,7 @@ impl Arrays<'_> {
             low: Vec::new(),
             high: Vec::new(),
             colours: with_apron().map(|(x, y)| self.colours[index(x, y)]).collect(),
+            relief: Vec::new(),
             attributes: own()
                 .map(|(x, y)| self.attributes.map_or_else(Attributes::default, |a| a[index(x, y)]))
                 .collect(),

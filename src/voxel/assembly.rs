@@ -155,7 +155,7 @@ impl Assembly {
     }
 
     /// A full disk is told with what the database will need.
-    fn storage_error(&self, action: &str, error: io::Error) -> Error {
+    pub fn storage_error(&self, action: &str, error: io::Error) -> Error {
         let Shared { path, grid, .. } = &*self.shared;
         match error.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Error::invalid(
@@ -258,7 +258,7 @@ mod tests {
     fn one_page(grid: &Grid) -> EncodedPage {
         let id = PageId { level: 0, px: 0, py: 0 };
         let (width, height) = grid.page_size(id).unwrap();
-        let samples = ((width + 2) * (height + 2)) as usize;
+        let samples = ((width + 2 * crate::voxel::APRON) * (height + 2 * crate::voxel::APRON)) as usize;
         let page = PageBuffer {
             width,
             height,
@@ -266,6 +266,7 @@ mod tests {
             low: Vec::new(),
             high: Vec::new(),
             colours: vec![[0; 3]; samples],
+            relief: Vec::new(),
             attributes: vec![crate::voxel::Attributes::default(); (width * height) as usize],
         };
         page.encode(id)

@@ -159,7 +159,7 @@ impl Directory {
     }
 
     /// The page with this number; numbers are below [`Self::len`].
-    pub(super) fn id(&self, index: usize) -> PageId {
+    pub fn id(&self, index: usize) -> PageId {
         let level = self.levels.partition_point(|level| level.first <= index) - 1;
         let LevelPages { first, pages_x, .. } = self.levels[level];
         let (row, column) = ((index - first) / pages_x as usize, (index - first) % pages_x as usize);

@@ -2,12 +2,14 @@
 
 use std::ops::Range;
 
-use super::PageId;
 use super::format::{PLANE_ALIGNMENT, page as at};
+use super::{PageId, Relief};
 
 /// Samples around a page's voxels that repeat the neighbours' (or, at the edge of the area, the
-/// page's own), so that interpolation stays inside one page.
-pub const APRON: u32 = 1;
+/// page's own), so that whatever is made of a page, its filtered light too, is made of it alone.
+pub const APRON: u32 = 6;
+/// Those of the relief: slopes need heights one further out.
+pub const RELIEF_APRON: u32 = APRON - 1;
 
 /// What a voxel is made of and where it comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -35,14 +37,16 @@ pub struct PageBuffer {
     pub width: u32,
     /// Voxels northward, 1..=PAGE_SIDE.
     pub height: u32,
-    /// Mean height codes with apron, `[height + 2][width + 2]`.
+    /// Mean height codes with apron, `[height + 12][width + 12]`.
     pub heights: Vec<u16>,
     /// Lower bound codes, `[height][width]`; empty at level index 0. See FORMAT.md for what is bounded.
     pub low: Vec<u16>,
     /// Upper bound codes, `[height][width]`; empty at level index 0.
     pub high: Vec<u16>,
-    /// sRGB-encoded colours with apron, `[height + 2][width + 2]`.
+    /// sRGB-encoded colours with apron, `[height + 12][width + 12]`.
     pub colours: Vec<[u8; 3]>,
+    /// Slopes under the voxels with apron, `[height + 10][width + 10]`; empty at level index 0.
+    pub relief: Vec<Relief>,
     /// Attributes, `[height][width]`.
     pub attributes: Vec<Attributes>,
 }
@@ -67,14 +71,16 @@ pub struct PageView<'a> {
     pub width: u32,
     /// Voxels northward.
     pub height: u32,
-    /// Mean height codes with apron, row stride `width + 2`.
+    /// Mean height codes with apron, row stride `width + 12`.
     pub heights: &'a [u16],
     /// Lower bounds, row stride `width`; empty at level index 0.
     pub low: &'a [u16],
     /// Upper bounds, row stride `width`; empty at level index 0.
     pub high: &'a [u16],
-    /// sRGB colours with apron, row stride `width + 2`.
+    /// sRGB-encoded colours with apron, row stride `width + 12`.
     pub colours: &'a [[u8; 3]],
+    /// Slopes under the voxels with apron, row stride `width + 10`; empty at level index 0.
+    pub relief: &'a [Relief],
     /// Attributes, row stride `width`, or one element that holds for all voxels.
     pub attributes: &'a [Attributes],
 }
@@ -85,6 +91,7 @@ struct PageLayout {
     low: Range<usize>,
     high: Range<usize>,
     colours: Range<usize>,
+    relief: Range<usize>,
     attributes: Range<usize>,
 }
 
@@ -92,8 +99,11 @@ impl PageLayout {
     /// Of a page of `width` × `height` voxels (both at most PAGE_SIDE).
     fn new(width: u32, height: u32, flags: u32) -> Self {
         let voxels = width as usize * height as usize;
-        let samples = (width + 2 * APRON) as usize * (height + 2 * APRON) as usize;
-        let bounds = if flags & at::FLAG_BOUNDS != 0 { voxels } else { 0 };
+        let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
+        let samples = with_apron(APRON);
+        let is_coarse = flags & at::FLAG_BOUNDS != 0;
+        let bounds = if is_coarse { voxels } else { 0 };
+        let reliefs = if is_coarse { with_apron(RELIEF_APRON) } else { 0 };
         let attributes = if flags & at::FLAG_UNIFORM != 0 { 1 } else { voxels };
         let mut end = at::SIZE;
         let mut plane = |bytes: usize| {
@@ -106,6 +116,7 @@ impl PageLayout {
             low: plane(bounds * size_of::<u16>()),
             high: plane(bounds * size_of::<u16>()),
             colours: plane(samples * size_of::<[u8; 3]>()),
+            relief: plane(reliefs * size_of::<Relief>()),
             attributes: plane(attributes * size_of::<Attributes>()),
         }
     }
@@ -162,8 +173,14 @@ impl<'a> PageView<'a> {
             low: plane(bytes, layout.low)?,
             high: plane(bytes, layout.high)?,
             colours: plane(bytes, layout.colours)?,
+            relief: plane(bytes, layout.relief)?,
             attributes: plane(bytes, layout.attributes)?,
         })
+    }
+
+    /// Place of voxel (x, y) in the planes of heights and colours.
+    pub fn sample(&self, x: u32, y: u32) -> usize {
+        ((y + APRON) * (self.width + 2 * APRON) + x + APRON) as usize
     }
 
     /// Attributes of voxel (x, y) of the page.
@@ -184,6 +201,7 @@ impl<'a> PageView<'a> {
             low: self.low.to_vec(),
             high: self.high.to_vec(),
             colours: self.colours.to_vec(),
+            relief: self.relief.to_vec(),
             attributes: match self.attributes {
                 [uniform] => vec![*uniform; voxels],
                 plane => plane.to_vec(),
@@ -223,6 +241,7 @@ impl PageBuffer {
         bytes[layout.low].copy_from_slice(bytemuck::cast_slice(&self.low));
         bytes[layout.high].copy_from_slice(bytemuck::cast_slice(&self.high));
         bytes[layout.colours].copy_from_slice(bytemuck::cast_slice(&self.colours));
+        bytes[layout.relief].copy_from_slice(bytemuck::cast_slice(&self.relief));
         bytes[layout.attributes].copy_from_slice(bytemuck::cast_slice(attributes));
         EncodedPage { id, crc: crc32fast::hash(&bytes), hash: page_hash(&bytes), bytes }
     }
@@ -236,6 +255,7 @@ impl PageBuffer {
             low: &self.low,
             high: &self.high,
             colours: &self.colours,
+            relief: &self.relief,
             attributes: &self.attributes,
         }
     }

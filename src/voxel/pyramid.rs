@@ -6,18 +6,20 @@
 //!   colour of a voxel: the same, in linear light
 //!   bounds of a voxel: least low, greatest high over 6×6 (4×4 and the ring), empty ones ignored
 //!   attributes       : majorities over 4×4
+//!   relief of a voxel: moments of the slopes of its finer posts, see [`Relief`]
 //! ```
 //!
 //! Maximum mipmaps after Tevs, Ihrke and Seidel (I3D 2008); FORMAT.md says why
-//! the bounds are dilated, and what they do not bound. The apron is one coarse voxel, 4 finer ones, and so contains the ring. Every result follows
-//! from integers alone, hence does not depend on threads or order.
+//! the bounds are dilated, and what they do not bound. The apron is several coarse voxels wide and so contains the ring. Sums are of integers, so that no
+//! result depends on threads or order.
 
 use std::ops::Range;
 
+use super::relief::{Moments, Relief, half_steps};
 use super::srgb::Averager;
 use super::{
     APRON, AlignedBytes, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageReadback,
-    PageSource, PageView, RADIX,
+    PageSource, PageView, RADIX, RELIEF_APRON,
 };
 use crate::error::{Error, Result};
 
@@ -40,12 +42,18 @@ impl<S: PageSource> FinerPages for S {
 }
 
 /// Page `id` (level index ≥ 1) from the up to 36 pages of the next finer level that it depends on. All of
-/// them must be there. Takes some 5 ms for a whole page on one core, 35 ms where
-/// attributes vary from voxel to voxel.
-pub fn coarse_page(finer: &impl FinerPages, grid: &Grid, id: PageId) -> Result<PageBuffer> {
+/// them must be there. `heights` says what their codes mean.
+pub fn coarse_page(
+    finer: &impl FinerPages,
+    grid: &Grid,
+    heights: HeightCode,
+    id: PageId,
+) -> Result<PageBuffer> {
     let footprint = Footprint::new(grid, id)
         .ok_or_else(|| Error::Configuration(format!("{id}: not made from a finer level of this grid")))?;
-    Ok(coarsen(&footprint.collect(finer, grid)?))
+    let window = footprint.collect(finer, grid)?;
+    let rise = heights.scale / grid.side(window.footprint.finer_level);
+    Ok(coarsen(&window, rise))
 }
 
 /// Which coarse and which finer voxels a coarse page is made from and of. Ranges count over the whole level.
@@ -156,6 +164,27 @@ impl FinerWindow {
         }
     }
 
+    /// Half steps of height eastward and northward at each post; the window's outermost repeat themselves beyond it, which is
+    /// right where the area ends.
+    fn steps(&self) -> Vec<[i32; 2]> {
+        let (width, rows) = (self.width, self.heights.len() / self.width);
+        let mut steps = Vec::with_capacity(self.heights.len());
+        for y in 0..rows {
+            let row = |y: usize| &self.heights[y * width..(y + 1) * width];
+            let (south, here, north) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(rows - 1)));
+            let at_end = i32::from(y == 0 || y + 1 == rows);
+            for x in 0..width {
+                let (west, east) = (here[x.saturating_sub(1)], here[(x + 1).min(width - 1)]);
+                let at_side = i32::from(x == 0 || x + 1 == width);
+                steps.push([
+                    half_steps(here[x], west, east) << at_side,
+                    half_steps(here[x], south[x], north[x]) << at_end,
+                ]);
+            }
+        }
+        steps
+    }
+
     /// Positions in the planes of the finer voxels of coarse column or row `coarse`, `ring` more to each
     /// side, as far as the window goes; `finer` is the window's extent that way.
     fn span(coarse: u32, ring: u32, finer: &Range<u32>) -> Range<usize> {
@@ -176,11 +205,12 @@ impl FinerWindow {
     }
 }
 
-/// The coarse page from the finer voxels.
-pub fn coarsen(window: &FinerWindow) -> PageBuffer {
+/// The coarse page from the finer voxels; `rise` is the slope of one step of height from one finer post to the next.
+pub fn coarsen(window: &FinerWindow, rise: f64) -> PageBuffer {
     let Footprint { own_x, own_y, .. } = &window.footprint;
     let (width, height) = (own_x.len() as u32, own_y.len() as u32);
     let (heights, colours) = means_with_apron(window);
+    let relief = reliefs(window, &heights, rise);
     let finest = window.footprint.finer_level == 0;
     let (low, high) = if finest { (&window.heights, &window.heights) } else { (&window.low, &window.high) };
     // Negated in wrapping arithmetic, the least code is the greatest, and the empty one, 0, still
@@ -193,6 +223,7 @@ pub fn coarsen(window: &FinerWindow) -> PageBuffer {
         low: negated_low.into_iter().map(u16::wrapping_neg).collect(),
         high: dilated_extremes(window, high, |code| code),
         colours,
+        relief,
         attributes: majorities(window),
     }
 }
@@ -222,6 +253,45 @@ fn means_with_apron(window: &FinerWindow) -> (Vec<u16>, Vec<[u8; 3]>) {
     let stride = coarse_x.len();
     let replicated = rows.iter().flat_map(|row| columns.iter().map(move |column| row * stride + column));
     replicated.map(|index| means[index]).unzip()
+}
+
+/// Relief of the page's voxels and of those around it, `heights` (with apron) being the page's own.
+fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
+    let Footprint { own_x, own_y, coarse_x, coarse_y, finer_x, finer_y, .. } = &window.footprint;
+    let stride = own_x.len() + 2 * APRON as usize;
+    // Beside the area lies what lies at its edge.
+    let around = |own: &Range<u32>, coarse: &Range<u32>| -> Vec<u32> {
+        let margin = i64::from(RELIEF_APRON);
+        let (first, last) = (i64::from(coarse.start), i64::from(coarse.end) - 1);
+        let voxels = i64::from(own.start) - margin..i64::from(own.end) + margin;
+        voxels.map(|voxel| voxel.clamp(first, last) as u32).collect()
+    };
+    let (columns, rows) = (around(own_x, coarse_x), around(own_y, coarse_y));
+    let steps = window.steps();
+    let half_step = (0.5 * rise / f64::from(RADIX)) as f32;
+    // Of voxels whose neighbours the window holds; it ends further out, or with the area.
+    let at_edge = |voxel: u32, coarse: &Range<u32>| voxel == coarse.start || voxel + 1 == coarse.end;
+    let place = |voxel: u32, own: &Range<u32>| (voxel + APRON - own.start) as usize;
+    let mut reliefs = Vec::with_capacity(columns.len() * rows.len());
+    for &y in &rows {
+        for &x in &columns {
+            let mut moments = Moments::new(0.5 * rise);
+            let posts = FinerWindow::span(x, 0, finer_x);
+            for row in FinerWindow::span(y, 0, finer_y) {
+                let posts = row * window.width + posts.start..row * window.width + posts.end;
+                let row = steps[posts.clone()].iter().zip(&window.heights[posts]);
+                row.filter(|(_, code)| **code != HeightCode::EMPTY)
+                    .for_each(|(steps, _)| moments.add(*steps));
+            }
+            let here = place(y, own_y) * stride + place(x, own_x);
+            let own = [(1, at_edge(x, coarse_x)), (stride, at_edge(y, coarse_y))].map(|(next, at_edge)| {
+                let steps = half_steps(heights[here], heights[here - next], heights[here + next]);
+                (steps << i32::from(at_edge)) as f32 * half_step
+            });
+            reliefs.push(Relief::new(&moments, own));
+        }
+    }
+    reliefs
 }
 
 /// Mean height code and colour over rows of voxels, those without a surface left out.

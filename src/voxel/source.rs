@@ -12,4 +12,9 @@ pub trait PageSource: Sync {
     /// A page whose checksum or shape is wrong is an error, every time it is asked for. The first touch of a
     /// page reads all of it; later ones cost some tens of nanoseconds.
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>>;
+
+    /// Whether the page is stored, damaged or not; told without reading it where that can be.
+    fn has(&self, id: PageId) -> bool {
+        !matches!(self.page(id), Ok(None))
+    }
 }

@@ -20,6 +20,11 @@ pub trait FileBytes: Sync {
     fn will_need(&self, range: Range<usize>) {
         let _ = range;
     }
+
+    /// These will not be read for a while: their memory may go.
+    fn forget(&self, range: Range<usize>) {
+        let _ = range;
+    }
 }
 
 impl FileBytes for AlignedBytes {
@@ -27,6 +32,9 @@ impl FileBytes for AlignedBytes {
         self.as_slice()
     }
 }
+
+/// Bytes that memory comes in, at least.
+const LEAST_MAPPED: usize = 4096;
 
 /// What has been touched so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -94,6 +102,36 @@ impl<B: FileBytes> PageStore<B> {
         touched
     }
 
+    /// Where a page lies in the file, bytes; `None` if it is absent.
+    pub fn extent(&self, id: PageId) -> Option<Range<usize>> {
+        self.directory.get(id).and_then(|entry| self.page_bytes(entry)).map(|(range, _)| range)
+    }
+
+    /// Says that pages in a part of the file will all be read soon.
+    pub fn announce(&self, range: Range<usize>) {
+        self.bytes.will_need(range);
+    }
+
+    /// Lets the memory of a part of the file go; whoever still reads it has it read again.
+    pub fn forget(&self, range: Range<usize>) {
+        self.bytes.forget(range);
+    }
+
+    /// Waits until all of a page is in memory, and checks it if that was never done.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn load(&self, id: PageId) -> Result<()> {
+        let is_good = self.directory.index(id).is_some_and(|index| self.good[index].load(Ordering::Relaxed));
+        if is_good && let Some(range) = self.extent(id) {
+            let bytes = self.bytes().get(range).unwrap_or_default();
+            let touched = bytes.iter().step_by(LEAST_MAPPED).fold(0, |sum, byte| sum ^ byte);
+            std::hint::black_box(touched);
+            return Ok(());
+        }
+        self.page(id).map(drop)
+    }
+
     /// The page's bytes as they lie; `None` only if the directory's check has been bypassed.
     pub(super) fn page_bytes(&self, entry: &PageEntry) -> Option<(Range<usize>, &[u8])> {
         let start = usize::try_from(entry.offset).ok()?;
@@ -137,5 +175,9 @@ impl<B: FileBytes> PageSource for PageStore<B> {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.checked_page(id).map_err(|what| self.refuse(id, &what))
+    }
+
+    fn has(&self, id: PageId) -> bool {
+        self.directory.get(id).is_some()
     }
 }

@@ -16,7 +16,7 @@ use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
     APRON, Directory, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource, PageStore,
-    PageView, coarse_page,
+    PageView, RELIEF_APRON, Relief, coarse_page,
 };
 use crate::error::{Error, Result};
 use crate::progress::Observer;
@@ -155,6 +155,15 @@ fn aproned(view: &PageView<'_>, x: u32, y: u32) -> usize {
     y as usize * (view.width + 2 * APRON) as usize + x as usize
 }
 
+/// Relief at the place of a sample with apron; `None` beyond its own apron, or if there is none.
+fn relief_at(view: &PageView<'_>, x: u32, y: u32) -> Option<Relief> {
+    let beyond = APRON - RELIEF_APRON;
+    let (x, y) = (x.checked_sub(beyond)?, y.checked_sub(beyond)?);
+    let stride = view.width + 2 * RELIEF_APRON;
+    let is_there = x < stride && y < view.height + 2 * RELIEF_APRON;
+    is_there.then(|| view.relief.get(y as usize * stride as usize + x as usize).copied()).flatten()
+}
+
 /// The page's voxels, row by row.
 fn voxels(view: &PageView<'_>) -> impl Iterator<Item = (u32, u32)> + use<> {
     let (width, height) = (view.width, view.height);
@@ -178,11 +187,10 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
     let grid = &store.header().grid;
     let (nx, ny) = grid.dims(id.level);
     let clamped = |page: u32, k: u32, limit: u32| (page * PAGE_SIDE + k).saturating_sub(APRON).min(limit - 1);
-    let (last_x, last_y) = (view.width + 2 * APRON - 1, view.height + 2 * APRON - 1);
-    let border = (0..=last_y).flat_map(|y| {
-        let step = if y == 0 || y == last_y { 1 } else { last_x as usize };
-        (0..=last_x).step_by(step).map(move |x| (x, y))
-    });
+    let (columns, rows) = (view.width + 2 * APRON, view.height + 2 * APRON);
+    let is_own = |k: u32, size: u32| (APRON..APRON + size).contains(&k);
+    let all = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+    let border = all.filter(|&(x, y)| !(is_own(x, view.width) && is_own(y, view.height)));
     let mut neighbour: Option<(PageId, PageView<'_>)> = None;
     for (x, y) in border {
         let (column, row) = (clamped(id.px, x, nx), clamped(id.py, y, ny));
@@ -193,7 +201,12 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
         let Some((_, other)) = &neighbour else { continue };
         let there = aproned(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON);
         let here = aproned(view, x, y);
-        if view.heights[here] != other.heights[there] || view.colours[here] != other.colours[there] {
+        let differs = view.heights[here] != other.heights[there]
+            || view.colours[here] != other.colours[there]
+            || relief_at(view, x, y).is_some_and(|relief| {
+                relief_at(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON) != Some(relief)
+            });
+        if differs {
             return Some(format!(
                 "its apron at ({x}, {y}) is not what voxel ({column}, {row}) of the level says"
             ));
@@ -205,7 +218,7 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
 /// The page against what the next finer level makes of it. Nothing if that cannot be told: a damaged
 /// finer page is a problem of its own, and absent ones leave the coarser level to itself.
 fn check_finer<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'_>) -> Option<String> {
-    let expected = coarse_page(store, &store.header().grid, id).ok()?;
+    let expected = coarse_page(store, &store.header().grid, store.header().heights, id).ok()?;
     let what = differing_plane(&expected, view)?;
     Some(format!("its {what} are not what level {} gives", Grid::side_units(id.level - 1)))
 }
@@ -214,6 +227,10 @@ fn differing_plane(expected: &PageBuffer, view: &PageView<'_>) -> Option<&'stati
     // Another writer may round a mean the other way, and may bound more widely than needed.
     let near =
         |(a, b): (&u16, &u16)| (*a == HeightCode::EMPTY) == (*b == HeightCode::EMPTY) && a.abs_diff(*b) <= 1;
+    let near_relief = |(a, b): (&Relief, &Relief)| {
+        let pairs = |a: &[i8], b: &[i8]| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1);
+        pairs(&a.correction, &b.correction) && pairs(&a.spread, &b.spread)
+    };
     let same = |other: u8, one: &u8| one.abs_diff(other) <= 1;
     let same_colour = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).all(|(one, other)| same(*other, one));
     if !expected.heights.iter().zip(view.heights).all(near) {
@@ -224,6 +241,8 @@ fn differing_plane(expected: &PageBuffer, view: &PageView<'_>) -> Option<&'stati
         Some("upper bounds")
     } else if !expected.colours.iter().zip(view.colours).all(same_colour) {
         Some("colours")
+    } else if !expected.relief.iter().zip(view.relief).all(near_relief) {
+        Some("slopes")
     } else if !voxels(view)
         .zip(&expected.attributes)
         .all(|((x, y), needed)| view.attributes_at(x, y) == *needed)

@@ -108,6 +108,17 @@ impl PageWriter {
         self.assembly.append(page)
     }
 
+    /// A file without a name in the folder of the target.
+    pub(super) fn file_aside(&self) -> Result<File> {
+        tempfile::tempfile_in(folder_of(&self.target))
+            .map_err(|error| Error::io(&self.target, "create a file beside it", error))
+    }
+
+    /// What to say if the disk refuses something.
+    pub(super) fn error(&self, action: &str, error: io::Error) -> Error {
+        self.assembly.storage_error(action, error)
+    }
+
     /// A handle that reads back pages appended so far, from any thread.
     pub fn readback(&self) -> PageReadback {
         self.assembly.readback()

@@ -81,7 +81,7 @@ impl Area {
         if page.attributes_at(x, y).flags & Attributes::NO_IMAGERY != 0 {
             return f64::NAN;
         }
-        linear(page.colours[((y + 1) * (page.width + 2) + x + 1) as usize][channel])
+        linear(page.colours[page.sample(x, y)][channel])
     }
 
     /// At most about 20,000 voxels, evenly spread.

@@ -2,7 +2,7 @@
 
 use super::support::{built, north_up, sheet, terrain, try_build};
 use crate::geo::{Crs, Transform, VerticalDatum, egm96_undulation};
-use crate::voxel::{PAGE_SIDE, PageId, PageSource};
+use crate::voxel::{APRON, PAGE_SIDE, PageId, PageSource};
 
 fn utm() -> Crs {
     Crs::from_epsg(32633).unwrap()
@@ -122,11 +122,11 @@ fn aprons_repeat_the_neighbours() {
     for py in 0..rows {
         for px in 0..columns {
             let page = area.pages.page(PageId { level: 0, px, py }).unwrap().unwrap();
-            for y in 0..page.height + 2 {
-                for x in 0..page.width + 2 {
-                    let at = (y * (page.width + 2) + x) as usize;
+            for y in 0..page.height + 2 * APRON {
+                for x in 0..page.width + 2 * APRON {
+                    let at = (y * (page.width + 2 * APRON) + x) as usize;
                     let clamp =
-                        |page: u32, i: u32, n: u32| (page * PAGE_SIDE + i).saturating_sub(1).min(n - 1);
+                        |page: u32, i: u32, n: u32| (page * PAGE_SIDE + i).saturating_sub(APRON).min(n - 1);
                     let (i, j) = (clamp(px, x, area.grid.nx), clamp(py, y, area.grid.ny));
                     assert_eq!(
                         code.decode(page.heights[at]),

@@ -127,12 +127,12 @@ impl Area {
 
     /// Height of voxel (x, y) from the south-west, metres.
     pub fn height(&self, x: u32, y: u32) -> Option<f64> {
-        let code = self.at(x, y, |page, x, y| page.heights[((y + 1) * (page.width + 2) + x + 1) as usize]);
+        let code = self.at(x, y, |page, x, y| page.heights[page.sample(x, y)]);
         self.pages.header().heights.decode(code)
     }
 
     pub fn colour(&self, x: u32, y: u32) -> [u8; 3] {
-        self.at(x, y, |page, x, y| page.colours[((y + 1) * (page.width + 2) + x + 1) as usize])
+        self.at(x, y, |page, x, y| page.colours[page.sample(x, y)])
     }
 
     pub fn attributes(&self, x: u32, y: u32) -> Attributes {

@@ -37,11 +37,16 @@ pub struct TurnedPages(Derived<PageId, Found>);
 
 impl Default for TurnedPages {
     fn default() -> Self {
-        Self(Derived::new(BUDGET))
+        Self::new(BUDGET)
     }
 }
 
 impl TurnedPages {
+    /// Nothing yet, and at most `budget` bytes besides what the latest frames used.
+    pub fn new(budget: usize) -> Self {
+        Self(Derived::new(budget))
+    }
+
     /// A new frame begins: see [`Derived::begin_frame`].
     pub fn begin_frame(&self) {
         self.0.begin_frame();

@@ -52,6 +52,12 @@ impl Radiance {
         Self { sensor, images: Derived::new(budget) }
     }
 
+    /// The same sensor, with nothing computed yet and another limit.
+    #[must_use]
+    pub fn within(self, budget: usize) -> Self {
+        Self::with_budget(self.sensor, budget)
+    }
+
     /// Bytes of radiance that are kept.
     pub fn bytes(&self) -> usize {
         self.images.bytes()

@@ -54,8 +54,14 @@ impl Facing {
         if slopes == VOID {
             return VOID_WEIGHT;
         }
+        self.weight_of(slopes.map(|slope| f32::from(slope) / STEPS))
+    }
+
+    /// How much of ground with these slopes eastward and northward is seen, up to a common factor.
+    #[inline(always)]
+    pub fn weight_of(&self, slopes: [f32; 2]) -> f32 {
         let Some(&down) = INCLINES.get(usize::from(self.incline)) else { return 1.0 };
-        let slope = f32::from(slopes[usize::from(self.major)]) / STEPS;
+        let slope = slopes[usize::from(self.major)];
         (down + if self.forward { slope } else { -slope }).max(LEAST)
     }
 }

@@ -23,6 +23,8 @@ mod page;
 mod posts;
 mod sample;
 #[cfg(test)]
+mod seam_tests;
+#[cfg(test)]
 mod tests;
 mod window;
 

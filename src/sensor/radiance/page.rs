@@ -29,8 +29,7 @@ impl RadiancePage {
     /// `None` where the page is absent. Every instruction set gives the same bits.
     ///
     /// # Errors
-    /// A page that is damaged: this one, or one that it depends on (its neighbours, and what lies under them in the next finer
-    /// level).
+    /// A page that is damaged.
     pub fn bake(
         source: &dyn PageSource,
         id: PageId,
@@ -68,14 +67,14 @@ impl Kernel for Baking<'_> {
     fn run<V: Simd>(self, _: V) -> Self::Output {
         let Self { source, id, sensor, facing } = self;
         let Some(view) = source.page(id)? else { return Ok(None) };
-        let size = [view.width as usize, view.height as usize];
-        let window = Window::around(&Lamp::new(sensor), source, id, size, facing)?;
+        let size = [view.width as i32, view.height as i32];
+        let window = Window::around(&Lamp::new(sensor), source.header(), id, view, facing);
         let mut texels = vec![0; window.planes[0].len()];
         for (row, texels) in texels.chunks_exact_mut(window.stride).enumerate() {
             let start = row * window.stride;
             encode(texels, [0, 1, 2].map(|channel: usize| &window.planes[channel][start..][..window.stride]));
         }
-        Ok(Some(RadiancePage { texels, slopes: window.slopes, size: size.map(|side| side as i32) }))
+        Ok(Some(RadiancePage { texels, slopes: window.slopes, size }))
     }
 }
 

@@ -124,8 +124,8 @@ fn refusals_name_file_place_and_remedy() {
         (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),
         (refusal(&|b| b[0] = b'P'), "not a hedgehop database (byte 0); make one with `hedgehop build"),
         (
-            refusal(&|b| b[at::VERSION.offset] = 2),
-            "newer version of hedgehop: format 2, and this one reads 1; update",
+            refusal(&|b| b[at::VERSION.offset] = 3),
+            "newer version of hedgehop: format 3, and this one reads 2; update",
         ),
         (refusal(&|b| b.truncate(9000)), "truncated at byte 9000 of "),
         (refusal(&|b| b.push(0)), "more bytes follow its end"),

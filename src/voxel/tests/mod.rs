@@ -111,7 +111,7 @@ fn voxel(pages: &MemPages, level: u8, x: u32, y: u32) -> (u16, u16, u16) {
     let id = PageId { level, px: x / PAGE_SIDE, py: y / PAGE_SIDE };
     let view = pages.page(id).unwrap().unwrap();
     let (x, y) = (x % PAGE_SIDE, y % PAGE_SIDE);
-    let aproned = ((y + 1) * (view.width + 2) + x + 1) as usize;
+    let aproned = view.sample(x, y);
     let own = (y * view.width + x) as usize;
     let bound = |plane: &[u16]| plane.get(own).copied().unwrap_or(view.heights[aproned]);
     (view.heights[aproned], bound(view.low), bound(view.high))
@@ -199,14 +199,42 @@ fn aprons_repeat_neighbours_and_edges() {
     for id in pages.directory().ids() {
         let view = pages.page(id).unwrap().unwrap();
         let (nx, ny) = terrain.grid.dims(id.level);
-        for y in 0..view.height + 2 {
-            for x in 0..view.width + 2 {
-                let at = |page: u32, k: u32, n: u32| (page * PAGE_SIDE + k).saturating_sub(1).min(n - 1);
+        for y in 0..view.height + 2 * APRON {
+            for x in 0..view.width + 2 * APRON {
+                let at = |page: u32, k: u32, n: u32| (page * PAGE_SIDE + k).saturating_sub(APRON).min(n - 1);
                 let (mean, _, _) = voxel(&pages, id.level, at(id.px, x, nx), at(id.py, y, ny));
-                assert_eq!(view.heights[(y * (view.width + 2) + x) as usize], mean, "{id} at ({x}, {y})");
+                assert_eq!(
+                    view.heights[(y * (view.width + 2 * APRON) + x) as usize],
+                    mean,
+                    "{id} at ({x}, {y})"
+                );
             }
         }
     }
+}
+
+#[test]
+fn pages_lie_along_the_curve_whatever_their_order_in_a_band() {
+    let sound = Terrain::new(600, 300, 0.0, 1).pages();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    let header = sound.header();
+    let mut writer = PageWriter::create(&path, header.grid, header.heights, false).unwrap();
+    let ids: Vec<PageId> = sound.directory().ids().collect();
+    for level in 0..header.level_count {
+        let mut shelf = Shelf::new(&mut writer).unwrap();
+        for id in ids.iter().rev().filter(|id| id.level == level) {
+            shelf.take(&sound.page(*id).unwrap().unwrap().to_buffer().encode(*id)).unwrap();
+        }
+        shelf.empty().unwrap();
+    }
+    writer.finish(&header.metadata, header.height_range).unwrap();
+    let written = MemPages::from_bytes(&path, &std::fs::read(&path).unwrap()).unwrap();
+    assert_eq!(written.header().content_hash, header.content_hash);
+    let mut finest: Vec<_> = written.directory().present().filter(|(id, _)| id.level == 0).collect();
+    finest.sort_by_key(|(_, entry)| entry.offset);
+    let order: Vec<_> = finest.iter().map(|(id, _)| (id.px, id.py)).collect();
+    assert_eq!(order, [(0, 0), (0, 1), (1, 1), (1, 0), (2, 0), (2, 1)]);
 }
 
 #[test]
@@ -222,9 +250,13 @@ fn means_are_of_voxels_with_a_surface() {
     let code = pages.header().heights;
     let view = pages.page(PageId { level: 1, px: 0, py: 0 }).unwrap().unwrap();
     assert_eq!((view.width, view.height), (2, 2));
-    assert!((code.decode(view.heights[5]).unwrap() - 150.0).abs() <= code.scale);
-    assert_eq!(view.colours[5], [10, 20, 30]);
-    assert_eq!([view.heights[6], view.low[1], view.high[3]], [0; 3], "nothing near has a surface");
+    assert!((code.decode(view.heights[view.sample(0, 0)]).unwrap() - 150.0).abs() <= code.scale);
+    assert_eq!(view.colours[view.sample(0, 0)], [10, 20, 30]);
+    assert_eq!(
+        [view.heights[view.sample(1, 0)], view.low[1], view.high[3]],
+        [0; 3],
+        "nothing near has a surface"
+    );
     assert_eq!((view.low[0], view.high[0]), (code.encode(100.0), code.encode(200.0)));
 }
 

@@ -35,14 +35,19 @@ const COARSER: PageId = PageId { level: 1, px: 0, py: 0 };
 fn damage_that_checksums_do_not_show_is_found() {
     assert_found(FINEST, &|page| page.heights[0] ^= 2, "apron");
     assert_found(FINEST, &|page| page.colours[3][1] ^= 0x40, "apron");
-    assert_found(COARSER, &|page| page.heights[152 * 3 + 70] += 3, "heights are not what level 1 gives");
+    assert_found(COARSER, &|page| page.heights[162 * 8 + 75] += 3, "heights are not what level 1 gives");
     assert_found(COARSER, &|page| page.low[70] += 1, "lower bounds are not what level 1 gives");
     assert_found(COARSER, &|page| page.high[70] -= 1, "upper bounds are not what level 1 gives");
     assert_found(COARSER, &|page| page.high[70] = 0, "contradict each other");
     assert_found(
         COARSER,
-        &|page| page.colours[152 * 2 + 20][0] ^= 0x40,
+        &|page| page.colours[162 * 7 + 25][0] ^= 0x40,
         "colours are not what level 1 gives",
+    );
+    assert_found(
+        COARSER,
+        &|page| page.relief[160 * 6 + 20].spread[2] += 2,
+        "slopes are not what level 1 gives",
     );
     assert_found(COARSER, &|page| page.attributes[9].material ^= 1, "attributes are not what level 1 gives");
 }

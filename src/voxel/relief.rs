@@ -1,0 +1,145 @@
+//! What a coarse voxel keeps of the slopes under it.
+//!
+//! Light on rough ground is not the light on its mean slope, and an eye near the ground sees more of what faces it.
+//! So a coarse voxel keeps mean and covariance of the slopes of its finer posts (moments of slopes
+//! for filtering: Olano and Baker, "LEAN mapping", I3D 2010). Light is then that on four slopes with just
+//! this mean and covariance:
+//!
+//! ```text
+//! mean        = slopes of the level's own heights + correction
+//! covariance  = L·Lᵀ,  L = | a 0 |      spread = (a, b, c)
+//!                          | b c |
+//! four slopes = mean ± √2·(a, b),  mean ± √2·(0, c)
+//! ```
+//!
+//! The correction, not the mean, is what is rounded: on smooth ground it vanishes, and no contour lines show.
+
+/// Steps of a correction per unit of slope.
+const CORRECTION_STEPS: f32 = 128.0;
+/// Steps of a spread per unit of slope.
+const SPREAD_STEPS: f32 = 32.0;
+
+/// Slopes of the next finer posts under a voxel, against those of its own level's heights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Relief {
+    /// Mean slope eastward and northward less the level's own, 1/128, up to one.
+    pub correction: [i8; 2],
+    /// `a`, `b` and `c` of the covariance's root, 1/32; the first and the last are not negative.
+    pub spread: [i8; 3],
+}
+
+impl Relief {
+    /// Of the finer slopes that `moments` has gathered, `own` being those of the level; nothing where there are none.
+    pub fn new(moments: &Moments, own: [f32; 2]) -> Self {
+        if moments.count == 0 {
+            return Self::default();
+        }
+        let count = moments.count as f64;
+        let mean = moments.sum.map(|sum| sum as f64 / count);
+        let [xx, xy, yy] = moments.products.map(|sum| sum as f64 / count);
+        let variance = [xx - mean[0] * mean[0], yy - mean[1] * mean[1]].map(|variance| variance.max(0.0));
+        let a = variance[0].sqrt();
+        let b = if a > 0.0 { (xy - mean[0] * mean[1]) / a } else { 0.0 };
+        let c = (variance[1] - b * b).max(0.0).sqrt();
+        let code = |slope: f32, steps: f32| (slope * steps).round().clamp(-127.0, 127.0) as i8;
+        let mean = mean.map(|mean| (mean * moments.step) as f32);
+        Self {
+            correction: [0, 1].map(|axis| code(mean[axis] - own[axis], CORRECTION_STEPS)),
+            spread: [a, b, c].map(|root| code((root * moments.step) as f32, SPREAD_STEPS)),
+        }
+    }
+
+    /// Mean slopes eastward and northward of the finer posts, `own` being those of the level.
+    #[inline(always)]
+    pub fn mean(&self, own: [f32; 2]) -> [f32; 2] {
+        [0, 1].map(|axis| own[axis] + f32::from(self.correction[axis]) * (1.0 / CORRECTION_STEPS))
+    }
+
+    /// Four slopes with the mean and the covariance of the finer posts'.
+    #[inline(always)]
+    pub fn slopes(&self, own: [f32; 2]) -> [[f32; 2]; 4] {
+        let [x, y] = self.mean(own);
+        let [a, b, c] = self.spread.map(|root| f32::from(root) * (std::f32::consts::SQRT_2 / SPREAD_STEPS));
+        [[x + a, y + b], [x - a, y - b], [x, y + c], [x, y - c]]
+    }
+}
+
+/// Slopes of finer posts, gathered.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Moments {
+    /// Slope of one unit of `sum`.
+    pub step: f64,
+    count: i64,
+    sum: [i64; 2],
+    /// Of the products east × east, east × north, north × north.
+    products: [i64; 3],
+}
+
+impl Moments {
+    /// None yet; slopes will come in units of `step`.
+    pub fn new(step: f64) -> Self {
+        Self { step, ..Self::default() }
+    }
+
+    /// A post's slopes eastward and northward.
+    #[inline(always)]
+    pub fn add(&mut self, [east, north]: [i32; 2]) {
+        let [east, north] = [i64::from(east), i64::from(north)];
+        self.count += 1;
+        self.sum = [self.sum[0] + east, self.sum[1] + north];
+        let [xx, xy, yy] = self.products;
+        self.products = [xx + east * east, xy + east * north, yy + north * north];
+    }
+}
+
+/// Half steps of height per post from central differences; one-sided, and so twice, where one neighbour has no surface, 0 where
+/// none has or there is none `here`.
+#[inline(always)]
+pub fn half_steps(here: u16, behind: u16, ahead: u16) -> i32 {
+    let known = |code: u16| if code == super::HeightCode::EMPTY { here } else { code };
+    let one_sided = behind == super::HeightCode::EMPTY || ahead == super::HeightCode::EMPTY;
+    let rise = (i32::from(known(ahead)) - i32::from(known(behind))) << i32::from(one_sided);
+    if here == super::HeightCode::EMPTY { 0 } else { rise }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_slopes_have_the_mean_and_the_covariance() {
+        let posts: Vec<[i32; 2]> = (0..16).map(|k| [(k * 37) % 23 - 9, (k * 53) % 31 - 11 + k]).collect();
+        let mut moments = Moments::new(0.02);
+        posts.iter().for_each(|slopes| moments.add(*slopes));
+        let own = [0.3, -0.1];
+        let four = Relief::new(&moments, own).slopes(own);
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let moment = |slopes: &[[f64; 2]], axes: [usize; 2]| {
+            let [a, b] = axes.map(|axis| slopes.iter().map(|s| s[axis]).collect::<Vec<_>>());
+            let products: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
+            (mean(&a), mean(&products) - mean(&a) * mean(&b))
+        };
+        let posts: Vec<[f64; 2]> = posts.iter().map(|slopes| slopes.map(|s| f64::from(s) * 0.02)).collect();
+        let four: Vec<[f64; 2]> = four.iter().map(|slopes| slopes.map(f64::from)).collect();
+        for axes in [[0, 0], [0, 1], [1, 1]] {
+            let ((mean, covariance), (found, spread)) = (moment(&posts, axes), moment(&four, axes));
+            assert!((mean - found).abs() < 0.005, "{mean} {found}");
+            assert!((covariance - spread).abs() < 0.02, "{axes:?}: {covariance} {spread}");
+        }
+    }
+
+    #[test]
+    fn slopes_beside_voids_are_one_sided() {
+        assert_eq!(half_steps(10, 8, 13), 5);
+        assert_eq!(half_steps(10, 0, 13), 6);
+        assert_eq!(half_steps(10, 8, 0), 4);
+        assert_eq!(half_steps(10, 0, 0), 0);
+        assert_eq!(half_steps(0, 8, 13), 0);
+    }
+
+    #[test]
+    fn no_slopes_are_no_relief() {
+        assert_eq!(Relief::new(&Moments::new(1.0), [1.0, 2.0]), Relief::default());
+    }
+}
