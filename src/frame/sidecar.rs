@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::info::CAMERA_CONVENTIONS;
 use super::{FrameInfo, Written, atomic};
 use crate::error::{Error, Result};
+use crate::memory::Paging;
 use crate::space::{Camera, Screen};
 
 /// Name of the manifest in the folder of the frames.
@@ -110,6 +111,9 @@ pub struct FrameRecord {
     pub hfov_deg: Option<f64>,
     /// Pixels: width, height.
     pub size_px: [u32; 2],
+    /// What paging cost from the delivery of the frame before to that of this one; absent if it was not rendered now.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub paging: Option<Paging>,
 }
 
 impl FrameRecord {
@@ -140,6 +144,7 @@ impl FrameRecord {
             screen: camera.screen().to_string(),
             hfov_deg,
             size_px: [camera.width, camera.height],
+            paging: None,
         }
     }
 }

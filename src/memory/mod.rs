@@ -1,21 +1,23 @@
-//! Which pages are resident.
+//! Which pages are in memory, and how they come there in time.
 //!
 //! ```text
-//!             first touch                    checksum and shape are right
-//!   on disk ───────────────▶ read by the OS ──────────────────────────────▶ good: views cost nothing more
-//!      ▲                          │ wrong                                        │
-//!      │                          ▼                                              │
-//!      │                     an error, at every touch                            │
-//!      └─────────────────────────────────────────────────────────────────────────┘
-//!            the OS drops clean pages when it needs memory; they stay known as good
+//! poses ──foresight──▶ pages of frames I+1 … I+30 ──memory thread──▶ resident ──▶ marchers, as a PageSource
+//!                                                        ▲    │
+//!                                          evictions ────┘    └──▶ the frame may begin
 //! ```
 //!
-//! Today this layer is the mapping of a database file ([`PageFile`]): the operating system decides what stays in
-//! memory, a page is announced (`WILLNEED`) as a whole when it is first touched, and
-//! [`PageFile::touched`] counts. A budget of bytes, eviction, and a thread that brings in pages ahead of
-//! the flight belong here, between [`PageFile`] and the marchers; nothing above will change, since
-//! marchers know pages only as a [`crate::voxel::PageSource`].
+//! [`PageFile`] is the mapping of a database file: bytes are the system's, and checked when they are first touched.
+//! [`ResidentPages`] bounds how many of them are in memory, and counts ([`Paging`]); [`ResidentPages::ahead_of`] has a thread
+//! bring in what a flight needs. What a frame needs is told by a [`Foresight`]; this layer knows nothing of
+//! rays, and marchers know pages only as a [`crate::voxel::PageSource`].
 
+mod clock;
+mod flight;
 mod page_file;
+mod resident;
+mod tally;
 
+pub use flight::{Flight, Foresight, LOOKAHEAD};
 pub use page_file::PageFile;
+pub use resident::ResidentPages;
+pub use tally::Paging;

@@ -23,17 +23,39 @@ use crate::voxel::{
 
 /// A mapped file.
 #[derive(Debug)]
-struct Mapping(Mmap);
+struct Mapping {
+    map: Mmap,
+    #[cfg_attr(not(unix), expect(dead_code, reason = "advice about files is Unix's"))]
+    file: File,
+}
 
 impl FileBytes for Mapping {
     fn bytes(&self) -> &[u8] {
-        &self.0
+        &self.map
     }
 
     fn will_need(&self, range: Range<usize>) {
         // Advice may fail without harm: the bytes are then read when they are touched.
         #[cfg(unix)]
-        let _ = self.0.advise_range(memmap2::Advice::WillNeed, range.start, range.len());
+        let _ = self.map.advise_range(memmap2::Advice::WillNeed, range.start, range.len());
+        #[cfg(not(unix))]
+        let _ = range;
+    }
+
+    fn forget(&self, range: Range<usize>) {
+        #[cfg(unix)]
+        {
+            // SAFETY: the mapping is shared and read only: what is dropped is read from the file again when it is touched.
+            let _ = unsafe {
+                self.map.unchecked_advise_range(memmap2::UncheckedAdvice::DontNeed, range.start, range.len())
+            };
+            #[cfg(not(any(target_os = "macos", target_os = "ios")))]
+            if let Some(length) = std::num::NonZeroU64::new(range.len() as u64) {
+                // The copy that the system keeps of the file; pages that others have mapped stay.
+                let advice = rustix::fs::Advice::DontNeed;
+                let _ = rustix::fs::fadvise(&self.file, range.start as u64, Some(length), advice);
+            }
+        }
         #[cfg(not(unix))]
         let _ = range;
     }
@@ -70,7 +92,7 @@ impl PageFile {
             unsafe { Mmap::map(&file) }.map_err(|error| Error::io(path, "map it into memory", error))?;
         #[cfg(unix)]
         let _ = mapping.advise(memmap2::Advice::Random);
-        Ok(Self { store: PageStore::new(path, Mapping(mapping))? })
+        Ok(Self { store: PageStore::new(path, Mapping { map: mapping, file })? })
     }
 
     /// The file.
@@ -88,6 +110,11 @@ impl PageFile {
         verify(&self.store, observer)
     }
 
+    /// Its pages, and where they lie.
+    pub(super) fn store(&self) -> &PageStore<impl FileBytes + std::fmt::Debug> {
+        &self.store
+    }
+
     /// Pages touched since the file was opened.
     pub fn touched(&self) -> Touched {
         self.store.touched()
@@ -101,5 +128,9 @@ impl PageSource for PageFile {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.store.page(id)
+    }
+
+    fn has(&self, id: PageId) -> bool {
+        self.store.has(id)
     }
 }

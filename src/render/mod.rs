@@ -6,11 +6,14 @@
 //!                                        frame ◀── haze, sky ◀── merge ◀─┘
 //! ```
 
+mod foresight;
 mod planes;
 mod reference;
 mod surface;
 #[cfg(test)]
 mod tests;
+
+pub use foresight::FlightPlan;
 
 use std::time::Duration;
 
@@ -27,7 +30,7 @@ use crate::sensor::{Sun, VisualSensor};
 use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
-use crate::voxel::{Header, PageSource};
+use crate::voxel::{Header, PageId, PageSource};
 
 /// How a frame is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +62,9 @@ pub enum Engine {
     #[default]
     Planes,
 }
+
+/// One part of so many of the memory for what is computed from pages holds heights, the others light.
+const TURNED_SHARE: usize = 5;
 
 /// Visibility of a clear day, metres.
 const DEFAULT_VISIBILITY: f64 = 40_000.0;
@@ -158,6 +164,13 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         }
     }
 
+    /// The same, keeping at most `bytes` of what is computed from pages, besides what the latest frames used.
+    #[must_use]
+    pub fn with_memory(self, bytes: usize) -> Self {
+        let turned = bytes / TURNED_SHARE;
+        Self { radiance: self.radiance.within(bytes - turned), turned: TurnedPages::new(turned), ..self }
+    }
+
     /// The same with another instruction set; frames differ by rounding.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
@@ -190,6 +203,19 @@ impl<'a, S: PageSource> Renderer<'a, S> {
                 let rgb = srgb8_picture(&frame.colour);
                 Ok((Picture { width: camera.width, height: camera.height, rgb }, times))
             }
+        }
+    }
+
+    /// Pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
+    /// of coarse pages are read to know it.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<Vec<PageId>> {
+        self.options.check(camera)?;
+        match self.planes(camera, farm)? {
+            Some(view) => planes::footprint(self, &view),
+            None => Ok(Vec::new()),
         }
     }
 

@@ -11,13 +11,13 @@ use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows,
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    Directions, Field, Kept, Outlook, Panorama, PlaneMarch, Profile, Shape, Strides, Upright,
+    Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneMarch, Profile, Shape, Strides, Upright,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{Header, PageSource};
+use crate::voxel::{Header, PageId, PageSource};
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
 /// one each.
@@ -258,6 +258,40 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
     Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
 }
 
+/// How far apart lines are read, and the height of the eye above the ground, metres.
+fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<(Strides, f64)> {
+    let header = renderer.source.header();
+    let height = height_above_ground(renderer.source, view.eye)?;
+    let (pixel_angle, clearance) = (view.camera.pixel_angle(), view.eye.z - header.height_range.1);
+    let outlook = Outlook { pixel_angle, clearance, height };
+    Ok((Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail), height))
+}
+
+/// Pages that planes may touch, in the order of need.
+pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<Vec<PageId>> {
+    let header = renderer.source.header();
+    let (strides, _) = strides(renderer, view)?;
+    let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
+    let bend = renderer.options.curvature.inverse_diameter;
+    let groups: Vec<_> = (0..view.shape.groups())
+        .map(|index| (index, view.shape.kept(index)))
+        .filter(|(_, kept)| !kept.filled.is_empty())
+        .map(|(index, kept)| {
+            (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &ladder, &kept))
+        })
+        .collect();
+    let mut footprint = Footprint::new(renderer.source, strides);
+    footprint.add(view.eye, &groups)?;
+    Ok(footprint.into_pages())
+}
+
+/// What a group of planes is to see.
+fn field<S>(renderer: &Renderer<'_, S>, ladder: &Ladder, kept: &Kept) -> Field {
+    let rows = kept.first..kept.first + kept.filled.len();
+    let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
+    Field { tangents, row: ladder.least_row(), detail: renderer.options.detail as f32 }
+}
+
 /// What a worker uses for one group after the other.
 struct Worker<'a> {
     march: PlaneMarch<'a>,
@@ -276,13 +310,9 @@ fn see<S: PageSource>(
     seen: Seen<'_>,
 ) -> Result<()> {
     let header = renderer.source.header();
-    let above_ground = height_above_ground(renderer.source, view.eye)?;
+    let (strides, above_ground) = strides(renderer, view)?;
     let angle = view.camera.pixel_angle();
-    let outlook =
-        Outlook { pixel_angle: angle, clearance: view.eye.z - header.height_range.1, height: above_ground };
-    let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
-    let least_row = ladder.least_row();
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
@@ -311,9 +341,7 @@ fn see<S: PageSource>(
             }
             let group = view.shape.group(index, &header.grid, view.eye, bend);
             let squares = view.shape.squares(index);
-            let rows = kept.first..kept.first + kept.filled.len();
-            let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
-            let field = Field { tangents, row: least_row, detail: renderer.options.detail as f32 };
+            let field = field(renderer, &ladder, kept);
             marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
             shading.time(|| {
                 let angle = view.shape.plane_angle(index, angle);

@@ -83,8 +83,8 @@ impl<'a> Lines<'a> {
         let part = if (first..=last).contains(&beside) {
             Some(lines.parts[(beside - first) as usize].clone())
         } else {
-            // What is wrong with it is not these planes' business.
-            pages.codes(page(beside), major).ok().flatten()
+            // It may be of no group's business: nothing is read for it.
+            pages.known_codes(page(beside), major)
         };
         lines.next = part.map(|part| (part, (posts.next - beside * side) as i32));
         Ok(Some(lines))

@@ -29,8 +29,11 @@ const LEAST_DISTANCE: f32 = 1.0e-6;
 /// Share of the way to the ceiling that is passed over: the rest is for rounding.
 const UNDER_CEILING: f32 = 0.999;
 
+/// Major distance at which no plane is over the area any more, per that at which the last one leaves it.
+const BEYOND: f32 = 1.0001;
+
 /// Voxels along a block whose bounds are looked at, at most.
-const MOST_VOXELS: i64 = 4;
+pub(super) const MOST_VOXELS: i64 = 4;
 
 /// Lines of a block, at most.
 const MOST_LINES: usize = 16;
@@ -48,7 +51,7 @@ pub struct Field {
 
 impl Field {
     /// Major distance up to which all rays of `group` are higher than `ceiling`, metres above the eye; 0 where they are not.
-    fn begin(&self, group: &PlaneGroup, ceiling: f64) -> f32 {
+    pub(super) fn begin(&self, group: &PlaneGroup, ceiling: f64) -> f32 {
         let falls = group.depth.iter().fold(0.0_f32, |a, &b| a.max(b)) * -self.tangents[0];
         let begin = if falls > 0.0 { -ceiling as f32 / falls } else { 0.0 };
         (begin * UNDER_CEILING).max(0.0)
@@ -188,7 +191,10 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn march(mut self) -> Result<()> {
         let ceiling = self.simd.splat((self.march.ceiling - self.eye.z) as f32);
         let mut stride = 0;
-        while !self.is_over(ceiling) {
+        while self.reached < self.farthest {
+            if self.is_over(ceiling) {
+                return Ok(());
+            }
             stride = self.march.strides.index_at(f64::from(self.reached) * self.group.ground, stride);
             let mut way = self.way;
             let stride = self.march.strides.get(stride);
@@ -201,8 +207,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
         // What a plane sees between its last line and the edge of the area.
         if self.is_begun {
-            let mark =
-                Mark { line: 0, distance: f32::INFINITY, share: 1.0, level: 0, span: 1, begins: false };
+            let mark = Mark { distance: self.farthest * BEYOND, ..self.profile.last_mark() };
             let [_, inverse] = self.profile.last(self.simd);
             self.reach(Post { slope: self.last, inverse, mark });
         }
@@ -226,7 +231,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     fn is_over(&self, ceiling: V::F) -> bool {
         let cleared = self.clears(self.simd.splat(self.reached), ceiling);
         let rising = self.simd.splat(0.0).le(self.crest);
-        self.reached >= self.farthest || (cleared & rising | self.is_full()).all()
+        (cleared & rising | self.is_full()).all()
     }
 
     /// Planes that are covered up to their highest row.
@@ -483,15 +488,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Ok(())
     }
 
-    /// The eye is under the ground: all that is seen is at the eye.
+    /// The eye is under the ground: all is at the eye.
     #[cold]
     fn flood(&mut self, post: Post<V>) -> Result<()> {
         let inverse = self.simd.splat(AT_EYE);
-        let low = Post { slope: self.simd.splat(NO_SLOPE), inverse, ..post };
-        let high = Post { slope: self.simd.splat(-NO_SLOPE), inverse, ..post };
-        self.profile.begin(&low);
+        self.profile.begin(&Post { slope: self.simd.splat(NO_SLOPE), inverse, ..post });
         self.is_begun = true;
-        self.join(high);
+        self.join(Post { slope: self.simd.splat(-NO_SLOPE), inverse, ..post });
         Ok(())
     }
 }

@@ -31,6 +31,7 @@
 mod advance;
 mod blocks;
 mod bounds;
+mod footprint;
 mod ground;
 mod group;
 mod lines;
@@ -46,6 +47,7 @@ mod tests;
 mod turned;
 mod upright;
 
+pub use footprint::Footprint;
 pub use group::PlaneGroup;
 pub use march::{Field, PlaneMarch};
 pub use pages::Pages;

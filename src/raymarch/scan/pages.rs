@@ -68,6 +68,24 @@ impl<'a> Pages<'a> {
         let size = self.source.header().grid.page_size(id);
         Ok(codes.zip(size).map(|(codes, (_, height))| (Codes::Columns(codes), (height + 2 * APRON) as i32)))
     }
+
+    /// The same if the page was looked up lately.
+    #[inline]
+    pub fn known_codes(&mut self, id: PageId, major: usize) -> Option<(Codes<'a>, i32)> {
+        let slot = slot_of(id);
+        let is_known = match major {
+            1 => self.views[slot].as_ref().is_some_and(|(known, _)| *known == id),
+            _ => self.columns[slot].as_ref().is_some_and(|(known, _)| *known == id),
+        };
+        if is_known { self.codes(id, major).ok().flatten() } else { None }
+    }
+}
+
+/// Where a page is remembered.
+#[inline]
+fn slot_of(id: PageId) -> usize {
+    let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
+    hash as usize % SLOTS
 }
 
 /// What is in the page's slot, or else what `find` finds.
@@ -77,8 +95,7 @@ fn remember<T: Clone>(
     id: PageId,
     find: impl FnOnce() -> Result<Option<T>>,
 ) -> Result<Option<T>> {
-    let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
-    let slot = &mut slots[hash as usize % SLOTS];
+    let slot = &mut slots[slot_of(id)];
     match slot {
         Some((known, found)) if *known == id => Ok(found.clone()),
         _ => {

@@ -92,6 +92,11 @@ impl Profile {
         [simd.load(&sight.slope.0), simd.load(&sight.inverse.0)]
     }
 
+    /// Where the march's last post lies.
+    pub fn last_mark(&self) -> Mark {
+        self.sights[self.count - usize::from(self.is_joined)].mark
+    }
+
     #[inline(always)]
     fn put<V: Simd>(&mut self, index: usize, post: &Post<V>, begins: bool) {
         if index >= self.sights.len() {

@@ -12,6 +12,7 @@ use hedgehop::frame::sidecar::{DatabaseRecord, FlightRecord, FrameRecord, Manife
 use hedgehop::frame::y4m::{Chroma, Y4mWriter};
 use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
 use hedgehop::geo::{Crs, Transform};
+use hedgehop::memory::Paging;
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::voxel::Header;
@@ -91,7 +92,7 @@ impl<'a> Files<'a> {
     }
 
     /// Writes what made the frames beside them; `existing` are those whose files are whole.
-    pub fn list(&self, existing: &[(u64, Camera)]) -> Result<()> {
+    pub fn list(&self, existing: &[(u64, Camera)], paging: &[(u64, Paging)]) -> Result<()> {
         let (Some(path), Some(folder)) = (self.origin.path, self.pattern.folder()) else { return Ok(()) };
         if existing.is_empty() {
             return Ok(());
@@ -108,6 +109,10 @@ impl<'a> Files<'a> {
             FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() };
         let mut manifest = Manifest::new(WRITER, database, Some(flight), self.origin.settings.clone());
         manifest.frames = self.records(existing)?;
+        for record in &mut manifest.frames {
+            let place = paging.binary_search_by_key(&record.frame, |(number, _)| *number);
+            record.paging = place.ok().map(|place| paging[place].1);
+        }
         manifest.write(folder).map(drop)
     }
 

@@ -11,11 +11,11 @@ use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, bounded};
 use hedgehop::frame::{Frame, Picture};
+use hedgehop::memory::{Flight, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::Renderer;
+use hedgehop::render::{FlightPlan, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
-use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 /// A finished frame on its way to the disk.
@@ -47,9 +47,11 @@ pub enum Image {
 
 /// What renders.
 #[derive(Debug, Clone, Copy)]
-pub struct Sequence<'a, S> {
-    /// Renders the database.
-    pub renderer: &'a Renderer<'a, S>,
+pub struct Sequence<'a> {
+    /// Pages of the database.
+    pub pages: &'a ResidentPages,
+    /// Renders them.
+    pub renderer: &'a Renderer<'a, ResidentPages>,
     /// What of each frame.
     pub product: Product,
     /// Who renders.
@@ -65,11 +67,13 @@ pub struct Sequence<'a, S> {
 pub struct Flown {
     /// Numbers of frames that the sink has taken, rising.
     pub finished: Vec<u64>,
+    /// What each delivered frame cost in paging, in order.
+    pub paging: Vec<(u64, Paging)>,
     /// The first thing that went wrong, or that the user asked to stop.
     pub end: Result<()>,
 }
 
-impl<S: PageSource> Sequence<'_, S> {
+impl Sequence<'_> {
     /// Renders `cameras` in order and hands every frame to `sink`.
     pub fn fly(
         &self,
@@ -88,8 +92,8 @@ impl<S: PageSource> Sequence<'_, S> {
                 })
                 .collect();
             drop(receiver);
-            let mut flown =
-                Flown { finished: Vec::new(), end: self.render_all(cameras, sender, &failed, observer) };
+            let (paging, end) = self.render_ahead(cameras, sender, &failed, observer);
+            let mut flown = Flown { finished: Vec::new(), paging, end };
             for encoder in encoders {
                 let (finished, end) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 flown.finished.extend(finished);
@@ -105,15 +109,36 @@ impl<S: PageSource> Sequence<'_, S> {
         flown
     }
 
-    fn render_all(
+    /// Renders all while what they need is brought into memory ahead of them.
+    fn render_ahead(
         &self,
         cameras: &[(u64, Camera)],
         sender: Sender<Shot>,
         failed: &AtomicBool,
         observer: &dyn Observer,
+    ) -> (Vec<(u64, Paging)>, Result<()>) {
+        let plan = FlightPlan { renderer: self.renderer, farm: self.farm, cameras };
+        let flown = self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
+            let end = self.render_all(cameras, flight, sender, failed, observer);
+            let numbers = cameras.iter().map(|(number, _)| *number);
+            (numbers.zip(flight.frames()).collect(), end)
+        });
+        flown.unwrap_or_else(|error| (Vec::new(), Err(error)))
+    }
+
+    fn render_all(
+        &self,
+        cameras: &[(u64, Camera)],
+        flight: &Flight<'_>,
+        sender: Sender<Shot>,
+        failed: &AtomicBool,
+        observer: &dyn Observer,
     ) -> Result<()> {
-        let batch = Batch { frames: cameras, in_flight: self.in_flight, observer };
-        let render = |farm: &Farm, camera: &Camera| {
+        let frames: Vec<_> =
+            (0..).zip(cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
+        let batch = Batch { frames: &frames, in_flight: self.in_flight, observer };
+        let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
+            flight.begin(frame);
             Ok(match self.product {
                 Product::Picture => {
                     Image::Picture(self.renderer.picture(camera, farm)?.0, Box::new(camera.clone()))
@@ -121,7 +146,10 @@ impl<S: PageSource> Sequence<'_, S> {
                 Product::Frame => Image::Frame(Box::new(self.renderer.frame(camera, farm)?.frame)),
             })
         };
+        let mut delivered = 0;
         self.farm.fly(&batch, render, |number, image| {
+            flight.deliver(delivered);
+            delivered += 1;
             // What the encoder that failed says replaces this.
             let stopped = || Error::Interrupted("no frame can be written".into());
             if failed.load(Ordering::Relaxed) {

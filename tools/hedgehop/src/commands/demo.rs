@@ -15,6 +15,7 @@ use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::memory::Memory;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
@@ -87,7 +88,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     ))?;
 
     let flight = flight(folder, &area)?;
-    let done = render::fly(&flight, &PageFile::open(&area)?, &reporter)?;
+    let done = render::fly(&flight, PageFile::open(&area)?, &reporter)?;
     exit::print(&format!("3. {}", done.sentence()))?;
     let sheet = sheet(folder, &done.files)?;
     exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
@@ -120,6 +121,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         video: check_video(&film).is_ok().then_some(film),
         workers: Workers { jobs: None },
         overlap: Overlap::default(),
+        memory: Memory::default(),
         instructions: Instructions::default(),
         flight: FlightArgs {
             path: Some(folder.join(PATH.0)),

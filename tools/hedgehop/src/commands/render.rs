@@ -8,7 +8,7 @@ use hedgehop::frame::atomic::write_with;
 use hedgehop::frame::sidecar;
 use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
-use hedgehop::memory::PageFile;
+use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::Camera;
@@ -20,6 +20,7 @@ use serde_json::{Value, json};
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
+use crate::memory::{self, Memory};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
 use crate::screen::Setup;
@@ -76,6 +77,9 @@ pub struct Args {
     pub overlap: Overlap,
 
     #[command(flatten)]
+    pub memory: Memory,
+
+    #[command(flatten)]
     pub instructions: Instructions,
 
     #[command(flatten)]
@@ -95,6 +99,8 @@ pub struct Done {
     /// Files of the frames asked for, rising; the one file of a stream.
     pub files: Vec<PathBuf>,
     size: Size,
+    /// What paging cost.
+    pub paging: Paging,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -104,8 +110,8 @@ pub struct Done {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
-    let source = PageFile::open(&args.area)?;
-    let done = fly(args, &source, &reporter)?;
+    let done = fly(args, PageFile::open(&args.area)?, &reporter)?;
+    reporter.note(&memory::sentence(&done.paging));
     if args.output.is_standard_output() {
         reporter.note(done.sentence().trim_end());
     } else {
@@ -142,21 +148,29 @@ impl Done {
 }
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
-pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> {
+pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let begun = Instant::now();
     check_combination(args)?;
     let setup = args.flight.screen.setup()?;
-    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
+    let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let farm = Farm::new(args.workers.count())?;
-    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
-    let options = args.flight.world.apply(source.header(), look);
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
-    let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
+    let shares = args.memory.shares(setup.size, product, in_flight, encoders)?;
+    let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
+    let source = &pages;
+    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+    let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
+    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
+    let options = args.flight.world.apply(source.header(), look);
+    let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
+    if let Some(shares) = shares {
+        renderer = renderer.with_memory(shares.derived as usize);
+    }
     note_reference(&renderer, &options, &cameras, reporter)?;
-    let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
-    let sequence = Sequence { renderer: &renderer, product, farm: &farm, in_flight, encoders };
+    // Heights of a path above ground were read before.
+    let before = source.paging();
+    let sequence = Sequence { pages: source, renderer: &renderer, product, farm: &farm, in_flight, encoders };
     let (files, rendered) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
@@ -179,6 +193,7 @@ pub fn fly(args: &Args, source: &PageFile, reporter: &Reporter) -> Result<Done> 
         files,
         size: setup.size,
         rendered,
+        paging: source.paging().since(&before),
         kept: cameras.len() - rendered,
         seconds: begun.elapsed().as_secs_f64(),
     })
@@ -209,7 +224,7 @@ fn check_combination(args: &Args) -> Result<()> {
 
 /// Says how many frames the engine that was asked for leaves to the reference marcher.
 fn note_reference(
-    renderer: &Renderer<'_, PageFile>,
+    renderer: &Renderer<'_, ResidentPages>,
     options: &RenderOptions,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
@@ -251,7 +266,7 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
 /// Returns how many frames were rendered.
 fn fly_files(
     args: &Args,
-    sequence: &Sequence<'_, PageFile>,
+    sequence: &Sequence<'_>,
     files: &Files<'_>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
@@ -262,7 +277,7 @@ fn fly_files(
     let flown = sequence.fly(&wanted, &|shot| files.write(shot), reporter);
     whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
-    let listed = files.list(&whole);
+    let listed = files.list(&whole, &flown.paging);
     // What ended the flight explains more than what then happened to the list.
     flown.end?;
     listed?;
@@ -272,7 +287,7 @@ fn fly_files(
 fn fly_stream(
     args: &Args,
     size: Size,
-    sequence: &Sequence<'_, PageFile>,
+    sequence: &Sequence<'_>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
 ) -> Result<usize> {

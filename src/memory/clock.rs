@@ -1,0 +1,88 @@
+//! Which page makes room: second chance, over pages that nobody is known to need.
+
+/// What speaks for keeping a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Claim {
+    /// Frames in flight or ahead need it, or it is kept always.
+    Needed,
+    /// Used since the hand passed last.
+    Used,
+    /// Ahead of the eye, though no frame that is known needs it.
+    Ahead,
+    /// Nothing.
+    None,
+}
+
+/// Pages in a circle, and a hand that passes them.
+#[derive(Debug, Default)]
+pub(super) struct Clock {
+    ring: Vec<u32>,
+    hand: usize,
+}
+
+impl Clock {
+    /// A page is in memory from now on: the hand comes to it last.
+    pub fn add(&mut self, page: u32) {
+        self.ring.insert(self.hand, page);
+        self.hand = (self.hand + 1) % self.ring.len();
+    }
+
+    /// Takes the next page out that may go. `claim` is asked once a round; what it says of use it forgets. In the first
+    /// round pages that were used, or lie ahead, have their second chance, in the next ones used ones may go, then all but needed ones.
+    pub fn victim(&mut self, mut claim: impl FnMut(u32) -> Claim) -> Option<u32> {
+        for round in 0..3 {
+            for _ in 0..self.ring.len() {
+                let page = self.ring[self.hand];
+                let goes = match claim(page) {
+                    Claim::Needed => false,
+                    Claim::Used | Claim::Ahead => round == 2,
+                    Claim::None => true,
+                };
+                if goes {
+                    self.ring.remove(self.hand);
+                    if self.hand >= self.ring.len() {
+                        self.hand = 0;
+                    }
+                    return Some(page);
+                }
+                self.hand = (self.hand + 1) % self.ring.len();
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    fn clock(count: u32) -> Clock {
+        let mut clock = Clock::default();
+        (0..count).for_each(|page| clock.add(page));
+        clock
+    }
+
+    #[test]
+    fn pages_go_in_the_order_of_their_coming_if_nothing_speaks_for_them() {
+        let mut clock = clock(5);
+        let order: Vec<_> = std::iter::from_fn(|| clock.victim(|_| Claim::None)).collect();
+        assert_eq!(order, [0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn used_pages_have_a_second_chance_and_needed_ones_stay() {
+        let mut clock = clock(6);
+        let mut used: BTreeSet<u32> = [0, 1, 4].into();
+        let mut claim = |page: u32| match page {
+            2 => Claim::Needed,
+            5 => Claim::Ahead,
+            _ if used.remove(&page) => Claim::Used,
+            _ => Claim::None,
+        };
+        let order: Vec<_> = std::iter::from_fn(|| clock.victim(&mut claim)).collect();
+        assert_eq!(order, [3, 0, 1, 4, 5]);
+        assert_eq!(clock.victim(&mut claim), None);
+    }
+}

@@ -1,0 +1,186 @@
+//! The memory thread: what the frames of a flight need, brought in ahead of them.
+//!
+//! ```text
+//! for each frame, up to 30 ahead of the last one delivered:
+//!     what does it need?                                  told by the caller, from the pose
+//!     evict what no frame in flight or ahead needs; announce what is missing; wait until it is there
+//!     the frame may begin
+//! no room, or far enough ahead:  wait until a frame is delivered
+//! ```
+//!
+//! After the memory management computer of Nack et al., US 5,317,689 (1994): pages for later frames are computed and brought
+//! in while the present one is rendered, thirty frames ahead. A frame waits before it begins, so that no worker ever
+//! stands still with half a picture; how long is counted.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use crossbeam::channel::{Receiver, Sender, bounded};
+
+use super::tally::Tally;
+use super::{Paging, ResidentPages};
+use crate::error::{Error, Result};
+use crate::voxel::PageId;
+
+/// Frames that are looked ahead.
+pub const LOOKAHEAD: u32 = 30;
+
+/// What a flight's frames need.
+pub trait Foresight: Sync {
+    /// Pages that a frame may touch, in the order of need. Bounds of coarse pages may be read for it.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    fn needs(&self, frame: u32) -> Result<Vec<PageId>>;
+
+    /// Whether a page lies behind the eye at a frame.
+    fn is_behind(&self, frame: u32, page: PageId) -> bool;
+}
+
+/// A flight on its way, as those see it who render.
+#[derive(Debug)]
+pub struct Flight<'p> {
+    pages: &'p ResidentPages,
+    ready: Mutex<Ready>,
+    changed: Condvar,
+    /// Frames below this number have been delivered.
+    delivered: AtomicU32,
+    stopped: AtomicBool,
+    /// One of these changed; full if the memory thread has not looked since.
+    news: Sender<()>,
+    /// By frame, in the order of delivery: what was counted since the one before.
+    frames: Mutex<(Paging, Vec<Paging>)>,
+}
+
+#[derive(Debug, Default)]
+struct Ready {
+    /// Frames below this number may begin.
+    frames: u32,
+    /// Nobody looks ahead any more.
+    ended: bool,
+}
+
+impl Flight<'_> {
+    fn ready(&self) -> MutexGuard<'_, Ready> {
+        self.ready.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits until a frame's pages are in memory, as far as there is room.
+    pub fn begin(&self, frame: u32) {
+        let begun = Instant::now();
+        let mut ready = self.ready();
+        while ready.frames <= frame && !ready.ended {
+            ready = self.changed.wait(ready).unwrap_or_else(PoisonError::into_inner);
+        }
+        drop(ready);
+        Tally::add_time(&self.pages.tally().frame_wait_ns, begun.elapsed());
+    }
+
+    /// A frame has been delivered, and all before it: what only they needed may go.
+    pub fn deliver(&self, frame: u32) {
+        let now = self.pages.paging();
+        {
+            let mut frames = self.frames.lock().unwrap_or_else(PoisonError::into_inner);
+            let since = now.since(&frames.0);
+            *frames = (now, std::mem::take(&mut frames.1));
+            frames.1.push(since);
+        }
+        self.delivered.store(frame + 1, Ordering::Release);
+        self.tell();
+    }
+
+    fn tell(&self) {
+        // Full: it will look anyway.
+        let _ = self.news.try_send(());
+    }
+
+    /// By frame, in the order of delivery: what was counted since the one before it was delivered.
+    pub fn frames(&self) -> Vec<Paging> {
+        self.frames.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
+    }
+
+    fn look_ahead(&self, count: u32, foresight: &dyn Foresight, news: &Receiver<()>) {
+        let _end = Ending(self);
+        self.pages.manage();
+        let mut next = 0;
+        let mut needs = None;
+        while next < count && !self.stopped.load(Ordering::Acquire) {
+            let done = self.delivered.load(Ordering::Acquire);
+            self.pages.deliver(done);
+            if next < done + LOOKAHEAD {
+                // Who renders the frame meets the same error.
+                let pages = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
+                if self.pages.bring(next, pages, |page| foresight.is_behind(done, page)) {
+                    needs = None;
+                    next += 1;
+                    self.ready().frames = next;
+                    self.changed.notify_all();
+                    continue;
+                }
+            }
+            if news.recv().is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// Lets all frames begin once it is dropped, however that comes.
+struct Ending<'a, 'p>(&'a Flight<'p>);
+
+impl Drop for Ending<'_, '_> {
+    fn drop(&mut self) {
+        self.0.ready().ended = true;
+        self.0.changed.notify_all();
+    }
+}
+
+impl ResidentPages {
+    /// Runs `fly` while a thread brings in what its `count` frames need. `fly` says when each of them begins and when it is
+    /// delivered.
+    ///
+    /// # Errors
+    /// No thread can be started.
+    pub fn ahead_of<R>(
+        &self,
+        count: u32,
+        foresight: &dyn Foresight,
+        fly: impl FnOnce(&Flight<'_>) -> R,
+    ) -> Result<R> {
+        self.begin_flight();
+        let (sender, receiver) = bounded(1);
+        let flight = Flight {
+            pages: self,
+            ready: Mutex::default(),
+            changed: Condvar::new(),
+            delivered: AtomicU32::new(0),
+            stopped: AtomicBool::new(false),
+            news: sender,
+            frames: Mutex::new((self.paging(), Vec::new())),
+        };
+        thread::scope(|scope| {
+            let flight = &flight;
+            let receiver = &receiver;
+            let stop = Stop(flight);
+            thread::Builder::new()
+                .name("hedgehop-memory".into())
+                .spawn_scoped(scope, move || flight.look_ahead(count, foresight, receiver))
+                .map_err(|error| Error::Configuration(format!("cannot start the memory thread: {error}")))?;
+            let result = fly(flight);
+            drop(stop);
+            Ok(result)
+        })
+    }
+}
+
+/// Has the memory thread end once it is dropped, also if a frame panics.
+struct Stop<'a, 'p>(&'a Flight<'p>);
+
+impl Drop for Stop<'_, '_> {
+    fn drop(&mut self) {
+        self.0.stopped.store(true, Ordering::Release);
+        self.0.tell();
+    }
+}

@@ -1,0 +1,81 @@
+//! What paging costs, counted.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// Counts since a database was opened, or between two moments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Paging {
+    /// Times that a worker touched a page that was not in memory.
+    pub demand_misses: u64,
+    /// Time that workers waited for such pages, added up, nanoseconds.
+    pub demand_wait_ns: u64,
+    /// Time that frames waited for their pages before they began, nanoseconds.
+    pub frame_wait_ns: u64,
+    /// Pages brought into memory, ahead of need or on demand.
+    pub pages_read: u64,
+    /// Bytes of these.
+    pub bytes_read: u64,
+    /// Pages brought in ahead that went again, or are there still, without having been touched.
+    pub pages_unused: u64,
+    /// Pages that went to make room.
+    pub pages_evicted: u64,
+    /// Bytes of pages in memory.
+    pub resident_bytes: u64,
+    /// The most there ever were.
+    pub resident_bytes_most: u64,
+}
+
+impl Paging {
+    /// What was counted since `before`; bytes in memory are those of now.
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            demand_misses: self.demand_misses - before.demand_misses,
+            demand_wait_ns: self.demand_wait_ns - before.demand_wait_ns,
+            frame_wait_ns: self.frame_wait_ns - before.frame_wait_ns,
+            pages_read: self.pages_read - before.pages_read,
+            bytes_read: self.bytes_read - before.bytes_read,
+            pages_unused: self.pages_unused.saturating_sub(before.pages_unused),
+            pages_evicted: self.pages_evicted - before.pages_evicted,
+            resident_bytes: self.resident_bytes,
+            resident_bytes_most: self.resident_bytes_most,
+        }
+    }
+}
+
+/// Counters that any thread may raise.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    pub demand_misses: AtomicU64,
+    pub demand_wait_ns: AtomicU64,
+    pub frame_wait_ns: AtomicU64,
+    pub pages_read: AtomicU64,
+    pub bytes_read: AtomicU64,
+    pub pages_unused: AtomicU64,
+    pub pages_evicted: AtomicU64,
+}
+
+impl Tally {
+    pub fn add(counter: &AtomicU64, count: u64) {
+        counter.fetch_add(count, Ordering::Relaxed);
+    }
+
+    pub fn add_time(counter: &AtomicU64, time: Duration) {
+        Self::add(counter, u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+    }
+
+    /// Everything so far; what lies in memory is for the caller to say.
+    pub fn read(&self) -> Paging {
+        let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        Paging {
+            demand_misses: of(&self.demand_misses),
+            demand_wait_ns: of(&self.demand_wait_ns),
+            frame_wait_ns: of(&self.frame_wait_ns),
+            pages_read: of(&self.pages_read),
+            bytes_read: of(&self.bytes_read),
+            pages_unused: of(&self.pages_unused),
+            pages_evicted: of(&self.pages_evicted),
+            ..Paging::default()
+        }
+    }
+}

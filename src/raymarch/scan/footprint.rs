@@ -1,0 +1,350 @@
+//! Which pages planes may touch, told from the coarse levels alone.
+//!
+//! ```text
+//! for each wedge of neighbouring groups of planes:
+//!     for each ring, as long as the blocks of lines that are read there, nearest first:
+//!         its highest surface lies below the horizon, and so did the last ring's → nothing of it is touched
+//!         else its pages are needed, at every level that some plane may read there
+//!         the lowest surface of each strip of it, a quarter as long, may raise the horizon
+//! ```
+//!
+//! It is the march of [`super::march`] with bounds in place of heights: `low` lies below the surface that a plane will find, so the
+//! horizon is never above its crest, and what this passes over the march passes over too. Rings begin and end where
+//! blocks of the march do. What is read to know what to read are bounds of levels from 16 on, most of which the march needs too.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::march::MOST_VOXELS;
+use super::{Field, PlaneGroup, Strides};
+use crate::error::Result;
+use crate::simd::LANES;
+use crate::voxel::{Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView, RADIX};
+
+/// Groups of planes that are looked at together.
+const WEDGE: usize = 2;
+
+/// Lines before a ring that are read where a segment or a stride begins, and posts around it that interpolation takes.
+const BEFORE: f64 = 5.0;
+const AROUND: f64 = 2.0;
+/// Those around it where a coarser level stands in.
+const COARSER: f64 = 16.0;
+
+/// Sides of a voxel that a strip must have for the march to read a line in it for sure.
+const SURE: f64 = 9.0;
+
+/// Collects pages that planes may touch.
+pub struct Footprint<'a> {
+    source: &'a dyn PageSource,
+    grid: Grid,
+    heights: HeightCode,
+    level_count: u8,
+    strides: Strides,
+    /// Height that no surface reaches, metres above the datum.
+    ceiling: f64,
+    /// Every ray that goes down meets the surface: no voxel of the area is empty.
+    is_opaque: bool,
+    /// The last page whose bounds were looked at.
+    bounds: Option<(PageId, Option<PageView<'a>>)>,
+    /// Pages, and the least distance at which they are needed, metres.
+    pages: HashMap<PageId, f64>,
+}
+
+/// Groups side by side.
+struct Wedge {
+    major: usize,
+    forward: f64,
+    /// Units across per unit of major distance, least and greatest.
+    minor: [f64; 2],
+    drop: [f64; 2],
+    /// Ground distance per unit of major distance, metres.
+    ground: [f64; 2],
+    /// Major distances between which some plane lies over the area, and between which all do.
+    over: [f64; 2],
+    inner: [f64; 2],
+    /// Metres of height per unit of major distance: below the lowest rows, and above the highest.
+    slopes: [f64; 2],
+    /// Major distance before which all rays are above the highest surface.
+    begin: f64,
+}
+
+/// A stretch along the major axis, with all that lies across it between the outermost planes.
+#[derive(Debug, Clone, Copy)]
+struct Ring {
+    /// Major distances.
+    from: f64,
+    to: f64,
+    /// Units of the longest block in it.
+    side: f64,
+    /// Levels that some plane may read in it, finest and coarsest.
+    levels: [u8; 2],
+    /// Level of the bounds by which it is skipped.
+    skip_level: u8,
+}
+
+/// Major distance of the next multiple of `side` behind another.
+fn edge_after(eye: f64, forward: f64, side: f64, distance: f64) -> f64 {
+    let here = (eye + forward * distance) / side;
+    let end = if forward > 0.0 { here.floor() + 1.0 } else { here.ceil() - 1.0 };
+    let edge = (end * side - eye) * forward;
+    // Rounding may leave it where it was.
+    if edge > distance { edge } else { distance + side }
+}
+
+impl<'a> Footprint<'a> {
+    /// Of planes over `source` that read lines as far apart as `strides` says.
+    pub fn new(source: &'a dyn PageSource, strides: Strides) -> Self {
+        let header = source.header();
+        Self {
+            source,
+            grid: header.grid,
+            heights: header.heights,
+            level_count: header.level_count,
+            strides,
+            ceiling: header.height_range.1 + header.heights.scale,
+            is_opaque: header.metadata.empty_share == 0.0,
+            bounds: None,
+            pages: HashMap::new(),
+        }
+    }
+
+    /// Adds what groups of planes, neighbours in order, may touch from `eye` (units, units, metres).
+    ///
+    /// # Errors
+    /// A page with bounds that is damaged.
+    pub fn add(&mut self, eye: DVec3, groups: &[(PlaneGroup, Field)]) -> Result<()> {
+        let is_same = |a: &(PlaneGroup, Field), b: &(PlaneGroup, Field)| {
+            a.0.major == b.0.major && a.0.forward == b.0.forward
+        };
+        for side in groups.chunk_by(is_same) {
+            for groups in side.chunks(WEDGE) {
+                let wedge = Wedge::new(groups, self.ceiling - eye.z);
+                self.sweep(eye, &wedge)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The pages, nearest first.
+    pub fn into_pages(self) -> Vec<PageId> {
+        let mut pages: Vec<_> = self.pages.into_iter().collect();
+        pages.sort_unstable_by(|(a, near), (b, far)| near.total_cmp(far).then(a.cmp(b)));
+        pages.into_iter().map(|(id, _)| id).collect()
+    }
+
+    fn sweep(&mut self, eye: DVec3, wedge: &Wedge) -> Result<()> {
+        let (nearest, farthest) = (wedge.over[0].max(wedge.begin), wedge.over[1]);
+        let ceiling = self.ceiling - eye.z;
+        let [mut horizon, top] = wedge.slopes;
+        let mut at = nearest;
+        let mut was_in_sight = true;
+        while at < farthest {
+            if horizon >= top || horizon >= 0.0 && ceiling < horizon * at {
+                break;
+            }
+            let ring = self.ring(eye, wedge, at, farthest);
+            let in_sight = self.is_in_sight(eye, wedge, &ring, horizon)?;
+            for level in ring.levels[0]..=ring.levels[1] {
+                // A segment that ends in a hidden block began before.
+                if in_sight || was_in_sight {
+                    self.need(eye, wedge, &ring, level, [BEFORE, AROUND]);
+                }
+            }
+            // Whose bounds the march looks at.
+            for level in (ring.levels[0] + 2).min(ring.skip_level)..=ring.skip_level {
+                self.need(eye, wedge, &ring, level, [BEFORE, AROUND]);
+            }
+            was_in_sight = in_sight;
+            if self.is_opaque {
+                horizon = self.raised(eye, wedge, &ring, horizon)?;
+            }
+            at = ring.to;
+        }
+        Ok(())
+    }
+
+    fn height(&self, code: u16) -> f64 {
+        self.heights.offset + self.heights.scale * f64::from(code)
+    }
+
+    /// Whether something in a ring may rise above the horizon, seen with the march's own bounds.
+    fn is_in_sight(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: f64) -> Result<bool> {
+        if ring.side > MOST_VOXELS as f64 * f64::from(Grid::side_units(ring.skip_level)) {
+            return Ok(true);
+        }
+        let Some([_, high]) = self.bounds_over(eye, wedge, ring, ring.skip_level)? else { return Ok(true) };
+        let z = self.height(high) - eye.z;
+        let rises = |distance: f64| z - wedge.drop[0] * distance * distance >= horizon * distance;
+        Ok(high != HeightCode::EMPTY && (rises(ring.from) || rises(ring.to)))
+    }
+
+    /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it.
+    fn raised(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: f64) -> Result<f64> {
+        let mut horizon = horizon;
+        let level = (ring.levels[0] + 2).min(self.level_count - 1);
+        let side = f64::from(Grid::side_units(level));
+        let least = SURE * f64::from(Grid::side_units(ring.levels[1]));
+        let mut from = ring.from;
+        while from < ring.to {
+            let to = edge_after(eye[wedge.major], wedge.forward, side, from).min(ring.to);
+            let is_sure = to - from >= least && from >= wedge.inner[0] && to <= wedge.inner[1];
+            let strip = Ring { from, to, ..*ring };
+            if is_sure
+                && let Some([low, _]) = self.bounds_over(eye, wedge, &strip, level)?
+                && low != HeightCode::EMPTY
+            {
+                let z = self.height(low) - eye.z - wedge.drop[1] * to * to;
+                horizon = horizon.max((z / from.max(f64::MIN_POSITIVE)).min(z / to));
+            }
+            from = to;
+        }
+        Ok(horizon)
+    }
+
+    /// The ring that begins at a major distance. It is as long as the longest block that some plane may read in it: one that is
+    /// not hidden as a whole is read as a whole.
+    fn ring(&self, eye: DVec3, wedge: &Wedge, at: f64, farthest: f64) -> Ring {
+        let index_at = |distance: f64, ground: f64| self.strides.index_at((distance * ground).max(0.0), 0);
+        let length = |index: usize| {
+            let stride = self.strides.get(index);
+            stride.block_lines() as f64 * f64::from(Grid::side_units(stride.level))
+        };
+        // The last block of a stride may reach beyond its distance.
+        let first = index_at(at - length(index_at(at, wedge.ground[0])), wedge.ground[0]);
+        let mut last = first;
+        loop {
+            let strides = (first..=last).map(|index| self.strides.get(index));
+            let side = (first..=last).map(length).fold(0.0, f64::max);
+            let to = edge_after(eye[wedge.major], wedge.forward, side, at).min(farthest);
+            let skip_level = strides.map(|stride| stride.skip_level()).max().unwrap_or(0);
+            let levels = [first, last].map(|index| self.strides.get(index).level);
+            let beyond = index_at(to, wedge.ground[1]);
+            if beyond <= last {
+                return Ring { from: at, to, side, levels, skip_level: skip_level.min(self.level_count - 1) };
+            }
+            last = beyond;
+        }
+    }
+
+    /// Voxels of `level`, first and last along each axis, of a ring, and of so many units before and around it.
+    fn voxels(
+        &self,
+        eye: DVec3,
+        wedge: &Wedge,
+        ring: &Ring,
+        level: u8,
+        [before, around]: [f64; 2],
+    ) -> [[u32; 2]; 2] {
+        let side = f64::from(Grid::side_units(level));
+        let dims = self.grid.dims(level);
+        let dims = [dims.0, dims.1];
+        let Wedge { major, forward, minor: [low, high], .. } = *wedge;
+        let along = [ring.from - before, ring.to + around].map(|distance| eye[major] + forward * distance);
+        let across = eye[1 - major];
+        let across = [
+            across + (low * ring.from).min(low * ring.to) - around,
+            across + (high * ring.from).max(high * ring.to) + around,
+        ];
+        let mut voxels = [[0; 2]; 2];
+        let ends = [along[0].min(along[1]), along[0].max(along[1])];
+        voxels[major] = ends.map(|unit| self.voxel(unit, side, dims[major]));
+        voxels[1 - major] = across.map(|unit| self.voxel(unit, side, dims[1 - major]));
+        voxels
+    }
+
+    fn voxel(&self, unit: f64, side: f64, count: u32) -> u32 {
+        (unit / side).floor().clamp(0.0, f64::from(count - 1)) as u32
+    }
+
+    /// Notes that a ring's pages of a level are needed, or what stands in for them where they are absent.
+    fn need(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, level: u8, margins: [f64; 2]) {
+        let units = margins.map(|voxels| voxels * f64::from(Grid::side_units(level)));
+        let [x, y] =
+            self.voxels(eye, wedge, ring, level, units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));
+        let distance = ring.from * wedge.ground[0];
+        let mut is_whole = true;
+        for py in y[0]..=y[1] {
+            for px in x[0]..=x[1] {
+                let id = PageId { level, px, py };
+                is_whole &= self.source.has(id);
+                self.pages
+                    .entry(id)
+                    .and_modify(|nearest| *nearest = distance.min(*nearest))
+                    .or_insert(distance);
+            }
+        }
+        if !is_whole {
+            // Blocks there begin and end elsewhere.
+            self.need(eye, wedge, ring, level + 1, [COARSER; 2]);
+        }
+    }
+
+    /// Least lower and greatest upper bound over a ring, of voxels of `level`; `None` where not all are known.
+    fn bounds_over(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, level: u8) -> Result<Option<[u16; 2]>> {
+        let [x, y] = self.voxels(eye, wedge, ring, level, [0.0; 2]);
+        let mut bounds: Option<[u16; 2]> = None;
+        for row in y[0]..=y[1] {
+            for column in x[0]..=x[1] {
+                let Some([low, high]) = self.bounds_at(level, column, row)? else { return Ok(None) };
+                bounds = Some(match bounds {
+                    // No surface in some voxel: the lowest is lower than any.
+                    Some([least, most]) => [least.min(low), most.max(high)],
+                    None => [low, high],
+                });
+            }
+        }
+        Ok(bounds)
+    }
+
+    /// Bounds of a voxel; of the coarser one where its page is absent.
+    fn bounds_at(&mut self, level: u8, x: u32, y: u32) -> Result<Option<[u16; 2]>> {
+        let id = PageId { level, px: x / PAGE_SIDE, py: y / PAGE_SIDE };
+        if self.bounds.as_ref().is_none_or(|(known, _)| *known != id) {
+            self.bounds = Some((id, self.source.page(id)?));
+        }
+        match &self.bounds {
+            Some((_, Some(view))) => {
+                let at = (y % PAGE_SIDE * view.width + x % PAGE_SIDE) as usize;
+                Ok(view.low.get(at).copied().zip(view.high.get(at).copied()).map(<[u16; 2]>::from))
+            }
+            _ if level + 1 < self.level_count => self.bounds_at(level + 1, x / RADIX, y / RADIX),
+            _ => Ok(None),
+        }
+    }
+}
+
+impl Wedge {
+    /// `ceiling`: height of the highest surface, metres above the eye.
+    fn new(groups: &[(PlaneGroup, Field)], ceiling: f64) -> Self {
+        let extremes = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                [low.min(value), high.max(value)]
+            })
+        };
+        let lanes = |of: &dyn Fn(&PlaneGroup) -> [f32; LANES]| {
+            extremes(&mut groups.iter().flat_map(|(group, _)| of(group)).map(f64::from))
+        };
+        let enter = lanes(&|group| group.over[0]);
+        let leave = lanes(&|group| group.over[1]);
+        let slopes = groups.iter().flat_map(|(group, field)| {
+            group.depth.map(|depth| field.tangents.map(|tangent| f64::from(tangent) * f64::from(depth)))
+        });
+        let slopes = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [least, most]| {
+            [low.min(least), high.max(most)]
+        });
+        let begin = groups.iter().map(|(group, field)| f64::from(field.begin(group, ceiling)));
+        let first = &groups[0].0;
+        Self {
+            major: first.major,
+            forward: first.forward,
+            minor: lanes(&|group| group.minor),
+            drop: lanes(&|group| group.drop),
+            ground: extremes(&mut groups.iter().map(|(group, _)| group.ground)),
+            over: [enter[0], leave[1]],
+            inner: [enter[1], leave[0]],
+            slopes,
+            begin: begin.fold(f64::INFINITY, f64::min),
+        }
+    }
+}

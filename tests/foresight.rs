@@ -1,0 +1,188 @@
+//! Pages that a view may touch, as foreseen, against those that it touches.
+
+use std::collections::BTreeSet;
+use std::sync::{LazyLock, Mutex};
+
+use glam::{DVec2, DVec3};
+use hedgehop::Result;
+use hedgehop::raymarch::ground_height;
+use hedgehop::render::{RenderOptions, Renderer};
+use hedgehop::space::{Attitude, Camera, Pose, Screen};
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory};
+
+/// Posts of a side, and metres between them.
+const SIDE: u32 = 3000;
+const SPACING: f64 = 2.0;
+const FLIGHTS: usize = 1000;
+
+/// Steele, Lea and Flood's SplitMix (2014): the same numbers everywhere.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut bits = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ bits >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (bits ^ bits >> 31) as f64 / u64::MAX as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// Hills of waves from 2.5 km down to 20 m; a hole in the middle if `holed`.
+fn area(holed: bool) -> MemPages {
+    let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(5.0e5, 4.0e6) };
+    let wave = |x: f64, y: f64| {
+        (0..8).map(move |octave| {
+            let (length, turn) = (2500.0 / f64::from(1 << octave), f64::from(octave) * 1.1);
+            let (along, across) = (x * turn.cos() + y * turn.sin(), y * turn.cos() - x * turn.sin());
+            0.035 * length * ((along / length * 6.3).sin() + (across / length * 5.1 + turn).cos())
+        })
+    };
+    let posts =
+        (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (f64::from(x) * SPACING, f64::from(y) * SPACING)));
+    let is_hole = |x: f64, y: f64| holed && (x - 3000.0).hypot(y - 3000.0) < 150.0;
+    let heights: Vec<f64> =
+        posts.map(|(x, y)| if is_hole(x, y) { f64::NAN } else { 400.0 + wave(x, y).sum::<f64>() }).collect();
+    let colours = vec![[90, 110, 70]; heights.len()];
+    let empty_share = if holed { 0.01 } else { 0.0 };
+    build_in_memory(grid, &heights, &colours, None, &Metadata { empty_share, ..Metadata::default() }).unwrap()
+}
+
+static AREA: LazyLock<MemPages> = LazyLock::new(|| area(false));
+
+/// Notes what is asked for; some pages may be absent.
+struct Watched<'a> {
+    pages: &'a MemPages,
+    is_absent: fn(PageId) -> bool,
+    touched: Mutex<BTreeSet<PageId>>,
+}
+
+impl PageSource for Watched<'_> {
+    fn header(&self) -> &Header {
+        self.pages.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        if (self.is_absent)(id) {
+            return Ok(None);
+        }
+        self.touched.lock().unwrap().insert(id);
+        self.pages.page(id)
+    }
+
+    fn has(&self, id: PageId) -> bool {
+        !(self.is_absent)(id)
+    }
+}
+
+/// Pages that were foreseen, and those touched.
+struct Seen {
+    foreseen: Vec<PageId>,
+    touched: BTreeSet<PageId>,
+}
+
+fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen {
+    let source = Watched { pages, is_absent, touched: Mutex::default() };
+    let farm = Farm::new(1).unwrap();
+    let renderer = Renderer::new(&source, &RenderOptions::default());
+    let foreseen = renderer.foresee(camera, &farm).unwrap();
+    let bounds = std::mem::take(&mut *source.touched.lock().unwrap());
+    renderer.picture(camera, &farm).unwrap();
+    let mut touched = source.touched.into_inner().unwrap();
+    // What was read to foresee is there.
+    touched.retain(|id| !bounds.contains(id) || foreseen.contains(id));
+    Seen { foreseen: foreseen.into_iter().filter(|id| !is_absent(*id)).collect(), touched }
+}
+
+/// Asserts that nothing was touched that was not foreseen.
+fn assert_recalled(seen: &Seen, camera: &Camera) {
+    let foreseen: BTreeSet<PageId> = seen.foreseen.iter().copied().collect();
+    assert_eq!(foreseen.len(), seen.foreseen.len());
+    let missed: Vec<_> = seen.touched.difference(&foreseen).collect();
+    assert!(missed.is_empty(), "{missed:?} of {:?} on {}", camera.pose, camera.screen());
+}
+
+fn camera(eye: DVec3, attitude: Attitude, screen: Screen, size: [u32; 2]) -> Camera {
+    Camera::with_screen(Pose { eye, attitude, hfov: 60.0 }, screen, size[0], size[1])
+}
+
+/// `height` metres above the ground at a place in the area, metres from its corner.
+fn above(pages: &MemPages, place: DVec2, height: f64) -> DVec3 {
+    let place = pages.header().grid.origin + place;
+    let ground = ground_height(pages, place).unwrap().unwrap_or(500.0);
+    place.extend(ground + height)
+}
+
+/// An eye, an attitude and a screen, of every kind.
+fn random_camera(random: &mut Random, pages: &MemPages) -> Camera {
+    let side = f64::from(SIDE) * SPACING;
+    let beside = if random.next() < 0.1 { 800.0 } else { 0.0 };
+    let place = DVec2::new(random.between(-beside, side + beside), random.between(-beside, side + beside));
+    let eye = above(pages, place, (random.between(0.0, 8.5)).exp() - 1.0);
+    let steep = random.next() < 0.3;
+    let pitch = if steep { random.between(-90.0, 90.0) } else { random.between(-30.0, 15.0) };
+    let roll = if random.next() < 0.5 { 0.0 } else { random.between(-180.0, 180.0) };
+    let attitude = Attitude { yaw: random.between(0.0, 360.0), pitch, roll };
+    let hfov = random.between(3.0, 120.0);
+    let screen = match (random.next() * 6.0) as u32 {
+        0 => Screen::Cylindrical { hfov },
+        1 => Screen::Equirectangular { hfov, vfov: 0.6 * hfov },
+        2 => Screen::Fisheye { fov: 1.6 * hfov },
+        _ => Screen::Planar { hfov },
+    };
+    camera(eye, attitude, screen, [128, 72])
+}
+
+#[test]
+fn every_page_that_is_touched_was_foreseen() {
+    let mut random = Random(11);
+    for _ in 0..FLIGHTS {
+        let start = random_camera(&mut random, &AREA);
+        let velocity = DVec3::new(
+            random.between(-200.0, 200.0),
+            random.between(-200.0, 200.0),
+            random.between(-5.0, 5.0),
+        );
+        let turn = random.between(-90.0, 90.0);
+        for second in 0..2 {
+            let time = f64::from(second);
+            let mut camera = start.clone();
+            camera.pose.eye += velocity * time;
+            camera.pose.attitude.yaw += turn * time;
+            assert_recalled(&see(&AREA, |_| false, &camera), &camera);
+        }
+    }
+}
+
+#[test]
+fn holes_and_absent_pages_are_foreseen() {
+    let holed = area(true);
+    let mut random = Random(12);
+    for flight in 0..120 {
+        let camera = random_camera(&mut random, &holed);
+        let is_absent: fn(PageId) -> bool = match flight % 2 {
+            0 => |_| false,
+            _ => |id| id.level == 0 && !(id.px + id.py).is_multiple_of(3),
+        };
+        assert_recalled(&see(&holed, is_absent, &camera), &camera);
+    }
+}
+
+#[test]
+fn most_of_what_is_foreseen_of_a_level_flight_is_touched() {
+    let (mut foreseen, mut touched) = (0, 0);
+    for frame in 0..40 {
+        let place = DVec2::new(1000.0 + 100.0 * f64::from(frame), 900.0 + 90.0 * f64::from(frame));
+        let attitude = Attitude { yaw: 48.0, pitch: -3.0, roll: 0.0 };
+        let camera = camera(above(&AREA, place, 60.0), attitude, Screen::Planar { hfov: 60.0 }, [960, 540]);
+        let seen = see(&AREA, |_| false, &camera);
+        assert_recalled(&seen, &camera);
+        foreseen += seen.foreseen.len();
+        touched += seen.touched.len();
+    }
+    assert!(touched * 10 >= foreseen * 7, "precision: {touched} of {foreseen}");
+}

@@ -1,0 +1,99 @@
+//! Flights under budgets of memory: pictures never differ, pages come in time, and no more are in memory than may.
+
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use hedgehop::memory::{PageFile, Paging, ResidentPages};
+use hedgehop::progress::Silent;
+use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
+use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::subimage::{Batch, Farm};
+use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
+
+const SIDE: u32 = 3000;
+const FRAMES: u32 = 24;
+
+fn write_area(path: &Path) {
+    let grid = Grid { nx: SIDE, ny: SIDE, spacing: 2.0, origin: DVec2::ZERO };
+    let posts = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (f64::from(x), f64::from(y))));
+    let heights: Vec<f64> = posts
+        .map(|(x, y)| {
+            200.0 + 50.0 * (x / 90.0).sin() + 30.0 * (y / 70.0).cos() + 4.0 * ((x + y) / 11.0).sin()
+        })
+        .collect();
+    let colours: Vec<_> = (0..heights.len()).map(|post| [(post / 7 % 200) as u8, 110, 80]).collect();
+    let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
+    write_arrays(path, &arrays, &Metadata::default(), false).unwrap();
+}
+
+/// Level flight to the north-east.
+fn cameras() -> Vec<(u64, Camera)> {
+    let camera = |frame: u32| {
+        let eye = DVec3::new(800.0, 700.0, 330.0) + f64::from(frame) * DVec3::new(120.0, 110.0, 0.0);
+        let attitude = Attitude { yaw: 47.0, pitch: -4.0, roll: 0.0 };
+        Camera::new(Pose { eye, attitude, hfov: 60.0 }, 320, 180)
+    };
+    (0..FRAMES).map(|frame| (u64::from(frame) + 1, camera(frame))).collect()
+}
+
+struct Flown {
+    pictures: Vec<Vec<u8>>,
+    /// Since the first frame was delivered.
+    later: Vec<Paging>,
+    total: Paging,
+}
+
+fn fly(path: &Path, budget: Option<u64>, workers: usize) -> Flown {
+    let pages = ResidentPages::new(PageFile::open(path).unwrap(), budget);
+    let renderer = Renderer::new(&pages, &RenderOptions::default()).with_memory(32 << 20);
+    let farm = Farm::new(workers).unwrap();
+    let cameras = cameras();
+    let plan = FlightPlan { renderer: &renderer, farm: &farm, cameras: &cameras };
+    let frames: Vec<_> =
+        (0..).zip(&cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
+    let mut pictures = Vec::new();
+    let later = pages
+        .ahead_of(FRAMES, &plan, |flight| {
+            let batch = Batch { frames: &frames, in_flight: 2, observer: &Silent };
+            let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
+                flight.begin(frame);
+                Ok(renderer.picture(camera, farm)?.0.rgb)
+            };
+            let mut delivered = 0;
+            farm.fly(&batch, render, |_, picture| {
+                pictures.push(picture);
+                flight.deliver(delivered);
+                delivered += 1;
+                Ok(())
+            })
+            .unwrap();
+            flight.frames()
+        })
+        .unwrap();
+    Flown { pictures, later, total: pages.paging() }
+}
+
+#[test]
+fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    write_area(&path);
+    let free = fly(&path, None, 1);
+    assert_eq!((free.total.demand_misses, free.total.pages_evicted), (0, 0));
+    assert!(free.total.resident_bytes_most == free.total.resident_bytes);
+    let budgets = [free.total.resident_bytes, free.total.resident_bytes * 3 / 4, 1 << 20];
+    for (budget, workers) in budgets.into_iter().flat_map(|budget| [(budget, 1), (budget, 2)]) {
+        let flown = fly(&path, Some(budget), workers);
+        assert!(flown.pictures == free.pictures, "{budget} bytes, {workers} workers");
+        if budget < 2 << 20 {
+            // Too little for a frame: it is rendered all the same.
+            assert!(flown.total.demand_misses > 0);
+            continue;
+        }
+        let misses: u64 = flown.later.iter().map(|frame| frame.demand_misses).sum();
+        assert_eq!(misses, 0, "{budget} bytes, {workers} workers: {:?}", flown.total);
+        assert!(flown.total.resident_bytes_most <= budget, "{:?}", flown.total);
+        assert!(flown.total.bytes_read <= free.total.bytes_read * 13 / 10, "{:?}", flown.total);
+        assert!(budget == budgets[0] || flown.total.pages_evicted > 0);
+    }
+}
