@@ -1,5 +1,6 @@
 //! What `bench` measures: what it prints, writes as JSON and plots.
 
+use hedgehop::memory::Paging;
 use serde::Serialize;
 
 use crate::args::EngineName;
@@ -26,6 +27,8 @@ pub struct Figures {
     pub image_ms: f64,
     /// PNG encoding to memory, milliseconds per frame, one thread.
     pub encode_ms: f64,
+    /// What paging cost in the last pass.
+    pub paging: Paging,
     /// Every frame in its fastest pass; empty where frames overlap (`in_flight` > 1).
     pub fastest_passes: Vec<FrameFigures>,
 }

@@ -18,9 +18,9 @@ use std::time::{Duration, Instant};
 
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
-use hedgehop::memory::PageFile;
+use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{Engine, RenderOptions, Renderer, StageTimes};
+use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
 use hedgehop::voxel::PageSource;
@@ -30,9 +30,11 @@ use crate::args::{self, Instructions, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{Figures, Report};
 use crate::interrupt::Interrupt;
+use crate::memory::{self, Memory, Shares};
 use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
+use crate::sequence::Product;
 use crate::speedup::Prediction;
 use crate::view::{FlightArgs, LookArgs};
 
@@ -94,6 +96,9 @@ pub struct Args {
     overlap: Overlap,
 
     #[command(flatten)]
+    memory: Memory,
+
+    #[command(flatten)]
     instructions: Instructions,
 
     #[command(flatten)]
@@ -114,6 +119,7 @@ struct Pass {
     /// Empty where frames overlap: none is measured alone then.
     frames: Vec<FrameTimes>,
     trace: Arc<Trace>,
+    paging: Paging,
 }
 
 /// A number of workers, and what it was measured to do.
@@ -127,7 +133,8 @@ struct Crew {
 
 /// What is rendered.
 struct Job<'a> {
-    renderer: Renderer<'a, PageFile>,
+    pages: &'a ResidentPages,
+    renderer: Renderer<'a, ResidentPages>,
     cameras: &'a [(u64, Camera)],
     reporter: &'a Reporter,
 }
@@ -141,11 +148,15 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
         file.iter().try_for_each(|file| check_no_input(flag, file, &inputs))?;
     }
-    let source = PageFile::open(&args.area)?;
+    let file = PageFile::open(&args.area)?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
     let setup = args.flight.screen.setup()?;
+    let most = *args.workers.iter().max().unwrap_or(&args::available_cores());
+    let in_flight = Farm::new(most)?.in_flight(args.overlap.in_flight);
+    let shares = args.memory.shares(setup.size, Product::Picture, in_flight, 0)?;
+    let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
-    let report = measure(args, &source, setup.size, &cameras, &reporter)?;
+    let report = measure(args, &source, shares, setup.size, &cameras, &reporter)?;
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
@@ -184,7 +195,8 @@ fn default_workers() -> Vec<usize> {
 
 fn measure(
     args: &Args,
-    source: &PageFile,
+    source: &ResidentPages,
+    shares: Option<Shares>,
     size: Size,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
@@ -192,8 +204,11 @@ fn measure(
     let mut crews = crews(args)?;
     let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
     let options = args.flight.world.apply(source.header(), look);
-    let renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
-    let job = Job { renderer, cameras, reporter };
+    let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
+    if let Some(shares) = shares {
+        renderer = renderer.with_memory(shares.derived as usize);
+    }
+    let job = Job { pages: source, renderer, cameras, reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;
@@ -276,13 +291,24 @@ impl Job<'_> {
         in_flight: usize,
         mut look: impl FnMut(u64, Timed) -> Result<()>,
     ) -> Result<()> {
-        let batch = Batch { frames: self.cameras, in_flight, observer: self.reporter };
-        let render = |farm: &Farm, camera: &Camera| Timed::render(|| self.renderer.picture(camera, farm));
-        let flown = farm.fly(&batch, render, |number, timed| {
-            self.reporter.advance(1);
-            look(number, timed)
+        let frames: Vec<_> =
+            (0..).zip(self.cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
+        let batch = Batch { frames: &frames, in_flight, observer: self.reporter };
+        let plan = FlightPlan { renderer: &self.renderer, farm, cameras: self.cameras };
+        let flown = self.pages.ahead_of(frames.len() as u32, &plan, |flight| {
+            let mut delivered = 0;
+            let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
+                flight.begin(frame);
+                Timed::render(|| self.renderer.picture(camera, farm))
+            };
+            farm.fly(&batch, render, |number, timed| {
+                self.reporter.advance(1);
+                flight.deliver(delivered);
+                delivered += 1;
+                look(number, timed)
+            })
         });
-        flown.map_err(|error| match error {
+        flown.flatten().map_err(|error| match error {
             Error::Interrupted(_) => Error::Interrupted("nothing was measured".into()),
             other => other,
         })
@@ -320,6 +346,7 @@ impl Job<'_> {
         let trace = Arc::new(Trace::new(crew.farm.workers()));
         let mut stages = StageTimes::default();
         let mut frames = Vec::new();
+        let paging = self.pages.paging();
         let begun = Instant::now();
         self.fly(&crew.farm.with_trace(&trace), crew.in_flight, |number, timed| {
             stages.march += timed.stages.march;
@@ -331,7 +358,8 @@ impl Job<'_> {
             self.renderer.recycle(timed.picture);
             Ok(())
         })?;
-        Ok(Pass { wall: begun.elapsed(), stages, frames, trace })
+        let (wall, paging) = (begun.elapsed(), self.pages.paging().since(&paging));
+        Ok(Pass { wall, stages, frames, trace, paging })
     }
 }
 
@@ -381,6 +409,7 @@ fn figures(crew: &Crew, encode_ms: f64, frames: f64, pixels: f64) -> Figures {
         shade_ms: per_frame(|pass| pass.stages.shade),
         image_ms: per_frame(|pass| pass.stages.image),
         encode_ms,
+        paging: passes.last().map(|pass| pass.paging).unwrap_or_default(),
         fastest_passes: frames::fastest(passes.iter().map(|pass| pass.frames.as_slice())),
     }
 }
@@ -423,6 +452,9 @@ fn table(report: &Report) -> String {
          haze and sky (wall time) of the reference, taking planes to the screen and 8 bits (summed) of planes; encode:\n\
          PNG to memory on one thread, not part of frames/s\n"
     );
+    for f in &report.results {
+        text += &format!("\n{} workers, last pass: {}\n", f.workers, memory::sentence(&f.paging));
+    }
     text += &report.prediction.table();
     text += if report.identical_frames {
         "\nall numbers of workers gave identical frames\n"
