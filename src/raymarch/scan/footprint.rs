@@ -143,7 +143,7 @@ impl<'a> Footprint<'a> {
             if horizon >= top || horizon >= 0.0 && ceiling < horizon * at {
                 break;
             }
-            let ring = self.ring(eye, wedge, at, farthest);
+            let ring = self.ring(eye, wedge, at);
             let in_sight = self.is_in_sight(eye, wedge, &ring, horizon)?;
             for level in ring.levels[0]..=ring.levels[1] {
                 // A segment that ends in a hidden block began before.
@@ -202,9 +202,9 @@ impl<'a> Footprint<'a> {
         Ok(horizon)
     }
 
-    /// The ring that begins at a major distance. It is as long as the longest block that some plane may read in it: one that is
+    /// The ring that begins at a major distance; it may end beyond the area. It is as long as the longest block that some plane may read in it: one that is
     /// not hidden as a whole is read as a whole.
-    fn ring(&self, eye: DVec3, wedge: &Wedge, at: f64, farthest: f64) -> Ring {
+    fn ring(&self, eye: DVec3, wedge: &Wedge, at: f64) -> Ring {
         let index_at = |distance: f64, ground: f64| self.strides.index_at((distance * ground).max(0.0), 0);
         let length = |index: usize| {
             let stride = self.strides.get(index);
@@ -216,7 +216,7 @@ impl<'a> Footprint<'a> {
         loop {
             let strides = (first..=last).map(|index| self.strides.get(index));
             let side = (first..=last).map(length).fold(0.0, f64::max);
-            let to = edge_after(eye[wedge.major], wedge.forward, side, at).min(farthest);
+            let to = edge_after(eye[wedge.major], wedge.forward, side, at);
             let skip_level = strides.map(|stride| stride.skip_level()).max().unwrap_or(0);
             let levels = [first, last].map(|index| self.strides.get(index).level);
             let beyond = index_at(to, wedge.ground[1]);
