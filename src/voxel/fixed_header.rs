@@ -136,13 +136,17 @@ impl FixedHeader {
         }
         let version = at::VERSION.u32(start);
         if version != VERSION {
-            let age = if version > VERSION { "a newer" } else { "an unknown" };
+            let (age, remedy) = match version {
+                0 => ("an unknown", "build the database again"),
+                ..VERSION => ("an older", "build the database again from its sources"),
+                VERSION.. => ("a newer", "update hedgehop, or build the database again with this version"),
+            };
             return Err(Error::unsupported(
                 path,
                 format!(
                     "written by {age} version of hedgehop: format {version}, and this one reads {VERSION}"
                 ),
-                "update hedgehop, or build the database again with this version",
+                remedy,
             ));
         }
         Ok(start)
