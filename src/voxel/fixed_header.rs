@@ -138,7 +138,7 @@ impl FixedHeader {
         if version != VERSION {
             let (age, remedy) = match version {
                 0 => ("an unknown", "build the database again"),
-                ..VERSION => ("an older", "build the database again from its sources"),
+                1..VERSION => ("an older", "build the database again from its sources"),
                 VERSION.. => ("a newer", "update hedgehop, or build the database again with this version"),
             };
             return Err(Error::unsupported(
