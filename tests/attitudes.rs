@@ -1,5 +1,7 @@
 //! Scan planes against the reference marcher: any attitude, field of view, height and screen.
 
+mod random;
+
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
@@ -10,6 +12,8 @@ use hedgehop::render::{Engine, RenderOptions, Renderer, render_reference};
 use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
+
+use random::Random;
 
 /// Posts of a side, and metres between them.
 const SIDE: u32 = 600;
@@ -38,26 +42,9 @@ static AREA: LazyLock<MemPages> = LazyLock::new(|| {
     build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap()
 });
 
-/// Steele, Lea and Flood's SplitMix (2014): the same numbers everywhere.
-struct Random(u64);
-
-impl Random {
-    /// 0…1.
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ bits >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (bits ^ bits >> 31) as f64 / u64::MAX as f64
-    }
-
-    fn between(&mut self, [low, high]: [f64; 2]) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    /// As often in each decade.
-    fn of_any_size(&mut self, range: [f64; 2]) -> f64 {
-        self.between(range.map(f64::ln)).exp()
-    }
+/// As often in each decade.
+fn of_any_size(random: &mut Random, range: [f64; 2]) -> f64 {
+    random.between(range.map(f64::ln)).exp()
 }
 
 fn screen(name: &str, fov: f64) -> Screen {
@@ -79,7 +66,7 @@ fn pose(random: &mut Random, looks_at_ground: bool) -> Pose {
     let mut place = || corner + DVec2::new(random.next(), random.next()) * f64::from(SIDE) * SPACING;
     let (here, there) = (place(), place());
     let ground = |place: DVec2| place.extend(ground_height(&*AREA, place).unwrap().unwrap());
-    let eye = ground(here) + DVec3::Z * SPACING * random.of_any_size(HEIGHTS);
+    let eye = ground(here) + DVec3::Z * SPACING * of_any_size(random, HEIGHTS);
     let ahead = ground(there) - eye;
     let mut attitude = Attitude {
         yaw: random.between([0.0, 360.0]),
@@ -96,7 +83,7 @@ fn pose(random: &mut Random, looks_at_ground: bool) -> Pose {
         1 => attitude.pitch = [-90.0, 0.0, 90.0][(3.0 * random.next()) as usize],
         _ => {}
     }
-    Pose { eye, attitude, hfov: random.of_any_size(FIELDS_OF_VIEW) }
+    Pose { eye, attitude, hfov: of_any_size(random, FIELDS_OF_VIEW) }
 }
 
 /// Relative errors of range, and pixels of which only one engine sees the sky.

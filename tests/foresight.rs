@@ -1,5 +1,7 @@
 //! Pages that a view may touch, as foreseen, against those that it touches.
 
+mod random;
+
 use std::collections::BTreeSet;
 use std::sync::{LazyLock, Mutex};
 
@@ -11,26 +13,12 @@ use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory};
 
+use random::Random;
+
 /// Posts of a side, and metres between them.
 const SIDE: u32 = 3000;
 const SPACING: f64 = 2.0;
 const FLIGHTS: usize = 1000;
-
-/// Steele, Lea and Flood's SplitMix (2014): the same numbers everywhere.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ bits >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (bits ^ bits >> 31) as f64 / u64::MAX as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 /// Hills of waves from 2.5 km down to 20 m; a hole in the middle if `holed`.
 fn area(holed: bool) -> MemPages {
@@ -121,13 +109,14 @@ fn above(pages: &MemPages, place: DVec2, height: f64) -> DVec3 {
 fn random_camera(random: &mut Random, pages: &MemPages) -> Camera {
     let side = f64::from(SIDE) * SPACING;
     let beside = if random.next() < 0.1 { 800.0 } else { 0.0 };
-    let place = DVec2::new(random.between(-beside, side + beside), random.between(-beside, side + beside));
-    let eye = above(pages, place, (random.between(0.0, 8.5)).exp() - 1.0);
+    let place =
+        DVec2::new(random.between([-beside, side + beside]), random.between([-beside, side + beside]));
+    let eye = above(pages, place, (random.between([0.0, 8.5])).exp() - 1.0);
     let steep = random.next() < 0.3;
-    let pitch = if steep { random.between(-90.0, 90.0) } else { random.between(-30.0, 15.0) };
-    let roll = if random.next() < 0.5 { 0.0 } else { random.between(-180.0, 180.0) };
-    let attitude = Attitude { yaw: random.between(0.0, 360.0), pitch, roll };
-    let hfov = random.between(3.0, 120.0);
+    let pitch = if steep { random.between([-90.0, 90.0]) } else { random.between([-30.0, 15.0]) };
+    let roll = if random.next() < 0.5 { 0.0 } else { random.between([-180.0, 180.0]) };
+    let attitude = Attitude { yaw: random.between([0.0, 360.0]), pitch, roll };
+    let hfov = random.between([3.0, 120.0]);
     let screen = match (random.next() * 6.0) as u32 {
         0 => Screen::Cylindrical { hfov },
         1 => Screen::Equirectangular { hfov, vfov: 0.6 * hfov },
@@ -143,12 +132,12 @@ fn every_page_that_is_touched_was_foreseen() {
     for _ in 0..FLIGHTS {
         let start = random_camera(&mut random, &AREA);
         let velocity = DVec3::new(
-            random.between(-200.0, 200.0),
-            random.between(-200.0, 200.0),
-            random.between(-5.0, 5.0),
+            random.between([-200.0, 200.0]),
+            random.between([-200.0, 200.0]),
+            random.between([-5.0, 5.0]),
         );
-        let turn = random.between(-90.0, 90.0);
-        let (mut camera, time) = (start, random.between(0.0, 3.0));
+        let turn = random.between([-90.0, 90.0]);
+        let (mut camera, time) = (start, random.between([0.0, 3.0]));
         camera.pose.eye += velocity * time;
         camera.pose.attitude.yaw += turn * time;
         assert_recalled(&see(&AREA, |_| false, &camera), &camera);
