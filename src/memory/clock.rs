@@ -27,8 +27,9 @@ impl Clock {
         self.hand = (self.hand + 1) % self.ring.len();
     }
 
-    /// Takes the next page out that may go. `claim` is asked once a round; what it says of use it forgets. In the first
-    /// round pages that were used, or lie ahead, have their second chance, in the next ones used ones may go, then all but needed ones.
+    /// Takes the next page out that may go. `claim` is asked once a round, and forgets that a page was used when it says so: two
+    /// rounds look for one that nothing speaks for, which a page that was used may be in the second; the third takes any but needed
+    /// ones.
     pub fn victim(&mut self, mut claim: impl FnMut(u32) -> Claim) -> Option<u32> {
         for round in 0..3 {
             for _ in 0..self.ring.len() {

@@ -94,12 +94,7 @@ impl ResidentPages {
     /// What paging cost so far.
     pub fn paging(&self) -> Paging {
         let ledger = self.ledger();
-        let waiting = |state: &AtomicU8| {
-            state.load(Ordering::Relaxed) & (state::RESIDENT | state::TOUCHED) == state::RESIDENT
-        };
-        let mut paging = self.tally.read();
-        paging.pages_unused += self.states.iter().filter(|state| waiting(state)).count() as u64;
-        Paging { resident_bytes: ledger.bytes, resident_bytes_most: ledger.most, ..paging }
+        Paging { resident_bytes: ledger.bytes, resident_bytes_most: ledger.most, ..self.tally.read() }
     }
 
     pub(super) fn tally(&self) -> &Tally {
@@ -165,7 +160,7 @@ impl ResidentPages {
         self.announce(&missing);
         for (id, index) in missing {
             // Whoever needs a damaged page is told so when it is touched.
-            let _ = self.fetch(id, index, 0);
+            let _ = self.fetch(id, index);
         }
         true
     }
@@ -178,7 +173,7 @@ impl ResidentPages {
         let mut run: Option<std::ops::Range<usize>> = None;
         for extent in extents {
             run = match run.take() {
-                Some(run) if extent.start < run.end.next_multiple_of(ALIGNMENT) + 1 => {
+                Some(run) if extent.start <= run.end.next_multiple_of(ALIGNMENT) => {
                     Some(run.start..extent.end)
                 }
                 other => {
@@ -231,19 +226,16 @@ impl ResidentPages {
     fn evict(&self, ledger: &mut Ledger, index: usize) {
         let store = self.file.store();
         let id = store.directory().id(index);
-        let before = self.states[index].swap(0, Ordering::AcqRel);
+        self.states[index].store(0, Ordering::Release);
         ledger.bytes -= self.length(id);
         Tally::add(&self.tally.pages_evicted, 1);
-        if before & state::TOUCHED == 0 {
-            Tally::add(&self.tally.pages_unused, 1);
-        }
         if let Some(extent) = store.extent(id) {
             store.forget(extent);
         }
     }
 
     /// Reads a page that was reserved.
-    fn fetch(&self, id: PageId, index: usize, mark: u8) -> Result<()> {
+    fn fetch(&self, id: PageId, index: usize) -> Result<()> {
         let outcome = self.file.store().load(id);
         let mut ledger = self.ledger();
         if outcome.is_ok() {
@@ -252,7 +244,7 @@ impl ResidentPages {
             if self.budget < u64::MAX {
                 ledger.clock.add(index as u32);
             }
-            self.states[index].store(state::RESIDENT | mark, Ordering::Release);
+            self.states[index].store(state::RESIDENT, Ordering::Release);
         } else {
             ledger.bytes -= self.length(id);
             self.states[index].store(0, Ordering::Release);
@@ -266,33 +258,34 @@ impl ResidentPages {
     #[cold]
     fn demand(&self, id: PageId, index: usize) -> Result<()> {
         let begun = Instant::now();
-        let used = state::USED | state::TOUCHED;
-        {
-            let mut ledger = self.ledger();
-            loop {
-                let now = self.states[index].load(Ordering::Acquire);
-                if now & state::RESIDENT != 0 {
-                    self.states[index].fetch_or(used, Ordering::Relaxed);
-                    break;
-                }
-                if now & state::COMING == 0 {
-                    break;
-                }
-                ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
+        let mut ledger = self.ledger();
+        let outcome = loop {
+            let now = self.states[index].load(Ordering::Acquire);
+            if now & state::RESIDENT != 0 {
+                drop(ledger);
+                break Ok(());
             }
-            if self.states[index].load(Ordering::Acquire) & state::RESIDENT == 0 {
+            if now & state::COMING == 0 {
                 // With nothing to spare the budget gives way: a frame needs what it needs.
                 self.make_room(&mut ledger, self.length(id), &|_| true);
                 self.reserve(&mut ledger, id, index);
-            } else {
                 drop(ledger);
-                self.count_miss(begun);
-                return Ok(());
+                break self.fetch(id, index);
             }
+            ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
+        };
+        if outcome.is_ok() {
+            self.mark_used(index);
         }
-        let outcome = self.fetch(id, index, used);
         self.count_miss(begun);
         outcome
+    }
+
+    fn mark_used(&self, index: usize) {
+        let before = self.states[index].fetch_or(state::USED | state::TOUCHED, Ordering::Relaxed);
+        if before & state::TOUCHED == 0 {
+            Tally::add(&self.tally.pages_touched, 1);
+        }
     }
 
     fn count_miss(&self, begun: Instant) {
@@ -319,7 +312,7 @@ impl PageSource for ResidentPages {
             self.demand(id, index)?;
         } else if now & state::USED == 0 {
             // Once a round: a write takes the line from all other workers.
-            self.states[index].fetch_or(state::USED | state::TOUCHED, Ordering::Relaxed);
+            self.mark_used(index);
         }
         self.file.page(id)
     }

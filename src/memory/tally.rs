@@ -16,7 +16,7 @@ pub struct Paging {
     pub pages_read: u64,
     /// Bytes of these.
     pub bytes_read: u64,
-    /// Pages brought in ahead that went again, or are there still, without having been touched.
+    /// Pages brought in that went again, or are there still, without having been touched.
     pub pages_unused: u64,
     /// Pages that went to make room.
     pub pages_evicted: u64,
@@ -51,7 +51,7 @@ pub(super) struct Tally {
     pub frame_wait_ns: AtomicU64,
     pub pages_read: AtomicU64,
     pub bytes_read: AtomicU64,
-    pub pages_unused: AtomicU64,
+    pub pages_touched: AtomicU64,
     pub pages_evicted: AtomicU64,
 }
 
@@ -73,7 +73,7 @@ impl Tally {
             frame_wait_ns: of(&self.frame_wait_ns),
             pages_read: of(&self.pages_read),
             bytes_read: of(&self.bytes_read),
-            pages_unused: of(&self.pages_unused),
+            pages_unused: of(&self.pages_read).saturating_sub(of(&self.pages_touched)),
             pages_evicted: of(&self.pages_evicted),
             ..Paging::default()
         }

@@ -21,7 +21,7 @@ use super::{EncodedPage, PageId, PageWriter};
 use crate::error::Result;
 
 /// Pages along the side of a block, a power of two.
-pub(super) const SIDE: u32 = 8;
+const SIDE: u32 = 8;
 
 /// A page that was set aside.
 #[derive(Debug)]
