@@ -17,6 +17,7 @@
 mod lanes;
 pub mod math;
 mod portable;
+mod turn;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -27,6 +28,7 @@ mod tests;
 
 pub use lanes::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 pub use portable::Portable;
+pub use turn::turned;
 
 use std::str::FromStr;
 

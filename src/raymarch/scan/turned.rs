@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::voxel::{APRON, Bytes, Derived, PageId, PageSource, PageView};
+use crate::simd::turned;
+use crate::voxel::{APRON, Bytes, Derived, PageId, PageSource};
 
 /// Bytes of turned pages that are kept.
 const BUDGET: usize = 512 << 20;
@@ -57,23 +58,10 @@ impl TurnedPages {
     /// # Errors
     /// A page that is damaged.
     pub fn get(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Columns>> {
-        self.0.get(id, || Ok(source.page(id)?.map(|view| Columns(Arc::new(turn(&view))))))
+        self.0.get(id, || {
+            Ok(source
+                .page(id)?
+                .map(|view| Columns(Arc::new(turned(view.heights, (view.width + 2 * APRON) as usize)))))
+        })
     }
-}
-
-fn turn(view: &PageView<'_>) -> Vec<u16> {
-    let (width, height) = ((view.width + 2 * APRON) as usize, (view.height + 2 * APRON) as usize);
-    let mut turned = vec![0; width * height];
-    // In squares, so that neither side leaves the cache.
-    const SQUARE: usize = 32;
-    for top in (0..height).step_by(SQUARE) {
-        for left in (0..width).step_by(SQUARE) {
-            for y in top..height.min(top + SQUARE) {
-                for x in left..width.min(left + SQUARE) {
-                    turned[x * height + y] = view.heights[y * width + x];
-                }
-            }
-        }
-    }
-    turned
 }

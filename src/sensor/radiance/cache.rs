@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::page::Part;
 use super::{Facing, LineImage, RadiancePage, Weave};
 use crate::error::Result;
 use crate::sensor::VisualSensor;
@@ -27,11 +28,42 @@ impl Bytes for Image {
     }
 }
 
-/// What an image is of: posts of a page, or lines of them.
+/// Lines that are computed together: from afar, few of a page are seen at one stride and footprint.
+const STRIP: u32 = 32;
+
+/// Some neighbouring lines of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Strip {
+    /// Of which page.
+    pub page: PageId,
+    /// Which lines, and what they stand for.
+    pub weave: Weave,
+    /// Counted from the page's first.
+    pub index: u32,
+}
+
+impl Strip {
+    /// The strip that holds post `post` of a page, counted along the planes.
+    pub fn with(page: PageId, weave: Weave, post: u32) -> Self {
+        Self { page, weave, index: post / (STRIP << weave.span.trailing_zeros()) }
+    }
+
+    /// Its first post.
+    pub fn first(&self) -> u32 {
+        self.index * self.posts()
+    }
+
+    /// Its posts along the planes; at the page's end fewer.
+    pub fn posts(&self) -> u32 {
+        STRIP << self.weave.span.trailing_zeros()
+    }
+}
+
+/// What an image is of: posts of a page seen from above, or lines of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Key {
-    Page(PageId, Facing),
-    Lines(PageId, Weave),
+    Page(PageId),
+    Lines(Strip),
 }
 
 /// Radiance of one database under one sun.
@@ -68,25 +100,33 @@ impl Radiance {
         self.images.begin_frame();
     }
 
-    fn page(&self, source: &dyn PageSource, id: PageId, facing: Facing) -> Result<Option<Arc<RadiancePage>>> {
-        // Of the finest level there is nothing finer to be seen more or less of.
-        let facing = if id.level == 0 { Facing::down(0) } else { facing };
+    fn bake(
+        &self,
+        source: &dyn PageSource,
+        (id, part): (PageId, Part),
+        facing: &Facing,
+    ) -> Result<Option<RadiancePage>> {
+        RadiancePage::bake(source, (id, part), &self.sensor, facing, Isa::best())
+    }
+
+    fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let bake = || {
-            let page = RadiancePage::bake(source, id, &self.sensor, &facing, Isa::best())?;
+            let page = self.bake(source, (id, Part::ALL), &Facing::down(0))?;
             Ok(Image::Page(page.map(Arc::new)))
         };
-        match self.images.get(Key::Page(id, facing), bake)? {
+        match self.images.get(Key::Page(id), bake)? {
             Image::Page(page) => Ok(page),
             Image::Lines(_) => Ok(None),
         }
     }
 
-    fn lines(&self, source: &dyn PageSource, id: PageId, weave: Weave) -> Result<Option<Arc<LineImage>>> {
+    fn lines(&self, source: &dyn PageSource, strip: Strip) -> Result<Option<Arc<LineImage>>> {
         let weave_lines = || {
-            let page = self.page(source, id, weave.facing)?;
-            Ok(Image::Lines(page.map(|page| Arc::new(LineImage::new(&page, weave)))))
+            let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
+            let page = self.bake(source, (strip.page, part), &strip.weave.facing)?;
+            Ok(Image::Lines(page.map(|page| Arc::new(LineImage::new(&page, strip.weave)))))
         };
-        match self.images.get(Key::Lines(id, weave), weave_lines)? {
+        match self.images.get(Key::Lines(strip), weave_lines)? {
             Image::Lines(lines) => Ok(lines),
             Image::Page(_) => Ok(None),
         }
@@ -94,10 +134,10 @@ impl Radiance {
 }
 
 /// Slots of a task's own images, a power of two.
-const SLOTS: usize = 64;
+const SLOTS: usize = 256;
 
 /// An image, and what it is of.
-type Slot = Option<(PageId, Weave, Option<Arc<LineImage>>)>;
+type Slot = Option<(Strip, Option<Arc<LineImage>>)>;
 
 /// What one task looked up.
 pub struct RadiancePages<'a> {
@@ -122,23 +162,25 @@ impl<'a> RadiancePages<'a> {
     /// # Errors
     /// A page that is damaged.
     pub fn page(&self, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
-        self.radiance.page(self.source, id, Facing::down(0))
+        self.radiance.page(self.source, id)
     }
 
-    /// Lines of a page's radiance; `None` where the page is absent.
+    /// Radiance of a strip of lines; `None` where the page is absent.
     ///
     /// # Errors
     /// A page that is damaged.
     #[inline]
-    pub fn lines(&mut self, id: PageId, weave: Weave) -> Result<Option<Arc<LineImage>>> {
-        let hash = id.px.wrapping_mul(7)
-            ^ id.py.wrapping_mul(29)
-            ^ u32::from(id.level).wrapping_mul(17)
-            ^ u32::from(weave.span | weave.shift << 3).wrapping_mul(37);
+    pub fn lines(&mut self, strip: Strip) -> Result<Option<Arc<LineImage>>> {
+        let Strip { page, weave, index } = strip;
+        let hash = page.px.wrapping_mul(7)
+            ^ page.py.wrapping_mul(29)
+            ^ u32::from(page.level).wrapping_mul(17)
+            ^ u32::from(weave.span | weave.shift << 3).wrapping_mul(37)
+            ^ index.wrapping_mul(41);
         let slot = &mut self.slots[hash as usize % SLOTS];
-        if slot.as_ref().is_none_or(|(known, knit, _)| *known != id || *knit != weave) {
-            *slot = Some((id, weave, self.radiance.lines(self.source, id, weave)?));
+        if slot.as_ref().is_none_or(|(known, _)| *known != strip) {
+            *slot = Some((strip, self.radiance.lines(self.source, strip)?));
         }
-        Ok(slot.as_ref().and_then(|(_, _, lines)| lines.clone()))
+        Ok(slot.as_ref().and_then(|(_, lines)| lines.clone()))
     }
 }

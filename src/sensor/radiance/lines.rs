@@ -10,10 +10,12 @@
 //! from the first, and the width of texels from the second. Texels of a line lie side by side
 //! whichever axis the planes run along.
 
-use super::facing::Facing;
+use std::borrow::Cow;
+
+use super::facing::{Facing, Slopes};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST, RadiancePage, encode};
 use super::window::RING;
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Isa, Kernel, Simd, turned};
 
 /// Which lines of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -26,17 +28,17 @@ pub struct Weave {
     pub span: u8,
 }
 
-/// Lines of a page.
+/// Lines of a part of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineImage {
-    /// As a page's, `[line][texel]`; a texel more on either side.
+    /// As a page's, `[line][texel]`; a texel more on either side of all that lie across the part.
     pub texels: Vec<u32>,
-    /// Texels from one line to the next: those of the page and two.
+    /// Texels from one line to the next: those of the part and two.
     pub row: usize,
 }
 
 impl LineImage {
-    /// The lines of a page.
+    /// The lines of a page, or of a part of it that begins with a line.
     pub fn new(page: &RadiancePage, weave: Weave) -> Self {
         Self::with_isa(page, weave, Isa::best())
     }
@@ -79,6 +81,7 @@ impl Kernel for Weaving<'_> {
         let mut weights = vec![0.0_f32; posts];
         let mut means = [(); 3].map(|()| vec![0.0_f32; row]);
         let mut texels = vec![0; along.div_ceil(span) * row];
+        let lying = Lying::new(page, &weave.facing);
         for (line, texels) in texels.chunks_exact_mut(row).enumerate() {
             let middle = line * span + RING;
             let half = span / 2;
@@ -87,7 +90,7 @@ impl Kernel for Weaving<'_> {
             for at in middle - half..=middle + half {
                 let is_end = span > 1 && at.abs_diff(middle) == half;
                 let share = if is_end { 0.5 } else { 1.0 };
-                add_line(page, &weave.facing, at, RING - wide, share, &mut sums, &mut weights);
+                lying.add_line(at, RING - wide, share, &mut sums, &mut weights);
             }
             for (means, sums) in means.iter_mut().zip(&sums) {
                 let texels = sums.chunks(wide).zip(weights.chunks(wide));
@@ -101,33 +104,44 @@ impl Kernel for Weaving<'_> {
     }
 }
 
-/// Adds radiance of posts from `first` on along a line, times their weights, and these; both are counted with the apron.
-#[inline(always)]
-fn add_line(
-    page: &RadiancePage,
-    facing: &Facing,
-    line: usize,
-    first: usize,
-    share: f32,
-    sums: &mut [Vec<f32>; 3],
-    weights: &mut [f32],
-) {
-    let stride = page.size[0] as usize + 2 * RING;
-    let (start, step) =
-        if facing.major == 1 { (line * stride + first, 1) } else { (first * stride + line, stride) };
-    let [red, green, blue] = sums;
-    let count = red.len();
-    let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
-    let posts = page.texels[start..].iter().zip(&page.slopes[start..]).step_by(step).take(count);
-    for (((((texel, slopes), red), green), blue), sum) in posts.zip(red).zip(green).zip(blue).zip(weights) {
-        let weight = share * facing.weight(*slopes);
-        *sum += weight;
-        let add = |sum: &mut f32, code: u32| {
-            let root = (code & 0x3ff) as i32 as f32 * scale;
-            *sum += root * root * weight;
+/// A page whose lines lie in memory as rows.
+struct Lying<'p> {
+    texels: Cow<'p, [u32]>,
+    slopes: Cow<'p, [Slopes]>,
+    /// Posts of a row, with the apron.
+    stride: usize,
+    facing: &'p Facing,
+}
+
+impl<'p> Lying<'p> {
+    #[inline(always)]
+    fn new(page: &'p RadiancePage, facing: &'p Facing) -> Self {
+        let stride = page.size.map(|side| side as usize + 2 * RING);
+        let (texels, slopes) = match facing.major {
+            0 => (turned(&page.texels, stride[0]).into(), turned(&page.slopes, stride[0]).into()),
+            _ => ((&page.texels).into(), (&page.slopes).into()),
         };
-        add(red, *texel);
-        add(green, *texel >> 10);
-        add(blue, *texel >> 20);
+        Self { texels, slopes, stride: stride[1 - usize::from(facing.major)], facing }
+    }
+
+    /// Adds radiance of posts from `first` on along a line, times their weights, and these; both are counted with the apron.
+    #[inline(always)]
+    fn add_line(&self, line: usize, first: usize, share: f32, sums: &mut [Vec<f32>; 3], weights: &mut [f32]) {
+        let start = line * self.stride + first;
+        let [red, green, blue] = sums;
+        let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
+        let posts = self.texels[start..].iter().zip(&self.slopes[start..]);
+        for (((((texel, slopes), red), green), blue), sum) in posts.zip(red).zip(green).zip(blue).zip(weights)
+        {
+            let weight = share * self.facing.weight(*slopes);
+            *sum += weight;
+            let add = |sum: &mut f32, code: u32| {
+                let root = (code & 0x3ff) as i32 as f32 * scale;
+                *sum += root * root * weight;
+            };
+            add(red, *texel);
+            add(green, *texel >> 10);
+            add(blue, *texel >> 20);
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::facing::{self, Facing, Slopes};
+use super::page::Part;
 use super::window::LIT;
 use crate::colour::linear_from_srgb8;
 use crate::sensor::VisualSensor;
@@ -34,7 +35,7 @@ pub struct Rows<'t> {
     pub slopes: &'t mut [Slopes],
 }
 
-/// A page's posts under a lamp, and those of its apron. All that a post needs is in the page.
+/// A part of a page's posts under a lamp, and those around it. All that a post needs is in the page.
 pub struct Posts<'a> {
     lamp: &'a Lamp<'a>,
     view: PageView<'a>,
@@ -43,13 +44,24 @@ pub struct Posts<'a> {
     half_step: f32,
     /// First posts (eastward, northward) in the area, counted from the page's first with [`LIT`] around it, and those behind its
     /// last.
-    pub inside: [Range<usize>; 2],
+    inside: [Range<usize>; 2],
+    /// Those of the part, with [`LIT`] around it.
+    pub part: [Range<usize>; 2],
+    /// Those that are in both.
+    pub lit: [Range<usize>; 2],
     /// Whether the area begins, and ends, there.
     edges: [[bool; 2]; 2],
 }
 
 impl<'a> Posts<'a> {
-    pub fn new(lamp: &'a Lamp<'a>, header: &Header, id: PageId, view: PageView<'a>, facing: &Facing) -> Self {
+    pub fn new(
+        lamp: &'a Lamp<'a>,
+        header: &Header,
+        id: PageId,
+        view: PageView<'a>,
+        part: Part,
+        facing: &Facing,
+    ) -> Self {
         let half_step = (0.5 * header.heights.scale / header.grid.side(id.level)) as f32;
         let (nx, ny) = header.grid.dims(id.level);
         let axes = [(id.px, view.width, nx), (id.py, view.height, ny)];
@@ -63,13 +75,21 @@ impl<'a> Posts<'a> {
             let (first, lit) = ((page * PAGE_SIDE) as usize, size as usize + LIT);
             [first <= LIT, first + lit >= count as usize]
         });
-        Self { lamp, view, facing: *facing, half_step, inside, edges }
+        let part = [0, 1].map(|axis| {
+            let (first, size) = (part.first[axis] as usize, part.size[axis] as usize);
+            first..first + size + 2 * LIT
+        });
+        let lit = [0, 1].map(|axis: usize| {
+            let (inside, part) = (&inside[axis], &part[axis]);
+            inside.start.max(part.start)..inside.end.min(part.end)
+        });
+        Self { lamp, view, facing: *facing, half_step, inside, part, lit, edges }
     }
 
-    /// Radiance of the posts inside the area of row `y`, seen as `facing` says; [`VOID`] where they have no surface.
+    /// Radiance of the lit posts of row `y`, seen as `facing` says; [`VOID`] where they have no surface.
     #[inline(always)]
     pub fn row(&self, y: usize, target: Rows<'_>) {
-        let columns = self.inside[0].clone();
+        let columns = self.lit[0].clone();
         let count = columns.len();
         let mut own = [[0.0; 2]; SIDE];
         self.slopes(y, &mut own);
@@ -130,10 +150,10 @@ impl<'a> Posts<'a> {
         &self.view.colours[self.start(y)..][..self.view.width as usize + 2 * LIT]
     }
 
-    /// Slopes of the level's own heights at the posts inside the area of row `y`.
+    /// Slopes of the level's own heights at the lit posts of row `y`.
     #[inline(always)]
     fn slopes(&self, y: usize, target: &mut [[f32; 2]; SIDE]) {
-        let (columns, rows) = (&self.inside[0], &self.inside[1]);
+        let columns = &self.lit[0];
         let (start, stride) = (self.start(y) + columns.start, self.stride());
         let row = |first: usize| &self.view.heights[first..][..columns.len()];
         let (here, west, east) = (row(start), row(start - 1), row(start + 1));
@@ -142,14 +162,15 @@ impl<'a> Posts<'a> {
         let is_last = |at: usize, inside: &Range<usize>, edges: [bool; 2]| {
             edges[0] && at == inside.start || edges[1] && at + 1 == inside.end
         };
-        let along = if is_last(y, rows, self.edges[1]) { 2.0 * self.half_step } else { self.half_step };
+        let along =
+            if is_last(y, &self.inside[1], self.edges[1]) { 2.0 * self.half_step } else { self.half_step };
         for (index, target) in target[..columns.len()].iter_mut().enumerate() {
             let eastward = half_steps(here[index], west[index], east[index]) as f32;
             let northward = half_steps(here[index], south[index], north[index]) as f32;
             *target = [eastward * self.half_step, northward * along];
         }
         for index in [0, columns.len() - 1] {
-            if is_last(columns.start + index, columns, self.edges[0]) {
+            if is_last(columns.start + index, &self.inside[0], self.edges[0]) {
                 let eastward = half_steps(here[index], west[index], east[index]) as f32;
                 target[index][0] = eastward * 2.0 * self.half_step;
             }

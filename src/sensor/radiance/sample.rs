@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::RadiancePages;
+use super::cache::Strip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
@@ -107,8 +108,9 @@ struct Search<'s, 'a> {
 /// Images side by side, where they are, and which lines they serve.
 struct Run {
     level: u8,
-    /// The first of the [`PAGE_SIDE`] lines.
+    /// The first of the lines, and how many there are.
     first_line: i64,
+    lines: u64,
     /// Major distances between which these images serve, units.
     from: f32,
     to: f32,
@@ -230,7 +232,7 @@ impl Run {
     #[inline(always)]
     fn serves(&self, line: &Line) -> bool {
         self.level == line.level
-            && (line.index.wrapping_sub(self.first_line) as u64) < u64::from(PAGE_SIDE)
+            && (line.index.wrapping_sub(self.first_line) as u64) < self.lines
             && self.from <= line.distance
             && line.distance < self.to
     }
@@ -293,16 +295,18 @@ impl Search<'_, '_> {
             far = far.min(edges[0].max(edges[1]));
             page as i64
         });
-        let page = line.index.div_euclid(i64::from(PAGE_SIDE));
         let dims = self.sampler.grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
-        let along = page.clamp(0, dims[self.major] - 1);
+        let along = line.index.div_euclid(i64::from(PAGE_SIDE)).clamp(0, dims[self.major] - 1);
+        let first_line = along * i64::from(PAGE_SIDE);
+        let post = (line.index - first_line).clamp(0, i64::from(PAGE_SIDE) - 1) as u32;
         let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
+        let strip = Strip::with(PageId { level, px: 0, py: 0 }, weave, post);
         let mut images = [const { None }; MOST_PAGES];
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
             let (px, py) = if self.major == 0 { (along, first + part) } else { (first + part, along) };
             let id = PageId { level, px: px as u32, py: py as u32 };
-            let Some(image) = self.sampler.pages.lines(id, weave)? else { return Ok(None) };
+            let Some(image) = self.sampler.pages.lines(Strip { page: id, ..strip })? else { return Ok(None) };
             images[part as usize] = Some(image);
         }
         let texel = voxel * f64::from(1 << shift);
@@ -312,7 +316,8 @@ impl Search<'_, '_> {
         let row = images[0].as_ref().map_or(0, |image| image.row);
         Ok(Some(Run {
             level,
-            first_line: page * i64::from(PAGE_SIDE),
+            first_line: first_line + i64::from(strip.first()),
+            lines: u64::from(strip.posts()),
             from: near as f32,
             to: far as f32,
             narrow_to: if is_narrow { (NARROW * texel / (self.ends[1] - self.ends[0])) as f32 } else { 0.0 },

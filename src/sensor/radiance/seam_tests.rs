@@ -2,9 +2,12 @@
 
 use std::sync::atomic::AtomicU32;
 
+use super::facing::Facing;
+use super::page::Part;
 use super::tests::{Holey, bake, codes, rough, sensor};
 use super::window::RING;
 use super::*;
+use crate::simd::Isa;
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
 
 /// Holds every apron texel of a page against the page that the texel belongs to.
@@ -84,5 +87,34 @@ fn a_page_needs_no_other() {
             Holey { whole: rough(1300, 1300, 7), absent: move |page| page != id, asked: AtomicU32::new(0) };
         assert!(bake(&alone, level, 0, 0) == wanted);
         assert!(bake(&alone, level, 1, 0).is_none());
+    }
+}
+
+#[test]
+fn parts_hold_what_the_whole_page_holds() {
+    let source = rough(1200, 1100, 5);
+    let uphill = Facing { major: 1, forward: true, incline: 0 };
+    let bake = |id, part| RadiancePage::bake(&source, (id, part), &sensor(), &uphill, Isa::best()).unwrap();
+    // The area's south-west corner, its north-east one, and pages between.
+    for (level, px, py) in [(0, 0, 0), (0, 4, 4), (0, 1, 2), (1, 0, 0), (1, 1, 1)] {
+        let id = PageId { level, px, py };
+        let whole = bake(id, Part::ALL).unwrap();
+        for major in 0..2 {
+            let axis = usize::from(major);
+            for (first, count) in [(0, 32), (7, 5), (31, 128), (224, 64)] {
+                let part = bake(id, Part::lines(major, first, count)).unwrap();
+                let side = whole.size[axis];
+                let first = (first as i32).min(side - 1);
+                assert_eq!(part.size[axis], (count as i32).min(side - first), "{id}");
+                assert_eq!(part.size[1 - axis], whole.size[1 - axis], "{id}");
+                let ring = RING as i32;
+                for y in -ring..part.size[1] + ring {
+                    for x in -ring..part.size[0] + ring {
+                        let at = if major == 0 { [x + first, y] } else { [x, y + first] };
+                        assert_eq!(part.texel(x, y), whole.texel(at[0], at[1]), "{id}, {at:?}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::{DVec2, Vec3};
 
 use super::facing::{self, Facing};
-use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
+use super::page::{CODE_LIMIT, Part, ROOT_OF_BRIGHTEST};
 use super::*;
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
@@ -77,7 +77,7 @@ fn bake_facing(
     py: u32,
     facing: &Facing,
 ) -> Option<RadiancePage> {
-    RadiancePage::bake(source, PageId { level, px, py }, &sensor(), facing, Isa::best()).unwrap()
+    RadiancePage::bake(source, (PageId { level, px, py }, Part::ALL), &sensor(), facing, Isa::best()).unwrap()
 }
 
 /// Codes of a texel; the apron has negative indices.
@@ -261,7 +261,7 @@ fn every_instruction_set_bakes_the_same_bits() {
     for level in 0..2 {
         let id = PageId { level, px: 0, py: 0 };
         let facing = Facing { major: 1, forward: false, incline: 0 };
-        let baked = |isa| RadiancePage::bake(&source, id, &sensor(), &facing, isa).unwrap();
+        let baked = |isa| RadiancePage::bake(&source, (id, Part::ALL), &sensor(), &facing, isa).unwrap();
         for isa in Isa::available() {
             assert!(baked(isa) == baked(Isa::PORTABLE), "level {level}, {isa}");
         }

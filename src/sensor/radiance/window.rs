@@ -1,4 +1,4 @@
-//! Radiance of a page's posts and of some around it.
+//! Radiance of some of a page's posts and of those around them.
 //!
 //! ```text
 //! posts in the area:       colour × light on their slopes; of coarse levels on four slopes that stand for those under the voxel
@@ -8,9 +8,10 @@
 //!
 //! The page's apron holds all that this needs, so that pages agree where they meet and no other page is touched.
 
-use super::facing::{Facing, Slopes};
-use super::posts::{Lamp, Posts, Rows, VOID};
-use crate::voxel::{Header, PageId, PageView};
+use std::ops::Range;
+
+use super::facing::Slopes;
+use super::posts::{Posts, Rows, VOID};
 
 /// Posts around the page: the apron of images of lines, a texel of four posts.
 pub const RING: usize = 4;
@@ -18,49 +19,71 @@ pub const RING: usize = 4;
 /// Posts around it that are lit: those of the ring, and what voids in it take their light from.
 pub const LIT: usize = RING + 1;
 
-/// Posts of a page and of some around it, and what they send.
+/// Posts of a part of a page and [`LIT`] around it, and what they send.
 pub struct Window {
     /// Red, green and blue, `[north][east]`.
-    pub planes: [Vec<f32>; 3],
+    planes: [Vec<f32>; 3],
     /// How they slope.
-    pub slopes: Vec<Slopes>,
-    /// Posts of a row.
-    pub stride: usize,
+    slopes: Vec<Slopes>,
+    stride: usize,
     rows: usize,
 }
 
+/// Posts around the ring.
+const BESIDE: usize = LIT - RING;
+
 impl Window {
-    /// Page `id` and [`RING`] posts around it.
+    /// Lights a part, and what its voids take their light from.
     #[inline(always)]
-    pub fn around(lamp: &Lamp<'_>, header: &Header, id: PageId, view: PageView<'_>, facing: &Facing) -> Self {
-        let [stride, rows] = [view.width, view.height].map(|side| side as usize + 2 * LIT);
-        let posts = Posts::new(lamp, header, id, view, facing);
+    pub fn around(posts: &Posts<'_>) -> Self {
+        let [stride, rows] = [0, 1].map(|axis: usize| posts.part[axis].len());
         let planes = [(); 3].map(|()| vec![0.0; stride * rows]);
         let mut window = Self { planes, slopes: vec![Slopes::default(); stride * rows], stride, rows };
-        let [columns, inside] = posts.inside.clone();
-        for y in inside.clone() {
+        let [columns, lit] = [0, 1].map(|axis: usize| {
+            let (lit, first) = (&posts.lit[axis], posts.part[axis].start);
+            lit.start - first..lit.end - first
+        });
+        for y in lit.clone() {
             let range = y * stride + columns.start..y * stride + columns.end;
             let [red, green, blue] = &mut window.planes;
             let light = [&mut red[range.clone()], &mut green[range.clone()], &mut blue[range.clone()]];
-            posts.row(y, Rows { light, slopes: &mut window.slopes[range] });
+            posts.row(y + posts.part[1].start, Rows { light, slopes: &mut window.slopes[range] });
         }
-        for y in 0..rows {
-            let nearest = y.clamp(inside.start, inside.end - 1);
-            for x in 0..stride {
-                let from = nearest * stride + x.clamp(columns.start, columns.end - 1);
-                window.repeat(from, y * stride + x);
-            }
-        }
+        window.repeat([columns, lit]);
         window.cover_voids();
-        window.crop();
         window
     }
 
-    fn repeat(&mut self, from: usize, to: usize) {
-        if from != to {
-            self.planes.iter_mut().for_each(|plane| plane[to] = plane[from]);
-            self.slopes[to] = self.slopes[from];
+    /// Has posts beside those that are lit send what the nearest do.
+    fn repeat(&mut self, [columns, lit]: [Range<usize>; 2]) {
+        let beside: Vec<_> = (0..self.stride).filter(|x| !columns.contains(x)).collect();
+        for y in lit.clone() {
+            for &x in &beside {
+                let (from, to) =
+                    (y * self.stride + x.clamp(columns.start, columns.end - 1), y * self.stride + x);
+                self.planes.iter_mut().for_each(|plane| plane[to] = plane[from]);
+                self.slopes[to] = self.slopes[from];
+            }
         }
+        for y in (0..self.rows).filter(|y| !lit.contains(y)) {
+            let nearest = y.clamp(lit.start, lit.end - 1) * self.stride;
+            let nearest = nearest..nearest + self.stride;
+            self.planes.iter_mut().for_each(|plane| plane.copy_within(nearest.clone(), y * self.stride));
+            self.slopes.copy_within(nearest, y * self.stride);
+        }
+    }
+
+    /// Posts of the part and [`RING`] around it, eastward and northward.
+    pub fn size(&self) -> [usize; 2] {
+        [self.stride - 2 * BESIDE, self.rows - 2 * BESIDE]
+    }
+
+    /// Red, green and blue of a row of them, and how they slope.
+    #[inline(always)]
+    pub fn row(&self, y: usize) -> ([&[f32]; 3], &[Slopes]) {
+        let start = (y + BESIDE) * self.stride + BESIDE;
+        let row = start..start + self.stride - 2 * BESIDE;
+        ([0, 1, 2].map(|channel: usize| &self.planes[channel][row.clone()]), &self.slopes[row])
     }
 
     /// Gives posts without a surface the mean of what those beside them send, or black: at the rim of a void, pixels and texels
@@ -73,18 +96,6 @@ impl Window {
                 plane[post] = light;
             }
         }
-    }
-
-    /// Takes the outermost posts away.
-    fn crop(&mut self) {
-        let (width, stride) = (self.stride - 2, self.stride);
-        let rows = 1..self.rows - 1;
-        for plane in &mut self.planes {
-            *plane = rows.clone().flat_map(|row| &plane[row * stride + 1..][..width]).copied().collect();
-        }
-        let slopes = rows.clone().flat_map(|row| &self.slopes[row * stride + 1..][..width]);
-        self.slopes = slopes.copied().collect();
-        (self.stride, self.rows) = (width, rows.len());
     }
 
     /// Mean of the posts beside a post that have a surface.
