@@ -97,3 +97,22 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
         assert!(budget == budgets[0] || flown.total.pages_evicted > 0);
     }
 }
+
+#[test]
+fn a_whole_database_is_loaded_only_where_it_fits() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    write_area(&path);
+    let open = |budget| ResidentPages::new(PageFile::open(&path).unwrap(), budget);
+    let whole = open(None);
+    whole.load_all(&Silent).unwrap();
+    let loaded = whole.paging();
+    assert_eq!((loaded.resident_bytes, loaded.bytes_read), (whole.bytes(), whole.bytes()));
+    let just = open(Some(whole.bytes()));
+    just.load_all(&Silent).unwrap();
+    assert_eq!(just.paging().resident_bytes, whole.bytes());
+    let small = open(Some(whole.bytes() - 1));
+    let refusal = small.load_all(&Silent).unwrap_err().to_string();
+    assert!(refusal.contains("area.hop") && refusal.contains("cannot be loaded as a whole"), "{refusal}");
+    assert_eq!(small.paging().pages_read, 0);
+}

@@ -103,6 +103,9 @@ impl Flight<'_> {
 
     fn look_ahead(&self, count: u32, foresight: &dyn Foresight, news: &Receiver<()>) {
         let _end = Ending(self);
+        if self.pages.is_whole() {
+            return;
+        }
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;

@@ -9,15 +9,17 @@
 //! [`PageFile`] is the mapping of a database file: bytes are the system's, and checked when they are first touched.
 //! [`ResidentPages`] bounds how many of them are in memory, and counts ([`Paging`]); [`ResidentPages::ahead_of`] has a thread
 //! bring in what a flight needs. What a frame needs is told by a [`Foresight`]; this layer knows nothing of
-//! rays, and marchers know pages only as a [`crate::voxel::PageSource`].
+//! rays, and marchers know pages only as a [`crate::voxel::PageSource`]. [`PagePlan`] says what a flight will need without flying it.
 
 mod clock;
 mod flight;
 mod page_file;
+mod plan;
 mod resident;
 mod tally;
 
 pub use flight::{Flight, Foresight, LOOKAHEAD};
 pub use page_file::PageFile;
+pub use plan::{FrameNeeds, PagePlan};
 pub use resident::ResidentPages;
 pub use tally::Paging;

@@ -19,12 +19,18 @@ use std::time::Instant;
 use super::clock::{Claim, Clock};
 use super::tally::Tally;
 use super::{PageFile, Paging};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::progress::Observer;
 use crate::voxel::{Header, PageId, PageSource, PageView};
 
 /// Level index from which on pages stay once they are there: voxels of 64 units, and coarser ones. All that is known of what may
 /// be hidden rests on their bounds.
 const KEPT_LEVEL: u8 = 3;
+
+/// Pages that are asked for together when all are loaded.
+const LOADED_TOGETHER: usize = 64;
+
+const MIB: u64 = 1 << 20;
 
 /// Bits of a page's state.
 mod state {
@@ -47,6 +53,8 @@ struct Ledger {
     most: u64,
     /// By page: the number of the first frame that is not known to need it any more.
     needed_until: Vec<u32>,
+    /// By page: the number of the first frame that needed it; `None` if none did.
+    needed_from: Vec<Option<u32>>,
     /// Frames below this number have been delivered.
     delivered: u32,
 }
@@ -69,7 +77,8 @@ impl ResidentPages {
     /// Pages of `file`, at most `budget` bytes of them in memory besides what stays always; `None`: as many as there are.
     pub fn new(file: PageFile, budget: Option<u64>) -> Self {
         let count = file.store().directory().len();
-        let ledger = Ledger { needed_until: vec![0; count], ..Ledger::default() };
+        let ledger =
+            Ledger { needed_until: vec![0; count], needed_from: vec![None; count], ..Ledger::default() };
         Self {
             file,
             budget: budget.unwrap_or(u64::MAX),
@@ -110,6 +119,7 @@ impl ResidentPages {
     pub(super) fn begin_flight(&self) {
         let mut ledger = self.ledger();
         ledger.needed_until.fill(0);
+        ledger.needed_from.fill(None);
         ledger.delivered = 0;
     }
 
@@ -120,6 +130,61 @@ impl ResidentPages {
     fn index(&self, id: PageId) -> Option<usize> {
         let directory = self.file.store().directory();
         directory.get(id).and_then(|_| directory.index(id))
+    }
+
+    /// Pages that the latest flight needed, each with the number of the first frame that did, in no order.
+    pub fn first_use(&self) -> Vec<(PageId, u32)> {
+        let directory = self.file.store().directory();
+        let ledger = self.ledger();
+        let needed = ledger.needed_from.iter().enumerate();
+        needed.filter_map(|(index, frame)| Some((directory.id(index), (*frame)?))).collect()
+    }
+
+    /// Bytes of all pages.
+    pub fn bytes(&self) -> u64 {
+        self.file.store().directory().present().map(|(_, entry)| u64::from(entry.length)).sum()
+    }
+
+    /// Brings all pages into memory, in the order of the file: no flight waits for one any more.
+    ///
+    /// # Errors
+    /// They are more than the budget; a page that is damaged; an interruption.
+    pub fn load_all(&self, observer: &dyn Observer) -> Result<()> {
+        let store = self.file.store();
+        if self.bytes() > self.budget {
+            return Err(Error::Configuration(format!(
+                "{} holds {} MiB of pages, and {} MiB may be in memory: it cannot be loaded as a whole",
+                self.file.path().display(),
+                self.bytes().div_ceil(MIB),
+                self.budget / MIB
+            )));
+        }
+        let mut pages: Vec<_> = store.directory().present().map(|(id, entry)| (entry.offset, id)).collect();
+        pages.sort_unstable();
+        observer.begin("load", pages.len() as u64, "pages");
+        for together in pages.chunks(LOADED_TOGETHER) {
+            if observer.cancelled() {
+                return Err(Error::Interrupted("the database was not loaded to its end".into()));
+            }
+            let pages: Vec<_> = together.iter().map(|(_, id)| *id).collect();
+            self.bring(0, &pages, |_| true);
+            // Says what is wrong with a page that did not come.
+            pages.iter().try_for_each(|id| store.load(*id))?;
+            observer.advance(pages.len() as u64);
+        }
+        observer.end();
+        Ok(())
+    }
+
+    /// Whether all pages are in memory, where they stay.
+    pub(super) fn is_whole(&self) -> bool {
+        let directory = self.file.store().directory();
+        let is_here = |id| {
+            directory
+                .index(id)
+                .is_some_and(|index| self.states[index].load(Ordering::Acquire) & state::RESIDENT != 0)
+        };
+        self.bytes() <= self.budget && directory.present().all(|(id, _)| is_here(id))
     }
 
     /// Frames below number `delivered` need nothing any more.
@@ -137,6 +202,7 @@ impl ResidentPages {
             for &id in needs {
                 let Some(index) = self.index(id) else { continue };
                 ledger.needed_until[index] = frame + 1;
+                ledger.needed_from[index].get_or_insert(frame);
                 if self.states[index].load(Ordering::Acquire) & (state::RESIDENT | state::COMING) == 0 {
                     missing.push((id, index));
                     bytes += self.length(id);
@@ -268,6 +334,8 @@ impl ResidentPages {
             if now & state::COMING == 0 {
                 // With nothing to spare the budget gives way: a frame needs what it needs.
                 self.make_room(&mut ledger, self.length(id), &|_| true);
+                let frame = ledger.delivered;
+                ledger.needed_from[index].get_or_insert(frame);
                 self.reserve(&mut ledger, id, index);
                 drop(ledger);
                 break self.fetch(id, index);

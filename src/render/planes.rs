@@ -289,7 +289,7 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> 
 fn field<S>(renderer: &Renderer<'_, S>, ladder: &Ladder, kept: &Kept) -> Field {
     let rows = kept.first..kept.first + kept.filled.len();
     let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
-    Field { tangents, row: ladder.least_row(), detail: renderer.options.detail as f32 }
+    Field { tangents, row: ladder.least_row, detail: renderer.options.detail as f32 }
 }
 
 /// What a worker uses for one group after the other.

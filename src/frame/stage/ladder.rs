@@ -22,6 +22,9 @@ pub struct Ladder {
     pub centres: Vec<f32>,
     /// 1 / (upper edge − lower edge).
     pub per_row: Vec<f32>,
+    /// Least height of a row, as tangent, and as angle, radians; a few outermost ones, which are cut where they touch nadir or
+    /// zenith, may be less.
+    pub least_row: [f32; 2],
     /// How many edges lie in the cells before each one.
     before: Vec<u32>,
     /// Where cells begin, and how many there are per unit.
@@ -32,11 +35,13 @@ pub struct Ladder {
 impl Ladder {
     /// Rows between edges, of which there is one more than `centres`.
     pub fn new(edges: Vec<f32>, centres: Vec<f32>) -> Self {
-        let per_row = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
+        let per_row: Vec<f32> = edges.windows(2).map(|edge| 1.0 / (edge[1] - edge[0])).collect();
         let ends = [edges.first(), edges.last()].map(|edge| evenly(edge.copied().unwrap_or(0.0)));
         let cells = CELLS * edges.len();
         let per_unit = cells as f32 / (ends[1] - ends[0]).max(f32::MIN_POSITIVE);
-        let mut ladder = Self { edges, centres, per_row, before: Vec::new(), start: ends[0], per_unit };
+        let least_row = least_row(&per_row, &centres);
+        let mut ladder =
+            Self { edges, centres, per_row, least_row, before: Vec::new(), start: ends[0], per_unit };
         let mut before = vec![0; cells + 2];
         for &edge in &ladder.edges {
             before[(ladder.cell(evenly(edge)) + 1).min(cells + 1)] += 1;
@@ -48,18 +53,6 @@ impl Ladder {
         }
         ladder.before = before;
         ladder
-    }
-
-    /// Least height of a row, as tangent, and as angle, radians; a few outermost ones, which are cut where they touch nadir or
-    /// zenith, may be less.
-    pub fn least_row(&self) -> [f32; 2] {
-        let rows = self.per_row.iter().zip(&self.centres);
-        let rows = rows.take(self.per_row.len().saturating_sub(OUTERMOST)).skip(OUTERMOST);
-        let most = rows.fold([0.0_f32; 2], |most, (&per_row, &centre)| {
-            let per_angle = per_row * centre.mul_add(centre, 1.0);
-            [most[0].max(per_row), most[1].max(per_angle)]
-        });
-        most.map(|per_row| 1.0 / per_row.max(f32::MIN_POSITIVE))
     }
 
     /// Cells between which all edges are that lie above tangents `low` and not above `high`, and few others.
@@ -87,6 +80,16 @@ impl Ladder {
     fn cell(&self, at: f32) -> usize {
         ((at - self.start) * self.per_unit) as usize
     }
+}
+
+fn least_row(per_row: &[f32], centres: &[f32]) -> [f32; 2] {
+    let rows = per_row.iter().zip(centres);
+    let rows = rows.take(per_row.len().saturating_sub(OUTERMOST)).skip(OUTERMOST);
+    let most = rows.fold([0.0_f32; 2], |most, (&per_row, &centre)| {
+        let per_angle = per_row * centre.mul_add(centre, 1.0);
+        [most[0].max(per_row), most[1].max(per_angle)]
+    });
+    most.map(|per_row| 1.0 / per_row.max(f32::MIN_POSITIVE))
 }
 
 /// A coordinate from −1 to 1 in which rows of any fan are about equally far apart.

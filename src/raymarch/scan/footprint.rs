@@ -45,8 +45,10 @@ pub struct Footprint<'a> {
     ceiling: f64,
     /// Every ray that goes down meets the surface: no voxel of the area is empty.
     is_opaque: bool,
-    /// The last page whose bounds were looked at.
-    bounds: Option<(PageId, Option<PageView<'a>>)>,
+    /// By level, the last page whose bounds were looked at.
+    bounds: Vec<Option<(PageId, Option<PageView<'a>>)>>,
+    /// By level, the columns and rows of pages that this wedge was found to need last, if all are there.
+    noted: Vec<Option<[[u32; 2]; 2]>>,
     /// Pages, and the least distance at which they are needed, metres.
     pages: HashMap<PageId, f64>,
 }
@@ -104,7 +106,8 @@ impl<'a> Footprint<'a> {
             strides,
             ceiling: header.height_range.1 + header.heights.scale,
             is_opaque: header.metadata.empty_share == 0.0,
-            bounds: None,
+            bounds: vec![None; usize::from(header.level_count)],
+            noted: vec![None; usize::from(header.level_count)],
             pages: HashMap::new(),
         }
     }
@@ -139,6 +142,7 @@ impl<'a> Footprint<'a> {
         let [mut horizon, top] = wedge.slopes;
         let mut at = nearest;
         let mut was_in_sight = true;
+        self.noted.fill(None);
         while at < farthest {
             if horizon >= top || horizon >= 0.0 && ceiling < horizon * at {
                 break;
@@ -262,6 +266,10 @@ impl<'a> Footprint<'a> {
         let units = margins.map(|voxels| voxels * f64::from(Grid::side_units(level)));
         let [x, y] =
             self.voxels(eye, wedge, ring, level, units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));
+        if self.noted[usize::from(level)] == Some([x, y]) {
+            // Nearer, since rings go outward.
+            return;
+        }
         let distance = ring.from * wedge.ground[0];
         let mut is_whole = true;
         for py in y[0]..=y[1] {
@@ -274,6 +282,7 @@ impl<'a> Footprint<'a> {
                     .or_insert(distance);
             }
         }
+        self.noted[usize::from(level)] = is_whole.then_some([x, y]);
         if !is_whole {
             // Blocks there begin and end elsewhere.
             self.need(eye, wedge, ring, level + 1, [COARSER; 2]);
@@ -282,36 +291,59 @@ impl<'a> Footprint<'a> {
 
     /// Least lower and greatest upper bound over a ring, of voxels of `level`; `None` where not all are known.
     fn bounds_over(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, level: u8) -> Result<Option<[u16; 2]>> {
-        let [x, y] = self.voxels(eye, wedge, ring, level, [0.0; 2]);
-        let mut bounds: Option<[u16; 2]> = None;
-        for row in y[0]..=y[1] {
-            for column in x[0]..=x[1] {
-                let Some([low, high]) = self.bounds_at(level, column, row)? else { return Ok(None) };
-                bounds = Some(match bounds {
-                    // No surface in some voxel: the lowest is lower than any.
-                    Some([least, most]) => [least.min(low), most.max(high)],
-                    None => [low, high],
-                });
-            }
-        }
-        Ok(bounds)
+        let voxels = self.voxels(eye, wedge, ring, level, [0.0; 2]);
+        self.bounds_of(level, voxels)
     }
 
-    /// Bounds of a voxel; of the coarser one where its page is absent.
-    fn bounds_at(&mut self, level: u8, x: u32, y: u32) -> Result<Option<[u16; 2]>> {
-        let id = PageId { level, px: x / PAGE_SIDE, py: y / PAGE_SIDE };
-        if self.bounds.as_ref().is_none_or(|(known, _)| *known != id) {
-            self.bounds = Some((id, self.source.page(id)?));
-        }
-        match &self.bounds {
-            Some((_, Some(view))) => {
-                let at = (y % PAGE_SIDE * view.width + x % PAGE_SIDE) as usize;
-                Ok(view.low.get(at).copied().zip(view.high.get(at).copied()).map(<[u16; 2]>::from))
+    /// The same of voxels, first and last along each axis; of the coarser ones where their page is absent.
+    fn bounds_of(&mut self, level: u8, [x, y]: [[u32; 2]; 2]) -> Result<Option<[u16; 2]>> {
+        // No surface in some voxel: the lowest is lower than any.
+        let mut bounds = [u16::MAX, u16::MIN];
+        for py in y[0] / PAGE_SIDE..=y[1] / PAGE_SIDE {
+            for px in x[0] / PAGE_SIDE..=x[1] / PAGE_SIDE {
+                let part = [part_on_page(x, px), part_on_page(y, py)];
+                let found = match self.bounds_page(PageId { level, px, py })? {
+                    Some(view) => bounds_on_page(&view, part.map(|range| range.map(|at| at % PAGE_SIDE))),
+                    None if level + 1 < self.level_count => {
+                        self.bounds_of(level + 1, part.map(|range| range.map(|at| at / RADIX)))?
+                    }
+                    None => None,
+                };
+                let Some([low, high]) = found else { return Ok(None) };
+                bounds = [bounds[0].min(low), bounds[1].max(high)];
             }
-            _ if level + 1 < self.level_count => self.bounds_at(level + 1, x / RADIX, y / RADIX),
-            _ => Ok(None),
         }
+        Ok(Some(bounds))
     }
+
+    fn bounds_page(&mut self, id: PageId) -> Result<Option<PageView<'a>>> {
+        let slot = &mut self.bounds[usize::from(id.level)];
+        if let Some((known, view)) = slot
+            && *known == id
+        {
+            return Ok(*view);
+        }
+        let view = self.source.page(id)?;
+        *slot = Some((id, view));
+        Ok(view)
+    }
+}
+
+/// What of a range of voxels, first and last, lies on a page.
+fn part_on_page([first, last]: [u32; 2], page: u32) -> [u32; 2] {
+    [first.max(page * PAGE_SIDE), last.min(page * PAGE_SIDE + PAGE_SIDE - 1)]
+}
+
+/// Least lower and greatest upper bound of voxels of a page, first and last along each axis; `None` where there are none.
+fn bounds_on_page(view: &PageView<'_>, [x, y]: [[u32; 2]; 2]) -> Option<[u16; 2]> {
+    let mut bounds = [u16::MAX, u16::MIN];
+    for row in y[0]..=y[1] {
+        let row = (row * view.width + x[0]) as usize..=(row * view.width + x[1]) as usize;
+        let (low, high) = (view.low.get(row.clone())?, view.high.get(row)?);
+        bounds[0] = low.iter().fold(bounds[0], |least, code| least.min(*code));
+        bounds[1] = high.iter().fold(bounds[1], |most, code| most.max(*code));
+    }
+    Some(bounds)
 }
 
 impl Wedge {

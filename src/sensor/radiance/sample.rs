@@ -197,7 +197,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
                 self.simd.prefetch(&image.texels, start + texel);
             }
             if line.distance <= run.narrow_to {
-                let start = start.min(image.texels.len() - 2 * LANES);
+                let start = start.min(image.texels.len().saturating_sub(2 * LANES));
                 place.near = Some((start, row as i32 - start as i32));
             }
         }

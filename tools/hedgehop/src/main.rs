@@ -15,6 +15,7 @@ mod progress;
 mod screen;
 mod sequence;
 mod speedup;
+mod traffic;
 mod view;
 mod world;
 
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{bench, build, demo, info, render, verify};
+use crate::commands::{bench, build, demo, info, plan, render, verify};
 use crate::interrupt::Interrupt;
 
 /// Renders low flight over real terrain from voxel databases, without a GPU.
@@ -47,6 +48,7 @@ Exit codes are listed by `hedgehop COMMAND --help`.";
 enum Command {
     Build(build::Args),
     Render(render::Args),
+    Plan(plan::Args),
     Info(info::Args),
     Verify(verify::Args),
     Bench(bench::Args),
@@ -60,6 +62,7 @@ fn main() -> ExitCode {
         Interrupt::install().map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
             Command::Build(args) => build::run(args, &interrupt),
             Command::Render(args) => render::run(args, &interrupt),
+            Command::Plan(args) => plan::run(args, &interrupt),
             Command::Info(args) => info::run(args),
             Command::Verify(args) => verify::run(args, &interrupt),
             Command::Bench(args) => bench::run(args, &interrupt),

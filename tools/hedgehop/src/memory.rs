@@ -1,7 +1,10 @@
 //! How the memory that a flight may take is shared out, and what is said of paging.
 
+use std::time::{Duration, Instant};
+
 use clap::Args;
-use hedgehop::memory::Paging;
+use hedgehop::memory::{Paging, ResidentPages};
+use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
 use crate::args::{self, Size};
@@ -10,17 +13,17 @@ use crate::sequence::Product;
 const MIB: u64 = 1 << 20;
 
 /// Bytes of a pixel while its frame is rendered: what planes saw, and the picture.
-const FLYING: u64 = 12;
-/// Bytes of a pixel on its way to the disk, with what an encoder holds.
-const WRITTEN: u64 = 8;
-/// The same of a frame with all its planes.
-const WRITTEN_WHOLE: u64 = 72;
+const FLYING: u64 = 9;
+/// Bytes of a pixel of a finished picture.
+const WAITING: u64 = 3;
+/// Those of a frame with all its planes.
+const WHOLE: u64 = 36;
 /// The program itself, its threads and their scratch memory.
-const PROGRAM: u64 = 24 * MIB;
+const PROGRAM: u64 = 16 * MIB;
 /// Least worth having for pages, and for what is computed from them.
 const LEAST: u64 = 24 * MIB;
 /// Of what frames leave, pages take so many parts of a hundred; what is computed from them takes the others.
-const PAGES_SHARE: u64 = 70;
+const PAGES_SHARE: u64 = 85;
 
 /// The memory of a flight.
 #[derive(Debug, Clone, Copy, Default, Args)]
@@ -29,6 +32,10 @@ pub struct Memory {
     /// them; views that need more take more [default: what the system gives]
     #[arg(long, value_name = "BYTES", value_parser = args::bytes)]
     memory: Option<u64>,
+
+    /// Load the whole database into memory first; refused if it does not fit
+    #[arg(long)]
+    preload: bool,
 }
 
 /// Bytes for what is kept of a database.
@@ -40,32 +47,83 @@ pub struct Shares {
     pub derived: u64,
 }
 
+/// What a flight holds besides what it keeps of its database.
+#[derive(Debug, Clone, Copy)]
+pub struct Frames {
+    /// Of each frame.
+    pub size: Size,
+    /// What of it.
+    pub product: Product,
+    /// Frames that are rendered at once.
+    pub in_flight: usize,
+    /// Threads that write.
+    pub encoders: usize,
+}
+
+impl Frames {
+    /// Bytes of them, with those of the program.
+    fn bytes(self) -> u64 {
+        let pixels = u64::from(self.size.width) * u64::from(self.size.height);
+        let whole = if self.product == Product::Frame { WHOLE } else { 0 };
+        // Every encoder holds a frame and what it makes of it, and may have another waiting.
+        let waiting = 3 * (WAITING + whole) * self.encoders as u64;
+        PROGRAM + pixels * ((FLYING + whole) * self.in_flight as u64 + waiting)
+    }
+
+    /// Least memory that has room for so many bytes of pages.
+    pub fn memory_for(self, pages: u64) -> u64 {
+        let rest = pages.saturating_sub(LEAST).div_ceil(PAGES_SHARE) * 100;
+        self.bytes() + 2 * LEAST + rest
+    }
+}
+
+/// Memory that is free for a program, and that its group may take, bytes; `None` where the system does not say.
+pub fn available() -> Option<u64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let group = system.cgroup_limits().map(|limits| limits.free_memory);
+    let free = Some(system.available_memory()).filter(|bytes| *bytes > 0)?;
+    Some(group.map_or(free, |group| group.min(free)))
+}
+
 impl Memory {
+    /// Loads the database if that was asked for.
+    ///
+    /// # Errors
+    /// It does not fit; a page that is damaged; an interruption.
+    pub fn preload(self, pages: &ResidentPages, observer: &dyn Observer) -> Result<()> {
+        if !self.preload {
+            return Ok(());
+        }
+        if let Some(free) = available()
+            && free < pages.bytes()
+        {
+            return Err(Error::Configuration(format!(
+                "--preload needs {} MiB for all pages of {}, and {} MiB of memory are free; leave it out, pages then come as they are \
+                 needed",
+                pages.bytes().div_ceil(MIB),
+                pages.file().path().display(),
+                free / MIB
+            )));
+        }
+        pages.load_all(observer)
+    }
+
     /// What frames leave of the memory; `None`: there is no limit.
     ///
     /// # Errors
     /// The memory is too little for frames of this size.
-    pub fn shares(
-        self,
-        size: Size,
-        product: Product,
-        in_flight: usize,
-        encoders: usize,
-    ) -> Result<Option<Shares>> {
+    pub fn shares(self, frames: Frames) -> Result<Option<Shares>> {
         let Some(memory) = self.memory else { return Ok(None) };
-        let pixels = u64::from(size.width) * u64::from(size.height);
-        let written = if product == Product::Frame { WRITTEN_WHOLE } else { WRITTEN };
-        let (in_flight, waiting) = (in_flight as u64, in_flight as u64 + 2 * encoders as u64);
-        let frames = PROGRAM + pixels * (FLYING * in_flight + written * waiting);
-        let Some(rest) = memory.checked_sub(frames + 2 * LEAST) else {
+        let least = frames.memory_for(LEAST);
+        let Some(rest) = memory.checked_sub(least) else {
             return Err(Error::Configuration(format!(
-                "--memory of {} MiB is too little for {} frames of {}x{} in flight; give at least {} MiB, a smaller --size \
+                "--memory of {} MiB is too little for {} frames of {} in flight; give at least {} MiB, a smaller --size \
                  or --in-flight 1",
                 memory / MIB,
-                in_flight,
-                size.width,
-                size.height,
-                (frames + 2 * LEAST).div_ceil(MIB)
+                frames.in_flight,
+                frames.size,
+                least.div_ceil(MIB)
             )));
         };
         let pages = LEAST + rest * PAGES_SHARE / 100;
@@ -93,21 +151,68 @@ pub fn sentence(paging: &Paging) -> String {
     )
 }
 
+/// Tells a flight's paging while it goes on.
+#[derive(Debug)]
+pub struct Live {
+    told: Instant,
+    frames: u64,
+    before: Paging,
+}
+
+/// How often.
+const INTERVAL: Duration = Duration::from_secs(1);
+
+impl Live {
+    /// From now on.
+    pub fn new(paging: Paging) -> Self {
+        Self { told: Instant::now(), frames: 0, before: paging }
+    }
+
+    /// Another frame was delivered; what there is to say, once a second.
+    pub fn deliver(&mut self, number: u64, paging: impl Fn() -> Paging) -> Option<String> {
+        self.frames += 1;
+        let seconds = self.told.elapsed().as_secs_f64();
+        if seconds < INTERVAL.as_secs_f64() {
+            return None;
+        }
+        let now = paging();
+        let since = now.since(&self.before);
+        let mib = |bytes: u64| bytes as f64 / MIB as f64;
+        let text = format!(
+            "frame {number}: {:.1} frames/s, {:.1} MiB of pages in memory, {:.1} MiB/s read, {} evicted, {} demand misses ({:.3} s), frames \
+             waited {:.3} s",
+            self.frames as f64 / seconds,
+            mib(since.resident_bytes),
+            mib(since.bytes_read) / seconds,
+            since.pages_evicted,
+            since.demand_misses,
+            since.demand_wait_ns as f64 / 1e9,
+            since.frame_wait_ns as f64 / 1e9,
+        );
+        *self = Self { told: Instant::now(), frames: 0, before: now };
+        Some(text)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const SIZE: Size = Size { width: 1920, height: 1080 };
 
+    fn frames(product: Product, in_flight: usize) -> Frames {
+        Frames { size: SIZE, product, in_flight, encoders: 1 }
+    }
+
     fn shares(mib: u64, in_flight: usize) -> Result<Option<Shares>> {
-        Memory { memory: Some(mib * MIB) }.shares(SIZE, Product::Picture, in_flight, 1)
+        Memory { memory: Some(mib * MIB), preload: false }.shares(frames(Product::Picture, in_flight))
     }
 
     #[test]
     fn shares_leave_room_for_frames() {
         let Shares { pages, derived } = shares(512, 2).unwrap().unwrap();
-        assert!(pages > 200 * MIB && derived > 80 * MIB && pages + derived < 430 * MIB, "{pages} {derived}");
-        assert_eq!(Memory::default().shares(SIZE, Product::Frame, 2, 1).unwrap(), None);
+        assert!(pages > 350 * MIB && derived > 60 * MIB && pages + derived < 450 * MIB, "{pages} {derived}");
+        assert_eq!(Memory::default().shares(frames(Product::Frame, 2)).unwrap(), None);
     }
 
     #[test]
@@ -117,5 +222,14 @@ mod tests {
             refusal.split("at least ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         assert!(refusal.contains("--memory of 64 MiB"), "{refusal}");
         assert!(shares(least, 2).is_ok() && shares(least - 1, 2).is_err());
+    }
+
+    #[test]
+    fn memory_for_pages_holds_them() {
+        for pages in [LEAST, 200 * MIB, 777 * MIB + 1] {
+            let memory = Memory { memory: Some(frames(Product::Frame, 3).memory_for(pages)), preload: false };
+            let got = memory.shares(frames(Product::Frame, 3)).unwrap().unwrap().pages;
+            assert!(got >= pages && got < pages + MIB, "{got} for {pages}");
+        }
     }
 }

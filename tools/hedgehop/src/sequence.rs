@@ -18,6 +18,8 @@ use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::{Error, Result};
 
+use crate::memory::Live;
+
 /// A finished frame on its way to the disk.
 #[derive(Debug)]
 pub struct Shot {
@@ -60,6 +62,8 @@ pub struct Sequence<'a> {
     pub in_flight: usize,
     /// Threads that write; one if the order matters.
     pub encoders: usize,
+    /// Tell every second what paging costs.
+    pub stats: bool,
 }
 
 /// What became of a sequence.
@@ -147,9 +151,15 @@ impl Sequence<'_> {
             })
         };
         let mut delivered = 0;
+        let mut live = Live::new(self.pages.paging());
         self.farm.fly(&batch, render, |number, image| {
             flight.deliver(delivered);
             delivered += 1;
+            if self.stats
+                && let Some(text) = live.deliver(number, || self.pages.paging())
+            {
+                observer.note(&text);
+            }
             // What the encoder that failed says replaces this.
             let stopped = || Error::Interrupted("no frame can be written".into());
             if failed.load(Ordering::Relaxed) {

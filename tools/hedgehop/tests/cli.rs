@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-const COMMANDS: [&str; 6] = ["build", "render", "info", "verify", "bench", "demo"];
+const COMMANDS: [&str; 7] = ["build", "render", "plan", "info", "verify", "bench", "demo"];
 /// Longest that any step of a test may take before it counts as hung.
 const PATIENCE: Duration = Duration::from_secs(120);
 

@@ -30,7 +30,7 @@ use crate::args::{self, Instructions, Overlap, Size, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::figures::{Figures, Report};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Memory, Shares};
+use crate::memory::{self, Frames, Memory, Shares};
 use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
@@ -153,9 +153,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let setup = args.flight.screen.setup()?;
     let most = *args.workers.iter().max().unwrap_or(&args::available_cores());
     let in_flight = Farm::new(most)?.in_flight(args.overlap.in_flight);
-    let shares = args.memory.shares(setup.size, Product::Picture, in_flight, 0)?;
+    let shares =
+        args.memory.shares(Frames { size: setup.size, product: Product::Picture, in_flight, encoders: 0 })?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
+    args.memory.preload(&source, &reporter)?;
     let report = measure(args, &source, shares, setup.size, &cameras, &reporter)?;
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)

@@ -122,6 +122,8 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         workers: Workers { jobs: None },
         overlap: Overlap::default(),
         memory: Memory::default(),
+        stats: false,
+        traffic: None,
         instructions: Instructions::default(),
         flight: FlightArgs {
             path: Some(folder.join(PATH.0)),

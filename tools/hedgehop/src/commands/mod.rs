@@ -4,5 +4,6 @@ pub mod bench;
 pub mod build;
 pub mod demo;
 pub mod info;
+pub mod plan;
 pub mod render;
 pub mod verify;

@@ -20,11 +20,12 @@ use serde_json::{Value, json};
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Memory};
+use crate::memory::{self, Frames, Memory};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
 use crate::screen::Setup;
 use crate::sequence::{Product, Sequence};
+use crate::traffic::Traffic;
 use crate::view::{FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
@@ -78,6 +79,14 @@ pub struct Args {
 
     #[command(flatten)]
     pub memory: Memory,
+
+    /// Tell every second how fast frames come and what paging costs
+    #[arg(long)]
+    pub stats: bool,
+
+    /// Draw a map of the database's pages by the first frame that needed them
+    #[arg(long, value_name = "MAP.svg")]
+    pub traffic: Option<PathBuf>,
 
     #[command(flatten)]
     pub instructions: Instructions,
@@ -156,7 +165,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let farm = Farm::new(args.workers.count())?;
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
-    let shares = args.memory.shares(setup.size, product, in_flight, encoders)?;
+    let shares = args.memory.shares(Frames { size: setup.size, product, in_flight, encoders })?;
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
@@ -170,7 +179,16 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     note_reference(&renderer, &options, &cameras, reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
-    let sequence = Sequence { pages: source, renderer: &renderer, product, farm: &farm, in_flight, encoders };
+    args.memory.preload(source, reporter)?;
+    let sequence = Sequence {
+        pages: source,
+        renderer: &renderer,
+        product,
+        farm: &farm,
+        in_flight,
+        encoders,
+        stats: args.stats,
+    };
     let (files, rendered) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
@@ -186,6 +204,9 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         let rendered = fly_files(args, &sequence, &files, &cameras, reporter)?;
         (cameras.iter().map(|(number, _)| files.path(*number)).collect(), rendered)
     };
+    if let Some(map) = &args.traffic {
+        Traffic { header: source.header(), cameras: &cameras, first_use: &source.first_use() }.write(map)?;
+    }
     if let Some(film) = &args.video {
         encode_video(files.iter().cloned(), args.fps, film, reporter)?;
     }
@@ -207,6 +228,11 @@ fn check_combination(args: &Args) -> Result<()> {
             check_no_input("-o", &folder.join(name), &[path])?;
         }
         sidecar::Manifest::check_folder(folder)?;
+    }
+    if let Some(map) = &args.traffic {
+        let mut inputs = vec![args.area.as_path()];
+        inputs.extend(args.flight.path.as_deref());
+        check_no_input("--traffic", map, &inputs)?;
     }
     if is_stream && args.skip_existing {
         return Err(Error::Configuration(

@@ -1,0 +1,388 @@
+//! `hedgehop plan`: what a flight needs of a database and of the machine, without flying it.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use hedgehop::frame::{FrameRate, FrameSet};
+use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
+use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer};
+use hedgehop::space::Camera;
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::{Grid, PAGE_SIDE, PageId, PageSource};
+use hedgehop::{Error, Result};
+use serde::Serialize;
+
+use crate::args::{Overlap, Workers, check_no_input};
+use crate::exit::{self, Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::memory::{self, Frames};
+use crate::progress::{Mode, Reporter};
+use crate::sequence::Product;
+use crate::traffic::Traffic;
+use crate::view::{FlightArgs, LookArgs};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop plan area.hop --path track.gpx
+  hedgehop plan area.hop --path track.csv --size 1920x1080 --fps 60 --traffic pages.svg
+  hedgehop plan area.hop --path track.csv --json";
+
+const MIB: f64 = 1_048_576.0;
+
+/// How long the disk is timed.
+const TIMED: Duration = Duration::from_secs(1);
+
+/// Say what a flight needs: pages, memory, disk, the ground about its path; and whether this machine can do it.
+///
+/// Nothing is rendered. Pages are foreseen as `render` does it, from bounds of coarse voxels: some that are counted will not be touched,
+/// none is touched that is not counted.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to fly through
+    #[arg(value_name = "AREA.hop")]
+    area: PathBuf,
+
+    /// Frames per second: 30, 29.97, 24000/1001
+    #[arg(long, value_name = "RATE", default_value = "30")]
+    fps: FrameRate,
+
+    /// Frames to plan: 1-10,20,30-40:2 [default: all]
+    #[arg(long, value_name = "LIST", value_parser = FrameSet::parse)]
+    frames: Option<FrameSet>,
+
+    /// Print one JSON object, with the needs of every frame
+    #[arg(long)]
+    json: bool,
+
+    /// Draw a map of the pages by the first frame that needs them
+    #[arg(long, value_name = "MAP.svg")]
+    traffic: Option<PathBuf>,
+
+    /// Do not read from the disk to see how fast it is
+    #[arg(long)]
+    no_timing: bool,
+
+    #[command(flatten)]
+    workers: Workers,
+
+    #[command(flatten)]
+    overlap: Overlap,
+
+    #[command(flatten)]
+    flight: FlightArgs,
+
+    #[command(flatten)]
+    look: LookArgs,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+/// What a level gives.
+#[derive(Debug, Serialize)]
+struct LevelNeeds {
+    /// Units of a voxel's side.
+    level: u32,
+    /// Pages that some frame needs, and bytes of them.
+    pages: u64,
+    bytes: u64,
+    /// Bytes of all pages of the level.
+    bytes_stored: u64,
+    /// Ground under these pages, km².
+    area_km2: f64,
+    /// Farthest of it from the path, metres.
+    reach_m: f64,
+}
+
+/// What this machine has to offer.
+#[derive(Debug, Serialize)]
+struct Machine {
+    /// Memory that a program may take, bytes; null where the system does not say.
+    memory_bytes: Option<u64>,
+    /// What the disk yields of this flight's pages, bytes per second; null if it was not timed.
+    disk_bytes_per_s: Option<f64>,
+}
+
+/// The whole answer.
+#[derive(Debug, Serialize)]
+struct Report {
+    area: String,
+    frames: u64,
+    fps: String,
+    size: [u32; 2],
+    /// Frames whose pages are not known: the reference marcher renders them.
+    frames_by_reference: u64,
+    /// The most that one frame needs.
+    view_bytes_most: u64,
+    /// The most that a frame and the 30 after it need together.
+    ahead_bytes_most: u64,
+    /// All that some frame needs.
+    flight_bytes: u64,
+    /// What must be read before the first frame.
+    first_frame_bytes: u64,
+    /// What must be read later if all is kept, and if only what is known to be needed is.
+    later_bytes: u64,
+    later_bytes_least_memory: u64,
+    /// The most that a second of the flight reads, bytes.
+    second_bytes_most: u64,
+    /// `--memory` that holds the fullest 30 frames, and the fullest single one.
+    memory_bytes: u64,
+    memory_bytes_least: u64,
+    levels: Vec<LevelNeeds>,
+    machine: Machine,
+    /// Why this machine cannot fly it without waiting; empty if it can.
+    obstacles: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    by_frame: Vec<ByFrame>,
+}
+
+/// A frame of the JSON object.
+#[derive(Debug, Serialize)]
+struct ByFrame {
+    frame: u64,
+    #[serde(flatten)]
+    needs: hedgehop::memory::FrameNeeds,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    if let Some(map) = &args.traffic {
+        let mut inputs = vec![args.area.as_path()];
+        inputs.extend(args.flight.path.as_deref());
+        check_no_input("--traffic", map, &inputs)?;
+    }
+    let file = PageFile::open(&args.area)?;
+    let setup = args.flight.screen.setup()?;
+    let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
+    let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
+    let options = args.flight.world.apply(file.header(), args.look.options());
+    let planned = planned(&file, &cameras, &options, &reporter)?;
+    if let Some(map) = &args.traffic {
+        let first_use = &planned.plan.first_use;
+        Traffic { header: file.header(), cameras: &cameras, first_use }.write(map)?;
+    }
+    let farm = Farm::new(args.workers.count())?;
+    let frames = Frames {
+        size: setup.size,
+        product: Product::Picture,
+        in_flight: farm.in_flight(args.overlap.in_flight),
+        encoders: 1,
+    };
+    let report = report(args, &file, &cameras, &planned, frames)?;
+    let text = if args.json {
+        format!(
+            "{:#}\n",
+            serde_json::to_value(&report).map_err(|error| Failure::Unforeseen(error.to_string()))?
+        )
+    } else {
+        report.text()
+    };
+    Ok(exit::print(&text)?)
+}
+
+/// A plan, and how many frames it knows nothing of.
+struct Planned {
+    plan: PagePlan,
+    by_reference: u64,
+}
+
+fn planned(
+    file: &PageFile,
+    cameras: &[(u64, Camera)],
+    options: &RenderOptions,
+    reporter: &Reporter,
+) -> Result<Planned> {
+    let renderer = Renderer::new(file, options);
+    let mut by_reference = 0;
+    for (_, camera) in cameras {
+        by_reference += u64::from(renderer.engine_for(camera)? == Engine::Reference);
+    }
+    if by_reference == cameras.len() as u64 {
+        return Err(Error::Configuration(
+            "the reference marcher renders all of these frames, and what it needs is not known beforehand; plan with --screen \
+             planar, cylindrical, equirectangular or fisheye, without --tile-world and --surface blocks"
+                .into(),
+        ));
+    }
+    let farm = Farm::new(1)?;
+    let foresight = FlightPlan { renderer: &renderer, farm: &farm, cameras };
+    let plan = PagePlan::new(file, cameras.len() as u32, &foresight, reporter)?;
+    Ok(Planned { plan, by_reference })
+}
+
+fn report(
+    args: &Args,
+    file: &PageFile,
+    cameras: &[(u64, Camera)],
+    Planned { plan, by_reference }: &Planned,
+    frames: Frames,
+) -> Result<Report> {
+    let most =
+        |of: &dyn Fn(&hedgehop::memory::FrameNeeds) -> u64| plan.frames.iter().map(of).max().unwrap_or(0);
+    let later =
+        |of: &dyn Fn(&hedgehop::memory::FrameNeeds) -> u64| plan.frames.iter().skip(1).map(of).sum::<u64>();
+    let (view, ahead) = (most(&|needs| needs.bytes), most(&|needs| needs.ahead_bytes));
+    let first_frame_bytes = plan.frames.first().map_or(0, |needs| needs.bytes);
+    let second = args.fps.per_second().ceil() as usize;
+    let pages: Vec<PageId> = plan.first_use.iter().map(|(id, _)| *id).collect();
+    let disk = if args.no_timing { None } else { Some(file.time_reading(&pages, TIMED)?) };
+    let mut report = Report {
+        area: args.area.display().to_string(),
+        frames: cameras.len() as u64,
+        fps: args.fps.to_string(),
+        size: [frames.size.width, frames.size.height],
+        frames_by_reference: *by_reference,
+        view_bytes_most: view,
+        ahead_bytes_most: ahead,
+        flight_bytes: first_frame_bytes + later(&|needs| needs.first_bytes),
+        first_frame_bytes,
+        later_bytes: later(&|needs| needs.first_bytes),
+        later_bytes_least_memory: later(&|needs| needs.read_bytes),
+        second_bytes_most: plan.read_within(second),
+        memory_bytes: frames.memory_for(ahead),
+        memory_bytes_least: frames.memory_for(view),
+        levels: levels(file, cameras, plan),
+        machine: Machine {
+            memory_bytes: memory::available(),
+            disk_bytes_per_s: disk.map(|(bytes, time)| bytes as f64 / time.as_secs_f64().max(1e-9)),
+        },
+        obstacles: Vec::new(),
+        by_frame: Vec::new(),
+    };
+    report.obstacles = report.obstacles();
+    if args.json {
+        let frames = cameras.iter().zip(&plan.frames);
+        report.by_frame =
+            frames.map(|((frame, _), needs)| ByFrame { frame: *frame, needs: *needs }).collect();
+    }
+    Ok(report)
+}
+
+fn levels(file: &PageFile, cameras: &[(u64, Camera)], plan: &PagePlan) -> Vec<LevelNeeds> {
+    let header = file.header();
+    let grid = &header.grid;
+    let stored = file.bytes_by_level();
+    let level_needs = |level: u8| {
+        let side = grid.side(level) * f64::from(PAGE_SIDE);
+        let own: Vec<_> = plan.first_use.iter().filter(|(id, _)| id.level == level).collect();
+        let farthest = own.iter().map(|(id, _)| {
+            let corner = grid.origin + glam::DVec2::new(f64::from(id.px), f64::from(id.py)) * side;
+            let middle = corner + side / 2.0;
+            let eyes = cameras.iter().map(|(_, camera)| camera.pose.eye.truncate());
+            // To its far side.
+            eyes.map(|eye| middle.distance(eye)).fold(f64::INFINITY, f64::min) + side / 2.0
+        });
+        let area = own.iter().filter_map(|(id, _)| grid.page_size(*id));
+        let voxels: f64 = area.map(|(width, height)| f64::from(width) * f64::from(height)).sum();
+        LevelNeeds {
+            level: Grid::side_units(level),
+            pages: own.len() as u64,
+            bytes: own.iter().map(|(id, _)| file.page_bytes(*id)).sum(),
+            bytes_stored: stored[usize::from(level)],
+            area_km2: voxels * grid.side(level).powi(2) / 1e6,
+            reach_m: farthest.fold(0.0, f64::max),
+        }
+    };
+    (0..header.level_count).map(level_needs).collect()
+}
+
+impl Report {
+    fn obstacles(&self) -> Vec<String> {
+        let mut obstacles = Vec::new();
+        if let Some(free) = self.machine.memory_bytes
+            && free < self.memory_bytes
+        {
+            obstacles.push(format!(
+                "it needs {} of memory and {} is free: a smaller --size, or frames will wait for the disk",
+                bytes(self.memory_bytes),
+                bytes(free)
+            ));
+        }
+        if let Some(rate) = self.machine.disk_bytes_per_s
+            && rate < self.second_bytes_most as f64
+        {
+            obstacles.push(format!(
+                "it reads up to {}/s and the disk gives {}/s: copy the database to a faster disk, fly slower, or render without a clock",
+                bytes(self.second_bytes_most),
+                bytes(rate as u64)
+            ));
+        }
+        obstacles
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{}: {} frames of {}x{} at {} frames/s\n",
+            self.area, self.frames, self.size[0], self.size[1], self.fps
+        );
+        let mut line = |name: &str, value: String| {
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "  {name:<11} {value}");
+        };
+        if self.frames_by_reference > 0 {
+            line(
+                "not known",
+                format!("{} frames: the reference marcher renders them", self.frames_by_reference),
+            );
+        }
+        line("one view", format!("up to {}", bytes(self.view_bytes_most)));
+        line("with ahead", format!("up to {} for {LOOKAHEAD} frames more", bytes(self.ahead_bytes_most)));
+        line("the flight", format!("{} in all", bytes(self.flight_bytes)));
+        line(
+            "memory",
+            format!(
+                "--memory {}M looks {LOOKAHEAD} frames ahead, {}M is the least without a wait in a frame",
+                mib_up(self.memory_bytes),
+                mib_up(self.memory_bytes_least)
+            ),
+        );
+        line(
+            "disk",
+            format!(
+                "{} before the first frame, then up to {} a second ({} in all; {} with the least memory)",
+                bytes(self.first_frame_bytes),
+                bytes(self.second_bytes_most),
+                bytes(self.later_bytes),
+                bytes(self.later_bytes_least_memory)
+            ),
+        );
+        for level in self.levels.iter().filter(|level| level.pages > 0) {
+            line(
+                &format!("level {}", level.level),
+                format!(
+                    "{} pages, {} of {}, {:.1} km², up to {:.1} km from the path",
+                    level.pages,
+                    bytes(level.bytes),
+                    bytes(level.bytes_stored),
+                    level.area_km2,
+                    level.reach_m / 1000.0
+                ),
+            );
+        }
+        let machine = [
+            self.machine.memory_bytes.map(|free| format!("{} of memory free", bytes(free))),
+            self.machine
+                .disk_bytes_per_s
+                .map(|rate| format!("reads {}/s of these pages", bytes(rate as u64))),
+        ];
+        line("this machine", machine.into_iter().flatten().collect::<Vec<_>>().join(", "));
+        match self.obstacles.as_slice() {
+            [] => line("verdict", "can do it".into()),
+            obstacles => obstacles.iter().for_each(|obstacle| line("verdict", obstacle.clone())),
+        }
+        text
+    }
+}
+
+fn bytes(bytes: u64) -> String {
+    let mib = bytes as f64 / MIB;
+    if mib < 10_000.0 { format!("{mib:.1} MiB") } else { format!("{:.1} GiB", mib / 1024.0) }
+}
+
+fn mib_up(bytes: u64) -> u64 {
+    bytes.div_ceil(MIB as u64)
+}
