@@ -24,7 +24,8 @@ const LAYERS: &[&[&str]] = &[
 const MODELING_MAY_USE: &[&str] = &["error", "progress", "space", "colour", "geo", "voxel"];
 
 /// The only files with unsafe code; each says why.
-const UNSAFE_FILES: &[&str] = &["src/memory/page_file.rs", "src/simd/avx2.rs", "src/simd/avx512.rs"];
+const UNSAFE_FILES: &[&str] =
+    &["src/memory/guard.rs", "src/memory/page_file.rs", "src/simd/avx2.rs", "src/simd/avx512.rs"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

@@ -57,8 +57,24 @@ pub struct Manifest {
     pub settings_digest: String,
     /// Meaning of the poses' fields.
     pub conventions: String,
+    /// Pages of the database that are damaged, and that coarser levels stood in for; rising.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub damaged_pages: Vec<DamagedRecord>,
     /// One entry per frame, in rising order.
     pub frames: Vec<FrameRecord>,
+}
+
+/// A damaged page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct DamagedRecord {
+    /// Level index.
+    pub level: u8,
+    /// Page column.
+    pub px: u32,
+    /// Page row.
+    pub py: u32,
+    /// Its first byte in the database.
+    pub byte: u64,
 }
 
 /// Which database.
@@ -168,6 +184,7 @@ impl Manifest {
             settings,
             settings_digest,
             conventions,
+            damaged_pages: Vec::new(),
             frames: Vec::new(),
         }
     }
@@ -217,10 +234,13 @@ impl Manifest {
         {
             let made: std::collections::HashSet<u64> = self.frames.iter().map(|frame| frame.frame).collect();
             let exists = |file: &Option<String>| file.as_ref().is_none_or(|file| folder.join(file).is_file());
+            self.damaged_pages.extend(earlier.damaged_pages);
             let kept = earlier.frames.into_iter();
             self.frames.extend(kept.filter(|frame| !made.contains(&frame.frame) && exists(&frame.file)));
         }
         self.frames.sort_by_key(|frame| frame.frame);
+        self.damaged_pages.sort_unstable();
+        self.damaged_pages.dedup();
         let manifest = folder.join(MANIFEST);
         let mut text = serde_json::to_vec_pretty(&self)
             .map_err(|error| Error::invalid(&manifest, format!("the manifest is no JSON: {error}")))?;

@@ -6,19 +6,26 @@
 //!                                          evictions ────┘    └──▶ the frame may begin
 //! ```
 //!
-//! [`PageFile`] is the mapping of a database file: bytes are the system's, and checked when they are first touched.
+//! [`PageFile`] is the mapping of a database file: bytes are the system's, and checked when they are first touched. A file that is cut short
+//! meanwhile would end the process; [`guard_mapped_files`] makes an error of it.
 //! [`ResidentPages`] bounds how many of them are in memory, and counts ([`Paging`]); [`ResidentPages::ahead_of`] has a thread
 //! bring in what a flight needs. What a frame needs is told by a [`Foresight`]; this layer knows nothing of
 //! rays, and marchers know pages only as a [`crate::voxel::PageSource`]. [`PagePlan`] says what a flight will need without flying it.
 
 mod clock;
 mod flight;
+#[cfg(unix)]
+mod guard;
+#[cfg(not(unix))]
+#[path = "unguarded.rs"]
+mod guard;
 mod page_file;
 mod plan;
 mod resident;
 mod tally;
 
 pub use flight::{Flight, Foresight, LOOKAHEAD};
+pub use guard::guard_mapped_files;
 pub use page_file::PageFile;
 pub use plan::{FrameNeeds, PagePlan};
 pub use resident::ResidentPages;

@@ -10,28 +10,91 @@
 )]
 
 use std::fs::{self, File};
+use std::io;
 use std::ops::Range;
 use std::path::Path;
+use std::time::SystemTime;
 
 use memmap2::Mmap;
+
+use super::guard::Watch;
 
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, VerifyReport, verify,
+    FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, Trust, VerifyReport, verify,
 };
+
+/// What to do about a database that changed under its readers.
+const LEAVE_ALONE: &str = "leave a database alone while it is in use (`build --overwrite` and renaming are safe), \
+                           and repeat the command";
 
 /// A mapped file.
 #[derive(Debug)]
 struct Mapping {
+    /// Before the mapping: it is dropped first.
+    watch: Watch,
     map: Mmap,
-    #[cfg_attr(not(unix), expect(dead_code, reason = "advice about files is Unix's"))]
     file: File,
+    /// When it was last changed before it was opened, if the system tells.
+    modified: Option<SystemTime>,
+}
+
+impl Mapping {
+    fn new(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|error| Error::io(path, "open it as a database", error))?;
+        let modified = file.metadata().and_then(|metadata| metadata.modified()).ok();
+        // SAFETY: the mapping is private to this value, is only read, and is never handed out beyond its life. That
+        // nobody truncates or rewrites the file meanwhile is the contract of `PageFile::open`.
+        let map =
+            unsafe { Mmap::map(&file) }.map_err(|error| Error::io(path, "map it into memory", error))?;
+        #[cfg(unix)]
+        let _ = map.advise(memmap2::Advice::Random);
+        #[cfg(unix)]
+        // SAFETY: all of the mapping, of the file from its first byte, is only read, and fields are dropped in order.
+        let watch = unsafe { Watch::new(&map) };
+        #[cfg(not(unix))]
+        let watch = Watch;
+        Ok(Self { watch, map, file, modified })
+    }
+
+    /// Why a byte could not be read.
+    fn failure(&self, byte: u64) -> io::Error {
+        match self.file.metadata() {
+            Ok(metadata) if metadata.len() < self.map.len() as u64 => {
+                let (length, was) = (metadata.len(), self.map.len());
+                let what =
+                    format!("it was cut short from {was} to {length} bytes while it was open; {LEAVE_ALONE}");
+                io::Error::new(io::ErrorKind::UnexpectedEof, what)
+            }
+            _ => io::Error::other(format!(
+                "the disk or its file system failed at byte {byte}; check it, or copy the file elsewhere"
+            )),
+        }
+    }
 }
 
 impl FileBytes for Mapping {
     fn bytes(&self) -> &[u8] {
         &self.map
+    }
+
+    #[inline]
+    fn has_failed(&self) -> bool {
+        self.watch.failed().is_some()
+    }
+
+    fn intact(&self, path: &Path) -> Result<()> {
+        if let Some(byte) = self.watch.failed() {
+            return Err(Error::io(path, format!("read byte {byte}"), self.failure(byte)));
+        }
+        // Bytes that are read anew would be those of another database.
+        let metadata = self.file.metadata().map_err(|error| Error::io(path, "examine it", error))?;
+        if metadata.len() != self.map.len() as u64 || metadata.modified().ok() != self.modified {
+            let what = format!("it was changed while it was open; {LEAVE_ALONE}");
+            return Err(Error::io(path, "go on reading it", io::Error::other(what)));
+        }
+        Ok(())
     }
 
     fn will_need(&self, range: Range<usize>) {
@@ -70,10 +133,16 @@ pub struct PageFile {
 impl PageFile {
     /// Opens a database. Header, metadata and directory are checked now, pages when they are first touched.
     ///
-    /// The file must not be truncated or written to while it is open: a truncated one ends the process with a bus
-    /// error, as with every mapped file. Builds never do this; they replace a database
-    /// by renaming, and the old one lives on until it is closed.
+    /// The file must not be truncated or written to while it is open. Builds never do this; they replace a database
+    /// by renaming, and the old one lives on until it is closed. A file that changes nevertheless makes [`PageSource::intact`] an error,
+    /// which whoever renders asks after every frame; one that is cut short ends the process with a bus error, as with every mapped
+    /// file, unless [`guard_mapped_files`](super::guard_mapped_files) was called.
     pub fn open(path: &Path) -> Result<Self> {
+        Self::open_trusting(path, Trust::default())
+    }
+
+    /// As [`Self::open`], with pages checked otherwise, or with damaged ones left out.
+    pub fn open_trusting(path: &Path, trust: Trust) -> Result<Self> {
         // Asked for before opening: to open a pipe would wait for its other end.
         let metadata = fs::metadata(path).map_err(|error| Error::io(path, "open it as a database", error))?;
         if metadata.is_dir() {
@@ -85,14 +154,8 @@ impl PageFile {
                 "is no regular file and cannot be mapped; copy it to a disk first",
             ));
         }
-        let file = File::open(path).map_err(|error| Error::io(path, "open it as a database", error))?;
-        // SAFETY: the mapping is private to this value, is only read, and is never handed out beyond its life. That
-        // nobody truncates or rewrites the file meanwhile is the contract of this function, see above.
-        let mapping =
-            unsafe { Mmap::map(&file) }.map_err(|error| Error::io(path, "map it into memory", error))?;
-        #[cfg(unix)]
-        let _ = mapping.advise(memmap2::Advice::Random);
-        Ok(Self { store: PageStore::new(path, Mapping { map: mapping, file })? })
+        let mapping = Mapping::new(path)?;
+        Ok(Self { store: PageStore::new(path, mapping)?.trusting(trust) })
     }
 
     /// The file.
@@ -115,6 +178,11 @@ impl PageFile {
         &self.store
     }
 
+    /// Pages that were found damaged so far and are left out, and where each begins in the file.
+    pub fn damaged(&self) -> Vec<(PageId, u64)> {
+        self.store.damaged()
+    }
+
     /// Pages touched since the file was opened.
     pub fn touched(&self) -> Touched {
         self.store.touched()
@@ -132,5 +200,13 @@ impl PageSource for PageFile {
 
     fn has(&self, id: PageId) -> bool {
         self.store.has(id)
+    }
+
+    fn is_damaged(&self, id: PageId) -> bool {
+        self.store.is_damaged(id)
+    }
+
+    fn intact(&self) -> Result<()> {
+        self.store.intact()
     }
 }

@@ -388,4 +388,12 @@ impl PageSource for ResidentPages {
     fn has(&self, id: PageId) -> bool {
         self.file.has(id)
     }
+
+    fn is_damaged(&self, id: PageId) -> bool {
+        self.file.is_damaged(id)
+    }
+
+    fn intact(&self) -> Result<()> {
+        self.file.intact()
+    }
 }

@@ -82,6 +82,11 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         Self { slots, endless: true, ..self }
     }
 
+    /// The database.
+    pub fn source(&self) -> &'a S {
+        self.source
+    }
+
     /// Whether the area repeats.
     pub fn is_endless(&self) -> bool {
         self.endless
@@ -214,10 +219,28 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         }
     }
 
-    /// Attributes of the voxel of a level at a position in units, clamped into the area or repeated with it.
-    pub fn attributes_at(&mut self, level: u8, units: DVec2) -> Result<Option<Attributes>> {
+    /// Attributes of the voxel of a level at a position in units, clamped into the area or repeated with it; where its page is
+    /// absent, of the next coarser level.
+    pub fn attributes_at(&mut self, level: u8, units: DVec2) -> Result<Attributes> {
         let (voxel, _) = self.voxels(level).cell_at(units);
-        Ok(self.place(level, voxel)?.map(|place| place.view.attributes_at(place.x as u32, place.y as u32)))
+        let found = self.place(level, voxel)?;
+        let found = found.map(|place| place.view.attributes_at(place.x as u32, place.y as u32));
+        match found {
+            Some(attributes) => Ok(attributes),
+            None if usize::from(level) + 1 < self.slots.len() => self.attributes_at(level + 1, units),
+            None => Ok(Attributes::default()),
+        }
+    }
+
+    /// Whether the page of a level at a position in units is damaged and was left out, so that a coarser level stands in for it.
+    pub fn is_damaged_at(&mut self, level: u8, units: DVec2) -> Result<bool> {
+        let (voxel, _) = self.voxels(level).cell_at(units);
+        if self.place(level, voxel)?.is_some() {
+            return Ok(false);
+        }
+        let [px, py] =
+            self.slots[usize::from(level)].first.map(|first| (first / i64::from(PAGE_SIDE)) as u32);
+        Ok(self.source.is_damaged(PageId { level, px, py }))
     }
 }
 

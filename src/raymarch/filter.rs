@@ -33,7 +33,7 @@ pub struct SurfaceSample {
     pub albedo: Vec3,
     /// Unit normal in world space.
     pub normal: Vec3,
-    /// Attributes of the voxel of `level` that was hit.
+    /// Attributes of the voxel of `level` that was hit; of a coarser one where its page is absent.
     pub attributes: Attributes,
 }
 
@@ -83,7 +83,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let albedo = self.albedo(slope, units, width, blend, normal)?;
         // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
         let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
-        let attributes = self.cursor.attributes_at(contact.level, units + behind)?.unwrap_or_default();
+        let attributes = self.cursor.attributes_at(contact.level, units + behind)?;
         Ok(SurfaceSample {
             range: contact.range,
             level: contact.level,
@@ -91,6 +91,12 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             normal: normal.as_vec3(),
             attributes,
         })
+    }
+
+    /// Flags of a pixel whose ray ended at `range` where `level` should be seen: [`Attributes::STAND_IN`] if its page there is damaged.
+    pub fn stand_in(&mut self, ray: &GridRay, range: f64, level: u8) -> Result<u8> {
+        let is_damaged = self.cursor.is_damaged_at(level, ray.at(range).truncate())?;
+        Ok(if is_damaged { Attributes::STAND_IN } else { 0 })
     }
 
     /// Levels whose voxels enclose `width` metres.

@@ -112,7 +112,7 @@ fn entered_face(ray: &GridRay, step: &CellStep, (corner, extent): (DVec2, DVec2)
     }
 }
 
-/// Height of the level-1 smooth surface at a world position (metres), metres above the datum;
+/// Height of the finest smooth surface that is stored at a world position (metres), metres above the datum;
 /// `None` outside the area and where there is no surface.
 pub fn ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Option<f64>> {
     let grid = source.header().grid;
@@ -120,17 +120,30 @@ pub fn ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Optio
         return Ok(None);
     }
     let units = (position - grid.origin) / grid.spacing;
-    PageCursor::new(source).smooth_height(0, units)
+    PageCursor::new(source).finest_height(units)
 }
 
 /// The same over the area repeated without end: `None` only where there is no surface.
 pub fn endless_ground_height<S: PageSource>(source: &S, position: DVec2) -> Result<Option<f64>> {
     let grid = source.header().grid;
     let units = (position - grid.origin) / grid.spacing;
-    PageCursor::new(source).endless().smooth_height(0, units)
+    PageCursor::new(source).endless().finest_height(units)
 }
 
 impl<S: PageSource> PageCursor<'_, S> {
+    /// Height of the smooth surface of the finest level whose page is stored there, at a position in units, metres; `None` where there
+    /// is no surface.
+    pub fn finest_height(&mut self, units: DVec2) -> Result<Option<f64>> {
+        let levels = self.source().header().level_count;
+        for level in 0..levels {
+            let (cell, _) = self.cells(level).cell_at(units);
+            if self.corners(level, cell)?.is_some() {
+                return self.smooth_height(level, units);
+            }
+        }
+        Ok(None)
+    }
+
     /// Height of a level's smooth surface at a position in units, metres; `None` where there is no
     /// surface or its page is absent.
     pub fn smooth_height(&mut self, level: u8, units: DVec2) -> Result<Option<f64>> {

@@ -181,13 +181,16 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// any number of workers.
     ///
     /// # Errors
-    /// A page that is damaged; options or a pose outside their ranges.
+    /// A page that is damaged; a database that changed or could not be read while the frame was rendered; options or a pose outside
+    /// their ranges.
     pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
         self.options.check(camera)?;
-        match self.planes(camera, farm)? {
+        let rendered = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, farm),
             None => reference::render(self.source, camera, &self.options, farm),
-        }
+        };
+        self.source.intact()?;
+        rendered
     }
 
     /// What `camera` sees, as an 8-bit picture: the same light as [`Self::frame`]'s, without the rest.
@@ -196,14 +199,15 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// As of [`Self::frame`].
     pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, StageTimes)> {
         self.options.check(camera)?;
-        match self.planes(camera, farm)? {
+        let rendered = match self.planes(camera, farm)? {
             Some(view) => planes::picture(self, &view, farm),
-            None => {
-                let Rendered { frame, times } = reference::render(self.source, camera, &self.options, farm)?;
-                let rgb = srgb8_picture(&frame.colour);
-                Ok((Picture { width: camera.width, height: camera.height, rgb }, times))
-            }
-        }
+            None => reference::render(self.source, camera, &self.options, farm).map(|rendered| {
+                let rgb = srgb8_picture(&rendered.frame.colour);
+                (Picture { width: camera.width, height: camera.height, rgb }, rendered.times)
+            }),
+        };
+        self.source.intact()?;
+        rendered
     }
 
     /// Pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
@@ -274,7 +278,9 @@ pub fn render_reference<S: PageSource>(
     farm: &Farm,
 ) -> Result<Rendered> {
     options.check(camera)?;
-    reference::render(source, camera, options, farm)
+    let rendered = reference::render(source, camera, options, farm);
+    source.intact()?;
+    rendered
 }
 
 /// The bands of distance in which `camera` sees each level.

@@ -54,8 +54,8 @@ fn render_subimage<S: PageSource>(
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
     let header = source.header();
-    let mut marcher =
-        Marcher::new(source, level_bands(header, camera, options), options.surface).curved(options.curvature);
+    let bands = level_bands(header, camera, options);
+    let mut marcher = Marcher::new(source, bands.clone(), options.surface).curved(options.curvature);
     let mut filter = SurfaceFilter::new(source, camera.footprint());
     if options.tile_world {
         marcher = marcher.endless(far_limit(header, camera, options));
@@ -74,7 +74,10 @@ fn render_subimage<S: PageSource>(
                 pixels.push(None);
                 continue;
             };
-            let sample = filter.sample(&marcher.ray(ray.origin, ray.direction), contact)?;
+            let ray = marcher.ray(ray.origin, ray.direction);
+            let mut sample = filter.sample(&ray, contact)?;
+            let seen = bands.level_at(contact.range * ray.ground_cosine);
+            sample.attributes.flags |= filter.stand_in(&ray, contact.range, seen)?;
             pixels.push(Some((sample, sensor.radiance(&sample))));
         }
     }

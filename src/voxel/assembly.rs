@@ -158,14 +158,15 @@ impl Assembly {
     pub fn storage_error(&self, action: &str, error: io::Error) -> Error {
         let Shared { path, grid, .. } = &*self.shared;
         match error.kind() {
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Error::invalid(
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Error::io(
                 path,
                 format!(
-                    "the disk is full ({error}) after {} bytes; the database may need up to {} bytes: free that \
-                     much, or name another place with -o",
+                    "write more than {} bytes (the database may need up to {} bytes: free that much, or name another \
+                     place with -o)",
                     self.end,
                     largest_file(grid)
                 ),
+                error,
             ),
             _ => Error::io(path, action, error),
         }
@@ -283,7 +284,8 @@ mod tests {
         };
         let full = append(io::ErrorKind::StorageFull);
         let expected = format!("may need up to {} bytes", largest_file(&grid));
-        assert!(full.starts_with("area.hop: the disk is full") && full.contains(&expected), "{full}");
+        assert!(full.starts_with("area.hop: cannot write more") && full.contains(&expected), "{full}");
+        assert!(full.contains(&io::Error::from(io::ErrorKind::StorageFull).to_string()), "{full}");
         let other = append(io::ErrorKind::PermissionDenied);
         assert!(other.starts_with("area.hop: cannot write") && other.contains("at byte 4096"), "{other}");
     }

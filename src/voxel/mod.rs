@@ -18,6 +18,7 @@ mod srgb;
 mod store;
 #[cfg(test)]
 mod tests;
+mod trust;
 mod verify;
 mod writer;
 
@@ -34,6 +35,7 @@ pub use relief::{Relief, half_steps};
 pub use shelf::Shelf;
 pub use source::PageSource;
 pub use store::{FileBytes, MemPages, PageStore, Touched};
+pub use trust::{Damaged, Trust, Verify};
 
 pub use verify::{Problem, VerifyReport, verify};
 pub use writer::PageWriter;

@@ -19,7 +19,7 @@ pub struct Attributes {
     pub source: u16,
     /// Material class, 0 = unknown.
     pub material: u8,
-    /// Bits [`Self::VOID`] and [`Self::NO_IMAGERY`].
+    /// Bits [`Self::VOID`], [`Self::NO_IMAGERY`] and, never stored, [`Self::STAND_IN`].
     pub flags: u8,
 }
 
@@ -28,6 +28,8 @@ impl Attributes {
     pub const VOID: u8 = 1;
     /// No imagery covered the voxel; its colour was derived from height and slope.
     pub const NO_IMAGERY: u8 = 2;
+    /// The page that should be seen here is damaged, and a coarser level stands in for it. This is said of what is seen; no page says it.
+    pub const STAND_IN: u8 = 4;
 }
 
 /// A page's planes in memory, as the modeller makes them. Row 0 is the southernmost.

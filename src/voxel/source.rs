@@ -9,12 +9,28 @@ pub trait PageSource: Sync {
     fn header(&self) -> &Header;
 
     /// The page, `None` where it is absent (stored at a coarser level only, or outside the area).
-    /// A page whose checksum or shape is wrong is an error, every time it is asked for. The first touch of a
+    /// A page whose checksum or shape is wrong is an error, every time it is asked for, unless such pages are to be left out
+    /// ([`super::Damaged::Coarser`]). The first touch of a
     /// page reads all of it; later ones cost some tens of nanoseconds.
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>>;
 
-    /// Whether the page is stored, damaged or not; told without reading it where that can be.
+    /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.
     fn has(&self, id: PageId) -> bool {
         !matches!(self.page(id), Ok(None))
+    }
+
+    /// Whether the page was touched, found damaged and left out, so that a coarser level stands in for it.
+    fn is_damaged(&self, id: PageId) -> bool {
+        let _ = id;
+        false
+    }
+
+    /// Whether all that was read through views so far was the database's. To be asked after the reading, before what was made of
+    /// it is shown: a file may change or fail under its readers, and stays refused then.
+    ///
+    /// # Errors
+    /// It was not.
+    fn intact(&self) -> Result<()> {
+        Ok(())
     }
 }

@@ -1,14 +1,17 @@
 //! A database's bytes, wherever they lie, as a page source.
 //!
 //! Each page is *unchecked* until it is touched; then its checksum is taken once, and it is *good* from
-//! then on. A bad page is never remembered as anything: it is checked again, and refused again.
+//! then on. A bad page is never remembered as anything: it is checked again, and refused again; unless damaged pages are to be
+//! left out ([`Damaged::Coarser`]), when it is *damaged* from then on, and absent.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::fixed_header::{DAMAGED, FixedHeader};
-use super::{AlignedBytes, Directory, Header, PageEntry, PageId, PageSource, PageView};
+use super::{
+    AlignedBytes, Damaged, Directory, Header, PageEntry, PageId, PageSource, PageView, Trust, Verify,
+};
 use crate::error::{Error, Result};
 
 /// The bytes of a whole file. They begin at a multiple of 64 in memory and do not change.
@@ -24,6 +27,20 @@ pub trait FileBytes: Sync {
     /// These will not be read for a while: their memory may go.
     fn forget(&self, range: Range<usize>) {
         let _ = range;
+    }
+
+    /// Whether some byte could not be read so far; zeros may stand for all of them since. It stays so.
+    fn has_failed(&self) -> bool {
+        false
+    }
+
+    /// Whether what was read so far was what the file `path` held when it was opened.
+    ///
+    /// # Errors
+    /// It was not, or may not have been.
+    fn intact(&self, path: &Path) -> Result<()> {
+        let _ = path;
+        Ok(())
     }
 }
 
@@ -45,6 +62,16 @@ pub struct Touched {
     pub bytes: u64,
 }
 
+/// What is known of a page.
+mod state {
+    /// Nothing yet.
+    pub const UNCHECKED: u8 = 0;
+    /// It was checked, and is good.
+    pub const GOOD: u8 = 1;
+    /// It is damaged, and left out.
+    pub const DAMAGED: u8 = 2;
+}
+
 /// A database over the bytes of its file.
 #[derive(Debug)]
 pub struct PageStore<B> {
@@ -52,9 +79,10 @@ pub struct PageStore<B> {
     bytes: B,
     header: Header,
     directory: Directory,
-    /// By directory index. Nothing is published through these flags, the bytes never change:
+    trust: Trust,
+    /// By directory index. Nothing is published through these, the bytes never change:
     /// relaxed order is enough, and two threads that check the same page at once find the same.
-    good: Box<[AtomicBool]>,
+    states: Box<[AtomicU8]>,
 }
 
 /// A database in memory.
@@ -71,9 +99,27 @@ impl<B: FileBytes> PageStore<B> {
     /// Reads and checks header, metadata and directory; pages are checked when they are touched.
     pub fn new(name: impl Into<PathBuf>, bytes: B) -> Result<Self> {
         let path = name.into();
-        let (header, directory) = FixedHeader::parse(&path, bytes.bytes())?;
-        let good = (0..directory.len()).map(|_| AtomicBool::new(false)).collect();
-        Ok(Self { path, bytes, header, directory, good })
+        let parsed = FixedHeader::parse(&path, bytes.bytes());
+        bytes.intact(&path)?;
+        let (header, directory) = parsed?;
+        let states = (0..directory.len()).map(|_| AtomicU8::new(state::UNCHECKED)).collect();
+        Ok(Self { path, bytes, header, directory, trust: Trust::default(), states })
+    }
+
+    /// The same, read in another way; before any page is touched.
+    #[must_use]
+    pub fn trusting(self, trust: Trust) -> Self {
+        Self { trust, ..self }
+    }
+
+    fn is(&self, id: PageId, state: u8) -> bool {
+        self.directory.index(id).is_some_and(|index| self.states[index].load(Ordering::Relaxed) == state)
+    }
+
+    /// Pages that were found damaged so far and are left out, in the order of the directory, and where each begins in the file.
+    pub fn damaged(&self) -> Vec<(PageId, u64)> {
+        let present = self.directory.present().filter(|(id, _)| self.is(*id, state::DAMAGED));
+        present.map(|(id, entry)| (id, entry.offset)).collect()
     }
 
     /// The file, or what stands for it.
@@ -95,7 +141,7 @@ impl<B: FileBytes> PageStore<B> {
     pub fn touched(&self) -> Touched {
         let mut touched = Touched::default();
         for (id, entry) in self.directory.present() {
-            let good = self.directory.index(id).is_some_and(|index| self.good[index].load(Ordering::Relaxed));
+            let good = self.is(id, state::GOOD);
             touched.pages += u64::from(good);
             touched.bytes += if good { u64::from(entry.length) } else { 0 };
         }
@@ -122,8 +168,9 @@ impl<B: FileBytes> PageStore<B> {
     /// # Errors
     /// A page that is damaged.
     pub fn load(&self, id: PageId) -> Result<()> {
-        let is_good = self.directory.index(id).is_some_and(|index| self.good[index].load(Ordering::Relaxed));
-        if is_good && let Some(range) = self.extent(id) {
+        if self.is(id, state::GOOD)
+            && let Some(range) = self.extent(id)
+        {
             let bytes = self.bytes().get(range).unwrap_or_default();
             let touched = bytes.iter().step_by(LEAST_MAPPED).fold(0, |sum, byte| sum ^ byte);
             std::hint::black_box(touched);
@@ -148,23 +195,37 @@ impl<B: FileBytes> PageStore<B> {
         let Some((range, bytes)) = self.page_bytes(entry) else {
             return Err("beyond the end".into());
         };
-        let good = &self.good[index];
-        if good.load(Ordering::Relaxed) {
-            return PageView::decode(bytes, id, size).map(Some);
+        if self.bytes.has_failed() {
+            return Err("the file cannot be read".into());
         }
-        self.bytes.will_need(range);
-        if crc32fast::hash(bytes) != entry.crc {
+        match self.states[index].load(Ordering::Relaxed) {
+            state::GOOD => return PageView::decode(bytes, id, size).map(Some),
+            state::DAMAGED => return Err(String::new()),
+            _ => self.bytes.will_need(range),
+        }
+        if self.trust.verify == Verify::FirstTouch && crc32fast::hash(bytes) != entry.crc {
             return Err("wrong checksum".into());
         }
         let view = PageView::decode(bytes, id, size)?;
-        good.store(true, Ordering::Relaxed);
+        self.states[index].store(state::GOOD, Ordering::Relaxed);
         Ok(Some(view))
     }
 
+    /// What becomes of a page with which something is wrong: nothing if another level is to stand in for it.
     #[cold]
-    fn refuse(&self, id: PageId, what: &str) -> Error {
+    fn leave_out(&self, id: PageId, what: &str) -> Result<()> {
+        if self.is(id, state::DAMAGED) {
+            return Ok(());
+        }
+        // What failed explains more than what its zeros look like.
+        self.bytes.intact(&self.path)?;
+        let can_go = self.trust.damaged == Damaged::Coarser && id.level + 1 < self.header.level_count;
+        if can_go && let Some(index) = self.directory.index(id) {
+            self.states[index].store(state::DAMAGED, Ordering::Relaxed);
+            return Ok(());
+        }
         let byte = self.directory.get(id).map_or(0, |entry| entry.offset);
-        Error::invalid(&self.path, format!("{id} at byte {byte}: {what}; {DAMAGED}"))
+        Err(Error::invalid(&self.path, format!("{id} at byte {byte}: {what}; {DAMAGED}")))
     }
 }
 
@@ -174,10 +235,18 @@ impl<B: FileBytes> PageSource for PageStore<B> {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
-        self.checked_page(id).map_err(|what| self.refuse(id, &what))
+        self.checked_page(id).or_else(|what| self.leave_out(id, &what).map(|()| None))
     }
 
     fn has(&self, id: PageId) -> bool {
-        self.directory.get(id).is_some()
+        self.directory.get(id).is_some() && !self.is(id, state::DAMAGED)
+    }
+
+    fn is_damaged(&self, id: PageId) -> bool {
+        self.is(id, state::DAMAGED)
+    }
+
+    fn intact(&self) -> Result<()> {
+        self.bytes.intact(&self.path)
     }
 }

@@ -63,14 +63,16 @@ impl VerifyReport {
     }
 }
 
-/// Checks everything, on all cores. Problems are collected, not returned as errors; the only error is
-/// an interruption.
+/// Checks everything, on all cores. Problems are collected, not returned as errors; the only errors are
+/// an interruption, and a file that changes or cannot be read meanwhile.
 pub fn verify<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> Result<VerifyReport> {
     let directory = store.directory();
     let mut problems = check_pages(store, observer)?;
     problems.sort_by_key(|(index, _)| *index);
     let mut problems: Vec<Problem> = problems.into_iter().map(|(_, problem)| problem).collect();
-    problems.extend(check_file(store)?);
+    let of_file = check_file(store);
+    store.intact()?;
+    problems.extend(of_file?);
     let pages = directory.present().count() as u64;
     Ok(VerifyReport {
         path: store.path().to_owned(),

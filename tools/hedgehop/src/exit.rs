@@ -31,7 +31,7 @@ Exit codes:
   2    wrong usage: a flag is wrong, or does not fit the data
   3    an input file is damaged or makes no sense
   4    an input file cannot be read as it is; the message says which flag or command helps
-  5    the operating system refused: file missing, no permission, disk full
+  5    the operating system refused: file missing, no permission, disk full or failed, database changed in use
   6    verify found problems
   101  a bug in hedgehop
   130  interrupted; what is finished is whole

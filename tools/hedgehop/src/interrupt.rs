@@ -23,6 +23,10 @@ impl Interrupt {
                 .and_then(|_| flag::register(signal, interrupt.0.clone()))
                 .map_err(|error| Error::Configuration(format!("cannot listen for Ctrl-C: {error}")))?;
         }
+        // A file that may grow no further (`ulimit -f`) is an error of the write then, and not the end of the process.
+        #[cfg(unix)]
+        flag::register(libc::SIGXFSZ, Arc::default())
+            .map_err(|error| Error::Configuration(format!("cannot listen for limits of files: {error}")))?;
         Ok(interrupt)
     }
 

@@ -16,12 +16,14 @@ mod screen;
 mod sequence;
 mod speedup;
 mod traffic;
+mod trust;
 mod view;
 mod world;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{bench, build, demo, info, plan, render, verify};
 use crate::interrupt::Interrupt;
@@ -58,15 +60,15 @@ enum Command {
 fn main() -> ExitCode {
     exit::install_panic_hook();
     let cli = Cli::parse();
-    let outcome =
-        Interrupt::install().map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
-            Command::Build(args) => build::run(args, &interrupt),
-            Command::Render(args) => render::run(args, &interrupt),
-            Command::Plan(args) => plan::run(args, &interrupt),
-            Command::Info(args) => info::run(args),
-            Command::Verify(args) => verify::run(args, &interrupt),
-            Command::Bench(args) => bench::run(args, &interrupt),
-            Command::Demo(args) => demo::run(args, &interrupt),
-        });
+    let ready = guard_mapped_files().and_then(|()| Interrupt::install());
+    let outcome = ready.map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
+        Command::Build(args) => build::run(args, &interrupt),
+        Command::Render(args) => render::run(args, &interrupt),
+        Command::Plan(args) => plan::run(args, &interrupt),
+        Command::Info(args) => info::run(args),
+        Command::Verify(args) => verify::run(args, &interrupt),
+        Command::Bench(args) => bench::run(args, &interrupt),
+        Command::Demo(args) => demo::run(args, &interrupt),
+    });
     exit::report(outcome)
 }

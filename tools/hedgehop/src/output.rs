@@ -8,14 +8,16 @@ use std::sync::{Mutex, PoisonError};
 
 use hedgehop::colour::srgb8_picture;
 use hedgehop::frame::check::{Existing, existing};
-use hedgehop::frame::sidecar::{DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest};
+use hedgehop::frame::sidecar::{
+    DamagedRecord, DatabaseRecord, FlightRecord, FrameRecord, Manifest, settings_digest,
+};
 use hedgehop::frame::y4m::{Chroma, Y4mWriter};
 use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::memory::Paging;
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
-use hedgehop::voxel::Header;
+use hedgehop::voxel::{Header, PageId};
 use hedgehop::{Error, Result};
 use serde_json::Value;
 
@@ -91,8 +93,14 @@ impl<'a> Files<'a> {
         Ok(())
     }
 
-    /// Writes what made the frames beside them; `existing` are those whose files are whole.
-    pub fn list(&self, existing: &[(u64, Camera)], paging: &[(u64, Paging)]) -> Result<()> {
+    /// Writes what made the frames beside them; `existing` are those whose files are whole, `damaged` the pages that coarser levels
+    /// stood in for.
+    pub fn list(
+        &self,
+        existing: &[(u64, Camera)],
+        paging: &[(u64, Paging)],
+        damaged: &[(PageId, u64)],
+    ) -> Result<()> {
         let (Some(path), Some(folder)) = (self.origin.path, self.pattern.folder()) else { return Ok(()) };
         if existing.is_empty() {
             return Ok(());
@@ -109,6 +117,10 @@ impl<'a> Files<'a> {
             FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() };
         let mut manifest = Manifest::new(WRITER, database, Some(flight), self.origin.settings.clone());
         manifest.frames = self.records(existing)?;
+        manifest.damaged_pages = damaged
+            .iter()
+            .map(|&(PageId { level, px, py }, byte)| DamagedRecord { level, px, py, byte })
+            .collect();
         for record in &mut manifest.frames {
             let place = paging.binary_search_by_key(&record.frame, |(number, _)| *number);
             record.paging = place.ok().map(|place| paging[place].1);

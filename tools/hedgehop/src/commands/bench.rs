@@ -36,6 +36,7 @@ use crate::plot;
 use crate::progress::{Mode, Reporter};
 use crate::sequence::Product;
 use crate::speedup::Prediction;
+use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
 
 use frames::{FrameTimes, Timed};
@@ -99,6 +100,9 @@ pub struct Args {
     memory: Memory,
 
     #[command(flatten)]
+    trust: TrustArgs,
+
+    #[command(flatten)]
     instructions: Instructions,
 
     #[command(flatten)]
@@ -148,7 +152,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
         file.iter().try_for_each(|file| check_no_input(flag, file, &inputs))?;
     }
-    let file = PageFile::open(&args.area)?;
+    let file = PageFile::open_trusting(&args.area, args.trust.trust())?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
     let setup = args.flight.screen.setup()?;
     let most = *args.workers.iter().max().unwrap_or(&args::available_cores());
@@ -159,6 +163,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
     args.memory.preload(&source, &reporter)?;
     let report = measure(args, &source, shares, setup.size, &cameras, &reporter)?;
+    trust::sentence(&args.area, &source.file().damaged()).iter().for_each(|sentence| reporter.note(sentence));
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;

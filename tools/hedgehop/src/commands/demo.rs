@@ -19,6 +19,7 @@ use crate::memory::Memory;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
+use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
 use crate::world::WorldArgs;
 
@@ -124,6 +125,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         memory: Memory::default(),
         stats: false,
         traffic: None,
+        trust: TrustArgs::default(),
         instructions: Instructions::default(),
         flight: FlightArgs {
             path: Some(folder.join(PATH.0)),

@@ -13,7 +13,7 @@ use hedgehop::progress::Observer;
 use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::PageSource;
+use hedgehop::voxel::{PageId, PageSource};
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
@@ -26,6 +26,7 @@ use crate::progress::{Mode, Reporter};
 use crate::screen::Setup;
 use crate::sequence::{Product, Sequence};
 use crate::traffic::Traffic;
+use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
@@ -89,6 +90,9 @@ pub struct Args {
     pub traffic: Option<PathBuf>,
 
     #[command(flatten)]
+    pub trust: TrustArgs,
+
+    #[command(flatten)]
     pub instructions: Instructions,
 
     #[command(flatten)]
@@ -110,6 +114,8 @@ pub struct Done {
     size: Size,
     /// What paging cost.
     pub paging: Paging,
+    /// Pages that coarser levels stood in for, and where each begins in the database.
+    damaged: Vec<(PageId, u64)>,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -119,8 +125,9 @@ pub struct Done {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
-    let done = fly(args, PageFile::open(&args.area)?, &reporter)?;
+    let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
     reporter.note(&memory::sentence(&done.paging));
+    trust::sentence(&args.area, &done.damaged).iter().for_each(|sentence| reporter.note(sentence));
     if args.output.is_standard_output() {
         reporter.note(done.sentence().trim_end());
     } else {
@@ -215,6 +222,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         size: setup.size,
         rendered,
         paging: source.paging().since(&before),
+        damaged: source.file().damaged(),
         kept: cameras.len() - rendered,
         seconds: begun.elapsed().as_secs_f64(),
     })
@@ -271,7 +279,7 @@ fn note_reference(
 /// Everything that decides the pictures besides database and path.
 fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
     let (flight, look) = (&args.flight, &args.look);
-    json!({
+    let mut settings = json!({
         "renderer": WRITER,
         "fps": args.fps.to_string(),
         "size_px": [setup.size.width, setup.size.height],
@@ -286,7 +294,9 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
         "effective_earth_radius_m": options.curvature.radius(),
         "tile_world": options.tile_world,
         "engine": format!("{:?}", options.engine).to_lowercase(),
-    })
+    });
+    args.trust.record(&mut settings);
+    settings
 }
 
 /// Returns how many frames were rendered.
@@ -303,7 +313,8 @@ fn fly_files(
     let flown = sequence.fly(&wanted, &|shot| files.write(shot), reporter);
     whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
-    let listed = files.list(&whole, &flown.paging);
+    let damaged = sequence.pages.file().damaged();
+    let listed = files.list(&whole, &flown.paging, &damaged);
     // What ended the flight explains more than what then happened to the list.
     flown.end?;
     listed?;

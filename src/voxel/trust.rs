@@ -1,0 +1,32 @@
+//! How far a database's bytes are trusted, and what becomes of pages that are damaged.
+
+/// When pages are checked against their checksums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Verify {
+    /// Once, when they are first touched.
+    #[default]
+    FirstTouch,
+    /// Never. Shape and place are checked all the same: wrong bytes give a wrong picture, nothing worse.
+    Never,
+}
+
+/// What becomes of a page that is damaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Damaged {
+    /// Whoever touches it is told so.
+    #[default]
+    Fail,
+    /// It is left out as if it were absent: the next coarser level stands in. Nothing stands in for the coarsest one, so that a
+    /// damaged page there is an error still. Which pages are damaged is a property of the file, so that pictures are the same for any
+    /// number of workers and under any budget.
+    Coarser,
+}
+
+/// How a database is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Trust {
+    /// When pages are checked.
+    pub verify: Verify,
+    /// What becomes of those that are damaged.
+    pub damaged: Damaged,
+}
