@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
-use hedgehop::voxel::{Arrays, Grid, MemPages, Metadata, PageId, PageSource, SourceRecord, write_arrays};
+use hedgehop::voxel::{
+    Arrays, CorridorRecord, Grid, MemPages, Metadata, PageId, PageSource, SourceRecord, write_arrays,
+};
 
 const NX: u32 = 700;
 const NY: u32 = 260;
@@ -22,6 +24,7 @@ fn metadata() -> Metadata {
             role: "elevation".into(),
             description: "test".into(),
         }],
+        corridors: vec![CorridorRecord { route: "flight.csv".into(), width: 2000.0, spacing: 1.0 }],
         notes: vec!["nothing assumed".into()],
         void_share: 0.25,
         empty_share: 0.0,

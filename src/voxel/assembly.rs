@@ -78,6 +78,8 @@ pub(super) struct Assembly {
     heights: HeightCode,
     /// First byte behind the last page.
     end: u64,
+    /// Bytes that all pages may come to.
+    most: u64,
 }
 
 impl Assembly {
@@ -86,7 +88,8 @@ impl Assembly {
         grid.check().and_then(|()| heights.check()).map_err(invalid)?;
         let directory = RwLock::new(Directory::empty(&grid).map_err(invalid)?);
         let shared = Shared { path: path.to_owned(), storage, grid, directory };
-        Ok(Self { shared: Arc::new(shared), heights, end: PAGE_ALIGNMENT })
+        let most = largest_file(&grid);
+        Ok(Self { shared: Arc::new(shared), heights, end: PAGE_ALIGNMENT, most })
     }
 
     /// See [`super::PageWriter::append`].
@@ -108,6 +111,11 @@ impl Assembly {
         self.end = offset + u64::from(length);
         directory.set(index, PageEntry { offset, length, crc: page.crc, hash: page.hash });
         Ok(())
+    }
+
+    /// See [`super::PageWriter::expect`].
+    pub fn expect(&mut self, bytes: u64) {
+        self.most = PAGE_ALIGNMENT + bytes;
     }
 
     pub fn readback(&self) -> PageReadback {
@@ -156,21 +164,26 @@ impl Assembly {
 
     /// A full disk is told with what the database will need.
     pub fn storage_error(&self, action: &str, error: io::Error) -> Error {
-        let Shared { path, grid, .. } = &*self.shared;
+        let path = &self.shared.path;
         match error.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Error::io(
                 path,
                 format!(
                     "write more than {} bytes (the database may need up to {} bytes: free that much, or name another \
                      place with -o)",
-                    self.end,
-                    largest_file(grid)
+                    self.end, self.most
                 ),
                 error,
             ),
             _ => Error::io(path, action, error),
         }
     }
+}
+
+/// The most bytes that a page of a level can take, the gap behind it included.
+pub fn most_page_bytes(grid: &Grid, level: u8) -> u64 {
+    let (width, height) = grid.page_size(PageId { level, px: 0, py: 0 }).unwrap_or((0, 0));
+    (largest_page(level, width, height) as u64).next_multiple_of(PAGE_ALIGNMENT)
 }
 
 /// The most bytes that the pages of a grid can take, gaps and header included.

@@ -53,6 +53,9 @@ pub struct Metadata {
     pub vertical_datum: String,
     /// Rasters in order; a voxel's source id is an index into this list.
     pub sources: Vec<SourceRecord>,
+    /// Parts that are stored more finely than the rest; none if all of the area is stored at its finest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corridors: Vec<CorridorRecord>,
     /// What was assumed or repaired while building, as sentences.
     pub notes: Vec<String>,
     /// Share of level-1 voxels whose source had no data, 0…1 (filled ones included).
@@ -72,6 +75,17 @@ pub struct SourceRecord {
     pub role: String,
     /// What the file is, e.g. `GeoTIFF int16 3601x3601, EPSG:4326, EGM96 heights, metres`.
     pub description: String,
+}
+
+/// A strip along a route that is stored more finely than what lies around it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct CorridorRecord {
+    /// File name of the route, without folders.
+    pub route: String,
+    /// From side to side, metres.
+    pub width: f64,
+    /// Side of the finest voxels, metres.
+    pub spacing: f64,
 }
 
 impl Metadata {

@@ -20,17 +20,18 @@ mod store;
 mod tests;
 mod trust;
 mod verify;
+mod window;
 mod writer;
 
 pub use arrays::{Arrays, build_in_memory, write_arrays};
-pub use assembly::PageReadback;
+pub use assembly::{PageReadback, most_page_bytes};
 pub use bytes::AlignedBytes;
 pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
 pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
-pub use header::{ContentHash, Header, Metadata, SourceRecord};
+pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
 pub use page::{APRON, Attributes, EncodedPage, PageBuffer, PageView, RELIEF_APRON};
-pub use pyramid::{FinerPages, FinerWindow, coarse_page, coarsen};
+pub use pyramid::{coarse_page, sparse_page};
 pub use relief::{Relief, half_steps};
 pub use shelf::Shelf;
 pub use source::PageSource;
@@ -38,4 +39,5 @@ pub use store::{FileBytes, MemPages, PageStore, Touched};
 pub use trust::{Damaged, Trust, Verify};
 
 pub use verify::{Problem, VerifyReport, verify};
+pub use window::{FinerPages, StandIn, VoxelBlock};
 pub use writer::PageWriter;

@@ -5,9 +5,10 @@
 //! page:  checksum, shape, hash
 //!        codes within the header's range; low ≤ mean ≤ high
 //!        apron = the neighbours' samples
-//!        what the finer level gives = what is stored (where the finer pages are there)
+//!        what the finer level gives = what is stored (where the finer pages are there), and bounds hold everywhere
 //! ```
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -16,7 +17,7 @@ use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
     APRON, Directory, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource, PageStore,
-    PageView, RELIEF_APRON, Relief, coarse_page,
+    PageView, RELIEF_APRON, Relief, StandIn, VoxelBlock, sparse_page,
 };
 use crate::error::{Error, Result};
 use crate::progress::Observer;
@@ -217,10 +218,24 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
     None
 }
 
-/// The page against what the next finer level makes of it. Nothing if that cannot be told: a damaged
-/// finer page is a problem of its own, and absent ones leave the coarser level to itself.
+/// What stands in for absent pages while a page is checked: itself, so that only its bounds are.
+struct Itself<'p>(&'p PageView<'p>);
+
+impl StandIn for Itself<'_> {
+    fn finer(&mut self, _: PageId, _: Range<u32>, _: Range<u32>) -> Result<Option<VoxelBlock>> {
+        Ok(None)
+    }
+
+    fn page(&mut self, _: PageId) -> Result<PageBuffer> {
+        Ok(self.0.to_buffer())
+    }
+}
+
+/// The page against what the next finer level makes of it, as far as that is stored. Nothing if that cannot be told: a damaged
+/// finer page is a problem of its own.
 fn check_finer<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'_>) -> Option<String> {
-    let expected = coarse_page(store, &store.header().grid, store.header().heights, id).ok()?;
+    let header = store.header();
+    let expected = sparse_page(store, &mut Itself(view), &header.grid, header.heights, id).ok()?;
     let what = differing_plane(&expected, view)?;
     Some(format!("its {what} are not what level {} gives", Grid::side_units(id.level - 1)))
 }

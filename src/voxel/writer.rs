@@ -108,6 +108,11 @@ impl PageWriter {
         self.assembly.append(page)
     }
 
+    /// Says how many bytes all pages may come to, for who runs out of disk, if not all of the grid's are written.
+    pub fn expect(&mut self, bytes: u64) {
+        self.assembly.expect(bytes);
+    }
+
     /// A file without a name in the folder of the target.
     pub(super) fn file_aside(&self) -> Result<File> {
         tempfile::tempfile_in(folder_of(&self.target))
