@@ -1,8 +1,11 @@
 //! Writes a square of fractal terrain as a float32 BigTIFF of 1 m posts, strip by strip, so that its size is bounded by the
-//! disk alone.
+//! disk alone; or a part of it, or every so many posts.
 //!
 //! `cargo run --release -p hedgehop-fractal -- 53504 7 big.tif`, then `hedgehop build --elevation big.tif --local -o big.hop`:
 //! 16 GiB of database. The same side and seed give the same bytes on every machine.
+//!
+//! `hedgehop-fractal 200000 7 area.tif --spacing 16` and `hedgehop-fractal 200000 7 strip.tif --part 0,99000,200000,101000` are
+//! of the same terrain, the first without what is finer than its posts tell.
 
 mod octave;
 
@@ -24,26 +27,82 @@ const AMPLITUDE: f32 = 260.0;
 /// Height about which the terrain lies, metres.
 const MEAN: f32 = 400.0;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [side, seed, path] = arguments.as_slice() else {
-        return Err("usage: hedgehop-fractal SIDE SEED OUT.tif".into());
-    };
-    write(side.parse()?, seed.parse()?, Path::new(path))
+/// What is written: a part of the square, and how densely.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    /// Side of the whole square, metres.
+    side: u32,
+    /// West, south, east and north edge, metres.
+    bounds: [u32; 4],
+    /// Metres from post to post.
+    spacing: u32,
 }
 
-fn write(side: u32, seed: u64, path: &Path) -> Result<(), Box<dyn Error>> {
+impl Part {
+    /// Posts (columns, rows).
+    fn size(&self) -> (u32, u32) {
+        let [west, south, east, north] = self.bounds;
+        ((east - west) / self.spacing, (north - south) / self.spacing)
+    }
+
+    /// Column and row of a post of the part in the square's posts of 1 m: the one in the middle, or the next to the south-east.
+    fn post(&self, [column, row]: [u32; 2]) -> [u32; 2] {
+        let [west, _, _, north] = self.bounds;
+        [(west, column), (self.side - north, row)]
+            .map(|(first, index)| first + index * self.spacing + self.spacing / 2)
+    }
+
+    /// World position of the north-west corner of the first post's pixel.
+    fn corner(&self) -> [f64; 2] {
+        let [column, row] = self.post([0, 0]).map(|post| f64::from(post) + 0.5);
+        let half = 0.5 * f64::from(self.spacing);
+        [column - half, f64::from(self.side) - row + half]
+    }
+}
+
+const USAGE: &str =
+    "usage: hedgehop-fractal SIDE SEED OUT.tif [--part WEST,SOUTH,EAST,NORTH] [--spacing METRES]";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [side, seed, path, flags @ ..] = arguments.as_slice() else { return Err(USAGE.into()) };
+    write(part(side.parse()?, flags)?, seed.parse()?, Path::new(path))
+}
+
+fn part(side: u32, flags: &[String]) -> Result<Part, Box<dyn Error>> {
+    let mut part = Part { side, bounds: [0, 0, side, side], spacing: 1 };
+    for flag in flags.chunks(2) {
+        match flag {
+            [name, value] if name == "--spacing" => part.spacing = value.parse()?,
+            [name, value] if name == "--part" => {
+                let edges: Result<Vec<u32>, _> = value.split(',').map(str::parse).collect();
+                part.bounds = edges?.try_into().map_err(|_| USAGE)?;
+            }
+            _ => return Err(USAGE.into()),
+        }
+    }
+    let [west, south, east, north] = part.bounds;
+    let is_inside = west < east && south < north && east <= side && north <= side;
+    if !is_inside || part.spacing == 0 || part.size().0.min(part.size().1) == 0 {
+        return Err("the part is none of the square, or has no post".into());
+    }
+    Ok(part)
+}
+
+fn write(part: Part, seed: u64, path: &Path) -> Result<(), Box<dyn Error>> {
     let octaves = octaves(seed);
+    let (width, height) = part.size();
     let mut encoder = TiffEncoder::new_big(BufWriter::new(File::create(path)?))?;
-    let mut image = encoder.new_image::<Gray32Float>(side, side)?;
+    let mut image = encoder.new_image::<Gray32Float>(width, height)?;
     image.rows_per_strip(STRIP)?;
     let tags = image.encoder();
-    tags.write_tag(Tag::ModelPixelScaleTag, [1.0, 1.0, 0.0].as_slice())?;
-    tags.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, 0.0, f64::from(side), 0.0].as_slice())?;
+    let (pixel, [west, north]) = (f64::from(part.spacing), part.corner());
+    tags.write_tag(Tag::ModelPixelScaleTag, [pixel, pixel, 0.0].as_slice())?;
+    tags.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, west, north, 0.0].as_slice())?;
     let mut strip = Vec::new();
-    for top in (0..side).step_by(STRIP as usize) {
-        strip.resize(side as usize * STRIP.min(side - top) as usize, 0.0);
-        fill(&octaves, top, side as usize, &mut strip);
+    for top in (0..height).step_by(STRIP as usize) {
+        strip.resize(width as usize * STRIP.min(height - top) as usize, 0.0);
+        fill(&octaves, &part, top, &mut strip);
         image.write_strip(&strip)?;
     }
     Ok(image.finish()?)
@@ -58,17 +117,21 @@ fn octaves(seed: u64) -> Vec<Octave> {
     (finest..=coarsest).rev().map(octave).collect()
 }
 
-/// Heights of rows from `top` on, on all cores.
-fn fill(octaves: &[Octave], top: u32, width: usize, strip: &mut [f32]) {
+/// Heights of the part's rows from `top` on, on all cores.
+fn fill(octaves: &[Octave], part: &Part, top: u32, strip: &mut [f32]) {
+    let width = part.size().0 as usize;
     let rows = strip.len() / width;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let share = rows.div_ceil(threads).max(1);
+    // Shorter waves than posts can tell would be noise.
+    let told = |octave: &&Octave| octave.wavelength() >= 2 * part.spacing;
     std::thread::scope(|scope| {
-        for (part, block) in strip.chunks_mut(share * width).enumerate() {
+        for (index, block) in strip.chunks_mut(share * width).enumerate() {
             scope.spawn(move || {
                 for (row, heights) in block.chunks_mut(width).enumerate() {
                     heights.fill(MEAN);
-                    octaves.iter().for_each(|octave| octave.add(top + (part * share + row) as u32, heights));
+                    let post = part.post([0, top + (index * share + row) as u32]);
+                    octaves.iter().filter(told).for_each(|octave| octave.add(post, part.spacing, heights));
                 }
             });
         }
@@ -79,30 +142,67 @@ fn fill(octaves: &[Octave], top: u32, width: usize, strip: &mut [f32]) {
 mod tests {
     use super::*;
 
-    fn heights(seed: u64, top: u32, width: usize, rows: usize) -> Vec<f32> {
-        let mut strip = vec![0.0; width * rows];
-        fill(&octaves(seed), top, width, &mut strip);
+    fn heights(seed: u64, part: Part) -> Vec<f32> {
+        let (width, rows) = part.size();
+        let mut strip = vec![0.0; width as usize * rows as usize];
+        fill(&octaves(seed), &part, 0, &mut strip);
         strip
+    }
+
+    fn square(side: u32) -> Part {
+        part(side, &[]).unwrap()
     }
 
     #[test]
     fn terrain_is_the_same_however_it_is_cut_and_goes_on_smoothly() {
-        let (all, below) = (heights(3, 0, 600, 20), heights(3, 12, 600, 8));
-        assert_eq!(all[12 * 600..], below);
-        assert_ne!(all, heights(4, 0, 600, 20));
+        let all = heights(3, square(600));
+        let cut = Part { bounds: [200, 0, 600, 588], ..square(600) };
+        for (row, cut) in heights(3, cut).chunks(400).enumerate() {
+            assert_eq!(all[(12 + row) * 600 + 200..][..400], *cut);
+        }
+        assert_ne!(all, heights(4, square(600)));
         let steps = all.chunks(600).flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
         let steepest = steps.fold(0.0, f32::max);
         assert!((0.1..4.0).contains(&steepest), "{steepest}");
     }
 
     #[test]
+    fn wide_posts_tell_the_same_terrain_where_they_lie() {
+        let (all, wide) = (square(640), Part { spacing: 16, ..square(640) });
+        let [west, north] = wide.corner();
+        assert_eq!([west, north], [0.5, 639.5]);
+        let (fine, wide) = (heights(3, all), heights(3, wide));
+        for (index, height) in wide.iter().enumerate() {
+            let (column, row) = (index % 40 * 16 + 8, index / 40 * 16 + 8);
+            // Waves of less than 32 m are left out: 260 m / 2^8 and less.
+            let difference = (fine[row * 640 + column] - height).abs();
+            assert!(difference < 3.0, "{index}: {difference}");
+        }
+    }
+
+    #[test]
+    fn parts_that_are_none_are_refused() {
+        let refused =
+            |flags: &[&str]| part(100, &flags.iter().map(ToString::to_string).collect::<Vec<_>>()).is_err();
+        for flags in [
+            &["--part", "0,0,101,50"][..],
+            &["--part", "5,0,5,9"],
+            &["--spacing", "0"],
+            &["--spacing", "200"],
+            &["--part"],
+        ] {
+            assert!(refused(flags), "{flags:?}");
+        }
+    }
+
+    #[test]
     fn a_file_holds_the_heights() {
         let path = std::env::temp_dir().join(format!("hedgehop-fractal-{}.tif", std::process::id()));
-        write(300, 5, &path).unwrap();
+        write(square(300), 5, &path).unwrap();
         let mut decoder = tiff::decoder::Decoder::new(File::open(&path).unwrap()).unwrap();
         let read = decoder.read_image().unwrap();
         std::fs::remove_file(&path).unwrap();
         let tiff::decoder::DecodingResult::F32(read) = read else { panic!("no float32") };
-        assert_eq!(read, heights(5, 0, 300, 300));
+        assert_eq!(read, heights(5, square(300)));
     }
 }

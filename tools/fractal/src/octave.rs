@@ -23,30 +23,35 @@ impl Octave {
         Self { log, amplitude, seed, shift, fade: (0..side).map(fade).collect() }
     }
 
-    /// Adds the noise of row `y`.
-    pub fn add(&self, y: u32, heights: &mut [f32]) {
-        let side = 1_usize << self.log;
+    /// Posts from one wave to the next.
+    pub fn wavelength(&self) -> u32 {
+        1 << self.log
+    }
+
+    /// Adds the noise of row `y` at every `step`-th post from `x` on; two of them at least lie in a wave.
+    pub fn add(&self, [x, y]: [u32; 2], step: u32, heights: &mut [f32]) {
+        let (side, step) = (1_usize << self.log, step as usize);
         let y = y + self.shift;
         let (row, along) = (y >> self.log, y as usize & (side - 1));
         let (v, ty) = (self.fade[along], along as f32 / side as f32);
-        let first = self.shift as usize;
-        let mut x = 0;
+        let mut first = (self.shift + x) as usize;
+        let mut done = 0;
         let mut west = self.edge(first as u32 >> self.log, row, ty, v);
-        while x < heights.len() {
-            let column = (first + x) >> self.log;
-            let east = self.edge(column as u32 + 1, row, ty, v);
-            let begin = (first + x) & (side - 1);
-            let count = (side - begin).min(heights.len() - x);
+        while done < heights.len() {
+            let east = self.edge((first >> self.log) as u32 + 1, row, ty, v);
+            let begin = first & (side - 1);
+            let count = (side - begin).div_ceil(step).min(heights.len() - done);
             let scale = 1.0 / side as f32;
-            for (index, (height, u)) in heights[x..x + count].iter_mut().zip(&self.fade[begin..]).enumerate()
-            {
-                let t = (begin + index) as f32 * scale;
+            let fades = self.fade[begin..].iter().step_by(step);
+            for (index, (height, u)) in heights[done..done + count].iter_mut().zip(fades).enumerate() {
+                let t = (begin + index * step) as f32 * scale;
                 let near = west[0] + west[1] * t;
                 let far = east[0] + east[1] * (t - 1.0);
                 *height += near + (far - near) * u;
             }
             west = east;
-            x += count;
+            first += count * step;
+            done += count;
         }
     }
 
