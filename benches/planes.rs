@@ -70,7 +70,7 @@ fn stage(criterion: &mut Criterion, name: &str, time: fn(&StageTimes) -> Duratio
         let mut group = criterion.benchmark_group(format!("{name}/{varied}"));
         group.throughput(Throughput::Elements(view.size.iter().map(|&side| u64::from(side)).product()));
         group.bench_function(BenchmarkId::from_parameter(label), |bencher| {
-            let times = || renderer.picture(&camera, &farm).expect("sound pages").1;
+            let times = || renderer.picture(&camera, &farm).expect("sound pages").1.times;
             bencher.iter_custom(|frames| (0..frames).map(|_| time(&times())).sum());
         });
     }

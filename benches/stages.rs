@@ -90,7 +90,7 @@ fn image_stage(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::from_parameter(pitch), |bencher| {
             bencher.iter_custom(|frames| {
                 let frame = || render_reference(&area, &camera, &RenderOptions::default(), &farm).unwrap();
-                (0..frames).map(|_| frame().times.image).sum()
+                (0..frames).map(|_| frame().account.times.image).sum()
             });
         });
     }

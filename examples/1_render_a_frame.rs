@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // One frame on all cores. Any number of workers gives the same bits.
     let farm = Farm::new(std::thread::available_parallelism()?.get())?;
     let rendered = render_frame(&area, &camera, &RenderOptions::default(), &farm)?;
-    let (times, frame) = (rendered.times, rendered.frame);
+    let (times, frame) = (rendered.account.times, rendered.frame);
     let nearest = frame.range.iter().copied().fold(f32::INFINITY, f32::min);
     println!("march {:?}, shade {:?}, image stage {:?}", times.march, times.shade, times.image);
     println!("the nearest ground in view is {nearest:.1} m away");

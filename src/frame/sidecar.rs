@@ -130,6 +130,9 @@ pub struct FrameRecord {
     /// What paging cost from the delivery of the frame before to that of this one; absent if it was not rendered now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paging: Option<Paging>,
+    /// Share of the rays that see ground which is stored more coarsely than they ask for, 0…1; absent if it was not rendered now.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coarser_share: Option<f64>,
 }
 
 impl FrameRecord {
@@ -161,6 +164,7 @@ impl FrameRecord {
             hfov_deg,
             size_px: [camera.width, camera.height],
             paging: None,
+            coarser_share: None,
         }
     }
 }

@@ -16,6 +16,8 @@ pub struct Contact {
     pub range: f64,
     /// Level index of the surface.
     pub level: u8,
+    /// Level index that was to be seen there; finer than `level` where its page is absent.
+    pub wanted: u8,
     /// Normal of the voxel's face, for [`Surface::Blocks`].
     pub face: Option<DVec3>,
 }
@@ -204,7 +206,9 @@ impl<'a, S: PageSource> Marcher<'a, S> {
             }),
         };
         match found {
-            Some(contact) => Ok(contact.map(|(range, face)| Contact { range, level, face })),
+            Some(contact) => {
+                Ok(contact.map(|(range, face)| Contact { range, level, wanted: search.level, face }))
+            }
             None if level < self.coarsest => self.walk_surface(search, level + 1, step.enter, step.leave),
             None => Ok(None),
         }

@@ -124,13 +124,46 @@ pub struct StageTimes {
     pub image: Duration,
 }
 
+/// How many rays of a picture see ground that is stored more coarsely than they ask for.
+///
+/// Rays are the pixels of the reference marcher, and of scan planes the rows of each plane, before these are taken to the screen.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Rays {
+    /// All of them, those to the sky too.
+    pub all: u64,
+    /// Those that meet a level that stands in for a finer one, whose page is absent.
+    pub coarser: u64,
+}
+
+impl Rays {
+    /// Share of the rays that meet a level that stands in, 0…1.
+    pub fn coarser_share(&self) -> f64 {
+        self.coarser as f64 / self.all.max(1) as f64
+    }
+}
+
+impl std::ops::AddAssign for Rays {
+    fn add_assign(&mut self, other: Self) {
+        (self.all, self.coarser) = (self.all + other.all, self.coarser + other.coarser);
+    }
+}
+
+/// What a picture took, and what it saw.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Account {
+    /// What each stage took.
+    pub times: StageTimes,
+    /// How finely ground was seen.
+    pub rays: Rays,
+}
+
 /// A frame and what it cost.
 #[derive(Debug, Clone)]
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
-    /// What each stage took.
-    pub times: StageTimes,
+    /// What it took.
+    pub account: Account,
 }
 
 /// Renders frames of one database, one after the other or several at once.
@@ -197,13 +230,13 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     ///
     /// # Errors
     /// As of [`Self::frame`].
-    pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, StageTimes)> {
+    pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, Account)> {
         self.options.check(camera)?;
         let rendered = match self.planes(camera, farm)? {
             Some(view) => planes::picture(self, &view, farm),
             None => reference::render(self.source, camera, &self.options, farm).map(|rendered| {
                 let rgb = srgb8_picture(&rendered.frame.colour);
-                (Picture { width: camera.width, height: camera.height, rgb }, rendered.times)
+                (Picture { width: camera.width, height: camera.height, rgb }, rendered.account)
             }),
         };
         self.source.intact()?;

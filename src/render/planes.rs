@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::{Rendered, Renderer, StageTimes};
+use super::{Account, Rays, Rendered, Renderer, StageTimes};
 use crate::error::Result;
 use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
@@ -135,15 +135,15 @@ pub fn picture<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
-) -> Result<(Picture, StageTimes)> {
+) -> Result<(Picture, Account)> {
     let (width, height) = (view.camera.width, view.camera.height);
     // All of it is overwritten.
     let mut rgb = renderer.pictures.take();
     rgb.resize(width as usize * height as usize * 3, 0);
     let band = band_rows(farm) * width as usize * 3;
     let bands = rgb.chunks_mut(band).map(Band::Picture).collect();
-    let times = render(renderer, view, farm, bands, Scale::DISPLAY)?;
-    Ok((Picture { width, height, rgb }, times))
+    let account = render(renderer, view, farm, bands, Scale::DISPLAY)?;
+    Ok((Picture { width, height, rgb }, account))
 }
 
 /// Renders a frame with all its planes.
@@ -157,9 +157,9 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
         .zip(frame.range.chunks_mut(band))
         .map(|(colour, range)| Band::Frame { colour, range })
         .collect();
-    let times = render(renderer, view, farm, bands, Scale::ALL)?;
+    let account = render(renderer, view, farm, bands, Scale::ALL)?;
     super::surface::describe(renderer, &mut frame, farm)?;
-    Ok(Rendered { frame, times })
+    Ok(Rendered { frame, account })
 }
 
 /// Rows of an image task.
@@ -174,7 +174,7 @@ fn render<S: PageSource>(
     farm: &Farm,
     bands: Vec<Band<'_>>,
     scale: Scale,
-) -> Result<StageTimes> {
+) -> Result<Account> {
     let (marching, shading, imaging) = (Clock::default(), Clock::default(), Clock::default());
     renderer.radiance.begin_frame();
     renderer.turned.begin_frame();
@@ -185,7 +185,8 @@ fn render<S: PageSource>(
     let mut fan = renderer.fans.take();
     fan.cells.resize(size, Cell::default());
     fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
-    see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
+    let rays =
+        see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
     let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, inverse: &fan.inverse };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
     farm.each(Stage::Image, bands, |index, band| {
@@ -195,7 +196,8 @@ fn render<S: PageSource>(
         })
     })?;
     renderer.fans.give_back(fan);
-    Ok(StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() })
+    let times = StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() };
+    Ok(Account { times, rays })
 }
 
 /// What groups of planes see.
@@ -308,7 +310,7 @@ fn see<S: PageSource>(
     farm: &Farm,
     [marching, shading]: [&Clock; 2],
     seen: Seen<'_>,
-) -> Result<()> {
+) -> Result<Rays> {
     let header = renderer.source.header();
     let (strides, above_ground) = strides(renderer, view)?;
     let angle = view.camera.pixel_angle();
@@ -317,6 +319,7 @@ fn see<S: PageSource>(
     let bend = renderer.options.curvature.inverse_diameter;
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
     let scale = seen.scale;
+    let rays = Mutex::new(Rays::default());
     // What a worker looked up serves all of its tasks.
     let worker = || Worker {
         march: PlaneMarch::new(renderer.source, &renderer.turned, strides.clone()),
@@ -343,6 +346,12 @@ fn see<S: PageSource>(
             let squares = view.shape.squares(index);
             let field = field(renderer, &ladder, kept);
             marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
+            let rows = kept.first..kept.first + kept.filled.len();
+            let seen = Rays {
+                all: (rows.len() * LANES) as u64,
+                coarser: profile.rows_stood_in(&ladder.centres[rows]),
+            };
+            *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
             shading.time(|| {
                 let angle = view.shape.plane_angle(index, angle);
                 painter.paint(renderer.isa, &group, profile, angle, &squares, lights)?;
@@ -360,5 +369,6 @@ fn see<S: PageSource>(
             })?;
         }
         Ok(())
-    })
+    })?;
+    Ok(rays.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
-use super::{RenderOptions, Rendered, StageTimes, far_limit, level_bands};
+use super::{Account, Rays, RenderOptions, Rendered, StageTimes, far_limit, level_bands};
 use crate::error::Result;
 use crate::frame::{Atmosphere, Frame};
 use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
@@ -16,6 +16,7 @@ use crate::voxel::PageSource;
 /// Pixels of one subimage, `[column][row]`; `None` = sky, or no ray.
 struct SubimagePixels {
     pixels: Vec<Option<(SurfaceSample, Vec3)>>,
+    rays: Rays,
     march: Duration,
     shade: Duration,
 }
@@ -42,7 +43,9 @@ pub(super) fn render<S: PageSource>(
     let atmosphere = Atmosphere::new(options.visibility, source.header().height_range.0);
     add_air(&mut frame, &atmosphere, farm);
     times.image = started.elapsed();
-    Ok(Rendered { frame, times })
+    let mut rays = Rays::default();
+    subimages.iter().for_each(|subimage| rays += subimage.rays);
+    Ok(Rendered { frame, account: Account { times, rays } })
 }
 
 fn render_subimage<S: PageSource>(
@@ -67,6 +70,9 @@ fn render_subimage<S: PageSource>(
 
     let sensor = VisualSensor::new(options.sun);
     let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
+    let stands_in = |contact: &&Contact| contact.level > contact.wanted;
+    let coarser = contacts.iter().flatten().flatten().filter(stands_in).count() as u64;
+    let rays = Rays { all: contacts.iter().map(|column| column.len() as u64).sum(), coarser };
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
             let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
@@ -81,7 +87,7 @@ fn render_subimage<S: PageSource>(
             pixels.push(Some((sample, sensor.radiance(&sample))));
         }
     }
-    Ok(SubimagePixels { pixels, march: marched - started, shade: marched.elapsed() })
+    Ok(SubimagePixels { pixels, rays, march: marched - started, shade: marched.elapsed() })
 }
 
 /// Puts the subimages' columns side by side.

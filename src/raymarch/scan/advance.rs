@@ -5,6 +5,7 @@ use super::ground::Crease;
 use super::lines::Lines;
 use super::march::{Field, Planes};
 use super::profile::{Mark, NO_SLOPE, Post};
+use super::strides::Stride;
 use crate::error::Result;
 use crate::simd::{Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
@@ -64,9 +65,16 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// A line of a block's level and stride.
     #[inline(always)]
     pub(super) fn mark(&self, block: &Block, line: i64) -> Mark {
-        let level = block.stride.level;
+        let Stride { level, lines, stands_in, .. } = block.stride;
         let distance = self.way.distance(level, line) as f32;
-        Mark { line, distance, share: 1.0, level, span: block.stride.lines as u8, begins: false }
+        Mark { line, distance, share: 1.0, level, span: lines as u8, begins: false, stands_in }
+    }
+
+    /// Where the march begins at a major distance.
+    pub(super) fn first_mark(&self, block: &Block, distance: f64) -> Mark {
+        let (line, share) = self.way.line_at(block.stride.level, distance);
+        let (distance, share) = (distance as f32, share as f32);
+        Mark { distance, share, span: 1, begins: true, ..self.mark(block, line) }
     }
 
     /// The surface along a line.

@@ -356,7 +356,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             return Ok(());
         }
         let lines = if block.stride.lines == 4 { 1 } else { block.stride.lines };
-        let stride = Stride { level, lines, ..block.stride };
+        let stride = Stride { level, lines, stands_in: true, ..block.stride };
         let mut way = self.way.back_to(block);
         while !way.is_past(block)
             && let Some(part) = way.next(stride, self.reached.into())
@@ -430,16 +430,16 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let start = f64::from(self.reached).max(before).max(0.0);
         let z = self.surface_at(level, start)?;
         if start > 0.0 {
-            return self.begin(self.post(z, self.first_mark(level, start)));
+            return self.begin(self.post(z, self.first_mark(block, start)));
         }
         if self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
-            return self.flood(self.post(z, self.first_mark(level, start)));
+            return self.flood(self.post(z, self.first_mark(block, start)));
         }
         // The surface under the eye is seen at no finite tangent: begin where it is below the lowest row.
         let mut distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
         loop {
             let z = self.surface_at(level, distance.into())?;
-            let post = self.post(z, self.first_mark(level, distance.into()));
+            let post = self.post(z, self.first_mark(block, distance.into()));
             // Where ground rises it comes into sight sooner.
             let in_sight = self.simd.splat(self.field.tangents[0]).lt(self.over_area(post.slope, distance));
             if !in_sight.any() || distance <= LEAST_DISTANCE {
@@ -447,12 +447,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             distance *= 0.5;
         }
-    }
-
-    /// Where the march begins at a major distance.
-    fn first_mark(&self, level: u8, distance: f64) -> Mark {
-        let (line, share) = self.way.line_at(level, distance);
-        Mark { line, distance: distance as f32, share: share as f32, level, span: 1, begins: true }
     }
 
     /// Height above the eye of a level's bilinear surface at a major distance; nothing where a page is absent.

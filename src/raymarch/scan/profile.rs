@@ -1,6 +1,6 @@
 //! What sixteen planes see of the surface: the posts at which it rises above everything before.
 
-use crate::simd::{Floats, Simd, Sixteen};
+use crate::simd::{Floats, LANES, Simd, Sixteen};
 
 /// Tangent of the elevation of what is no surface: below any ray.
 pub const NO_SLOPE: f32 = -1.0e18;
@@ -31,6 +31,8 @@ pub struct Mark {
     pub span: u8,
     /// Nothing of the surface before it is in sight.
     pub begins: bool,
+    /// The level stands in for a finer one, of which a page is absent.
+    pub stands_in: bool,
 }
 
 /// Sights of one group of planes, nearest first: the surface goes straight from each to the next, unless that one
@@ -61,6 +63,34 @@ impl Profile {
     /// Sights, nearest first.
     pub fn sights(&self) -> &[Sight] {
         &self.sights[..self.count]
+    }
+
+    /// Rows of all planes together whose middles see a level that stands in for an absent finer one; `centres`: their tangents, rising.
+    pub fn rows_stood_in(&self, centres: &[f32]) -> u64 {
+        let sights = self.sights();
+        // Where all is stored this is all there is to do.
+        if !sights.iter().any(|sight| sight.mark.stands_in) {
+            return 0;
+        }
+        let below = |crest: &Sixteen| -> u64 {
+            crest.0.iter().map(|crest| centres.partition_point(|centre| centre < crest) as u64).sum()
+        };
+        let mut crest = Sixteen([NO_SLOPE; LANES]);
+        // Rows below the crest at the beginning of a run of stretches that stand in.
+        let mut run: Option<u64> = None;
+        let mut rows = 0;
+        for sight in sights.iter().filter(|sight| !sight.mark.begins) {
+            match run {
+                None if sight.mark.stands_in => run = Some(below(&crest)),
+                Some(first) if !sight.mark.stands_in => {
+                    rows += below(&crest) - first;
+                    run = None;
+                }
+                _ => {}
+            }
+            crest.0.iter_mut().zip(sight.slope.0).for_each(|(crest, slope)| *crest = crest.max(slope));
+        }
+        rows + run.map_or(0, |first| below(&crest) - first)
     }
 
     /// Forgets all.

@@ -16,6 +16,8 @@ pub struct Stride {
     pub level: u8,
     /// Every how many lines of the level one is read: 1, 2 or 4.
     pub lines: u32,
+    /// The level stands in for a finer one, of which a page is absent.
+    pub stands_in: bool,
 }
 
 /// Strides by ground distance, nearest first.
@@ -74,7 +76,7 @@ impl Strides {
                 while steps.last().is_some_and(|last| last.from >= from) {
                     steps.pop();
                 }
-                steps.push(Stride { from, level, lines });
+                steps.push(Stride { from, level, lines, stands_in: false });
             }
         }
         if let Some(first) = steps.first_mut() {

@@ -14,7 +14,6 @@ use hedgehop::frame::sidecar::{
 use hedgehop::frame::y4m::{Chroma, Y4mWriter};
 use hedgehop::frame::{FrameInfo, FramePattern, FrameRate, Written, write_frame, write_picture};
 use hedgehop::geo::{Crs, Transform};
-use hedgehop::memory::Paging;
 use hedgehop::progress::Observer;
 use hedgehop::space::Camera;
 use hedgehop::voxel::{Header, PageId};
@@ -23,7 +22,7 @@ use serde_json::Value;
 
 use crate::area;
 use crate::args::Size;
-use crate::sequence::{Image, Shot};
+use crate::sequence::{Flown, Image, Shot};
 
 /// Name and version that outputs carry.
 pub const WRITER: &str = concat!("hedgehop ", env!("CARGO_PKG_VERSION"));
@@ -98,7 +97,7 @@ impl<'a> Files<'a> {
     pub fn list(
         &self,
         existing: &[(u64, Camera)],
-        paging: &[(u64, Paging)],
+        flown: &Flown,
         damaged: &[(PageId, u64)],
     ) -> Result<()> {
         let (Some(path), Some(folder)) = (self.origin.path, self.pattern.folder()) else { return Ok(()) };
@@ -122,8 +121,10 @@ impl<'a> Files<'a> {
             .map(|&(PageId { level, px, py }, byte)| DamagedRecord { level, px, py, byte })
             .collect();
         for record in &mut manifest.frames {
-            let place = paging.binary_search_by_key(&record.frame, |(number, _)| *number);
-            record.paging = place.ok().map(|place| paging[place].1);
+            let place = flown.paging.binary_search_by_key(&record.frame, |(number, _)| *number);
+            record.paging = place.ok().map(|place| flown.paging[place].1);
+            let place = flown.rays.binary_search_by_key(&record.frame, |(number, _)| *number);
+            record.coarser_share = place.ok().map(|place| flown.rays[place].1.coarser_share());
         }
         manifest.write(folder).map(drop)
     }

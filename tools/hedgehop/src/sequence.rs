@@ -13,7 +13,7 @@ use crossbeam::channel::{Receiver, Sender, bounded};
 use hedgehop::frame::{Frame, Picture};
 use hedgehop::memory::{Flight, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{FlightPlan, Renderer};
+use hedgehop::render::{FlightPlan, Rays, Rendered, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
 use hedgehop::{Error, Result};
@@ -71,10 +71,20 @@ pub struct Sequence<'a> {
 pub struct Flown {
     /// Numbers of frames that the sink has taken, rising.
     pub finished: Vec<u64>,
-    /// What each delivered frame cost in paging, in order.
+    /// What each delivered frame cost in paging, and how finely its ground was seen, in order.
     pub paging: Vec<(u64, Paging)>,
+    pub rays: Vec<(u64, Rays)>,
     /// The first thing that went wrong, or that the user asked to stop.
     pub end: Result<()>,
+}
+
+impl Flown {
+    /// How many frames were finished, and how finely ground was seen in all that were delivered.
+    pub fn summed(&self) -> (usize, Rays) {
+        let mut rays = Rays::default();
+        self.rays.iter().for_each(|(_, seen)| rays += *seen);
+        (self.finished.len(), rays)
+    }
 }
 
 impl Sequence<'_> {
@@ -96,8 +106,9 @@ impl Sequence<'_> {
                 })
                 .collect();
             drop(receiver);
-            let (paging, end) = self.render_ahead(cameras, sender, &failed, observer);
-            let mut flown = Flown { finished: Vec::new(), paging, end };
+            let mut rays = Vec::new();
+            let (paging, end) = self.render_ahead(cameras, sender, &failed, &mut rays, observer);
+            let mut flown = Flown { finished: Vec::new(), paging, rays, end };
             for encoder in encoders {
                 let (finished, end) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 flown.finished.extend(finished);
@@ -119,11 +130,12 @@ impl Sequence<'_> {
         cameras: &[(u64, Camera)],
         sender: Sender<Shot>,
         failed: &AtomicBool,
+        rays: &mut Vec<(u64, Rays)>,
         observer: &dyn Observer,
     ) -> (Vec<(u64, Paging)>, Result<()>) {
         let plan = FlightPlan { renderer: self.renderer, farm: self.farm, cameras };
         let flown = self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
-            let end = self.render_all(cameras, flight, sender, failed, observer);
+            let end = self.render_all(cameras, flight, sender, failed, rays, observer);
             let numbers = cameras.iter().map(|(number, _)| *number);
             (numbers.zip(flight.frames()).collect(), end)
         });
@@ -136,6 +148,7 @@ impl Sequence<'_> {
         flight: &Flight<'_>,
         sender: Sender<Shot>,
         failed: &AtomicBool,
+        rays: &mut Vec<(u64, Rays)>,
         observer: &dyn Observer,
     ) -> Result<()> {
         let frames: Vec<_> =
@@ -145,14 +158,19 @@ impl Sequence<'_> {
             flight.begin(frame);
             Ok(match self.product {
                 Product::Picture => {
-                    Image::Picture(self.renderer.picture(camera, farm)?.0, Box::new(camera.clone()))
+                    let (picture, account) = self.renderer.picture(camera, farm)?;
+                    (Image::Picture(picture, Box::new(camera.clone())), account.rays)
                 }
-                Product::Frame => Image::Frame(Box::new(self.renderer.frame(camera, farm)?.frame)),
+                Product::Frame => {
+                    let Rendered { frame, account } = self.renderer.frame(camera, farm)?;
+                    (Image::Frame(Box::new(frame)), account.rays)
+                }
             })
         };
         let mut delivered = 0;
         let mut live = Live::new(self.pages.paging());
-        self.farm.fly(&batch, render, |number, image| {
+        self.farm.fly(&batch, render, |number, (image, seen)| {
+            rays.push((number, seen));
             flight.deliver(delivered);
             delivered += 1;
             if self.stats

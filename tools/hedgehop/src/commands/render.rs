@@ -10,7 +10,7 @@ use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Renderer};
+use hedgehop::render::{Rays, RenderOptions, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
@@ -116,6 +116,8 @@ pub struct Done {
     pub paging: Paging,
     /// Pages that coarser levels stood in for, and where each begins in the database.
     damaged: Vec<(PageId, u64)>,
+    /// How finely ground was seen.
+    rays: Rays,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -128,12 +130,23 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
     reporter.note(&memory::sentence(&done.paging));
     trust::sentence(&args.area, &done.damaged).iter().for_each(|sentence| reporter.note(sentence));
+    if let Some(note) = coarser_note(&done.rays) {
+        reporter.note(&note);
+    }
     if args.output.is_standard_output() {
         reporter.note(done.sentence().trim_end());
     } else {
         exit::print(&done.sentence())?;
     }
     Ok(())
+}
+
+/// Says how much was seen more coarsely than it should be, if anything was.
+fn coarser_note(rays: &Rays) -> Option<String> {
+    (rays.coarser > 0).then(|| {
+        let percent = 100.0 * rays.coarser_share();
+        format!("{percent:.3} % of the rays met ground that is stored more coarsely than they ask for, outside of corridors")
+    })
 }
 
 impl Done {
@@ -196,7 +209,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         encoders,
         stats: args.stats,
     };
-    let (files, rendered) = if args.output.target() == Target::Y4m {
+    let (files, (rendered, rays)) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
     } else {
@@ -208,8 +221,8 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
             settings: settings(args, &setup, &options),
         };
         let files = Files::new(origin, &args.output);
-        let rendered = fly_files(args, &sequence, &files, &cameras, reporter)?;
-        (cameras.iter().map(|(number, _)| files.path(*number)).collect(), rendered)
+        let flown = fly_files(args, &sequence, &files, &cameras, reporter)?;
+        (cameras.iter().map(|(number, _)| files.path(*number)).collect(), flown)
     };
     if let Some(map) = &args.traffic {
         Traffic { header: source.header(), cameras: &cameras, first_use: &source.first_use() }.write(map)?;
@@ -221,6 +234,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         files,
         size: setup.size,
         rendered,
+        rays,
         paging: source.paging().since(&before),
         damaged: source.file().damaged(),
         kept: cameras.len() - rendered,
@@ -299,14 +313,14 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
     settings
 }
 
-/// Returns how many frames were rendered.
+/// Returns how many frames were rendered, and how finely.
 fn fly_files(
     args: &Args,
     sequence: &Sequence<'_>,
     files: &Files<'_>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
-) -> Result<usize> {
+) -> Result<(usize, Rays)> {
     let is_kept =
         |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
     let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
@@ -314,11 +328,12 @@ fn fly_files(
     whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
     let damaged = sequence.pages.file().damaged();
-    let listed = files.list(&whole, &flown.paging, &damaged);
+    let listed = files.list(&whole, &flown, &damaged);
     // What ended the flight explains more than what then happened to the list.
+    let summed = flown.summed();
     flown.end?;
     listed?;
-    Ok(flown.finished.len())
+    Ok(summed)
 }
 
 fn fly_stream(
@@ -327,18 +342,20 @@ fn fly_stream(
     sequence: &Sequence<'_>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
-) -> Result<usize> {
+) -> Result<(usize, Rays)> {
     if args.output.is_standard_output() {
         let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
         let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
-        return flown.end.map(|()| flown.finished.len());
+        let summed = flown.summed();
+        return flown.end.map(|()| summed);
     }
     let file = args.output.path(1);
-    let mut outcome = Ok(0);
+    let mut outcome = Ok((0, Rays::default()));
     let written = write_with(&file, |target| {
         outcome = Stream::new(target, &file, size, args.fps).and_then(|stream| {
             let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
-            flown.end.map(|()| flown.finished.len())
+            let summed = flown.summed();
+            flown.end.map(|()| summed)
         });
         // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
         outcome.as_ref().map(drop).map_err(|_| io::Error::other("unfinished"))

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use hedgehop::Result;
 use hedgehop::frame::Picture;
-use hedgehop::render::StageTimes;
+use hedgehop::render::{Account, StageTimes};
 
 use crate::figures::FrameFigures;
 
@@ -37,11 +37,11 @@ pub(super) struct Timed {
 
 impl Timed {
     /// Renders a frame between two looks at both clocks. While frames overlap, they also tell of others.
-    pub(super) fn render(render: impl FnOnce() -> Result<(Picture, StageTimes)>) -> Result<Self> {
+    pub(super) fn render(render: impl FnOnce() -> Result<(Picture, Account)>) -> Result<Self> {
         // The CPU clock is read first and last, so that what reading it costs is counted, not hidden.
         let cpu_begun = process_cpu_time();
         let begun = Instant::now();
-        let (picture, stages) = render()?;
+        let (picture, Account { times: stages, .. }) = render()?;
         let wall = begun.elapsed();
         let cpu = cpu_begun.zip(process_cpu_time()).map(|(begun, end)| end.saturating_sub(begun));
         Ok(Self { picture, stages, wall, cpu })
