@@ -159,6 +159,21 @@ fn holes_and_absent_pages_are_foreseen() {
 }
 
 #[test]
+fn what_stands_in_beside_corridors_is_foreseen() {
+    // Level 1 in two rows of pages, level 4 in the one that they lie in; and level 1 in a stair, level 4 everywhere.
+    let strip = |id: PageId| (id.level == 0 && !(5..7).contains(&id.py)) || (id.level == 1 && id.py != 1);
+    let stair = |id: PageId| id.level == 0 && id.px.abs_diff(id.py) > 1;
+    // A lone page under which all is stored, and two levels absent elsewhere.
+    let island = |id: PageId| id.level < 2 && [id.px, id.py].map(|at| at >> (2 - 2 * id.level)) != [1, 1];
+    let corridors: [fn(PageId) -> bool; 3] = [strip, stair, island];
+    let mut random = Random(13);
+    for flight in 0..450 {
+        let camera = random_camera(&mut random, &AREA);
+        assert_recalled(&see(&AREA, corridors[flight % 3], &camera), &camera);
+    }
+}
+
+#[test]
 fn most_of_what_is_foreseen_of_a_level_flight_is_touched() {
     let (mut foreseen, mut touched) = (0, 0);
     for frame in 0..40 {
