@@ -22,7 +22,8 @@ use super::guard::Watch;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, Trust, VerifyReport, verify,
+    Directory, FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, Trust, VerifyReport,
+    verify,
 };
 
 /// What to do about a database that changed under its readers.
@@ -181,6 +182,11 @@ impl PageFile {
     /// Pages that were found damaged so far and are left out, and where each begins in the file.
     pub fn damaged(&self) -> Vec<(PageId, u64)> {
         self.store.damaged()
+    }
+
+    /// Where each page lies, and which ones are absent.
+    pub fn directory(&self) -> &Directory {
+        self.store.directory()
     }
 
     /// Pages touched since the file was opened.

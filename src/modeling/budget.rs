@@ -1,17 +1,24 @@
 //! How the bytes that a build may hold are shared out; the only place that decides it.
 
+use super::options::BuildOptions;
 use super::workers::AHEAD;
 use crate::error::{Error, Result};
 use crate::voxel::{APRON, PAGE_SIDE};
 
 const MIB: u64 = 1 << 20;
-/// The program, thread stacks, the directory of pages.
+/// The program, thread stacks, a directory of some pages.
 const FIXED: u64 = 24 * MIB;
+/// One part of so many of the memory is for the directory of an area with corridors, most of whose pages are absent.
+const DIRECTORY_SHARE: u64 = 8;
+/// Bytes of a page's entry in memory, and of the same as it is written.
+const ENTRY: u64 = 64;
 /// Bytes that the process holds for one of a cached block: blocks come and go among short-lived
 /// buffers, and the allocator keeps much of what was freed between them (measured 1.4).
 const KEPT: u64 = 2;
 /// A page's planes while it is made: positions, sums, heights with the fill's margin, colours, bytes.
 const PAGE_WORK: u64 = 10 * MIB;
+/// The same where some finer pages are absent: the finer voxels under a page as well, with their slopes.
+const SPARSE_PAGE_WORK: u64 = 44 * MIB;
 /// An encoded page: heights, colours, attributes, bounds and slopes of every voxel.
 const PAGE_BYTES: u64 = (PAGE_SIDE as u64 + 2 * APRON as u64).pow(2) * 18;
 /// Least worth having for one window, and for all decoded blocks together.
@@ -27,14 +34,41 @@ pub(super) struct Budget {
     pub window: usize,
     /// Workers that fit.
     pub threads: usize,
+    /// Bytes of all of it.
+    memory: u64,
 }
 
 impl Budget {
-    /// Splits `memory` bytes for up to `threads` workers.
-    pub fn split(memory: u64, threads: usize) -> Result<Self> {
+    /// Splits what a build may hold.
+    pub fn of(options: &BuildOptions) -> Result<Self> {
+        let BuildOptions { memory, threads, .. } = *options;
+        if options.corridors.is_empty() {
+            Self::split(memory, threads, PAGE_WORK)
+        } else {
+            let spared = memory - memory / DIRECTORY_SHARE;
+            Ok(Self { memory, ..Self::split(spared, threads, SPARSE_PAGE_WORK)? })
+        }
+    }
+
+    /// Refuses a directory of so many pages, most of them absent, that it does not fit.
+    pub fn check_directory(&self, pages: u64) -> Result<()> {
+        let least = pages * ENTRY * DIRECTORY_SHARE;
+        if least <= self.memory {
+            return Ok(());
+        }
+        Err(Error::Configuration(format!(
+            "--memory of {} MiB is too little for the directory of {pages} pages, which takes a part of {DIRECTORY_SHARE} of it; \
+             give at least {} MiB, or a larger --spacing",
+            self.memory / MIB,
+            least.div_ceil(MIB)
+        )))
+    }
+
+    /// Splits `memory` bytes for up to `threads` workers, which hold `page_work` bytes each while they make a page.
+    fn split(memory: u64, threads: usize, page_work: u64) -> Result<Self> {
         let threads = threads.max(1) as u64;
         // One window of heights and one of colours.
-        let worker_with = |window: u64| 2 * window + PAGE_WORK + AHEAD * PAGE_BYTES;
+        let worker_with = |window: u64| 2 * window + page_work + AHEAD * PAGE_BYTES;
         let shared = memory.saturating_sub(FIXED);
         let Some(spare) = shared.checked_sub(worker_with(LEAST_WINDOW) + KEPT * LEAST_CACHE) else {
             let least = FIXED + worker_with(LEAST_WINDOW) + KEPT * LEAST_CACHE;
@@ -49,7 +83,7 @@ impl Budget {
         // Workers beyond a third of what is left would only take turns to decode the same blocks.
         let threads = threads.min((shared / 3 / worker).max(1));
         let cache = (shared - threads * worker) / KEPT;
-        Ok(Self { cache, window: window as usize, threads: threads as usize })
+        Ok(Self { cache, window: window as usize, threads: threads as usize, memory })
     }
 }
 
@@ -61,7 +95,7 @@ mod tests {
     fn shares_never_exceed_the_memory() {
         for memory in [80, 128, 512, 4096].map(|mib| mib * MIB) {
             for threads in [1, 2, 16, 256] {
-                let budget = Budget::split(memory, threads).unwrap();
+                let budget = Budget::split(memory, threads, PAGE_WORK).unwrap();
                 let workers =
                     budget.threads as u64 * (2 * budget.window as u64 + PAGE_WORK + AHEAD * PAGE_BYTES);
                 assert!(budget.threads >= 1 && budget.threads <= threads);
@@ -73,9 +107,17 @@ mod tests {
 
     #[test]
     fn too_little_is_refused_with_the_least() {
-        let error = Budget::split(20 * MIB, 1).unwrap_err().to_string();
+        let error = Budget::split(20 * MIB, 1, PAGE_WORK).unwrap_err().to_string();
         assert!(error.contains("--memory of 20 MiB") && error.contains("at least"), "{error}");
         let least: Option<u64> = error.split_whitespace().rev().find_map(|word| word.parse().ok());
-        assert!(Budget::split(least.unwrap() * MIB, 64).is_ok(), "{error}");
+        assert!(Budget::split(least.unwrap() * MIB, 64, PAGE_WORK).is_ok(), "{error}");
+    }
+
+    #[test]
+    fn a_directory_that_does_not_fit_is_refused_with_the_least() {
+        let budget = |memory: u64| Budget { memory, ..Budget::split(512 * MIB, 1, PAGE_WORK).unwrap() };
+        let error = budget(512 * MIB).check_directory(2_000_000).unwrap_err().to_string();
+        assert!(error.contains("at least 977 MiB"), "{error}");
+        assert!(budget(977 * MIB).check_directory(2_000_000).is_ok());
     }
 }

@@ -4,11 +4,13 @@
 //! open all rasters; what do their coordinates and heights mean?                     inputs
 //! choose the database's reference system, spacing and grid                          plan
 //! look at every height once: the range of the code, the broad shape for wide voids  scan
+//! which pages are stored: all, or near routes only                                  corridor
 //! for each page of level 1, in parallel, written in order:                          page
 //!     locate its voxels in each raster                                              warp
 //!     merge elevation by priority, fill voids                                       kernel, mosaic, fill
 //!     drape imagery, tint what it leaves bare                                       kernel, drape, tint
-//! for each coarser level: each page from the 16 below it                            voxel
+//! for each coarser level: each page from the 16 below it, as far as these are stored voxel
+//!     the rest straight from the rasters, as level 1 is                             page
 //! write metadata, header, give the file its name
 //! ```
 //!
@@ -19,9 +21,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::budget::Budget;
+use super::corridor::{Corridor, Tasks};
 use super::inputs::{self, Inputs};
 use super::options::{BuildOptions, NodataFill};
-use super::page::{Census, Made, PageMaker, Project};
+use super::page::{Census, FromSources, PageMaker, Project};
 use super::placed::{ElevationInput, ImageryInput};
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};
@@ -32,7 +35,9 @@ use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::geo::VerticalDatum;
 use crate::progress::Observer;
-use crate::voxel::{ContentHash, Grid, HeightCode, Metadata, PageId, PageWriter, Shelf, coarse_page};
+use crate::voxel::{
+    ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageWriter, Shelf, sparse_page,
+};
 
 /// What a build did.
 #[derive(Debug, Clone)]
@@ -43,6 +48,8 @@ pub struct BuildReport {
     pub content_hash: ContentHash,
     /// Bytes of the file.
     pub bytes: u64,
+    /// Voxels that were made from the sources: all of level 1, and coarser ones outside of corridors.
+    pub voxels: u64,
     /// Share of void voxels, 0…1.
     pub void_share: f64,
     /// Wall time, seconds.
@@ -53,7 +60,7 @@ pub struct BuildReport {
 pub fn build(options: &BuildOptions, observer: &dyn Observer) -> Result<BuildReport> {
     let begun = Instant::now();
     check_output(options)?;
-    let budget = Budget::split(options.memory, options.threads)?;
+    let budget = Budget::of(options)?;
     let inputs = inputs::open_all(options, budget.cache)?;
     let mut report = build_from(inputs, options, budget, observer)?;
     report.seconds = begun.elapsed().as_secs_f64();
@@ -88,19 +95,22 @@ pub(super) fn build_from(
     observer: &dyn Observer,
 ) -> Result<BuildReport> {
     let plan = plan::plan(&inputs, options)?;
-    plan::check_space(&plan.grid, &options.output)?;
+    plan::check_space(&plan, &options.output)?;
+    if !plan.stored.is_all() {
+        budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
+    }
     let mut metadata = describe(&inputs, &plan, options);
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let (elevation, imagery) = place(inputs, &plan, datum)?;
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
-    for note in misplaced.into_iter().chain(sparse_note(&elevation, &plan.grid)) {
+    for note in misplaced.into_iter().chain(sparse_note(&elevation, &plan)) {
         observer.note(&note);
         metadata.notes.push(note);
     }
 
-    let surveys = scan::survey(&elevation, &plan.grid, budget.threads, observer)?;
+    let surveys = scan::survey(&elevation, &plan, budget.threads, observer)?;
     for note in elevation.iter().flat_map(|source| source.samples.notes()) {
         observer.note(&note);
         metadata.notes.push(note);
@@ -109,6 +119,7 @@ pub(super) fn build_from(
     let code = HeightCode::spanning(low, high);
     let project = Project {
         grid: plan.grid,
+        stored: &plan.stored,
         code,
         tint: Tint::new(low, high, !plan.crs.is_local()),
         fill: options.nodata_fill,
@@ -118,7 +129,8 @@ pub(super) fn build_from(
         window_bytes: budget.window,
     };
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
-    let census = write_finest(&project, budget.threads, &mut writer, observer)?;
+    writer.expect(plan::most_bytes(&plan));
+    let census = write_pages(&project, budget.threads, &mut writer, observer)?;
     if census.empty == census.voxels {
         return Err(Error::Configuration(format!(
             "no voxel of {} m gets a height: elevation data covers less than half of each; \
@@ -130,90 +142,78 @@ pub(super) fn build_from(
         observer.note(&note);
         metadata.notes.push(note);
     }
-    write_coarser(&plan.grid, code, budget.threads, &mut writer, observer)?;
 
     let share = |count: u64| count as f64 / census.voxels.max(1) as f64;
     metadata.vertical_datum = datum.label().to_owned();
     metadata.void_share = share(census.voids);
     metadata.empty_share = share(census.empty);
     let (content_hash, bytes) = writer.finish(&metadata, decoded_range(&code, &census))?;
-    Ok(BuildReport { grid: plan.grid, content_hash, bytes, void_share: metadata.void_share, seconds: 0.0 })
+    Ok(BuildReport {
+        grid: plan.grid,
+        content_hash,
+        bytes,
+        voxels: census.made,
+        void_share: metadata.void_share,
+        seconds: 0.0,
+    })
 }
 
-/// Level 1, page by page; rows of pages from the north, as rasters are stored, so that decoded blocks serve
-/// neighbouring pages before they leave the cache.
-fn write_finest(
+/// Writes the pages of all levels; each coarser one is made of the finer ones below it, as far as these are stored.
+fn write_pages(
     project: &Project<'_>,
     threads: usize,
     writer: &mut PageWriter,
     observer: &dyn Observer,
 ) -> Result<Census> {
-    let (columns, rows) = project.grid.page_dims(0);
-    let count = u64::from(columns) * u64::from(rows);
     let mut total = Census::default();
+    let stages = [("voxels", 0..1), ("levels", 1..project.grid.level_count())];
+    for (stage, levels) in stages {
+        observer.begin(stage, levels.clone().map(|level| project.stored.count(level)).sum(), "pages");
+        for level in levels {
+            write_level(project, project.stored.tasks(level), threads, writer, &mut total, observer)?;
+        }
+        observer.end();
+    }
+    Ok(total)
+}
+
+/// Writes the pages of one level, page by page.
+fn write_level(
+    project: &Project<'_>,
+    tasks: Tasks,
+    threads: usize,
+    writer: &mut PageWriter,
+    total: &mut Census,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let finer = writer.readback();
     let mut shelf = Shelf::new(writer)?;
-    observer.begin("voxels", count, "pages");
     in_order(
-        count,
+        tasks.count(),
         threads,
         observer,
         || PageMaker::new(project),
         |maker, task| {
-            let (column, row) = (task % u64::from(columns), task / u64::from(columns));
-            maker.make(column as u32, rows - 1 - row as u32)
+            let id = tasks.id(task);
+            let (page, census) = match id.level {
+                0 => maker.make(id)?,
+                _ => {
+                    let mut sources = FromSources { maker };
+                    let page = sparse_page(&finer, &mut sources, &project.grid, project.code, id)?;
+                    let census = Census::of_finest(&page, id, project.stored);
+                    (page, census)
+                }
+            };
+            Ok((page.encode(id), census.with_codes_of(&page)))
         },
-        |_, made: Made| {
-            total.add(&made.census);
-            shelf.take(&made.page)?;
+        |_, (page, census): (EncodedPage, Census)| {
+            total.add(&census);
+            shelf.take(&page)?;
             observer.advance(1);
             Ok(())
         },
     )?;
-    shelf.empty()?;
-    observer.end();
-    Ok(total)
-}
-
-/// Every coarser level from the one below it.
-fn write_coarser(
-    grid: &Grid,
-    code: HeightCode,
-    threads: usize,
-    writer: &mut PageWriter,
-    observer: &dyn Observer,
-) -> Result<()> {
-    let levels: Vec<(u8, u32, u32)> = (1..grid.level_count())
-        .map(|level| {
-            let (columns, rows) = grid.page_dims(level);
-            (level, columns, rows)
-        })
-        .collect();
-    let pages = |&(_, columns, rows): &(u8, u32, u32)| u64::from(columns) * u64::from(rows);
-    observer.begin("levels", levels.iter().map(pages).sum(), "pages");
-    for level in &levels {
-        let (index, columns, rows) = *level;
-        let finer = writer.readback();
-        let mut shelf = Shelf::new(writer)?;
-        in_order(
-            pages(level),
-            threads,
-            observer,
-            || (),
-            |(), task| {
-                let (column, row) = (task % u64::from(columns), task / u64::from(columns));
-                let id = PageId { level: index, px: column as u32, py: rows - 1 - row as u32 };
-                Ok(coarse_page(&finer, grid, code, id)?.encode(id))
-            },
-            |_, page| {
-                shelf.take(&page)?;
-                observer.advance(1);
-                Ok(())
-            },
-        )?;
-        shelf.empty()?;
-    }
-    observer.end();
-    Ok(())
+    shelf.empty()
 }
 
 fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
@@ -234,6 +234,7 @@ fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
         crs_epsg: plan.crs.epsg(),
         crs_proj: plan.crs.proj().map(str::to_owned),
         sources: elevation.chain(imagery).collect(),
+        corridors: options.corridors.iter().map(Corridor::record).collect(),
         notes,
         writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
         ..Metadata::default()
@@ -270,8 +271,9 @@ fn outsiders(paths: &[PathBuf], imagery: &[ImageryInput], grid: &Grid) -> Vec<St
 }
 
 /// Warns of an area that is mostly the gap between files that lie far apart: its voxels take time and disk as well.
-fn sparse_note(elevation: &[ElevationInput], grid: &Grid) -> Option<String> {
+fn sparse_note(elevation: &[ElevationInput], plan: &Plan) -> Option<String> {
     const SPARSE: f64 = 0.25;
+    let grid = &plan.grid;
     let (west, south) = warp::world(grid, 0.0, 0.0);
     let (east, north) = warp::world(grid, f64::from(grid.nx), f64::from(grid.ny));
     let covered: f64 = elevation
@@ -282,7 +284,7 @@ fn sparse_note(elevation: &[ElevationInput], grid: &Grid) -> Option<String> {
         })
         .sum();
     let share = covered / ((east - west) * (north - south));
-    (share < SPARSE).then(|| {
+    (plan.stored.is_all() && share < SPARSE).then(|| {
         format!(
             "elevation covers less than {:.2} % of the area of {} x {} voxels, but all of them are written; \
              build files that lie far apart into databases of their own, or give --bbox",

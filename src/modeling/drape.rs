@@ -7,10 +7,9 @@
 
 use super::kernel::{Accumulate, Gather, Shape, Tap};
 use super::placed::ImageryInput;
-use super::warp::{self, Field, Rect, TOLERANCE};
+use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
-use crate::voxel::Grid;
 
 /// Colour of a voxel in linear light, premultiplied by `alpha` (0…1).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -22,7 +21,7 @@ pub(super) struct Pigment {
 /// Drapes imagery; one per worker, since it keeps scratch memory.
 pub(super) struct Drape<'a> {
     pub sources: &'a [ImageryInput],
-    pub grid: &'a Grid,
+    pub level: LevelGrid,
     /// Largest window, bytes.
     pub window_bytes: usize,
     pub window: Vec<[u8; 4]>,
@@ -46,15 +45,17 @@ impl Drape<'_> {
     }
 
     fn add(&mut self, source: &ImageryInput, band: Rect, blends: &mut [Blend]) -> Result<()> {
-        if !band.meets(&source.reach, self.grid) {
+        if !band.meets(&source.reach, &self.level.grid) {
             return Ok(());
         }
-        let field = warp::locate(&source.placement, self.grid, band);
+        let field = warp::locate(&source.placement, &self.level.grid, band);
         let size = source.samples.size();
-        if !field.touches(size, 1.0 + TOLERANCE) {
+        if !field.touches(size) {
             return Ok(());
         }
-        let shape = if source.magnified { Shape::Cubic } else { Shape::Tent };
+        // Pixels are coarser than voxels.
+        let is_magnified = source.pixel_side > self.level.grid.spacing;
+        let shape = if is_magnified { Shape::Cubic } else { Shape::Tent };
         let mut sums = vec![Sums::default(); band.len()];
         let (samples, window) = (source.samples.as_ref(), &mut self.window);
         let window_bytes = self.window_bytes;

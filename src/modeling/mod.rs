@@ -4,6 +4,7 @@ pub mod raster;
 
 mod budget;
 mod build;
+mod corridor;
 mod drape;
 mod fill;
 mod inputs;
@@ -22,4 +23,5 @@ mod warp;
 mod workers;
 
 pub use build::{BuildReport, build};
+pub use corridor::{Corridor, Place, Route};
 pub use options::{BuildOptions, NodataFill};

@@ -16,9 +16,8 @@
 
 use super::kernel::{Accumulate, Gather, Shape, Tap};
 use super::placed::ElevationInput;
-use super::warp::{self, Field, Rect, TOLERANCE};
+use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
 use crate::error::Result;
-use crate::voxel::Grid;
 
 /// Width of the transition from a source to a lower one, in pixels of the upper.
 const FEATHER: f64 = 16.0;
@@ -49,7 +48,7 @@ impl Surface {
 /// Merges sources; one per worker, since it keeps scratch memory.
 pub(super) struct Mosaic<'a> {
     pub sources: &'a [ElevationInput],
-    pub grid: &'a Grid,
+    pub level: LevelGrid,
     /// Largest window, bytes.
     pub window_bytes: usize,
     pub window: Vec<f64>,
@@ -96,19 +95,19 @@ impl Mosaic<'_> {
     fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
         let mut layers = Vec::new();
         for (index, source) in self.sources.iter().enumerate() {
-            if !band.meets(&source.reach, self.grid) {
+            if !band.meets(&source.reach, &self.level.grid) {
                 continue;
             }
-            let field = warp::locate(&source.placement, self.grid, band);
+            let field = warp::locate(&source.placement, &self.level.grid, band);
             let size = source.samples.size();
-            if !field.touches(size, 1.0 + TOLERANCE) {
+            if !field.touches(size) {
                 continue;
             }
             let mut layer = Layer::new(index as u16, &field, size);
             let (samples, window) = (source.samples.as_ref(), &mut self.window);
             let window_bytes = self.window_bytes;
             Gather { samples, field: &field, shape: Shape::Tent, window_bytes, window }.run(&mut layer)?;
-            layer.finish(source, &field);
+            layer.finish(source, &self.level, &field);
             let suffices = layer.suffices();
             layers.push(layer);
             if suffices {
@@ -140,11 +139,11 @@ impl Layer {
     }
 
     /// Turns sums into means above the database's datum.
-    fn finish(&mut self, source: &ElevationInput, field: &Field) {
+    fn finish(&mut self, source: &ElevationInput, level: &LevelGrid, field: &Field) {
         for (voxel, sum) in self.sums.iter_mut().enumerate() {
             if self.valid[voxel] > 0.0 {
-                let (x, y) = field.rect.voxel(voxel);
-                *sum = *sum / self.valid[voxel] + source.shift.at(x, y);
+                let shift = source.shift.at(level.units(field.rect.voxel(voxel)));
+                *sum = *sum / self.valid[voxel] + shift;
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::corridor::Corridor;
 use crate::geo::VerticalDatum;
 
 /// What becomes of voxels whose source has no data.
@@ -34,8 +35,13 @@ pub struct BuildOptions {
     pub imagery_crs: Option<String>,
     /// Coordinates of files without a CRS are metres; the database has no place on Earth.
     pub local: bool,
-    /// Side of the finest voxel, metres; `None`: that of the finest elevation input.
+    /// Side of the finest voxel, metres; `None`: that of the finest elevation input, or the finest of the corridors' spacings.
     pub spacing: Option<f64>,
+    /// Parts that are stored more finely than the rest; empty: the whole area is stored at its finest.
+    pub corridors: Vec<Corridor>,
+    /// Side of the finest voxels outside of all corridors, metres: 4, 16, 64, … times the finest of all; `None`: of these the largest
+    /// that is no wider than the pixels of the coarsest elevation input. Means nothing without corridors.
+    pub outside: Option<f64>,
     /// Pixel size for inputs that have no georeferencing at all (PNG, raw), metres.
     pub raw_spacing: Option<f64>,
     /// Area to build: west, south, east, north in the database's CRS; `None`: all that elevation covers.
@@ -71,6 +77,8 @@ impl BuildOptions {
             imagery_crs: None,
             local: false,
             spacing: None,
+            corridors: Vec::new(),
+            outside: None,
             raw_spacing: None,
             bbox: None,
             src_vdatum: None,

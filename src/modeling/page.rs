@@ -1,30 +1,36 @@
-//! One page of level 1.
+//! Pages and blocks of voxels straight from the rasters, at any level.
 //!
 //! ```text
-//! heights = the mosaic over the page, its apron and a voxel around it (slopes of the apron need that)
+//! heights = the mosaic over the block and a voxel around it (slopes need that)
 //! voids   = left empty | the fixed height | interpolated (over a wider mosaic, as far as the fill reaches)
-//! colours = imagery over the page and its apron, on top of the tint by height and slope
+//! colours = imagery over the block, on top of the tint by height and slope
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
-use super::drape::{Drape, Pigment};
+use std::ops::Range;
+
+use super::corridor::Stored;
+use super::drape::Drape;
 use super::fill;
 use super::mosaic::{Mosaic, Surface};
 use super::options::NodataFill;
 use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
 use super::tint::Tint;
-use super::warp::{self, Rect};
+use super::warp::{self, LevelGrid, Rect};
 use crate::colour::srgb8_from_linear;
 use crate::error::Result;
-use crate::voxel::{APRON, Attributes, EncodedPage, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId};
+use crate::voxel::{
+    APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX, StandIn, VoxelBlock,
+};
 
 /// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
 const DECODED_PIXEL: usize = 9;
 
-/// Everything that all pages of level 1 are made from.
+/// Everything that all pages are made from.
 pub(super) struct Project<'a> {
     pub grid: Grid,
+    pub stored: &'a Stored,
     pub code: HeightCode,
     pub tint: Tint,
     pub fill: NodataFill,
@@ -35,16 +41,12 @@ pub(super) struct Project<'a> {
     pub window_bytes: usize,
 }
 
-/// A finished page and what is in it.
-pub(super) struct Made {
-    pub page: EncodedPage,
-    pub census: Census,
-}
-
-/// Counts over voxels of level 1.
+/// Counts over voxels, in voxels of level 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Census {
     pub voxels: u64,
+    /// Voxels of their own levels.
+    pub made: u64,
     /// Their source had no data.
     pub voids: u64,
     /// They have no surface.
@@ -56,8 +58,43 @@ pub(super) struct Census {
 }
 
 impl Census {
+    /// Of those voxels of a page that no stored page holds more finely.
+    pub fn of_finest(page: &PageBuffer, id: PageId, stored: &Stored) -> Self {
+        let mut census = Self::default();
+        if id.level > stored.outside() {
+            return census;
+        }
+        let area = u64::from(Grid::side_units(id.level)).pow(2);
+        for y in 0..page.height {
+            for x in 0..page.width {
+                let finer = [(id.px, x), (id.py, y)]
+                    .map(|(page, voxel)| (page * PAGE_SIDE + voxel) * RADIX / PAGE_SIDE);
+                if stored.has(PageId { level: id.level - 1, px: finer[0], py: finer[1] }) {
+                    continue;
+                }
+                let Attributes { flags, .. } = page.attributes[(y * page.width + x) as usize];
+                let sample = (y + APRON) * (page.width + 2 * APRON) + x + APRON;
+                let is_empty = page.heights[sample as usize] == HeightCode::EMPTY;
+                census.made += 1;
+                census.voxels += area;
+                census.voids += if flags & Attributes::VOID != 0 { area } else { 0 };
+                census.empty += if is_empty { area } else { 0 };
+                census.bare += if !is_empty && flags & Attributes::NO_IMAGERY != 0 { area } else { 0 };
+            }
+        }
+        census
+    }
+
+    /// The range of codes in a page, its apron included.
+    pub fn with_codes_of(mut self, page: &PageBuffer) -> Self {
+        let codes = page.heights.iter().copied().filter(|code| *code != HeightCode::EMPTY);
+        self.codes = codes.clone().min().zip(codes.max());
+        self
+    }
+
     pub fn add(&mut self, other: &Self) {
         self.voxels += other.voxels;
+        self.made += other.made;
         self.voids += other.voids;
         self.empty += other.empty;
         self.bare += other.bare;
@@ -68,56 +105,110 @@ impl Census {
     }
 }
 
-/// Makes pages; one per worker.
+/// Makes pages and blocks of any level straight from the rasters; one per worker.
 pub(super) struct PageMaker<'a> {
     project: &'a Project<'a>,
+    level: LevelGrid,
     mosaic: Mosaic<'a>,
     drape: Drape<'a>,
 }
 
-/// The surface around a page after filling.
+/// The surface around a block after filling.
 struct Ground {
     surface: Surface,
     /// Voxels that the sources left void.
     voids: Vec<bool>,
 }
 
+/// A block of voxels, and which of them the sources left void.
+struct Made {
+    voxels: VoxelBlock,
+    voids: Vec<bool>,
+}
+
 impl<'a> PageMaker<'a> {
     pub fn new(project: &'a Project<'a>) -> Self {
-        let (grid, window_bytes) = (&project.grid, project.window_bytes);
+        let window_bytes = project.window_bytes;
+        let level = LevelGrid::of(&project.grid, 0);
         Self {
             project,
-            mosaic: Mosaic { sources: project.elevation, grid, window_bytes, window: Vec::new() },
+            level,
+            mosaic: Mosaic { sources: project.elevation, level, window_bytes, window: Vec::new() },
             drape: Drape {
                 sources: project.imagery,
-                grid,
+                level,
                 window_bytes: window_bytes / DECODED_PIXEL,
                 window: Vec::new(),
             },
         }
     }
 
-    /// The page of level 1 in column `px` and row `py`.
-    pub fn make(&mut self, px: u32, py: u32) -> Result<Made> {
-        let grid = &self.project.grid;
-        let (x0, y0) = (px * PAGE_SIDE, py * PAGE_SIDE);
-        let rect = Rect { x0, y0, x1: (x0 + PAGE_SIDE).min(grid.nx), y1: (y0 + PAGE_SIDE).min(grid.ny) };
-        let ground = self.ground(rect.grown(APRON + 1, grid))?;
-        let around = rect.grown(APRON, grid);
-        let pigments = self.drape.pigments(around)?;
-        let (heights, colours) = self.samples(rect, around, &ground, &pigments);
-        let (attributes, census) = self.attributes(rect, around, &ground, &pigments);
-        let buffer = PageBuffer {
-            width: rect.x1 - rect.x0,
-            height: rect.y1 - rect.y0,
-            heights,
-            low: Vec::new(),
-            high: Vec::new(),
-            colours,
-            relief: Vec::new(),
-            attributes,
+    /// A page as if there were no finer level, without bounds and slopes.
+    pub fn make(&mut self, id: PageId) -> Result<(PageBuffer, Census)> {
+        self.turn_to(id.level);
+        let (width, height) = self.project.grid.page_size(id).unwrap_or((0, 0));
+        let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
+        let rect = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
+        let around = rect.grown(APRON, &self.level.grid);
+        let made = self.block(around)?;
+        let repeated = |low: u32, high: u32, around_low: u32, around_high: u32| {
+            let apron = i64::from(APRON);
+            (i64::from(low) - apron..i64::from(high) + apron)
+                .map(move |voxel| voxel.clamp(i64::from(around_low), i64::from(around_high) - 1) as u32)
         };
-        Ok(Made { page: buffer.encode(PageId { level: 0, px, py }), census })
+        let (mut heights, mut colours) = (Vec::new(), Vec::new());
+        for y in repeated(rect.y0, rect.y1, around.y0, around.y1) {
+            for x in repeated(rect.x0, rect.x1, around.x0, around.x1) {
+                let at = around.index(x, y);
+                heights.push(made.voxels.heights[at]);
+                colours.push(made.voxels.colours[at]);
+            }
+        }
+        let own = (0..rect.len()).map(|voxel| rect.voxel(voxel)).map(|(x, y)| around.index(x, y));
+        let census = made.census(own.clone());
+        let attributes = own.map(|at| made.voxels.attributes[at]).collect();
+        let (low, high, relief) = Default::default();
+        Ok((PageBuffer { width, height, heights, low, high, colours, relief, attributes }, census))
+    }
+
+    /// Takes the grid of another level.
+    fn turn_to(&mut self, level: u8) {
+        self.level = LevelGrid::of(&self.project.grid, level);
+        (self.mosaic.level, self.drape.level) = (self.level, self.level);
+    }
+
+    /// Voxels over `rect` of the level.
+    fn block(&mut self, rect: Rect) -> Result<Made> {
+        // Slopes need a voxel around.
+        let ground = self.ground(rect.grown(1, &self.level.grid))?;
+        let pigments = self.drape.pigments(rect)?;
+        let mut made = Made {
+            voxels: VoxelBlock {
+                x: rect.x0..rect.x1,
+                y: rect.y0..rect.y1,
+                heights: Vec::with_capacity(rect.len()),
+                colours: Vec::with_capacity(rect.len()),
+                attributes: Vec::with_capacity(rect.len()),
+            },
+            voids: Vec::with_capacity(rect.len()),
+        };
+        for (voxel, pigment) in pigments.iter().enumerate() {
+            let (x, y) = rect.voxel(voxel);
+            let at = ground.surface.rect.index(x, y);
+            let code = self.project.code.encode(ground.surface.heights[at]);
+            let bare = 1.0 - pigment.alpha;
+            let tint = if bare > 0.0 { self.tint(&ground, x, y) } else { [0.0; 3] };
+            let linear = |channel: usize| pigment.linear[channel] + bare * tint[channel];
+            made.voxels.heights.push(code);
+            made.voxels.colours.push(std::array::from_fn(|channel| srgb8_from_linear(linear(channel))));
+            let is_void = ground.voids[at] || code == HeightCode::EMPTY;
+            let flags = [(is_void, Attributes::VOID), (pigment.alpha < 0.5, Attributes::NO_IMAGERY)];
+            let flags = flags.iter().filter(|(is_set, _)| *is_set).fold(0, |flags, (_, flag)| flags | flag);
+            let source = ground.surface.source(at).unwrap_or(0);
+            made.voxels.attributes.push(Attributes { source, material: 0, flags });
+            made.voids.push(ground.voids[at]);
+        }
+        Ok(made)
     }
 
     /// Mosaic and fill.
@@ -131,7 +222,7 @@ impl<'a> PageMaker<'a> {
                 }
             }
             NodataFill::Interpolate if voids.contains(&true) => {
-                let wide = self.mosaic.surface(rect.grown(fill::REACH, &self.project.grid))?;
+                let wide = self.mosaic.surface(rect.grown(fill::REACH, &self.level.grid))?;
                 for (voxel, _) in voids.iter().enumerate().filter(|(_, void)| **void) {
                     let (x, y) = rect.voxel(voxel);
                     let coarse = surface.source(voxel).and_then(|source| self.coarse(source, x, y));
@@ -147,36 +238,9 @@ impl<'a> PageMaker<'a> {
     fn coarse(&self, source: u16, x: u32, y: u32) -> Option<f64> {
         let input = self.project.elevation.get(usize::from(source))?;
         let coarse = self.project.surveys.get(usize::from(source))?.coarse.as_ref()?;
-        let (east, north) = warp::world(&self.project.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let (east, north) = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
         let (column, row) = input.placement.pixel_from_world(east, north)?;
-        Some(coarse.at(column, row) + input.shift.at(x, y))
-    }
-
-    /// Height codes and colours with their apron.
-    fn samples(
-        &self,
-        rect: Rect,
-        around: Rect,
-        ground: &Ground,
-        pigments: &[Pigment],
-    ) -> (Vec<u16>, Vec<[u8; 3]>) {
-        let (mut heights, mut colours) = (Vec::new(), Vec::new());
-        let clamped = |low: u32, high: u32, around_low: u32, around_high: u32| {
-            let apron = i64::from(APRON);
-            (i64::from(low) - apron..i64::from(high) + apron)
-                .map(move |voxel| voxel.clamp(i64::from(around_low), i64::from(around_high) - 1) as u32)
-        };
-        for y in clamped(rect.y0, rect.y1, around.y0, around.y1) {
-            for x in clamped(rect.x0, rect.x1, around.x0, around.x1) {
-                let height = ground.surface.heights[ground.surface.rect.index(x, y)];
-                heights.push(self.project.code.encode(height));
-                let pigment = pigments[around.index(x, y)];
-                let bare = 1.0 - pigment.alpha;
-                let tint = if bare > 0.0 { self.tint(ground, x, y) } else { [0.0; 3] };
-                colours.push(std::array::from_fn(|c| srgb8_from_linear(pigment.linear[c] + bare * tint[c])));
-            }
-        }
-        (heights, colours)
+        Some(coarse.at(column, row) + input.shift.at(self.level.units((x, y))))
     }
 
     fn tint(&self, ground: &Ground, x: u32, y: u32) -> [f32; 3] {
@@ -192,7 +256,7 @@ impl<'a> PageMaker<'a> {
             if rise.is_nan() || steps == 0 {
                 0.0
             } else {
-                rise / (f64::from(steps) * self.project.grid.spacing)
+                rise / (f64::from(steps) * self.level.grid.spacing)
             }
         };
         let slope = rise(height(west, y), height(east, y), east - west).hypot(rise(
@@ -202,32 +266,56 @@ impl<'a> PageMaker<'a> {
         ));
         self.project.tint.colour(here, slope)
     }
+}
 
-    fn attributes(
-        &self,
-        rect: Rect,
-        around: Rect,
-        ground: &Ground,
-        pigments: &[Pigment],
-    ) -> (Vec<Attributes>, Census) {
-        let mut census = Census { voxels: rect.len() as u64, ..Census::default() };
-        let attributes = (0..rect.len()).map(|voxel| {
-            let (x, y) = rect.voxel(voxel);
-            let at = ground.surface.rect.index(x, y);
-            let code = self.project.code.encode(ground.surface.heights[at]);
-            let empty = code == HeightCode::EMPTY;
-            let pictured = pigments[around.index(x, y)].alpha >= 0.5;
-            census.voids += u64::from(ground.voids[at]);
-            census.empty += u64::from(empty);
-            census.bare += u64::from(!empty && !pictured);
-            if !empty {
-                census.add(&Census { codes: Some((code, code)), ..Census::default() });
-            }
-            let void = if ground.voids[at] || empty { Attributes::VOID } else { 0 };
-            let bare = if pictured { 0 } else { Attributes::NO_IMAGERY };
-            let source = ground.surface.source(at).unwrap_or(0);
-            Attributes { source, material: 0, flags: void | bare }
-        });
-        (attributes.collect(), census)
+impl Made {
+    /// Counts over voxels at places of the block.
+    fn census(&self, voxels: impl Iterator<Item = usize>) -> Census {
+        let mut census = Census::default();
+        for at in voxels {
+            let code = self.voxels.heights[at];
+            let (is_empty, is_bare) =
+                (code == HeightCode::EMPTY, self.voxels.attributes[at].flags & Attributes::NO_IMAGERY != 0);
+            census.made += 1;
+            census.voxels += 1;
+            census.voids += u64::from(self.voids[at]);
+            census.empty += u64::from(is_empty);
+            census.bare += u64::from(!is_empty && is_bare);
+        }
+        census
+    }
+}
+
+/// Stands in for pages that are not stored.
+pub(super) struct FromSources<'m, 'a> {
+    pub maker: &'m mut PageMaker<'a>,
+}
+
+impl FromSources<'_, '_> {
+    /// Whether some raster shows more of the ground of a page than the voxels of the next coarser level do.
+    fn is_worth_making(&self, id: PageId) -> bool {
+        let Project { grid, elevation, .. } = self.maker.project;
+        let level = LevelGrid::of(grid, id.level).grid;
+        let (width, height) = grid.page_size(id).unwrap_or((0, 0));
+        let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
+        let rect = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
+        // A pixel that fills most of the coarser voxel tells nothing about slopes in it.
+        let is_fine = |source: &&ElevationInput| source.pixel_side < 0.5 * f64::from(RADIX) * level.spacing;
+        elevation.iter().filter(is_fine).any(|source| rect.meets(&source.reach, &level))
+    }
+}
+
+impl StandIn for FromSources<'_, '_> {
+    fn finer(&mut self, id: PageId, x: Range<u32>, y: Range<u32>) -> Result<Option<VoxelBlock>> {
+        if !self.is_worth_making(id) {
+            return Ok(None);
+        }
+        self.maker.turn_to(id.level);
+        let rect = Rect { x0: x.start, y0: y.start, x1: x.end, y1: y.end };
+        Ok(Some(self.maker.block(rect)?.voxels))
+    }
+
+    fn page(&mut self, id: PageId) -> Result<PageBuffer> {
+        Ok(self.maker.make(id)?.0)
     }
 }

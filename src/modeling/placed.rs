@@ -15,6 +15,8 @@ pub(super) struct ElevationInput {
     pub placement: Placement,
     /// What brings its heights to the database's datum.
     pub shift: Shift,
+    /// Side of a pixel at its centre, metres; infinite where that has no place in the database's system.
+    pub pixel_side: f64,
     /// West, south, east, north of what it can reach, in the database's system; for quick rejection.
     pub reach: Bounds,
 }
@@ -23,8 +25,8 @@ pub(super) struct ElevationInput {
 pub(super) struct ImageryInput {
     pub samples: Box<dyn Samples<[u8; 4]>>,
     pub placement: Placement,
-    /// Pixels are coarser than voxels.
-    pub magnified: bool,
+    /// As of elevation.
+    pub pixel_side: f64,
     pub reach: Bounds,
 }
 
@@ -32,8 +34,9 @@ impl ElevationInput {
     /// Places a raster in the grid, with heights above `datum`.
     pub fn place(raster: Opened<f64>, plan: &Plan, datum: VerticalDatum) -> Result<Self> {
         let (placement, reach) = raster.place(plan)?;
+        let pixel_side = raster.pixel_side(&plan.crs)?.unwrap_or(f64::INFINITY);
         let shift = Shift::between(raster.datum, datum, &plan.grid, &plan.crs)?;
-        Ok(Self { samples: raster.samples, block: raster.block, placement, shift, reach })
+        Ok(Self { samples: raster.samples, block: raster.block, placement, shift, pixel_side, reach })
     }
 }
 
@@ -41,8 +44,8 @@ impl ImageryInput {
     /// Places a raster in the grid.
     pub fn place(raster: Opened<[u8; 4]>, plan: &Plan) -> Result<Self> {
         let (placement, reach) = raster.place(plan)?;
-        let magnified = raster.pixel_side(&plan.crs)?.is_none_or(|side| side > plan.grid.spacing);
-        Ok(Self { samples: raster.samples, placement, magnified, reach })
+        let pixel_side = raster.pixel_side(&plan.crs)?.unwrap_or(f64::INFINITY);
+        Ok(Self { samples: raster.samples, placement, pixel_side, reach })
     }
 }
 
@@ -53,7 +56,8 @@ impl<T> Opened<T> {
             .ok_or_else(|| Error::invalid(&self.path, "its geotransform maps the raster onto a line"))?;
         // Room for the curve between the points that bound it, and for kernels that hang over its edge.
         const ROOM: f64 = 0.05;
-        let room = |low: f64, high: f64| ROOM * (high - low) + 2.0 * plan.grid.spacing;
+        let widest = plan.grid.side(plan.stored.outside());
+        let room = |low: f64, high: f64| ROOM * (high - low) + 2.0 * widest;
         let everywhere = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
         let reach = match self.footprint(&plan.crs)? {
             Footprint::Whole([west, south, east, north]) => {

@@ -4,7 +4,7 @@
 //! system:  --crs | that of the first elevation file, if it is metric and true to scale | the best for its area
 //! spacing: --spacing | the side of a square as large as a pixel of the finest elevation file at its centre
 //! phase:   voxel centres on pixel centres, if an elevation file has this system and spacing; else multiples of the spacing
-//! extent:  all voxels whose centres lie within --bbox and the elevation's area
+//! extent:  all voxels whose centres lie within --bbox and the elevation's area; whole ones of the outer level around corridors
 //! ```
 //!
 //! A pixel in degrees is not square on the ground. The square of equal area gives as many voxels as there were pixels,
@@ -15,24 +15,24 @@ use std::path::Path;
 
 use glam::DVec2;
 
+use super::corridor::{self, Corridors, Stored};
 use super::inputs::{Bounds, Footprint, Inputs, Opened, crs_label, file_name, joined};
 use super::options::BuildOptions;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
-use crate::voxel::Grid;
+use crate::voxel::{Grid, most_page_bytes};
 
 /// Voxels along a side that all arithmetic here and in the pages is safe for.
 const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
 /// Part of a voxel or pixel by which rounding may displace a boundary.
 const ROUNDING: f64 = 1.0e-6;
-/// Bytes per voxel of level 1 that a database takes at most, coarser levels and aprons included.
-const VOXEL_BYTES: f64 = 10.5;
 
 /// Where the database lies.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub crs: Crs,
     pub grid: Grid,
+    pub stored: Stored,
     pub notes: Vec<String>,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Plan {
 pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     let mut notes = Vec::new();
     let crs = choose_crs(inputs, options, &mut notes)?;
-    let spacing = match options.spacing {
+    let spacing = match options.spacing.or(corridor::finest(&options.corridors)?) {
         Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
         Some(spacing) => {
             return Err(Error::Configuration(format!(
@@ -62,7 +62,33 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         inputs.elevation.iter().find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
     let (west, nx) = axis(area[0], area[2], phase.0, spacing)?;
     let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
-    Ok(Plan { crs, grid: Grid { nx, ny, spacing, origin: DVec2::new(west, south) }, notes })
+    let mut grid = Grid { nx, ny, spacing, origin: DVec2::new(west, south) };
+    if options.corridors.is_empty() {
+        return Ok(Plan { crs, stored: Stored::all(&grid), grid, notes });
+    }
+    let coarsest = coarsest_spacing(&inputs.elevation, &crs)?.min(grid.side(grid.level_count() - 1));
+    let corridors = Corridors::new(&options.corridors, &crs, spacing, options.outside, coarsest)?;
+    cut_to_whole_voxels(&mut grid, corridors.outside)?;
+    let stored = Stored::within(&grid, &corridors)?;
+    Ok(Plan { crs, grid, stored, notes })
+}
+
+/// Leaves out, in the east and north, what makes no whole voxel of the level that is stored outside of corridors: the sources say
+/// nothing of its middle.
+fn cut_to_whole_voxels(grid: &mut Grid, outside: u8) -> Result<()> {
+    let side = Grid::side_units(outside);
+    if grid.nx < side || grid.ny < side {
+        return Err(Error::Configuration(format!(
+            "the area of {} x {} voxels of {} m is smaller than a voxel of {} m, as they are stored outside of corridors; \
+             give a smaller --outside, or leave out --corridor",
+            grid.nx,
+            grid.ny,
+            grid.spacing,
+            grid.side(outside)
+        )));
+    }
+    (grid.nx, grid.ny) = (grid.nx / side * side, grid.ny / side * side);
+    Ok(())
 }
 
 fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) -> Result<Crs> {
@@ -128,6 +154,12 @@ fn finest_spacing(elevation: &[Opened<f64>], crs: &Crs) -> Result<f64> {
             crs_label(crs)
         ))),
     }
+}
+
+/// Pixel side of the coarsest raster, metres; 0 if none has its centre in the domain of `crs`.
+fn coarsest_spacing(elevation: &[Opened<f64>], crs: &Crs) -> Result<f64> {
+    let mut sides = elevation.iter().map(|raster| raster.pixel_side(crs));
+    sides.try_fold(0.0, |coarsest: f64, side| Ok(side?.map_or(coarsest, |side| coarsest.max(side))))
 }
 
 /// Says when voxels as large as the pixels of elevation blur imagery that is much finer.
@@ -229,23 +261,32 @@ fn axis(low: f64, high: f64, phase: f64, spacing: f64) -> Result<(f64, u32)> {
 }
 
 /// Refuses a grid whose database the disk cannot hold.
-pub(super) fn check_space(grid: &Grid, output: &Path) -> Result<()> {
-    let needed = f64::from(grid.nx) * f64::from(grid.ny) * VOXEL_BYTES;
+pub(super) fn check_space(plan: &Plan, output: &Path) -> Result<()> {
+    let grid = &plan.grid;
+    let needed = most_bytes(plan) as f64;
     let Some(free) = free_bytes(output) else { return Ok(()) };
     if needed <= free {
         return Ok(());
     }
     let megabytes = |bytes: f64| (bytes / 1.0e6).ceil();
     Err(Error::Configuration(format!(
-        "{}: {} x {} voxels of {} m take up to {} MB, but only {} MB are free there; \
+        "{}: {} x {} voxels of {} m{} take up to {} MB, but only {} MB are free there; \
          choose a larger --spacing or a smaller --bbox",
         output.display(),
         grid.nx,
         grid.ny,
         grid.spacing,
+        if plan.stored.is_all() { "" } else { " in corridors" },
         megabytes(needed),
         megabytes(free)
     )))
+}
+
+/// Bytes of a plan's database, at most.
+pub(super) fn most_bytes(plan: &Plan) -> u64 {
+    (0..plan.grid.level_count())
+        .map(|level| plan.stored.count(level) * most_page_bytes(&plan.grid, level))
+        .sum()
 }
 
 /// Free bytes where `output` will be; `None` if the system does not say.

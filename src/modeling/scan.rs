@@ -5,6 +5,7 @@
 //! filled by pull and push (Gortler et al. 1996, §3.4: average what is known upward, then complete downward).
 
 use super::placed::ElevationInput;
+use super::plan::Plan;
 use super::raster::Window;
 use super::warp;
 use super::workers::in_order;
@@ -54,11 +55,11 @@ impl Coarse {
 /// Looks at the part of each source that the grid may need.
 pub(super) fn survey(
     sources: &[ElevationInput],
-    grid: &Grid,
+    plan: &Plan,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
-    let plans: Vec<Chunks> = sources.iter().map(|source| Chunks::of(source, grid)).collect();
+    let plans: Vec<Chunks> = sources.iter().map(|source| Chunks::of(source, plan)).collect();
     observer.begin("scan", plans.iter().map(Chunks::count).sum(), "blocks");
     let surveys = sources
         .iter()
@@ -91,9 +92,9 @@ struct Chunks {
 }
 
 impl Chunks {
-    fn of(source: &ElevationInput, grid: &Grid) -> Self {
+    fn of(source: &ElevationInput, plan: &Plan) -> Self {
         let size = source.samples.size();
-        let window = needed(source, grid).unwrap_or(Window { x: 0, y: 0, width: size.0, height: size.1 });
+        let window = needed(source, plan).unwrap_or(Window { x: 0, y: 0, width: size.0, height: size.1 });
         let block = (source.block.0.clamp(1, size.0), source.block.1.clamp(1, size.1));
         let fit = |limit: u64, block: u32, size: u32| {
             (limit / u64::from(block)).max(1).saturating_mul(u64::from(block)).min(u64::from(size)) as u32
@@ -125,8 +126,9 @@ impl Chunks {
 }
 
 /// The pixels that the grid may need, from a lattice of positions; `None`: all of them.
-fn needed(source: &ElevationInput, grid: &Grid) -> Option<Window> {
+fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
     const LATTICE: u32 = 32;
+    let grid = &plan.grid;
     let size = source.samples.size();
     let (mut x, mut y) = ((f64::MAX, f64::MIN), (f64::MAX, f64::MIN));
     for j in 0..=LATTICE {
@@ -139,7 +141,7 @@ fn needed(source: &ElevationInput, grid: &Grid) -> Option<Window> {
         }
     }
     // Room for the curve between lattice points, for kernels and for the fill's reach.
-    let reach = f64::from(super::fill::REACH + 2);
+    let reach = f64::from(super::fill::REACH + 2) * f64::from(Grid::side_units(plan.stored.outside()));
     let clip = |(low, high): (f64, f64), voxels: u32, size: u32| {
         let margin = (high - low) * (1.0 / f64::from(LATTICE) + reach / f64::from(voxels)) + 4.0;
         let first = (low - margin).floor().clamp(0.0, f64::from(size) - 1.0) as u32;

@@ -52,11 +52,11 @@ impl Shift {
         Ok(Self::Lattice { count: (cells_x + 1, cells_y + 1), step, nodes })
     }
 
-    /// At the centre of voxel (x, y), metres.
-    pub fn at(&self, x: u32, y: u32) -> f64 {
+    /// At a position in units from the area's south-west corner, metres.
+    pub fn at(&self, (x, y): (f64, f64)) -> f64 {
         let Self::Lattice { count, step, nodes } = self else { return 0.0 };
-        let place = |voxel: u32, step: f64, count: u32| {
-            let place = (f64::from(voxel) + 0.5) / step;
+        let place = |units: f64, step: f64, count: u32| {
+            let place = units / step;
             let node = (place as u32).min(count - 2);
             (node as usize, place - f64::from(node))
         };

@@ -19,7 +19,26 @@ pub(super) const TOLERANCE: f64 = 0.05;
 /// Voxels along a cell of the lattice; a power of two.
 const CELL: i64 = 16;
 
-/// A block of level-1 voxels, half-open: columns `x0..x1` eastward, rows `y0..y1` northward.
+/// A level's voxels as a grid of their own.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelGrid {
+    pub grid: Grid,
+    pub level: u8,
+}
+
+impl LevelGrid {
+    pub fn of(grid: &Grid, level: u8) -> Self {
+        let (nx, ny) = grid.dims(level);
+        Self { grid: Grid { nx, ny, spacing: grid.side(level), origin: grid.origin }, level }
+    }
+    /// Centre of a voxel, units from the south-west corner.
+    pub fn units(&self, (x, y): (u32, u32)) -> (f64, f64) {
+        let side = f64::from(Grid::side_units(self.level));
+        ((f64::from(x) + 0.5) * side, (f64::from(y) + 0.5) * side)
+    }
+}
+
+/// A block of voxels of one level, half-open: columns `x0..x1` eastward, rows `y0..y1` northward.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rect {
     pub x0: u32,
@@ -147,11 +166,16 @@ impl Field {
             [(y / cell - self.rect.y0 / cell) as usize * across + (x / cell - self.rect.x0 / cell) as usize]
     }
 
-    /// Whether any voxel falls within `reach` pixels of a raster of this size.
-    pub fn touches(&self, size: (u32, u32), reach: f64) -> bool {
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
-        self.columns.iter().zip(&self.rows).any(|(&column, &row)| {
-            column > -reach && row > -reach && column < width - 1.0 + reach && row < height - 1.0 + reach
+    /// Whether any voxel's kernel, which is a pixel or a voxel wide to either side, reaches a raster of this size.
+    pub fn touches(&self, size: (u32, u32)) -> bool {
+        let is_near = |position: f64, size: u32, scale: f64| {
+            let reach = scale.max(1.0) + TOLERANCE;
+            position > -reach && position < f64::from(size) - 1.0 + reach
+        };
+        self.columns.iter().zip(&self.rows).enumerate().any(|(voxel, (&column, &row))| {
+            let (x, y) = self.rect.voxel(voxel);
+            let scale = self.scale(x, y);
+            is_near(column, size.0, scale.0) && is_near(row, size.1, scale.1)
         })
     }
 }

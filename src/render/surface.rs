@@ -35,7 +35,8 @@ pub fn describe<S: PageSource>(renderer: &Renderer<'_, S>, frame: &mut Frame, fa
             let ray = marcher.ray(ray.origin, ray.direction);
             let range = f64::from(range);
             let seen = bands.level_at(range * ray.ground_cosine);
-            let mut sample = filter.sample(&ray, &Contact { range, level: seen, wanted: seen, face: None })?;
+            let mut sample =
+                filter.sample(&ray, &Contact { range, level: seen, wanted: seen, face: None })?;
             sample.attributes.flags |= filter.stand_in(&ray, range, seen)?;
             normal[pixel] = sample.normal.to_array();
             level[pixel] = seen;

@@ -1,5 +1,6 @@
 //! Builds from rasters in memory with known answers, and from real files.
 
+mod corridors;
 mod mosaics;
 mod pictures;
 mod real;

@@ -96,7 +96,7 @@ pub fn try_build(
     let folder = tempfile::tempdir().expect("a folder for the test");
     let mut options = options(folder.path());
     adjust(&mut options);
-    let budget = Budget::split(options.memory, options.threads)?;
+    let budget = Budget::of(&options)?;
     let inputs = Inputs { elevation, imagery, notes: Vec::new() };
     build::build_from(inputs, &options, budget, &Silent)?;
     Area::open(&options.output)

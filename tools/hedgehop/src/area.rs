@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use glam::{DVec2, DVec3};
 use hedgehop::Result;
 use hedgehop::geo::{Crs, Transform};
-use hedgehop::voxel::{Grid, Header};
+use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header};
 use serde_json::{Value, json};
 
 /// Points along each edge of the area whose longitudes and latitudes are looked at; edges of projected areas bend.
@@ -118,6 +118,13 @@ pub fn description(header: &Header) -> Result<String> {
             format!("{index}: {} {}: {}", source.role, source.file, source.description),
         );
     }
+    for (index, corridor) in metadata.corridors.iter().enumerate() {
+        let CorridorRecord { route, width, spacing } = corridor;
+        row(
+            if index == 0 { "corridors" } else { "" },
+            format!("{} m wide at {} m along {route}", metres(*width), metres(*spacing)),
+        );
+    }
     for (index, note) in metadata.notes.iter().enumerate() {
         row(if index == 0 { "notes" } else { "" }, note.clone());
     }
@@ -126,8 +133,48 @@ pub fn description(header: &Header) -> Result<String> {
     Ok(text)
 }
 
-/// Everything the header says, for programs.
-pub fn json(header: &Header) -> Result<Value> {
+/// Pages of one level that a database stores.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct LevelShare {
+    stored: u64,
+    all: u64,
+    bytes: u64,
+}
+
+/// What is stored of each level, finest first.
+fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
+    let pages = |level| {
+        let (columns, rows) = header.grid.page_dims(level);
+        LevelShare { all: u64::from(columns) * u64::from(rows), ..LevelShare::default() }
+    };
+    let mut shares: Vec<LevelShare> = (0..header.level_count).map(pages).collect();
+    for (id, entry) in directory.present() {
+        let share = &mut shares[usize::from(id.level)];
+        share.stored += 1;
+        share.bytes += u64::from(entry.length);
+    }
+    shares
+}
+
+/// What is stored of each level, as further rows of the table.
+pub fn stored(header: &Header, directory: &Directory) -> String {
+    let mut text = String::new();
+    for (index, (share, side)) in shares(header, directory).iter().zip(sides(header)).enumerate() {
+        let LevelShare { stored, all, bytes } = share;
+        let percent = 100.0 * *stored as f64 / *all as f64;
+        let megabytes = *bytes as f64 / 1e6;
+        let name = if index == 0 { "stored" } else { "" };
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            text,
+            "  {name:<9} level {side}: {stored} of {all} pages ({percent:.4} %), {megabytes:.1} MB"
+        );
+    }
+    text
+}
+
+/// Everything the header says and what is stored, for programs.
+pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
     let (near, far) = (header.grid.origin, header.grid.far_corner());
     Ok(json!({
         "format_version": header.version,
@@ -141,6 +188,13 @@ pub fn json(header: &Header) -> Result<Value> {
         "height_range_m": [header.height_range.0, header.height_range.1],
         "height_step_m": header.heights.scale,
         "levels": sides(header),
+        "stored": shares(header, directory)
+            .iter()
+            .zip(sides(header))
+            .map(|(share, side)| {
+                json!({ "level": side, "pages": share.stored, "pages_of_grid": share.all, "bytes": share.bytes })
+            })
+            .collect::<Vec<_>>(),
         "metadata": header.metadata,
     }))
 }

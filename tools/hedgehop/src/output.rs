@@ -94,12 +94,7 @@ impl<'a> Files<'a> {
 
     /// Writes what made the frames beside them; `existing` are those whose files are whole, `damaged` the pages that coarser levels
     /// stood in for.
-    pub fn list(
-        &self,
-        existing: &[(u64, Camera)],
-        flown: &Flown,
-        damaged: &[(PageId, u64)],
-    ) -> Result<()> {
+    pub fn list(&self, existing: &[(u64, Camera)], flown: &Flown, damaged: &[(PageId, u64)]) -> Result<()> {
         let (Some(path), Some(folder)) = (self.origin.path, self.pattern.folder()) else { return Ok(()) };
         if existing.is_empty() {
             return Ok(());

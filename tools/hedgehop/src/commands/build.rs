@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use hedgehop::Error;
+use hedgehop::flight::{Fix, Horizontal, ReadOptions, read_track};
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{BuildOptions, BuildReport, NodataFill, build};
+use hedgehop::modeling::{BuildOptions, BuildReport, Corridor, NodataFill, Place, Route, build};
 use hedgehop::voxel::PageSource;
 
 use crate::area;
@@ -22,7 +23,8 @@ Examples:
   hedgehop build --elevation dem.tif --imagery ortho.tif -o area.hop
   hedgehop build --elevation fine.tif tiles/*.hgt --imagery sat.tif --spacing 10 \\
       --bbox 480000,5120000,520000,5160000 --nodata-fill interp -o alps.hop
-  hedgehop build --elevation heights.png --local --spacing 2 -o model.hop";
+  hedgehop build --elevation heights.png --local --spacing 2 -o model.hop
+  hedgehop build --elevation strip-1m.tif area-16m.tif --corridor flight.csv --width 2000 --spacing 1 -o route.hop";
 
 /// Build a database from elevation rasters and imagery.
 ///
@@ -59,9 +61,23 @@ pub struct Args {
     #[arg(long)]
     local: bool,
 
-    /// Side of the finest voxel in metres, and pixel size of inputs without georeferencing [default: pixel size of the finest elevation file]
+    /// Side of the finest voxel in metres, and pixel size of inputs without georeferencing [default: pixel size of the finest elevation file];
+    /// with --corridor, of the voxels within each --width
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
-    spacing: Option<f64>,
+    spacing: Vec<f64>,
+
+    /// Routes near which the area is stored more finely than elsewhere: path files, as `render --path` takes them
+    #[arg(long, value_name = "ROUTE", num_args = 1.., requires = "width")]
+    corridor: Vec<PathBuf>,
+
+    /// Width of the corridor, metres from side to side, that the --spacing in the same place holds in; several nest
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true, requires = "corridor")]
+    width: Vec<f64>,
+
+    /// Side of the finest voxel outside of corridors, metres: 4, 16, 64, … times the finest
+    /// [default: of these, the largest that is no wider than the pixels of the coarsest elevation file]
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true, requires = "corridor")]
+    outside: Option<f64>,
 
     /// Area to build, metres in the database's reference system [default: all that elevation covers]
     #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, allow_hyphen_values = true)]
@@ -137,8 +153,12 @@ fn nodata_fill(text: &str) -> Result<NodataFill, String> {
 }
 
 impl Args {
-    fn options(&self) -> BuildOptions {
-        BuildOptions {
+    fn options(&self) -> hedgehop::Result<BuildOptions> {
+        let corridors = self.corridors()?;
+        // Of several, the finest holds; without corridors the last one given.
+        let finest = self.spacing.iter().copied().reduce(f64::min);
+        let spacing = if corridors.is_empty() { self.spacing.last().copied() } else { finest };
+        Ok(BuildOptions {
             elevation: self.elevation.clone(),
             imagery: self.imagery.clone(),
             output: self.output.clone(),
@@ -147,8 +167,10 @@ impl Args {
             elevation_crs: self.elevation_crs.clone(),
             imagery_crs: self.imagery_crs.clone(),
             local: self.local,
-            spacing: self.spacing,
-            raw_spacing: self.spacing,
+            spacing,
+            raw_spacing: spacing,
+            corridors,
+            outside: self.outside,
             bbox: self.bbox,
             src_vdatum: self.src_vdatum.map(VerticalDatum::from),
             nodata: self.nodata.clone(),
@@ -156,14 +178,46 @@ impl Args {
             bands: self.bands,
             memory: self.memory,
             threads: self.workers.count(),
-        }
+        })
     }
+
+    /// Every route with every width.
+    fn corridors(&self) -> hedgehop::Result<Vec<Corridor>> {
+        if self.corridor.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (widths, spacings) = (self.width.len(), self.spacing.len());
+        if widths != spacings {
+            return Err(Error::Configuration(format!(
+                "--corridor with {widths} --width and {spacings} --spacing: each width takes its spacing, in the same order, \
+                 as in --width 2000 --spacing 1 --width 10000 --spacing 4"
+            )));
+        }
+        let mut corridors = Vec::new();
+        for file in &self.corridor {
+            let route = route(file)?;
+            let strip = |(&width, &spacing)| Corridor { route: route.clone(), width, spacing };
+            corridors.extend(self.width.iter().zip(&self.spacing).map(strip));
+        }
+        Ok(corridors)
+    }
+}
+
+/// Where a path file goes over the ground.
+fn route(file: &Path) -> hedgehop::Result<Route> {
+    let place = |fix: &Fix| match fix.horizontal {
+        Horizontal::LonLat(longitude, latitude) => Place::LonLat(longitude, latitude),
+        Horizontal::Xy(x, y) => Place::Xy(x, y),
+    };
+    let track = read_track(file, &ReadOptions::default())?;
+    Ok(Route { file: file.to_owned(), places: track.fixes.iter().map(place).collect() })
 }
 
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
+    args::check_inputs("--corridor", &args.corridor, "*.csv")?;
     if args.output.exists() && !args.overwrite {
         return Err(Error::Configuration(format!(
             "{} exists; --overwrite replaces it",
@@ -172,7 +226,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         .into());
     }
     let reporter = Reporter::new(args.progress, interrupt);
-    let report = build(&args.options(), &reporter)?;
+    let report = build(&args.options()?, &reporter)?;
     exit::print(&summary(&args.output, &report)?)?;
     Ok(())
 }
@@ -181,7 +235,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> {
     let source = PageFile::open(output)?;
     let megabytes = report.bytes as f64 / 1e6;
-    let voxels = f64::from(report.grid.nx) * f64::from(report.grid.ny) / 1e6;
+    let voxels = report.voxels as f64 / 1e6;
     // A build that took no measurable time has no rate to speak of.
     let seconds = report.seconds.max(1e-3);
     let mut text = format!(
@@ -192,6 +246,7 @@ pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> 
         voxels / seconds
     );
     text += &area::description(source.header())?;
+    text += &area::stored(source.header(), source.directory());
     let [x, y, z] = area::viewpoint(source.header()).to_array();
     // Writing to a String cannot fail.
     let _ = write!(

@@ -31,9 +31,10 @@ pub fn run(args: &Args) -> Outcome {
     let source = PageFile::open(&args.file)?;
     let header = source.header();
     let text = if args.json {
-        format!("{:#}\n", area::json(header)?)
+        format!("{:#}\n", area::json(header, source.directory())?)
     } else {
-        format!("{}: hedgehop database\n{}", args.file.display(), area::description(header)?)
+        let (what, stored) = (area::description(header)?, area::stored(header, source.directory()));
+        format!("{}: hedgehop database\n{what}{stored}", args.file.display())
     };
     Ok(exit::print(&text)?)
 }
