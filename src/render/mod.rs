@@ -64,7 +64,7 @@ pub enum Engine {
 }
 
 /// One part of so many of the memory for what is computed from pages holds heights, the others light.
-const TURNED_SHARE: usize = 5;
+const TURNED_SHARE: usize = 2;
 
 /// Visibility of a clear day, metres.
 const DEFAULT_VISIBILITY: f64 = 40_000.0;

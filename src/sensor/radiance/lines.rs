@@ -51,7 +51,7 @@ impl LineImage {
     /// Where line `index` begins, the last one's if it is beyond.
     #[inline(always)]
     pub fn start_of(&self, index: usize) -> usize {
-        (index * self.row).min(self.texels.len() - self.row)
+        index.saturating_mul(self.row).min(self.texels.len() - self.row)
     }
 
     /// Bytes of the texels.

@@ -187,7 +187,8 @@ impl<V: Simd> Crossings<'_, '_, V> {
 
     #[inline(always)]
     fn place(&self, run: &Run, line: &Line) -> Place {
-        let within = line.index.wrapping_sub(run.first_line) as usize >> run.span;
+        // A line before the area is lit as its first one.
+        let within = line.index.saturating_sub(run.first_line).max(0) as usize >> run.span;
         let mut place =
             Place { run: self.latest[slot(line.span)], within, near: None, distance: line.distance };
         if let Some(image) = &run.images[0] {
