@@ -226,20 +226,12 @@ impl PageSet {
         let columns = range(low.x - grid.origin.x, high.x - grid.origin.x, self.columns);
         for py in range(low.y - grid.origin.y, high.y - grid.origin.y, self.rows) {
             for px in columns.clone() {
-                if !self.has(px, py) && distance(square(grid, PageId { level, px, py }), leg) <= reach {
+                if !self.has(px, py) && distance(grid.page_square(PageId { level, px, py }), leg) <= reach {
                     self.add(px, py);
                 }
             }
         }
     }
-}
-
-/// South-west and north-east corner of a page, metres in the database's system.
-fn square(grid: &Grid, id: PageId) -> [DVec2; 2] {
-    let (width, height) = grid.page_size(id).unwrap_or((PAGE_SIDE, PAGE_SIDE));
-    let first = DVec2::new(f64::from(id.px), f64::from(id.py)) * f64::from(PAGE_SIDE);
-    let size = DVec2::new(f64::from(width), f64::from(height));
-    [first, first + size].map(|corner| grid.origin + corner * grid.side(id.level))
 }
 
 /// Distance between a rectangle and a straight line from place to place.

@@ -32,7 +32,8 @@ impl<S: PageSource> Foresight for FlightPlan<'_, S> {
         let Some((_, camera)) = self.cameras.get(frame as usize) else { return true };
         let grid = &self.renderer.source.header().grid;
         let side = grid.side(page.level) * f64::from(PAGE_SIDE);
-        let centre = grid.origin + DVec2::new(f64::from(page.px) + 0.5, f64::from(page.py) + 0.5) * side;
+        let [low, high] = grid.page_square(page);
+        let centre = (low + high) / 2.0;
         let (sin, cos) = camera.pose.attitude.yaw.to_radians().sin_cos();
         (centre - camera.pose.eye.truncate()).dot(DVec2::new(sin, cos)) < -side
     }

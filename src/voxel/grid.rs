@@ -101,6 +101,14 @@ impl Grid {
             .then(|| ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE)))
     }
 
+    /// South-west and north-east corner of the ground under a page, cut to the area, metres in the database's CRS; of a page beyond
+    /// the area they may be in any order.
+    pub fn page_square(&self, id: PageId) -> [DVec2; 2] {
+        let side = self.side(id.level) * f64::from(PAGE_SIDE);
+        let low = self.origin + DVec2::new(f64::from(id.px), f64::from(id.py)) * side;
+        [low, (low + side).min(self.far_corner())]
+    }
+
     /// North-east corner of the area, metres in the database's CRS.
     pub fn far_corner(&self) -> DVec2 {
         self.origin + DVec2::new(f64::from(self.nx), f64::from(self.ny)) * self.spacing

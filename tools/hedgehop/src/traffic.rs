@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use glam::DVec2;
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::space::Camera;
-use hedgehop::voxel::{Grid, Header, PAGE_SIDE, PageId};
+use hedgehop::voxel::{Grid, Header, PageId};
 use hedgehop::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -81,35 +82,24 @@ impl Traffic<'_> {
         self.first_use.iter().copied().filter(move |(id, _)| id.level == level)
     }
 
-    /// West, south, east and north of a page, metres.
-    fn square(&self, id: PageId) -> [f64; 4] {
-        let grid = &self.header.grid;
-        let side = grid.side(id.level) * f64::from(PAGE_SIDE);
-        let (far, near) = (grid.far_corner(), grid.origin);
-        let [west, south] = [near.x + f64::from(id.px) * side, near.y + f64::from(id.py) * side];
-        [west, south, (west + side).min(far.x), (south + side).min(far.y)]
-    }
-
     fn level(&self, level: u8, panel: &DrawingArea<SVGBackend<'_>, Shift>) -> Drawn<()> {
-        let mut extent = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        let mut include = |[west, south, east, north]: [f64; 4]| {
-            extent = [extent[0].min(west), extent[1].min(south), extent[2].max(east), extent[3].max(north)];
-        };
-        self.pages(level).for_each(|(id, _)| include(self.square(id)));
+        let grid = &self.header.grid;
+        let mut extent = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let mut include = |[low, high]: [DVec2; 2]| extent = [extent[0].min(low), extent[1].max(high)];
+        self.pages(level).for_each(|(id, _)| include(grid.page_square(id)));
         for (_, camera) in self.cameras {
-            let eye = camera.pose.eye;
-            include([eye.x, eye.y, eye.x, eye.y]);
+            include([camera.pose.eye.truncate(); 2]);
         }
         // North is up, and a metre as long in both directions.
-        let half = 0.52 * (extent[2] - extent[0]).max(extent[3] - extent[1]);
-        let middle = [(extent[0] + extent[2]) / 2.0, (extent[1] + extent[3]) / 2.0];
+        let half = 0.52 * (extent[1] - extent[0]).max_element();
+        let middle = (extent[0] + extent[1]) / 2.0;
         let caption = format!("level {}: {} pages", Grid::side_units(level), self.pages(level).count());
         let mut chart = ChartBuilder::on(panel)
             .margin(12)
             .caption(caption, ("sans-serif", 16))
             .x_label_area_size(34)
             .y_label_area_size(70)
-            .build_cartesian_2d(middle[0] - half..middle[0] + half, middle[1] - half..middle[1] + half)?;
+            .build_cartesian_2d(middle.x - half..middle.x + half, middle.y - half..middle.y + half)?;
         chart
             .configure_mesh()
             .x_desc("east, m")
@@ -123,8 +113,8 @@ impl Traffic<'_> {
             .draw()?;
         let last = f64::from(self.first_use.iter().map(|(_, frame)| *frame).max().unwrap_or(0).max(1));
         chart.draw_series(self.pages(level).map(|(id, frame)| {
-            let [west, south, east, north] = self.square(id);
-            Rectangle::new([(west, south), (east, north)], colour(f64::from(frame) / last).filled())
+            let [low, high] = grid.page_square(id);
+            Rectangle::new([(low.x, low.y), (high.x, high.y)], colour(f64::from(frame) / last).filled())
         }))?;
         let eyes = self.cameras.iter().map(|(_, camera)| (camera.pose.eye.x, camera.pose.eye.y));
         chart.draw_series(LineSeries::new(eyes, PATH.stroke_width(2)))?;

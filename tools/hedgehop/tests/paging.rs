@@ -60,6 +60,12 @@ fn a_plan_tells_what_the_flight_then_reads() {
     let planned = site.fly("plan", &["--json", "--traffic", "plan.svg"]);
     assert!(planned.status.success(), "{}", said(&planned));
     let plan: serde_json::Value = serde_json::from_slice(&planned.stdout).expect("it is JSON");
+    for level in plan["levels"].as_array().expect("levels") {
+        // The area is a square of 2.4 km.
+        let (reach, ground) =
+            (level["reach_m"].as_f64().expect("metres"), level["area_km2"].as_f64().expect("km²"));
+        assert!(reach <= 2400.0 * 2.0_f64.sqrt() && ground <= 5.7601, "{level}");
+    }
     let rendered = site.fly("render", &["-o", "frames/####.png", "--stats", "--traffic", "flown.svg"]);
     assert!(rendered.status.success(), "{}", said(&rendered));
     let manifest = site.json("frames/manifest.json");

@@ -9,7 +9,7 @@ use hedgehop::memory::{LOOKAHEAD, PageFile, PagePlan};
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Grid, PAGE_SIDE, PageId, PageSource};
+use hedgehop::voxel::{Grid, PageId, PageSource};
 use hedgehop::{Error, Result};
 use serde::Serialize;
 
@@ -267,24 +267,21 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], plan: &PagePlan) -> Vec<Le
     let grid = &header.grid;
     let stored = file.bytes_by_level();
     let level_needs = |level: u8| {
-        let side = grid.side(level) * f64::from(PAGE_SIDE);
         let own: Vec<_> = plan.first_use.iter().filter(|(id, _)| id.level == level).collect();
-        let farthest = own.iter().map(|(id, _)| {
-            let corner = grid.origin + glam::DVec2::new(f64::from(id.px), f64::from(id.py)) * side;
-            let middle = corner + side / 2.0;
+        let squares = || own.iter().map(|(id, _)| grid.page_square(*id));
+        let reach = squares().map(|[low, high]| {
             let eyes = cameras.iter().map(|(_, camera)| camera.pose.eye.truncate());
-            // To its far side.
-            eyes.map(|eye| middle.distance(eye)).fold(f64::INFINITY, f64::min) + side / 2.0
+            // To the corner that is farthest.
+            let farthest = eyes.map(|eye| (eye - low).abs().max((high - eye).abs()).length());
+            farthest.fold(f64::INFINITY, f64::min)
         });
-        let area = own.iter().filter_map(|(id, _)| grid.page_size(*id));
-        let voxels: f64 = area.map(|(width, height)| f64::from(width) * f64::from(height)).sum();
         LevelNeeds {
             level: Grid::side_units(level),
             pages: own.len() as u64,
             bytes: own.iter().map(|(id, _)| file.page_bytes(*id)).sum(),
             bytes_stored: stored[usize::from(level)],
-            area_km2: voxels * grid.side(level).powi(2) / 1e6,
-            reach_m: farthest.fold(0.0, f64::max),
+            area_km2: squares().map(|[low, high]| (high - low).element_product()).sum::<f64>() / 1e6,
+            reach_m: reach.fold(0.0, f64::max),
         }
     };
     (0..header.level_count).map(level_needs).collect()
