@@ -200,7 +200,7 @@ impl<B: FileBytes> PageStore<B> {
         }
         match self.states[index].load(Ordering::Relaxed) {
             state::GOOD => return PageView::decode(bytes, id, size).map(Some),
-            state::DAMAGED => return Err(String::new()),
+            state::DAMAGED => return Err("damaged".into()),
             _ => self.bytes.will_need(range),
         }
         if self.trust.verify == Verify::FirstTouch && crc32fast::hash(bytes) != entry.crc {
