@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use hedgehop::frame::Frame;
 use hedgehop::modeling::{BuildOptions, Corridor, Place, Route, build};
 use hedgehop::progress::Silent;
@@ -174,6 +174,4 @@ fn ground_beside_the_corridor_is_that_of_the_level_there() {
         assert!((height(y) - hill(1500.0, y)).abs() < 10.0, "{y}: {}", height(y));
     }
     assert_eq!(ground_height(&AREAS.corridor, DVec2::new(1500.0, 3100.0)).unwrap(), None);
-    let eye: DVec3 = camera(DVec2::new(1500.0, 2700.0), 50.0, 0.0, 0.0).pose.eye;
-    assert!(eye.is_finite());
 }
