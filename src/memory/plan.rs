@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use super::{Foresight, LOOKAHEAD, PageFile};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::voxel::{PageId, PageSource};
+use crate::voxel::PageId;
 
 /// What one frame needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -61,10 +61,8 @@ impl PagePlan {
             }
             let mut needs = FrameNeeds::default();
             for id in foresight.needs(frame)? {
-                let bytes = file.page_bytes(id);
-                if bytes == 0 {
-                    continue;
-                }
+                let Some(entry) = file.directory().get(id) else { continue };
+                let bytes = u64::from(entry.length);
                 let before = last_needed.insert(id, frame);
                 needs.pages += 1;
                 needs.bytes += bytes;
@@ -126,20 +124,6 @@ impl PageFile {
         }
         Ok((bytes, begun.elapsed()))
     }
-
-    /// Bytes of a page in the file; 0 if it is absent.
-    pub fn page_bytes(&self, id: PageId) -> u64 {
-        self.store().directory().get(id).map_or(0, |entry| u64::from(entry.length))
-    }
-
-    /// Bytes of all pages, by level.
-    pub fn bytes_by_level(&self) -> Vec<u64> {
-        let mut bytes = vec![0; usize::from(self.header().level_count)];
-        for (id, entry) in self.store().directory().present() {
-            bytes[usize::from(id.level)] += u64::from(entry.length);
-        }
-        bytes
-    }
 }
 
 #[cfg(test)]
@@ -173,7 +157,7 @@ mod tests {
         let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
         write_arrays(&path, &arrays, &Metadata::default(), false).unwrap();
         let file = PageFile::open(&path).unwrap();
-        let page = file.store().directory().get(PageId { level: 0, px: 0, py: 0 }).unwrap().length;
+        let page = file.directory().get(PageId { level: 0, px: 0, py: 0 }).unwrap().length;
         let page = u64::from(page);
         // One page that comes again too late to be kept for it, one that does in time, and one that is not there.
         let mut needs = vec![vec![]; 100];

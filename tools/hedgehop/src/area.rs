@@ -135,14 +135,17 @@ pub fn description(header: &Header) -> Result<String> {
 
 /// Pages of one level that a database stores.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-struct LevelShare {
-    stored: u64,
-    all: u64,
-    bytes: u64,
+pub struct LevelShare {
+    /// Pages that are stored.
+    pub stored: u64,
+    /// Those of the grid.
+    pub all: u64,
+    /// Bytes of those that are stored.
+    pub bytes: u64,
 }
 
 /// What is stored of each level, finest first.
-fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
+pub fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
     let pages = |level| {
         let (columns, rows) = header.grid.page_dims(level);
         LevelShare { all: u64::from(columns) * u64::from(rows), ..LevelShare::default() }

@@ -13,6 +13,7 @@ use hedgehop::voxel::{Grid, PageId, PageSource};
 use hedgehop::{Error, Result};
 use serde::Serialize;
 
+use crate::area;
 use crate::args::{Overlap, Workers, check_no_input};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -265,7 +266,7 @@ fn report(
 fn levels(file: &PageFile, cameras: &[(u64, Camera)], plan: &PagePlan) -> Vec<LevelNeeds> {
     let header = file.header();
     let grid = &header.grid;
-    let stored = file.bytes_by_level();
+    let stored = area::shares(header, file.directory());
     let level_needs = |level: u8| {
         let own: Vec<_> = plan.first_use.iter().filter(|(id, _)| id.level == level).collect();
         let squares = || own.iter().map(|(id, _)| grid.page_square(*id));
@@ -278,8 +279,12 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], plan: &PagePlan) -> Vec<Le
         LevelNeeds {
             level: Grid::side_units(level),
             pages: own.len() as u64,
-            bytes: own.iter().map(|(id, _)| file.page_bytes(*id)).sum(),
-            bytes_stored: stored[usize::from(level)],
+            bytes: own
+                .iter()
+                .filter_map(|(id, _)| file.directory().get(*id))
+                .map(|entry| u64::from(entry.length))
+                .sum(),
+            bytes_stored: stored[usize::from(level)].bytes,
             area_km2: squares().map(|[low, high]| (high - low).element_product()).sum::<f64>() / 1e6,
             reach_m: reach.fold(0.0, f64::max),
         }
