@@ -419,16 +419,26 @@ mod tests {
         let trace = Arc::new(Trace::new(3));
         let farm = Farm::new(3).unwrap().with_trace(&trace);
         let frames = frames();
-        // The last task of each stage takes as long as all others together.
-        let render = |farm: &Farm| {
+        // The last task of a frame waits for the next frame to begin: it ends only if that
+        // happens, or when so much time has passed that the assertion below should fail.
+        let patience = Duration::from_secs(30);
+        let begun = (Mutex::new([false; 7]), Condvar::new());
+        begun.0.lock().unwrap()[6] = true;
+        let render = |farm: &Farm, frame: usize| {
             Stage::ALL.into_iter().try_for_each(|stage| {
                 farm.each(stage, (0..10).collect(), |_, task| {
-                    thread::sleep(Duration::from_millis(if task == 9 { 9 } else { 1 }));
+                    let mut flags = begun.0.lock().unwrap();
+                    flags[frame] = true;
+                    begun.1.notify_all();
+                    if stage == Stage::ALL[Stage::ALL.len() - 1] && task == 9 {
+                        drop(begun.1.wait_timeout_while(flags, patience, |flags| !flags[frame + 1]));
+                    }
                     Ok(())
                 })
             })
         };
-        farm.fly(&batch(&frames[..6], 2, &Silent), |farm, _| render(farm), |_, ()| Ok(())).unwrap();
+        farm.fly(&batch(&frames[..6], 2, &Silent), |farm, &index| render(farm, index), |_, ()| Ok(()))
+            .unwrap();
         let spans = trace.frames();
         assert_eq!(spans.len(), 6);
         assert!(spans.iter().all(|span| span.driver < 2));
