@@ -37,7 +37,8 @@ const SURE: f64 = 9.0;
 /// Collects pages that planes may touch.
 pub struct Footprint<'a> {
     source: &'a dyn PageSource,
-    grid: Grid,
+    /// By level.
+    sides: Vec<Sides>,
     heights: HeightCode,
     level_count: u8,
     strides: Strides,
@@ -71,6 +72,15 @@ struct Wedge {
     begin: f64,
 }
 
+/// Voxels of a level.
+#[derive(Debug, Clone, Copy)]
+struct Sides {
+    /// One over the side of a voxel, units.
+    per_unit: f64,
+    /// The last one along each axis.
+    last: [u32; 2],
+}
+
 /// A stretch along the major axis, with all that lies across it between the outermost planes.
 #[derive(Debug, Clone, Copy)]
 struct Ring {
@@ -100,7 +110,7 @@ impl<'a> Footprint<'a> {
         let header = source.header();
         Self {
             source,
-            grid: header.grid,
+            sides: (0..header.level_count).map(|level| Sides::new(&header.grid, level)).collect(),
             heights: header.heights,
             level_count: header.level_count,
             strides,
@@ -160,7 +170,8 @@ impl<'a> Footprint<'a> {
                 self.need(eye, wedge, &ring, level, [BEFORE, AROUND]);
             }
             was_in_sight = in_sight;
-            if self.is_opaque {
+            // What lies below the horizon does not raise it.
+            if in_sight && self.is_opaque {
                 horizon = self.raised(eye, wedge, &ring, horizon)?;
             }
             at = ring.to;
@@ -240,9 +251,7 @@ impl<'a> Footprint<'a> {
         level: u8,
         [before, around]: [f64; 2],
     ) -> [[u32; 2]; 2] {
-        let side = f64::from(Grid::side_units(level));
-        let dims = self.grid.dims(level);
-        let dims = [dims.0, dims.1];
+        let Sides { per_unit, last } = self.sides[usize::from(level)];
         let Wedge { major, forward, minor: [low, high], .. } = *wedge;
         let along = [ring.from - before, ring.to + around].map(|distance| eye[major] + forward * distance);
         let across = eye[1 - major];
@@ -252,14 +261,13 @@ impl<'a> Footprint<'a> {
         ];
         let mut voxels = [[0; 2]; 2];
         let ends = [along[0].min(along[1]), along[0].max(along[1])];
-        voxels[major] = ends.map(|unit| self.voxel(unit, side, dims[major]));
-        voxels[1 - major] = across.map(|unit| self.voxel(unit, side, dims[1 - major]));
+        // What is negative becomes 0.
+        let voxel = |unit: f64, axis: usize| ((unit * per_unit) as u32).min(last[axis]);
+        voxels[major] = ends.map(|unit| voxel(unit, major));
+        voxels[1 - major] = across.map(|unit| voxel(unit, 1 - major));
         voxels
     }
 
-    fn voxel(&self, unit: f64, side: f64, count: u32) -> u32 {
-        (unit / side).floor().clamp(0.0, f64::from(count - 1)) as u32
-    }
 
     /// Notes that a ring's pages of a level are needed, or what stands in for them where they are absent.
     fn need(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, level: u8, margins: [f64; 2]) {
@@ -326,6 +334,13 @@ impl<'a> Footprint<'a> {
         let view = self.source.page(id)?;
         *slot = Some((id, view));
         Ok(view)
+    }
+}
+
+impl Sides {
+    fn new(grid: &Grid, level: u8) -> Self {
+        let (nx, ny) = grid.dims(level);
+        Self { per_unit: 1.0 / f64::from(Grid::side_units(level)), last: [nx - 1, ny - 1] }
     }
 }
 
