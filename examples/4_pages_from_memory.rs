@@ -11,7 +11,9 @@ use hedgehop::colour::srgb8_picture;
 use hedgehop::render::{RenderOptions, render_frame};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory};
+use hedgehop::voxel::{
+    BoundsView, Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory,
+};
 
 const SIDE: u32 = 1024;
 
@@ -30,6 +32,11 @@ impl PageSource for Counted {
     fn page(&self, id: PageId) -> hedgehop::Result<Option<PageView<'_>>> {
         self.looks[usize::from(id.level)].fetch_add(1, Ordering::Relaxed);
         self.pages.page(id)
+    }
+
+    fn bounds(&self, id: PageId) -> hedgehop::Result<Option<BoundsView<'_>>> {
+        self.looks[usize::from(id.level)].fetch_add(1, Ordering::Relaxed);
+        self.pages.bounds(id)
     }
 }
 

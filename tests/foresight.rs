@@ -11,7 +11,9 @@ use hedgehop::raymarch::ground_height;
 use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory};
+use hedgehop::voxel::{
+    BoundsView, Grid, Header, MemPages, Metadata, PageId, PagePart, PageSource, PageView, build_in_memory,
+};
 
 use random::Random;
 
@@ -46,7 +48,7 @@ static AREA: LazyLock<MemPages> = LazyLock::new(|| area(false));
 struct Watched<'a> {
     pages: &'a MemPages,
     is_absent: fn(PageId) -> bool,
-    touched: Mutex<BTreeSet<PageId>>,
+    touched: Mutex<BTreeSet<PagePart>>,
 }
 
 impl PageSource for Watched<'_> {
@@ -58,8 +60,16 @@ impl PageSource for Watched<'_> {
         if (self.is_absent)(id) {
             return Ok(None);
         }
-        self.touched.lock().unwrap().insert(id);
+        self.touched.lock().unwrap().insert(PagePart::Posts(id));
         self.pages.page(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        if (self.is_absent)(id) {
+            return Ok(None);
+        }
+        self.touched.lock().unwrap().insert(PagePart::Bounds(id));
+        self.pages.bounds(id)
     }
 
     fn has(&self, id: PageId) -> bool {
@@ -67,10 +77,10 @@ impl PageSource for Watched<'_> {
     }
 }
 
-/// Pages that were foreseen, and those touched.
+/// Parts of pages that were foreseen, and those touched.
 struct Seen {
-    foreseen: Vec<PageId>,
-    touched: BTreeSet<PageId>,
+    foreseen: Vec<PagePart>,
+    touched: BTreeSet<PagePart>,
 }
 
 fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen {
@@ -78,17 +88,17 @@ fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen
     let farm = Farm::new(1).unwrap();
     let renderer = Renderer::new(&source, &RenderOptions::default());
     let foreseen = renderer.foresee(camera, &farm).unwrap();
-    let bounds = std::mem::take(&mut *source.touched.lock().unwrap());
+    let read = std::mem::take(&mut *source.touched.lock().unwrap());
     renderer.picture(camera, &farm).unwrap();
     let mut touched = source.touched.into_inner().unwrap();
     // What was read to foresee is there.
-    touched.retain(|id| !bounds.contains(id) || foreseen.contains(id));
-    Seen { foreseen: foreseen.into_iter().filter(|id| !is_absent(*id)).collect(), touched }
+    touched.retain(|part| !read.contains(part) || foreseen.contains(part));
+    Seen { foreseen: foreseen.into_iter().filter(|part| !is_absent(part.page())).collect(), touched }
 }
 
 /// Asserts that nothing was touched that was not foreseen.
 fn assert_recalled(seen: &Seen, camera: &Camera) {
-    let foreseen: BTreeSet<PageId> = seen.foreseen.iter().copied().collect();
+    let foreseen: BTreeSet<PagePart> = seen.foreseen.iter().copied().collect();
     assert_eq!(foreseen.len(), seen.foreseen.len());
     let missed: Vec<_> = seen.touched.difference(&foreseen).collect();
     assert!(missed.is_empty(), "{missed:?} of {:?} on {}", camera.pose, camera.screen());

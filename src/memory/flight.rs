@@ -4,7 +4,7 @@
 //! for each frame, up to 30 ahead of the last one delivered:
 //!     what does it need?                                  told by the caller, from the pose
 //!     evict what no frame in flight or ahead needs; announce what is missing; wait until it is there
-//!     the frame may begin
+//!     the frame may begin; before its pages are there if no other is in flight: its workers then wait for each as they come to it
 //! no room, or far enough ahead:  wait until a frame is delivered
 //! ```
 //!
@@ -22,18 +22,18 @@ use crossbeam::channel::{Receiver, Sender, bounded};
 use super::tally::Tally;
 use super::{Paging, ResidentPages};
 use crate::error::{Error, Result};
-use crate::voxel::PageId;
+use crate::voxel::{PageId, PagePart};
 
 /// Frames that are looked ahead.
 pub const LOOKAHEAD: u32 = 30;
 
 /// What a flight's frames need.
 pub trait Foresight: Sync {
-    /// Pages that a frame may touch, in the order of need. Bounds of coarse pages may be read for it.
+    /// Parts of pages that a frame may touch, in the order of need. Bounds of coarse pages may be read for it.
     ///
     /// # Errors
     /// A page that is damaged.
-    fn needs(&self, frame: u32) -> Result<Vec<PageId>>;
+    fn needs(&self, frame: u32) -> Result<Vec<PagePart>>;
 
     /// Whether a page lies behind the eye at a frame.
     fn is_behind(&self, frame: u32, page: PageId) -> bool;
@@ -101,6 +101,12 @@ impl Flight<'_> {
         self.frames.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
     }
 
+    /// Frames below number `frames` may begin.
+    fn let_begin(&self, frames: u32) {
+        self.ready().frames = frames;
+        self.changed.notify_all();
+    }
+
     fn look_ahead(&self, count: u32, foresight: &dyn Foresight, news: &Receiver<()>) {
         let _end = Ending(self);
         if self.pages.is_whole() {
@@ -114,12 +120,17 @@ impl Flight<'_> {
             self.pages.deliver(done);
             if next < done + LOOKAHEAD {
                 // Who renders the frame meets the same error.
-                let pages = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
-                if self.pages.bring(next, pages, |page| foresight.is_behind(done, page)) {
+                let parts = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
+                if let Some(expected) = self.pages.expect(next, parts, |page| foresight.is_behind(done, page))
+                {
                     needs = None;
+                    if next == done {
+                        // Nothing else is in flight: it may begin with what comes first.
+                        self.let_begin(next + 1);
+                    }
+                    self.pages.read(&expected);
                     next += 1;
-                    self.ready().frames = next;
-                    self.changed.notify_all();
+                    self.let_begin(next);
                     continue;
                 }
             }

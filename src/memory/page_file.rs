@@ -22,8 +22,8 @@ use super::guard::Watch;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    Directory, FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, Trust, VerifyReport,
-    verify,
+    BoundsView, Directory, FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, Trust,
+    VerifyReport, verify,
 };
 
 /// What to do about a database that changed under its readers.
@@ -202,6 +202,10 @@ impl PageSource for PageFile {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.store.page(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        self.store.bounds(id)
     }
 
     fn has(&self, id: PageId) -> bool {

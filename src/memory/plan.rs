@@ -7,24 +7,25 @@
 //! pages of 30 frames ahead, together:                    what must fit into memory for a flight that never waits
 //! ```
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::time::{Duration, Instant};
 
 use super::{Foresight, LOOKAHEAD, PageFile};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::voxel::PageId;
+use crate::voxel::{PageId, PagePart};
 
 /// What one frame needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct FrameNeeds {
-    /// Pages that it may touch.
+    /// Pages that it may touch; posts and bounds of one count as two, if it needs both.
     pub pages: u64,
     /// Bytes of them.
     pub bytes: u64,
-    /// Bytes of those that no frame before needed.
+    /// Bytes that are read for what no frame before needed: of pages of which nothing was, all.
     pub first_bytes: u64,
-    /// Bytes of those that none of the frames looked ahead from the one before needed: what is read for it if nothing else is kept.
+    /// Those, and the bytes of what none of the frames looked ahead from the one before needed: what is read for it if nothing else
+    /// is kept.
     pub read_bytes: u64,
     /// Bytes that it and those up to [`LOOKAHEAD`] frames later need together.
     pub ahead_bytes: u64,
@@ -35,8 +36,8 @@ pub struct FrameNeeds {
 pub struct PagePlan {
     /// By frame, in order.
     pub frames: Vec<FrameNeeds>,
-    /// Each page that some frame needs, with the index of the first one, in the order of need.
-    pub first_use: Vec<(PageId, u32)>,
+    /// Each part of a page that some frame needs, with the index of the first one, in the order of need.
+    pub first_use: Vec<(PagePart, u32)>,
 }
 
 impl PagePlan {
@@ -53,6 +54,7 @@ impl PagePlan {
         observer.begin("plan", u64::from(count), "frames");
         let mut plan = Self::default();
         let mut last_needed = HashMap::new();
+        let mut first_needed = HashMap::new();
         // Bytes that come to be needed ahead of each frame, less those that no longer are.
         let mut changes = vec![0_i64; count as usize + 1];
         for frame in 0..count {
@@ -60,24 +62,31 @@ impl PagePlan {
                 return Err(Error::Interrupted("the flight was not planned to its end".into()));
             }
             let mut needs = FrameNeeds::default();
-            for id in foresight.needs(frame)? {
-                let Some(entry) = file.directory().get(id) else { continue };
-                let bytes = u64::from(entry.length);
-                let before = last_needed.insert(id, frame);
+            for part in foresight.needs(frame)? {
+                let Some(entry) = file.directory().get(part.page()) else { continue };
+                let bytes = file.store().part_bytes(part);
+                let before = last_needed.insert(part, frame);
                 needs.pages += 1;
                 needs.bytes += bytes;
+                // All of a page is read for its checksum, once.
+                let first = *first_needed.entry(part.page()).or_insert_with(|| {
+                    needs.first_bytes += u64::from(entry.length);
+                    frame
+                });
+                let read = if first == frame { 0 } else { bytes };
                 if before.is_none() {
-                    needs.first_bytes += bytes;
-                    plan.first_use.push((id, frame));
+                    needs.first_bytes += read;
+                    plan.first_use.push((part, frame));
                 }
-                if before.is_none_or(|before| frame - before > LOOKAHEAD) {
-                    needs.read_bytes += bytes;
+                if before.is_some_and(|before| frame - before > LOOKAHEAD) {
+                    needs.read_bytes += read;
                 }
                 let known_from = frame.saturating_sub(LOOKAHEAD);
                 let from = before.map_or(known_from, |before| known_from.max(before + 1));
                 changes[from as usize] += bytes as i64;
                 changes[frame as usize + 1] -= bytes as i64;
             }
+            needs.read_bytes += needs.first_bytes;
             plan.frames.push(needs);
             observer.advance(1);
         }
@@ -88,6 +97,13 @@ impl PagePlan {
         }
         observer.end();
         Ok(plan)
+    }
+
+    /// Each page of which something is needed, with the index of the first frame that does, in the order of need.
+    pub fn pages(&self) -> Vec<(PageId, u32)> {
+        let mut known = HashSet::new();
+        let pages = self.first_use.iter().map(|(part, frame)| (part.page(), *frame));
+        pages.filter(|(page, _)| known.insert(*page)).collect()
     }
 
     /// The most bytes that `frames` frames in a row read, the first frame of all not counted: it is waited for.
@@ -109,13 +125,13 @@ impl PageFile {
         const TOGETHER: usize = 64;
         let store = self.store();
         let extents: Vec<_> = pages.iter().filter_map(|id| store.extent(*id).map(|at| (*id, at))).collect();
-        extents.iter().for_each(|(_, extent)| store.forget(extent.clone()));
+        pages.iter().flat_map(|id| PagePart::all(*id)).for_each(|part| store.forget(part));
         let begun = Instant::now();
         let mut bytes = 0;
         for together in extents.chunks(TOGETHER) {
             together.iter().for_each(|(_, extent)| store.announce(extent.clone()));
             for (id, extent) in together {
-                store.load(*id)?;
+                store.load(PagePart::Posts(*id))?;
                 bytes += extent.len() as u64;
             }
             if begun.elapsed() > limit {
@@ -138,8 +154,9 @@ mod tests {
     struct Columns(Vec<Vec<u32>>);
 
     impl Foresight for Columns {
-        fn needs(&self, frame: u32) -> Result<Vec<PageId>> {
-            Ok(self.0[frame as usize].iter().map(|&px| PageId { level: 0, px, py: 0 }).collect())
+        fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+            let page = |&px| PagePart::Posts(PageId { level: 0, px, py: 0 });
+            Ok(self.0[frame as usize].iter().map(page).collect())
         }
 
         fn is_behind(&self, _: u32, _: PageId) -> bool {
@@ -173,10 +190,10 @@ mod tests {
         let ahead = |frame: usize| at(frame).ahead_bytes / page;
         let known = [0, 1, 20, 21, 31, 32, 68, 69, 99].map(ahead);
         assert_eq!(known, [2, 2, 2, 1, 1, 0, 0, 1, 1]);
-        let first: Vec<_> = plan.first_use.iter().map(|(id, frame)| (id.px, *frame)).collect();
+        let first: Vec<_> = plan.pages().iter().map(|(id, frame)| (id.px, *frame)).collect();
         assert_eq!(first, [(0, 0), (1, 0), (2, 99)]);
         assert_eq!((plan.read_within(10), plan.read_within(1000)), (page, 2 * page));
-        let all: Vec<_> = plan.first_use.iter().map(|(id, _)| *id).collect();
+        let all: Vec<_> = plan.pages().iter().map(|(id, _)| *id).collect();
         assert_eq!(file.time_reading(&all, Duration::from_secs(60)).unwrap().0, 3 * page);
     }
 }

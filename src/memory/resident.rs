@@ -8,6 +8,9 @@
 //!      └────────────── evicted, when room is needed and no frame in flight or ahead needs it
 //! ```
 //!
+//! What comes and goes is a part of a page: its posts, or its bounds. A page's first part has all of it read, for its checksum; what
+//! nobody needs of it goes at once.
+//!
 //! The database stays mapped whatever is resident: an eviction is advice to the system, and a view that outlives it reads the
 //! file again. What pictures show can therefore never depend on what is in memory.
 
@@ -21,7 +24,7 @@ use super::tally::Tally;
 use super::{PageFile, Paging};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::voxel::{Header, PageId, PageSource, PageView};
+use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
 
 /// Level index from which on pages stay once they are there: voxels of 64 units, and coarser ones. All that is known of what may
 /// be hidden rests on their bounds.
@@ -32,7 +35,14 @@ const LOADED_TOGETHER: usize = 64;
 
 const MIB: u64 = 1 << 20;
 
-/// Bits of a page's state.
+/// Bytes that the system is asked for at once: so many that the disk reads long stretches, and so few that what is needed first
+/// comes first.
+const ANNOUNCED: u64 = 24 * MIB;
+
+/// A part of a page that is to be read, and its number.
+pub(super) type Expected = (PagePart, usize);
+
+/// Bits of the state of a page's part.
 mod state {
     /// It is in memory.
     pub const RESIDENT: u8 = 1;
@@ -42,6 +52,8 @@ mod state {
     pub const USED: u8 = 4;
     /// It was touched since it came.
     pub const TOUCHED: u8 = 8;
+    /// It was read for the page's checksum while it was coming.
+    pub const READ: u8 = 16;
 }
 
 /// What is decided under one lock.
@@ -51,9 +63,9 @@ struct Ledger {
     /// Bytes that are resident or coming.
     bytes: u64,
     most: u64,
-    /// By page: the number of the first frame that is not known to need it any more.
+    /// By part: the number of the first frame that is not known to need it any more.
     needed_until: Vec<u32>,
-    /// By page: the number of the first frame that needed it; `None` if none did.
+    /// By part: the number of the first frame that needed it; `None` if none did.
     needed_from: Vec<Option<u32>>,
     /// Frames below this number have been delivered.
     delivered: u32,
@@ -64,7 +76,7 @@ struct Ledger {
 pub struct ResidentPages {
     file: PageFile,
     budget: u64,
-    /// By directory index.
+    /// By part: posts by directory index, and bounds behind all of them.
     states: Box<[AtomicU8]>,
     ledger: Mutex<Ledger>,
     came: Condvar,
@@ -76,7 +88,7 @@ pub struct ResidentPages {
 impl ResidentPages {
     /// Pages of `file`, at most `budget` bytes of them in memory besides what stays always; `None`: as many as there are.
     pub fn new(file: PageFile, budget: Option<u64>) -> Self {
-        let count = file.store().directory().len();
+        let count = 2 * file.store().directory().len();
         let ledger =
             Ledger { needed_until: vec![0; count], needed_from: vec![None; count], ..Ledger::default() };
         Self {
@@ -127,17 +139,32 @@ impl ResidentPages {
         self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn index(&self, id: PageId) -> Option<usize> {
+    /// Number of a part of a page; `None` where the page is absent.
+    fn index(&self, part: PagePart) -> Option<usize> {
         let directory = self.file.store().directory();
-        directory.get(id).and_then(|_| directory.index(id))
+        let page = directory.get(part.page()).and_then(|_| directory.index(part.page()))?;
+        Some(page + if let PagePart::Bounds(_) = part { directory.len() } else { 0 })
+    }
+
+    /// The part with a number.
+    fn part(&self, index: usize) -> PagePart {
+        let directory = self.file.store().directory();
+        let page = directory.id(index % directory.len());
+        if index < directory.len() { PagePart::Posts(page) } else { PagePart::Bounds(page) }
+    }
+
+    /// Whether a part is in memory, or on its way.
+    fn is_here_or_coming(&self, index: usize) -> bool {
+        self.states[index].load(Ordering::Acquire) & (state::RESIDENT | state::COMING) != 0
     }
 
     /// Pages that the latest flight needed, each with the number of the first frame that did, in no order.
     pub fn first_use(&self) -> Vec<(PageId, u32)> {
         let directory = self.file.store().directory();
         let ledger = self.ledger();
-        let needed = ledger.needed_from.iter().enumerate();
-        needed.filter_map(|(index, frame)| Some((directory.id(index), (*frame)?))).collect()
+        let (posts, bounds) = ledger.needed_from.split_at(directory.len());
+        let first = posts.iter().zip(bounds).map(|(posts, bounds)| posts.iter().chain(bounds).min());
+        first.enumerate().filter_map(|(index, frame)| Some((directory.id(index), *frame?))).collect()
     }
 
     /// Bytes of all pages.
@@ -166,11 +193,11 @@ impl ResidentPages {
             if observer.cancelled() {
                 return Err(Error::Interrupted("the database was not loaded to its end".into()));
             }
-            let pages: Vec<_> = together.iter().map(|(_, id)| *id).collect();
-            self.bring(0, &pages, |_| true);
+            let parts: Vec<_> = together.iter().flat_map(|(_, id)| PagePart::all(*id)).collect();
+            self.read(&self.expect(0, &parts, |_| true).unwrap_or_default());
             // Says what is wrong with a page that did not come.
-            pages.iter().try_for_each(|id| store.load(*id))?;
-            observer.advance(pages.len() as u64);
+            parts.iter().try_for_each(|part| store.load(*part).map(drop))?;
+            observer.advance(together.len() as u64);
         }
         observer.end();
         Ok(())
@@ -179,12 +206,12 @@ impl ResidentPages {
     /// Whether all pages are in memory, where they stay.
     pub(super) fn is_whole(&self) -> bool {
         let directory = self.file.store().directory();
-        let is_here = |id| {
-            directory
-                .index(id)
+        let is_here = |part| {
+            self.index(part)
                 .is_some_and(|index| self.states[index].load(Ordering::Acquire) & state::RESIDENT != 0)
         };
-        self.bytes() <= self.budget && directory.present().all(|(id, _)| is_here(id))
+        let mut parts = directory.present().flat_map(|(id, _)| PagePart::all(id));
+        self.bytes() <= self.budget && parts.all(is_here)
     }
 
     /// Frames below number `delivered` need nothing any more.
@@ -192,55 +219,83 @@ impl ResidentPages {
         self.ledger().delivered = delivered;
     }
 
-    /// Brings what frame `frame` needs into memory, `ahead` of it or as it begins. `false`: there is no room before
-    /// frames in flight are delivered. A frame that begins gets as much as there is room for.
-    pub(super) fn bring(&self, frame: u32, needs: &[PageId], behind: impl Fn(PageId) -> bool) -> bool {
+    /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
+    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. A frame that begins gets as
+    /// much as there is room for.
+    pub(super) fn expect(
+        &self,
+        frame: u32,
+        needs: &[PagePart],
+        behind: impl Fn(PageId) -> bool,
+    ) -> Option<Vec<Expected>> {
         let mut missing = Vec::new();
         {
             let mut ledger = self.ledger();
             let mut bytes = 0;
-            for &id in needs {
-                let Some(index) = self.index(id) else { continue };
+            for &part in needs {
+                let Some(index) = self.index(part) else { continue };
                 ledger.needed_until[index] = frame + 1;
                 ledger.needed_from[index].get_or_insert(frame);
-                if self.states[index].load(Ordering::Acquire) & (state::RESIDENT | state::COMING) == 0 {
-                    missing.push((id, index));
-                    bytes += self.length(id);
+                if !self.is_here_or_coming(index) {
+                    missing.push((part, index));
+                    bytes += self.file.store().part_bytes(part);
                 }
             }
             let has_room = self.make_room(&mut ledger, bytes, &behind);
             if !has_room && frame > ledger.delivered {
-                return false;
+                return None;
             }
             let mut room = self.budget.saturating_sub(ledger.bytes);
-            missing.retain(|&(id, index)| {
-                let length = self.length(id);
+            missing.retain(|&(part, index)| {
+                let length = self.file.store().part_bytes(part);
                 let fits = length <= room;
                 if fits {
                     room -= length;
-                    self.reserve(&mut ledger, id, index);
+                    self.reserve(&mut ledger, part, index);
                 }
                 fits
             });
         }
-        self.announce(&missing);
-        for (id, index) in missing {
-            // Whoever needs a damaged page is told so when it is touched.
-            let _ = self.fetch(id, index);
+        Some(missing)
+    }
+
+    /// Brings parts into memory that were expected, in order.
+    pub(super) fn read(&self, expected: &[Expected]) {
+        let bytes_of = |part| self.file.store().part_bytes(part);
+        let mut bytes = 0;
+        let batches = expected.chunk_by(|(part, _), _| {
+            bytes += bytes_of(*part);
+            let goes_on = bytes < ANNOUNCED;
+            bytes = if goes_on { bytes } else { 0 };
+            goes_on
+        });
+        let mut batches = batches.peekable();
+        if let Some(first) = batches.peek() {
+            self.announce(first);
         }
-        true
+        while let Some(batch) = batches.next() {
+            // The disk goes on while checksums are taken.
+            if let Some(next) = batches.peek() {
+                self.announce(next);
+            }
+            for &(part, index) in batch {
+                // Whoever needs a damaged page is told so when it is touched.
+                let _ = self.fetch(part, index);
+            }
+        }
     }
 
     /// Says what will be read, in stretches as long as they lie in the file.
-    fn announce(&self, pages: &[(PageId, usize)]) {
+    fn announce(&self, parts: &[Expected]) {
         let store = self.file.store();
-        let mut extents: Vec<_> = pages.iter().filter_map(|(id, _)| store.extent(*id)).collect();
+        let needed = parts.iter().flat_map(|(part, _)| store.needed_for(*part));
+        let mut extents: Vec<_> = needed.filter(|extent| !extent.is_empty()).collect();
         extents.sort_unstable_by_key(|extent| extent.start);
         let mut run: Option<std::ops::Range<usize>> = None;
         for extent in extents {
             run = match run.take() {
                 Some(run) if extent.start <= run.end.next_multiple_of(ALIGNMENT) => {
-                    Some(run.start..extent.end)
+                    Some(run.start..extent.end.max(run.end))
                 }
                 other => {
                     if let Some(run) = other {
@@ -255,13 +310,9 @@ impl ResidentPages {
         }
     }
 
-    fn length(&self, id: PageId) -> u64 {
-        self.file.store().directory().get(id).map_or(0, |entry| u64::from(entry.length))
-    }
-
-    fn reserve(&self, ledger: &mut Ledger, id: PageId, index: usize) {
+    fn reserve(&self, ledger: &mut Ledger, part: PagePart, index: usize) {
         self.states[index].store(state::COMING, Ordering::Relaxed);
-        ledger.bytes += self.length(id);
+        ledger.bytes += self.file.store().part_bytes(part);
         ledger.most = ledger.most.max(ledger.bytes);
     }
 
@@ -269,10 +320,9 @@ impl ResidentPages {
     fn make_room(&self, ledger: &mut Ledger, bytes: u64, behind: &dyn Fn(PageId) -> bool) -> bool {
         while ledger.bytes.saturating_add(bytes) > self.budget {
             let Ledger { clock, needed_until, delivered, .. } = ledger;
-            let directory = self.file.store().directory();
-            let victim = clock.victim(|page| {
-                let index = page as usize;
-                let id = directory.id(index);
+            let victim = clock.victim(|index| {
+                let index = index as usize;
+                let id = self.part(index).page();
                 if id.level >= KEPT_LEVEL || needed_until[index] > *delivered {
                     return Claim::Needed;
                 }
@@ -283,47 +333,63 @@ impl ResidentPages {
                     false => Claim::Ahead,
                 }
             });
-            let Some(page) = victim else { return false };
-            self.evict(ledger, page as usize);
+            let Some(index) = victim else { return false };
+            self.evict(ledger, index as usize);
         }
         true
     }
 
     fn evict(&self, ledger: &mut Ledger, index: usize) {
-        let store = self.file.store();
-        let id = store.directory().id(index);
+        let (store, part) = (self.file.store(), self.part(index));
         self.states[index].store(0, Ordering::Release);
-        ledger.bytes -= self.length(id);
+        ledger.bytes -= store.part_bytes(part);
         Tally::add(&self.tally.pages_evicted, 1);
-        if let Some(extent) = store.extent(id) {
-            store.forget(extent);
-        }
+        store.forget(part);
     }
 
-    /// Reads a page that was reserved.
-    fn fetch(&self, id: PageId, index: usize) -> Result<()> {
-        let outcome = self.file.store().load(id);
+    /// Reads a part that was reserved.
+    fn fetch(&self, part: PagePart, index: usize) -> Result<()> {
+        let store = self.file.store();
+        let outcome = store.load(part);
         let mut ledger = self.ledger();
-        if outcome.is_ok() {
+        if let Ok(is_whole) = outcome {
             Tally::add(&self.tally.pages_read, 1);
-            Tally::add(&self.tally.bytes_read, self.length(id));
+            let was_read = self.states[index].load(Ordering::Relaxed) & state::READ != 0;
+            let own = if was_read { 0 } else { store.part_bytes(part) };
+            Tally::add(&self.tally.bytes_read, own + if is_whole { self.take_along(part) } else { 0 });
             if self.budget < u64::MAX {
                 ledger.clock.add(index as u32);
             }
             self.states[index].store(state::RESIDENT, Ordering::Release);
         } else {
-            ledger.bytes -= self.length(id);
+            ledger.bytes -= store.part_bytes(part);
             self.states[index].store(0, Ordering::Release);
         }
         drop(ledger);
         self.came.notify_all();
-        outcome
+        outcome.map(drop)
     }
 
-    /// Brings in a page that somebody touches, or waits for it if it is coming.
+    /// What becomes of a page's other part after all of it was read: it goes unless somebody waits for it. Returns its bytes.
+    fn take_along(&self, part: PagePart) -> u64 {
+        let store = self.file.store();
+        let others = PagePart::all(part.page()).filter(|other| *other != part);
+        let own_bytes = others.filter_map(|other| Some((other, self.index(other)?))).map(|(other, index)| {
+            if self.is_here_or_coming(index) {
+                self.states[index].fetch_or(state::READ, Ordering::Relaxed);
+            } else {
+                store.forget(other);
+            }
+            store.part_bytes(other)
+        });
+        own_bytes.sum()
+    }
+
+    /// Brings in a part that somebody touches, or waits for it if it is coming.
     #[cold]
-    fn demand(&self, id: PageId, index: usize) -> Result<()> {
+    fn demand(&self, part: PagePart, index: usize) -> Result<()> {
         let begun = Instant::now();
+        let mut was_coming = false;
         let mut ledger = self.ledger();
         let outcome = loop {
             let now = self.states[index].load(Ordering::Acquire);
@@ -333,20 +399,39 @@ impl ResidentPages {
             }
             if now & state::COMING == 0 {
                 // With nothing to spare the budget gives way: a frame needs what it needs.
-                self.make_room(&mut ledger, self.length(id), &|_| true);
+                self.make_room(&mut ledger, self.file.store().part_bytes(part), &|_| true);
                 let frame = ledger.delivered;
                 ledger.needed_from[index].get_or_insert(frame);
-                self.reserve(&mut ledger, id, index);
+                self.reserve(&mut ledger, part, index);
                 drop(ledger);
-                break self.fetch(id, index);
+                break self.fetch(part, index);
             }
+            was_coming = true;
             ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
         };
         if outcome.is_ok() {
             self.mark_used(index);
         }
-        self.count_miss(begun);
+        if !self.is_manager() {
+            let counter = if was_coming { &self.tally.demand_waits } else { &self.tally.demand_misses };
+            Tally::add(counter, 1);
+            Tally::add_time(&self.tally.demand_wait_ns, begun.elapsed());
+        }
         outcome
+    }
+
+    /// Notes that somebody reads a part, which is brought in if it is not there; a part of an absent page is none.
+    #[inline]
+    fn touch(&self, part: PagePart) -> Result<()> {
+        let Some(index) = self.index(part) else { return Ok(()) };
+        let now = self.states[index].load(Ordering::Acquire);
+        if now & state::RESIDENT == 0 {
+            self.demand(part, index)?;
+        } else if now & state::USED == 0 {
+            // Once a round: a write takes the line from all other workers.
+            self.mark_used(index);
+        }
+        Ok(())
     }
 
     fn mark_used(&self, index: usize) {
@@ -356,12 +441,9 @@ impl ResidentPages {
         }
     }
 
-    fn count_miss(&self, begun: Instant) {
+    fn is_manager(&self) -> bool {
         let manager = *self.manager.lock().unwrap_or_else(PoisonError::into_inner);
-        if manager != Some(thread::current().id()) {
-            Tally::add(&self.tally.demand_misses, 1);
-            Tally::add_time(&self.tally.demand_wait_ns, begun.elapsed());
-        }
+        manager == Some(thread::current().id())
     }
 }
 
@@ -374,15 +456,13 @@ impl PageSource for ResidentPages {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
-        let Some(index) = self.index(id) else { return Ok(None) };
-        let now = self.states[index].load(Ordering::Acquire);
-        if now & state::RESIDENT == 0 {
-            self.demand(id, index)?;
-        } else if now & state::USED == 0 {
-            // Once a round: a write takes the line from all other workers.
-            self.mark_used(index);
-        }
+        self.touch(PagePart::Posts(id))?;
         self.file.page(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        self.touch(PagePart::Bounds(id))?;
+        self.file.bounds(id)
     }
 
     fn has(&self, id: PageId) -> bool {

@@ -8,13 +8,17 @@ use std::time::Duration;
 pub struct Paging {
     /// Times that a worker touched a page that was not in memory.
     pub demand_misses: u64,
+    /// Times that a worker waited for a page that was on its way: of a frame that began before its pages were there, since no other was
+    /// in flight.
+    #[serde(default)]
+    pub demand_waits: u64,
     /// Time that workers waited for such pages, added up, nanoseconds.
     pub demand_wait_ns: u64,
     /// Time that frames waited for their pages before they began, nanoseconds.
     pub frame_wait_ns: u64,
-    /// Pages brought into memory, ahead of need or on demand.
+    /// Pages brought into memory, ahead of need or on demand; posts and bounds of one count as two, if both are.
     pub pages_read: u64,
-    /// Bytes of these.
+    /// Bytes that were read of these.
     pub bytes_read: u64,
     /// Pages brought in that went again, or are there still, without having been touched.
     pub pages_unused: u64,
@@ -31,6 +35,7 @@ impl Paging {
     pub fn since(&self, before: &Self) -> Self {
         Self {
             demand_misses: self.demand_misses - before.demand_misses,
+            demand_waits: self.demand_waits - before.demand_waits,
             demand_wait_ns: self.demand_wait_ns - before.demand_wait_ns,
             frame_wait_ns: self.frame_wait_ns - before.frame_wait_ns,
             pages_read: self.pages_read - before.pages_read,
@@ -47,6 +52,7 @@ impl Paging {
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     pub demand_misses: AtomicU64,
+    pub demand_waits: AtomicU64,
     pub demand_wait_ns: AtomicU64,
     pub frame_wait_ns: AtomicU64,
     pub pages_read: AtomicU64,
@@ -69,6 +75,7 @@ impl Tally {
         let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Paging {
             demand_misses: of(&self.demand_misses),
+            demand_waits: of(&self.demand_waits),
             demand_wait_ns: of(&self.demand_wait_ns),
             frame_wait_ns: of(&self.frame_wait_ns),
             pages_read: of(&self.pages_read),

@@ -4,7 +4,9 @@ use glam::DVec2;
 
 use super::walk::{Lattice, Span};
 use crate::error::Result;
-use crate::voxel::{APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView};
+use crate::voxel::{
+    APRON, Attributes, BoundsView, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView,
+};
 
 /// Reads the planes of a [`PageSource`]; looks a page up only when a read leaves the last one.
 pub struct PageCursor<'a, S: PageSource> {
@@ -14,18 +16,25 @@ pub struct PageCursor<'a, S: PageSource> {
     endless: bool,
 }
 
-/// The page of one level that was read last.
+/// The pages of one level that were read last.
 struct Slot<'a> {
     /// Voxels (eastward, northward) of the level.
     dims: [i64; 2],
     /// Them as a lattice, and the cells between their posts.
     voxels: Lattice,
     cells: Lattice,
+    /// Whose posts, and whose bounds.
+    posts: Latest<PageView<'a>>,
+    bounds: Latest<BoundsView<'a>>,
+}
+
+/// The page that was read last.
+struct Latest<V> {
     /// Its first voxel; before the area while no page has been read.
     first: [i64; 2],
     /// Its voxels (eastward, northward); 0 while no page has been read.
     size: [i64; 2],
-    view: Option<PageView<'a>>,
+    view: Option<V>,
 }
 
 /// A voxel's place in a page.
@@ -48,19 +57,44 @@ impl<'a> Slot<'a> {
             Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
         };
         let (voxels, cells) = (lattice(0, 0.0), lattice(if endless { 0 } else { -1 }, 0.5));
-        Self { dims, voxels, cells, first: [-1, -1], size: [0, 0], view: None }
+        Self { dims, voxels, cells, posts: Latest::NONE, bounds: Latest::NONE }
+    }
+}
+
+impl<V> Latest<V> {
+    const NONE: Self = Self { first: [-1, -1], size: [0, 0], view: None };
+
+    /// The page that holds voxel `cell`, clamped into a level of `dims` voxels, and the voxel's column and row in it; `find` finds
+    /// another page than the last.
+    #[inline]
+    fn at(
+        &mut self,
+        (level, dims): (u8, [i64; 2]),
+        cell: [i64; 2],
+        find: impl FnOnce(PageId) -> Result<Option<V>>,
+    ) -> Result<(Option<&V>, [i64; 2])> {
+        let within = |latest: &Self| [0, 1].map(|axis| cell[axis] - latest.first[axis]);
+        let place = within(self);
+        if [0, 1].iter().all(|&axis| (0..self.size[axis]).contains(&place[axis])) {
+            return Ok((self.view.as_ref(), place));
+        }
+        self.turn_to((level, dims), cell, find)?;
+        Ok((self.view.as_ref(), within(self)))
     }
 
-    /// Brings the page of a voxel (clamped into the area) into the slot.
     #[cold]
-    fn turn_to<S: PageSource>(&mut self, source: &'a S, level: u8, cell: [i64; 2]) -> Result<()> {
+    fn turn_to(
+        &mut self,
+        (level, dims): (u8, [i64; 2]),
+        cell: [i64; 2],
+        find: impl FnOnce(PageId) -> Result<Option<V>>,
+    ) -> Result<()> {
         let side = i64::from(PAGE_SIDE);
-        let page = [0, 1].map(|axis| cell[axis].clamp(0, self.dims[axis] - 1) / side);
+        let page = [0, 1].map(|axis| cell[axis].clamp(0, dims[axis] - 1) / side);
         let first = page.map(|index| index * side);
         if first != self.first {
-            let id = PageId { level, px: page[0] as u32, py: page[1] as u32 };
-            self.view = source.page(id)?;
-            self.size = [0, 1].map(|axis| (self.dims[axis] - first[axis]).min(side));
+            self.view = find(PageId { level, px: page[0] as u32, py: page[1] as u32 })?;
+            self.size = [0, 1].map(|axis| (dims[axis] - first[axis]).min(side));
             self.first = first;
         }
         Ok(())
@@ -111,13 +145,9 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     /// The page of voxel `cell`, clamped into the area; `None` where the page is absent.
     #[inline]
     fn place(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Place<'_, 'a>>> {
-        let slot = &mut self.slots[usize::from(level)];
-        let inside = |axis: usize| (0..slot.size[axis]).contains(&(cell[axis] - slot.first[axis]));
-        if !(inside(0) && inside(1)) {
-            slot.turn_to(self.source, level, cell)?;
-        }
-        let (x, y) = (cell[0] - slot.first[0], cell[1] - slot.first[1]);
-        Ok(slot.view.as_ref().map(|view| Place { view, x, y }))
+        let Slot { dims, posts, .. } = &mut self.slots[usize::from(level)];
+        let (view, [x, y]) = posts.at((level, *dims), cell, |id| self.source.page(id))?;
+        Ok(view.map(|view| Place { view, x, y }))
     }
 
     /// Upper bound of every finer surface over voxel `cell` of level index ≥ 1, metres: −∞ where
@@ -147,8 +177,10 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     #[inline]
     fn stored_bound(&mut self, level: u8, cell: [i64; 2]) -> Result<f64> {
         let heights = self.heights;
-        let Some(place) = self.place(level, cell)? else { return Ok(f64::INFINITY) };
-        let code = place.view.high[place.y as usize * place.view.width as usize + place.x as usize];
+        let Slot { dims, bounds, .. } = &mut self.slots[usize::from(level)];
+        let (view, [x, y]) = bounds.at((level, *dims), cell, |id| self.source.bounds(id))?;
+        let Some(view) = view else { return Ok(f64::INFINITY) };
+        let code = view.high[y as usize * view.width as usize + x as usize];
         Ok(heights.decode(code).unwrap_or(f64::NEG_INFINITY))
     }
 
@@ -239,7 +271,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
             return Ok(false);
         }
         let [px, py] =
-            self.slots[usize::from(level)].first.map(|first| (first / i64::from(PAGE_SIDE)) as u32);
+            self.slots[usize::from(level)].posts.first.map(|first| (first / i64::from(PAGE_SIDE)) as u32);
         Ok(self.source.is_damaged(PageId { level, px, py }))
     }
 }

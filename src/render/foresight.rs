@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::memory::Foresight;
 use crate::space::Camera;
 use crate::subimage::Farm;
-use crate::voxel::{PAGE_SIDE, PageId, PageSource};
+use crate::voxel::{PAGE_SIDE, PageId, PagePart, PageSource};
 
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub struct FlightPlan<'a, S> {
 }
 
 impl<S: PageSource> Foresight for FlightPlan<'_, S> {
-    fn needs(&self, frame: u32) -> Result<Vec<PageId>> {
+    fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
         match self.cameras.get(frame as usize) {
             Some((_, camera)) => self.renderer.foresee(camera, self.farm),
             None => Ok(Vec::new()),

@@ -30,7 +30,7 @@ use crate::sensor::{Sun, VisualSensor};
 use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
-use crate::voxel::{Header, PageId, PageSource};
+use crate::voxel::{Header, PagePart, PageSource};
 
 /// How a frame is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -243,12 +243,12 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         rendered
     }
 
-    /// Pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
+    /// Parts of pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
     /// of coarse pages are read to know it.
     ///
     /// # Errors
     /// As of [`Self::frame`].
-    pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<Vec<PageId>> {
+    pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<Vec<PagePart>> {
         self.options.check(camera)?;
         match self.planes(camera, farm)? {
             Some(view) => planes::footprint(self, &view),

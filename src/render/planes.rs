@@ -17,7 +17,7 @@ use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{Header, PageId, PageSource};
+use crate::voxel::{Header, PagePart, PageSource};
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
 /// one each.
@@ -269,8 +269,8 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result
     Ok((Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail), height))
 }
 
-/// Pages that planes may touch, in the order of need.
-pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<Vec<PageId>> {
+/// Parts of pages that planes may touch, in the order of need.
+pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<Vec<PagePart>> {
     let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
@@ -284,7 +284,7 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> 
         .collect();
     let mut footprint = Footprint::new(renderer.source, strides);
     footprint.add(view.eye, &groups)?;
-    Ok(footprint.into_pages())
+    Ok(footprint.into_parts())
 }
 
 /// What a group of planes is to see.

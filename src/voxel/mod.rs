@@ -30,7 +30,7 @@ pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
 pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
-pub use page::{APRON, Attributes, EncodedPage, PageBuffer, PageView, RELIEF_APRON};
+pub use page::{APRON, Attributes, BoundsView, EncodedPage, PageBuffer, PagePart, PageView, RELIEF_APRON};
 pub use pyramid::{coarse_page, sparse_page};
 pub use relief::{Relief, half_steps};
 pub use shelf::Shelf;

@@ -75,16 +75,49 @@ pub struct PageView<'a> {
     pub height: u32,
     /// Mean height codes with apron, row stride `width + 12`.
     pub heights: &'a [u16],
-    /// Lower bounds, row stride `width`; empty at level index 0.
-    pub low: &'a [u16],
-    /// Upper bounds, row stride `width`; empty at level index 0.
-    pub high: &'a [u16],
+    /// Lower and upper bounds; others than those who keep databases ask [`super::PageSource::bounds`] for them.
+    pub(super) low: &'a [u16],
+    pub(super) high: &'a [u16],
     /// sRGB-encoded colours with apron, row stride `width + 12`.
     pub colours: &'a [[u8; 3]],
     /// Slopes under the voxels with apron, row stride `width + 10`; empty at level index 0.
     pub relief: &'a [Relief],
     /// Attributes, row stride `width`, or one element that holds for all voxels.
     pub attributes: &'a [Attributes],
+}
+
+/// The planes of a page that bound what is finer. Shapes as in [`PageBuffer`].
+#[derive(Debug, Clone, Copy)]
+pub struct BoundsView<'a> {
+    /// Voxels eastward.
+    pub width: u32,
+    /// Lower bounds, row stride `width`; empty at level index 0.
+    pub low: &'a [u16],
+    /// Upper bounds, row stride `width`; empty at level index 0.
+    pub high: &'a [u16],
+}
+
+/// Planes of a page that are read by the same readers, and are in memory together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PagePart {
+    /// What is seen of a surface: all planes but the bounds.
+    Posts(PageId),
+    /// What tells where it cannot be seen. Pages of level index 0 have none.
+    Bounds(PageId),
+}
+
+impl PagePart {
+    /// Of which page.
+    pub fn page(self) -> PageId {
+        match self {
+            Self::Posts(page) | Self::Bounds(page) => page,
+        }
+    }
+
+    /// The parts that a page has.
+    pub fn all(page: PageId) -> impl Iterator<Item = Self> {
+        [Self::Posts(page), Self::Bounds(page)].into_iter().take(if page.level == 0 { 1 } else { 2 })
+    }
 }
 
 /// Where the planes lie in a page's bytes.
@@ -133,6 +166,12 @@ pub(super) fn largest_page(level: u8, width: u32, height: u32) -> usize {
     PageLayout::new(width, height, bounds_flag(level)).length()
 }
 
+/// Where the bounds of a page of this size lie in its bytes; empty at level index 0.
+pub(super) fn bounds_bytes(level: u8, (width, height): (u32, u32)) -> Range<usize> {
+    let layout = PageLayout::new(width, height, bounds_flag(level));
+    layout.low.start..if layout.high.is_empty() { layout.low.start } else { layout.high.end }
+}
+
 fn bounds_flag(level: u8) -> u32 {
     if level > 0 { at::FLAG_BOUNDS } else { 0 }
 }
@@ -178,6 +217,10 @@ impl<'a> PageView<'a> {
             relief: plane(bytes, layout.relief)?,
             attributes: plane(bytes, layout.attributes)?,
         })
+    }
+
+    pub(super) fn bounds(&self) -> BoundsView<'a> {
+        BoundsView { width: self.width, low: self.low, high: self.high }
     }
 
     /// Place of voxel (x, y) in the planes of heights and colours.

@@ -1,6 +1,6 @@
 //! Where pages come from.
 
-use super::{Header, PageId, PageView};
+use super::{BoundsView, Header, PageId, PageView};
 use crate::error::Result;
 
 /// Gives out pages. The marchers are generic over it.
@@ -13,6 +13,10 @@ pub trait PageSource: Sync {
     /// ([`super::Damaged::Coarser`]). The first touch of a
     /// page reads all of it; later ones cost some tens of nanoseconds.
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>>;
+
+    /// The page's bounds, as [`Self::page`]; all planes but these are there. They are asked for apart, because who looks for what may be
+    /// seen at all reads nothing else of a page, and who looks at what is seen, not them.
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>>;
 
     /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.
     fn has(&self, id: PageId) -> bool {

@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::fixed_header::{DAMAGED, FixedHeader};
+use super::page::bounds_bytes;
 use super::{
-    AlignedBytes, Damaged, Directory, Header, PageEntry, PageId, PageSource, PageView, Trust, Verify,
+    AlignedBytes, BoundsView, Damaged, Directory, Header, PageEntry, PageId, PagePart, PageSource, PageView,
+    Trust, Verify,
 };
 use crate::error::{Error, Result};
 
@@ -153,30 +155,71 @@ impl<B: FileBytes> PageStore<B> {
         self.directory.get(id).and_then(|entry| self.page_bytes(entry)).map(|(range, _)| range)
     }
 
+    /// Where a part of a page lies in the file, bytes; the stretches are empty if the page is absent.
+    pub fn stretches(&self, part: PagePart) -> [Range<usize>; 2] {
+        let Some((_, entry, size)) = self.directory.locate(part.page()) else { return [0..0, 0..0] };
+        let start = entry.offset as usize;
+        let end = start + entry.length as usize;
+        let bounds = bounds_bytes(part.page().level, size);
+        let bounds = start + bounds.start..start + bounds.end;
+        match part {
+            PagePart::Bounds(_) => [bounds, end..end],
+            PagePart::Posts(_) if bounds.is_empty() => [start..end, end..end],
+            PagePart::Posts(_) => [start..bounds.start, bounds.end..end],
+        }
+    }
+
+    /// Bytes of a part of a page; 0 if the page is absent.
+    pub fn part_bytes(&self, part: PagePart) -> u64 {
+        self.stretches(part).iter().map(|stretch| stretch.len() as u64).sum()
+    }
+
+    /// What must be read of the file to have a part of a page, bytes: its checksum is that of all of the page.
+    pub fn needed_for(&self, part: PagePart) -> [Range<usize>; 2] {
+        match self.extent(part.page()).filter(|_| self.is_to_be_checked(part.page())) {
+            Some(extent) => [extent.clone(), extent.end..extent.end],
+            None => self.stretches(part),
+        }
+    }
+
+    fn is_to_be_checked(&self, id: PageId) -> bool {
+        self.trust.verify == Verify::FirstTouch && !self.is(id, state::GOOD)
+    }
+
     /// Says that pages in a part of the file will all be read soon.
     pub fn announce(&self, range: Range<usize>) {
         self.bytes.will_need(range);
     }
 
-    /// Lets the memory of a part of the file go; whoever still reads it has it read again.
-    pub fn forget(&self, range: Range<usize>) {
-        self.bytes.forget(range);
+    /// Lets the memory of a part of a page go, as far as no other part shares it; whoever still reads it has it read again.
+    pub fn forget(&self, part: PagePart) {
+        let Some(extent) = self.extent(part.page()) else { return };
+        for stretch in self.stretches(part) {
+            let start = stretch.start.next_multiple_of(LEAST_MAPPED);
+            // Behind the page there is nothing.
+            let is_last = stretch.end == extent.end;
+            let end = if is_last { stretch.end } else { stretch.end / LEAST_MAPPED * LEAST_MAPPED };
+            if start < end {
+                self.bytes.forget(start..end);
+            }
+        }
     }
 
-    /// Waits until all of a page is in memory, and checks it if that was never done.
+    /// Waits until all of a part of a page is in memory, and checks the page if that was never done, of which all is read then. Returns
+    /// whether it was.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn load(&self, id: PageId) -> Result<()> {
-        if self.is(id, state::GOOD)
-            && let Some(range) = self.extent(id)
-        {
-            let bytes = self.bytes().get(range).unwrap_or_default();
-            let touched = bytes.iter().step_by(LEAST_MAPPED).fold(0, |sum, byte| sum ^ byte);
-            std::hint::black_box(touched);
-            return Ok(());
+    pub fn load(&self, part: PagePart) -> Result<bool> {
+        let is_whole = self.is_to_be_checked(part.page());
+        if self.page(part.page())?.is_some() && !is_whole {
+            for stretch in self.stretches(part) {
+                let bytes = self.bytes().get(stretch).unwrap_or_default();
+                let touched = bytes.iter().step_by(LEAST_MAPPED).chain(bytes.last());
+                std::hint::black_box(touched.fold(0, |sum, byte| sum ^ byte));
+            }
         }
-        self.page(id).map(drop)
+        Ok(is_whole)
     }
 
     /// The page's bytes as they lie; `None` only if the directory's check has been bypassed.
@@ -201,7 +244,8 @@ impl<B: FileBytes> PageStore<B> {
         match self.states[index].load(Ordering::Relaxed) {
             state::GOOD => return PageView::decode(bytes, id, size).map(Some),
             state::DAMAGED => return Err("damaged".into()),
-            _ => self.bytes.will_need(range),
+            _ if self.trust.verify == Verify::FirstTouch => self.bytes.will_need(range),
+            _ => {}
         }
         if self.trust.verify == Verify::FirstTouch && crc32fast::hash(bytes) != entry.crc {
             return Err("wrong checksum".into());
@@ -236,6 +280,10 @@ impl<B: FileBytes> PageSource for PageStore<B> {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.checked_page(id).or_else(|what| self.leave_out(id, &what).map(|()| None))
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        Ok(self.page(id)?.map(|view| view.bounds()))
     }
 
     fn has(&self, id: PageId) -> bool {

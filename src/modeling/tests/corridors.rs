@@ -158,11 +158,12 @@ fn coarse_voxels_outside_are_means_of_their_sources() {
     });
     assert_eq!(present(&area).iter().filter(|id| id.level == 0).count(), 1);
     let code = area.pages.header().heights;
-    let view = area.pages.page(PageId { level: 1, px: 1, py: 1 }).unwrap().unwrap();
+    let id = PageId { level: 1, px: 1, py: 1 };
+    let (view, bounds) = (area.pages.page(id).unwrap().unwrap(), area.pages.bounds(id).unwrap().unwrap());
     for (x, y) in [(0, 0), (100, 30), (255, 255)] {
         assert!((code.decode(view.heights[view.sample(x, y)]).unwrap() - 50.0).abs() < 0.6);
-        let voxel = (y * 256 + x) as usize;
-        assert!(view.low[voxel] <= view.heights[view.sample(x, y)] && view.low[voxel] > code.encode(20.0));
+        let low = bounds.low[(y * 256 + x) as usize];
+        assert!(low <= view.heights[view.sample(x, y)] && low > code.encode(20.0));
     }
     // What lies below the size of a voxel shows in its slopes.
     let relief = view.relief[(20 * 266 + 20) as usize];

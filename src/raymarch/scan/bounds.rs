@@ -35,7 +35,7 @@ pub fn highest_code(
         let page = [major, first].map(|index| index / PAGE_SIDE);
         let last = minor[1].min((page[1] + 1) * PAGE_SIDE - 1);
         let (px, py) = if axis == 0 { (page[0], page[1]) } else { (page[1], page[0]) };
-        let Some(view) = pages.get(PageId { level, px, py })? else {
+        let Some(view) = pages.bounds(PageId { level, px, py })? else {
             let coarser = level + 1;
             if coarser >= pages.source().header().level_count {
                 return Ok(u16::MAX);

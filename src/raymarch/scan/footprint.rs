@@ -20,7 +20,7 @@ use super::march::MOST_VOXELS;
 use super::{Field, PlaneGroup, Strides};
 use crate::error::Result;
 use crate::simd::LANES;
-use crate::voxel::{Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView, RADIX};
+use crate::voxel::{BoundsView, Grid, HeightCode, PAGE_SIDE, PageId, PagePart, PageSource, RADIX};
 
 /// Groups of planes that are looked at together.
 const WEDGE: usize = 2;
@@ -34,7 +34,7 @@ const COARSER: f64 = 16.0;
 /// Sides of a voxel that a strip must have for the march to read a line in it for sure.
 const SURE: f64 = 9.0;
 
-/// Collects pages that planes may touch.
+/// Collects parts of pages that planes may touch.
 pub struct Footprint<'a> {
     source: &'a dyn PageSource,
     /// By level.
@@ -47,11 +47,22 @@ pub struct Footprint<'a> {
     /// Every ray that goes down meets the surface: no voxel of the area is empty.
     is_opaque: bool,
     /// By level, the last page whose bounds were looked at.
-    bounds: Vec<Option<(PageId, Option<PageView<'a>>)>>,
-    /// By level, the columns and rows of pages that this wedge was found to need last, if all are there.
-    noted: Vec<Option<[[u32; 2]; 2]>>,
-    /// Pages, and the least distance at which they are needed, metres.
-    pages: HashMap<PageId, f64>,
+    bounds: Vec<Option<(PageId, Option<BoundsView<'a>>)>>,
+    /// By level, the columns and rows of pages whose posts, and bounds, this wedge was found to need last, if all are there.
+    noted: Vec<[Option<[[u32; 2]; 2]>; 2]>,
+    /// What is needed, and where first.
+    parts: HashMap<PagePart, Place>,
+    /// Wedges before this one.
+    wedges: u32,
+}
+
+/// Where a part of a page is needed first.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// By which wedge.
+    wedge: u32,
+    /// At which ground distance, metres.
+    distance: f64,
 }
 
 /// Groups side by side.
@@ -117,8 +128,9 @@ impl<'a> Footprint<'a> {
             ceiling: header.height_range.1 + header.heights.scale,
             is_opaque: header.metadata.empty_share == 0.0,
             bounds: vec![None; usize::from(header.level_count)],
-            noted: vec![None; usize::from(header.level_count)],
-            pages: HashMap::new(),
+            noted: vec![[None; 2]; usize::from(header.level_count)],
+            parts: HashMap::new(),
+            wedges: 0,
         }
     }
 
@@ -134,16 +146,19 @@ impl<'a> Footprint<'a> {
             for groups in side.chunks(WEDGE) {
                 let wedge = Wedge::new(groups, self.ceiling - eye.z);
                 self.sweep(eye, &wedge)?;
+                self.wedges += 1;
             }
         }
         Ok(())
     }
 
-    /// The pages, nearest first.
-    pub fn into_pages(self) -> Vec<PageId> {
-        let mut pages: Vec<_> = self.pages.into_iter().collect();
-        pages.sort_unstable_by(|(a, near), (b, far)| near.total_cmp(far).then(a.cmp(b)));
-        pages.into_iter().map(|(id, _)| id).collect()
+    /// The parts of pages as planes come to them: wedge by wedge, and the nearest of each first.
+    pub fn into_parts(self) -> Vec<PagePart> {
+        let mut parts: Vec<_> = self.parts.into_iter().collect();
+        parts.sort_unstable_by(|(a, first), (b, second)| {
+            first.wedge.cmp(&second.wedge).then(first.distance.total_cmp(&second.distance)).then(a.cmp(b))
+        });
+        parts.into_iter().map(|(part, _)| part).collect()
     }
 
     fn sweep(&mut self, eye: DVec3, wedge: &Wedge) -> Result<()> {
@@ -152,7 +167,7 @@ impl<'a> Footprint<'a> {
         let [mut horizon, top] = wedge.slopes;
         let mut at = nearest;
         let mut was_in_sight = true;
-        self.noted.fill(None);
+        self.noted.fill([None; 2]);
         while at < farthest {
             if horizon >= top || horizon >= 0.0 && ceiling < horizon * at {
                 break;
@@ -162,12 +177,12 @@ impl<'a> Footprint<'a> {
             for level in ring.levels[0]..=ring.levels[1] {
                 // A segment that ends in a hidden block began before.
                 if in_sight || was_in_sight {
-                    self.need(eye, wedge, &ring, level, [BEFORE, AROUND]);
+                    self.need(eye, wedge, &ring, (level, PagePart::Posts), [BEFORE, AROUND]);
                 }
             }
             // Whose bounds the march looks at.
             for level in (ring.levels[0] + 2).min(ring.skip_level)..=ring.skip_level {
-                self.need(eye, wedge, &ring, level, [BEFORE, AROUND]);
+                self.need(eye, wedge, &ring, (level, PagePart::Bounds), [BEFORE, AROUND]);
             }
             was_in_sight = in_sight;
             // What lies below the horizon does not raise it.
@@ -268,32 +283,42 @@ impl<'a> Footprint<'a> {
         voxels
     }
 
-
-    /// Notes that a ring's pages of a level are needed, or what stands in for them where they are absent.
-    fn need(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, level: u8, margins: [f64; 2]) {
+    /// Notes that a part of a ring's pages of a level is needed, or what stands in for it where pages are absent.
+    fn need(
+        &mut self,
+        eye: DVec3,
+        wedge: &Wedge,
+        ring: &Ring,
+        (level, part): (u8, fn(PageId) -> PagePart),
+        margins: [f64; 2],
+    ) {
+        let is_posts = matches!(part(PageId { level, px: 0, py: 0 }), PagePart::Posts(_));
         let units = margins.map(|voxels| voxels * f64::from(Grid::side_units(level)));
         let [x, y] =
             self.voxels(eye, wedge, ring, level, units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));
-        if self.noted[usize::from(level)] == Some([x, y]) {
+        let noted = [usize::from(level), usize::from(!is_posts)];
+        if self.noted[noted[0]][noted[1]] == Some([x, y]) {
             // Nearer, since rings go outward.
             return;
         }
-        let distance = ring.from * wedge.ground[0];
+        let place = Place { wedge: self.wedges, distance: ring.from * wedge.ground[0] };
         let mut is_whole = true;
         for py in y[0]..=y[1] {
             for px in x[0]..=x[1] {
                 let id = PageId { level, px, py };
                 is_whole &= self.source.has(id);
-                self.pages
-                    .entry(id)
-                    .and_modify(|nearest| *nearest = distance.min(*nearest))
-                    .or_insert(distance);
+                // Rings go outward: the first one is the nearest.
+                self.parts.entry(part(id)).or_insert(place);
             }
         }
-        self.noted[usize::from(level)] = is_whole.then_some([x, y]);
+        self.noted[noted[0]][noted[1]] = is_whole.then_some([x, y]);
         if !is_whole {
-            // Blocks there begin and end elsewhere.
-            self.need(eye, wedge, ring, level + 1, [COARSER; 2]);
+            // Blocks there begin and end elsewhere, and are skipped by bounds of their own.
+            self.need(eye, wedge, ring, (level + 1, part), [COARSER; 2]);
+            let skipped = level + 3..(level + 5).min(self.level_count);
+            for level in skipped.filter(|_| is_posts) {
+                self.need(eye, wedge, ring, (level, PagePart::Bounds), [COARSER; 2]);
+            }
         }
     }
 
@@ -324,14 +349,14 @@ impl<'a> Footprint<'a> {
         Ok(Some(bounds))
     }
 
-    fn bounds_page(&mut self, id: PageId) -> Result<Option<PageView<'a>>> {
+    fn bounds_page(&mut self, id: PageId) -> Result<Option<BoundsView<'a>>> {
         let slot = &mut self.bounds[usize::from(id.level)];
         if let Some((known, view)) = slot
             && *known == id
         {
             return Ok(*view);
         }
-        let view = self.source.page(id)?;
+        let view = self.source.bounds(id)?;
         *slot = Some((id, view));
         Ok(view)
     }
@@ -350,7 +375,7 @@ fn part_on_page([first, last]: [u32; 2], page: u32) -> [u32; 2] {
 }
 
 /// Least lower and greatest upper bound of voxels of a page, first and last along each axis; `None` where there are none.
-fn bounds_on_page(view: &PageView<'_>, [x, y]: [[u32; 2]; 2]) -> Option<[u16; 2]> {
+fn bounds_on_page(view: &BoundsView<'_>, [x, y]: [[u32; 2]; 2]) -> Option<[u16; 2]> {
     let mut bounds = [u16::MAX, u16::MIN];
     for row in y[0]..=y[1] {
         let row = (row * view.width + x[0]) as usize..=(row * view.width + x[1]) as usize;

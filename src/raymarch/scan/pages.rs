@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::turned::{Columns, TurnedPages};
 use crate::error::Result;
-use crate::voxel::{APRON, PageId, PageSource, PageView};
+use crate::voxel::{APRON, BoundsView, PageId, PageSource, PageView};
 
 /// Slots; a power of two. A task's planes touch some dozens of pages.
 const SLOTS: usize = 64;
@@ -37,13 +37,15 @@ pub struct Pages<'a> {
     source: &'a dyn PageSource,
     turned: &'a TurnedPages,
     views: Vec<Slot<PageView<'a>>>,
+    bounds: Vec<Slot<BoundsView<'a>>>,
     columns: Vec<Slot<Rc<Columns>>>,
 }
 
 impl<'a> Pages<'a> {
     /// Nothing is looked up yet.
     pub fn new(source: &'a dyn PageSource, turned: &'a TurnedPages) -> Self {
-        Self { source, turned, views: vec![None; SLOTS], columns: vec![None; SLOTS] }
+        let (views, bounds, columns) = (vec![None; SLOTS], vec![None; SLOTS], vec![None; SLOTS]);
+        Self { source, turned, views, bounds, columns }
     }
 
     /// The database.
@@ -55,6 +57,12 @@ impl<'a> Pages<'a> {
     #[inline]
     pub fn get(&mut self, id: PageId) -> Result<Option<PageView<'a>>> {
         remember(&mut self.views, id, || self.source.page(id))
+    }
+
+    /// A page's bounds; `None` where it is absent.
+    #[inline]
+    pub fn bounds(&mut self, id: PageId) -> Result<Option<BoundsView<'a>>> {
+        remember(&mut self.bounds, id, || self.source.bounds(id))
     }
 
     /// Height codes of a page for planes along axis `major`, and how many one line has; `None` where it is absent.

@@ -7,7 +7,9 @@ use super::*;
 use crate::error::Result;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
 use crate::simd::{Isa, LANES};
-use crate::voxel::{Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory};
+use crate::voxel::{
+    BoundsView, Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory,
+};
 
 /// Rows of a test's planes.
 const ROWS: usize = 48;
@@ -278,10 +280,19 @@ impl PageSource for Sparse<'_> {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        if self.hides(id) { Ok(None) } else { self.all.page(id) }
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        if self.hides(id) { Ok(None) } else { self.all.bounds(id) }
+    }
+}
+
+impl Sparse<'_> {
+    fn hides(&self, id: PageId) -> bool {
         let is_coarsest = id.level + 1 == self.header().level_count;
         let index = (3 * id.px + id.py + u32::from(id.level)) % 5;
-        let is_hidden = !is_coarsest && (self.hidden == ALL || index == self.hidden);
-        if is_hidden { Ok(None) } else { self.all.page(id) }
+        !is_coarsest && (self.hidden == ALL || index == self.hidden)
     }
 }
 

@@ -13,7 +13,8 @@ use crate::raymarch::PageCursor;
 use crate::sensor::{Sun, VisualSensor};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::voxel::{
-    Grid, Header, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView, RADIX, build_in_memory,
+    BoundsView, Grid, Header, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView, RADIX,
+    build_in_memory,
 };
 
 const SPACING: f64 = 10.0;
@@ -34,6 +35,10 @@ impl<F: Fn(PageId) -> bool + Sync> PageSource for Holey<F> {
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.asked.fetch_add(1, Ordering::Relaxed);
         if (self.absent)(id) { Ok(None) } else { self.whole.page(id) }
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        if (self.absent)(id) { Ok(None) } else { self.whole.bounds(id) }
     }
 }
 

@@ -133,19 +133,30 @@ impl Memory {
 
 /// What paging cost, in a sentence.
 pub fn sentence(paging: &Paging) -> String {
-    let seconds = |ns: u64| ns as f64 / 1e9;
     let mib = |bytes: u64| bytes as f64 / MIB as f64;
-    let plural = |count: u64| if count == 1 { "" } else { "s" };
     format!(
-        "pages: {} read ({:.1} MiB), {} of them unused, {} evicted, at most {:.1} MiB in memory; {} demand miss{} ({:.3} s), frames \
-         waited {:.3} s",
+        "pages: {} read ({:.1} MiB), {} of them unused, {} evicted, at most {:.1} MiB in memory; {}",
         paging.pages_read,
         mib(paging.bytes_read),
         paging.pages_unused,
         paging.pages_evicted,
         mib(paging.resident_bytes_most),
-        paging.demand_misses,
-        if plural(paging.demand_misses).is_empty() { "" } else { "es" },
+        waits(paging),
+    )
+}
+
+/// Who waited for pages, and how long.
+fn waits(paging: &Paging) -> String {
+    let seconds = |ns: u64| ns as f64 / 1e9;
+    let plural = |count: u64, ending: &'static str| if count == 1 { "" } else { ending };
+    let (misses, waits) = (paging.demand_misses, paging.demand_waits);
+    let coming = match waits {
+        0 => String::new(),
+        _ => format!(" and {waits} wait{} for pages on their way", plural(waits, "s")),
+    };
+    format!(
+        "{misses} demand miss{}{coming} ({:.3} s), frames waited {:.3} s",
+        plural(misses, "es"),
         seconds(paging.demand_wait_ns),
         seconds(paging.frame_wait_ns),
     )
@@ -179,15 +190,12 @@ impl Live {
         let since = now.since(&self.before);
         let mib = |bytes: u64| bytes as f64 / MIB as f64;
         let text = format!(
-            "frame {number}: {:.1} frames/s, {:.1} MiB of pages in memory, {:.1} MiB/s read, {} evicted, {} demand misses ({:.3} s), frames \
-             waited {:.3} s",
+            "frame {number}: {:.1} frames/s, {:.1} MiB of pages in memory, {:.1} MiB/s read, {} evicted, {}",
             self.frames as f64 / seconds,
             mib(since.resident_bytes),
             mib(since.bytes_read) / seconds,
             since.pages_evicted,
-            since.demand_misses,
-            since.demand_wait_ns as f64 / 1e9,
-            since.frame_wait_ns as f64 / 1e9,
+            waits(&since),
         );
         *self = Self { told: Instant::now(), frames: 0, before: now };
         Some(text)

@@ -163,7 +163,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let options = args.flight.world.apply(file.header(), args.look.options());
     let planned = planned(&file, &cameras, &options, &reporter)?;
     if let Some(map) = &args.traffic {
-        let first_use = &planned.plan.first_use;
+        let first_use = &planned.plan.pages();
         Traffic { header: file.header(), cameras: &cameras, first_use }.write(map)?;
     }
     let farm = Farm::new(args.workers.count())?;
@@ -227,9 +227,10 @@ fn report(
     let later =
         |of: &dyn Fn(&hedgehop::memory::FrameNeeds) -> u64| plan.frames.iter().skip(1).map(of).sum::<u64>();
     let (view, ahead) = (most(&|needs| needs.bytes), most(&|needs| needs.ahead_bytes));
-    let first_frame_bytes = plan.frames.first().map_or(0, |needs| needs.bytes);
+    let first_frame_bytes = plan.frames.first().map_or(0, |needs| needs.first_bytes);
     let second = args.fps.per_second().ceil() as usize;
-    let pages: Vec<PageId> = plan.first_use.iter().map(|(id, _)| *id).collect();
+    let needed = plan.pages();
+    let pages: Vec<PageId> = needed.iter().map(|(id, _)| *id).collect();
     let disk = if args.no_timing { None } else { Some(file.time_reading(&pages, TIMED)?) };
     let mut report = Report {
         area: args.area.display().to_string(),
@@ -246,7 +247,7 @@ fn report(
         second_bytes_most: plan.read_within(second),
         memory_bytes: frames.memory_for(ahead),
         memory_bytes_least: frames.memory_for(view),
-        levels: levels(file, cameras, plan),
+        levels: levels(file, cameras, &needed),
         machine: Machine {
             memory_bytes: memory::available(),
             disk_bytes_per_s: disk.map(|(bytes, time)| bytes as f64 / time.as_secs_f64().max(1e-9)),
@@ -263,12 +264,12 @@ fn report(
     Ok(report)
 }
 
-fn levels(file: &PageFile, cameras: &[(u64, Camera)], plan: &PagePlan) -> Vec<LevelNeeds> {
+fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) -> Vec<LevelNeeds> {
     let header = file.header();
     let grid = &header.grid;
     let stored = area::shares(header, file.directory());
     let level_needs = |level: u8| {
-        let own: Vec<_> = plan.first_use.iter().filter(|(id, _)| id.level == level).collect();
+        let own: Vec<_> = needed.iter().filter(|(id, _)| id.level == level).collect();
         let squares = || own.iter().map(|(id, _)| grid.page_square(*id));
         let reach = squares().map(|[low, high]| {
             let eyes = cameras.iter().map(|(_, camera)| camera.pose.eye.truncate());
