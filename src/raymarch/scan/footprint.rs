@@ -177,7 +177,8 @@ impl<'a> Footprint<'a> {
             for level in ring.levels[0]..=ring.levels[1] {
                 // A segment that ends in a hidden block began before.
                 if in_sight || was_in_sight {
-                    self.need(eye, wedge, &ring, (level, PagePart::Posts), [BEFORE, AROUND]);
+                    let own = self.part_of_level(wedge, &ring, level);
+                    self.need(eye, wedge, &own, (level, PagePart::Posts), [BEFORE, AROUND]);
                 }
             }
             // Whose bounds the march looks at.
@@ -236,12 +237,11 @@ impl<'a> Footprint<'a> {
     /// not hidden as a whole is read as a whole.
     fn ring(&self, eye: DVec3, wedge: &Wedge, at: f64) -> Ring {
         let index_at = |distance: f64, ground: f64| self.strides.index_at((distance * ground).max(0.0), 0);
-        let length = |index: usize| {
-            let stride = self.strides.get(index);
-            stride.block_lines() as f64 * f64::from(Grid::side_units(stride.level))
-        };
+        let length = |index: usize| self.strides.get(index).block_units();
         // The last block of a stride may reach beyond its distance.
-        let first = index_at(at - length(index_at(at, wedge.ground[0])), wedge.ground[0]);
+        let farthest = index_at(at, wedge.ground[0]);
+        let holds = |index: &usize| index_at(at - length(*index), wedge.ground[0]) <= *index;
+        let first = (0..farthest).find(holds).unwrap_or(farthest);
         let mut last = first;
         loop {
             let strides = (first..=last).map(|index| self.strides.get(index));
@@ -255,6 +255,18 @@ impl<'a> Footprint<'a> {
             }
             last = beyond;
         }
+    }
+
+    /// What of a ring may be read at a level: others may be before and behind it.
+    fn part_of_level(&self, wedge: &Wedge, ring: &Ring, level: u8) -> Ring {
+        if ring.levels[0] == ring.levels[1] {
+            return *ring;
+        }
+        let own = || self.strides.of_level(level);
+        let begin = own().map(|(stride, _)| stride.from / wedge.ground[1]).fold(f64::INFINITY, f64::min);
+        let end = own().map(|(stride, until)| until / wedge.ground[0] + stride.block_units());
+        let (begin, end) = (begin.max(ring.from), end.fold(0.0, f64::max).min(ring.to));
+        Ring { from: begin.min(end), to: end, ..*ring }
     }
 
     /// Voxels of `level`, first and last along each axis, of a ring, and of so many units before and around it.

@@ -94,6 +94,12 @@ impl Strides {
         index
     }
 
+    /// The strides of a level, and the ground distance up to which each holds.
+    pub fn of_level(&self, level: u8) -> impl Iterator<Item = (Stride, f64)> {
+        let ends = self.steps.iter().skip(1).map(|next| next.from).chain([f64::INFINITY]);
+        self.steps.iter().copied().zip(ends).filter(move |(stride, _)| stride.level == level)
+    }
+
     /// A stride.
     pub fn get(&self, index: usize) -> Stride {
         self.steps[index]
@@ -104,6 +110,11 @@ impl Stride {
     /// Length of a block in lines of the level: the side of a voxel of the skip level.
     pub fn block_lines(&self) -> i64 {
         if self.lines < 4 { 16 } else { 64 }
+    }
+
+    /// The same in units.
+    pub fn block_units(&self) -> f64 {
+        self.block_lines() as f64 * f64::from(Grid::side_units(self.level))
     }
 
     /// Level index of the voxels whose bounds skip a block of lines: 16 lines' worth or so.

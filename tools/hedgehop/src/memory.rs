@@ -18,12 +18,13 @@ const FLYING: u64 = 9;
 const WAITING: u64 = 3;
 /// Those of a frame with all its planes.
 const WHOLE: u64 = 36;
-/// The program itself, its threads and their scratch memory.
-const PROGRAM: u64 = 16 * MIB;
+/// The program itself, its threads and their scratch memory, and what the system's allocator keeps between pieces of all sizes.
+const PROGRAM: u64 = 52 * MIB;
 /// Least worth having for pages, and for what is computed from them.
 const LEAST: u64 = 24 * MIB;
-/// Of what frames leave, pages take so many parts of a hundred; what is computed from them takes the others.
-const PAGES_SHARE: u64 = 85;
+/// Of what frames leave, pages take so many parts of a hundred; what is computed from them takes the others. More of that is not
+/// worth its memory: what the latest frames used is kept anyway, and the rest is quickly computed again.
+const PAGES_SHARE: u64 = 95;
 
 /// The memory of a flight.
 #[derive(Debug, Clone, Copy, Default, Args)]
@@ -219,7 +220,7 @@ mod tests {
     #[test]
     fn shares_leave_room_for_frames() {
         let Shares { pages, derived } = shares(512, 2).unwrap().unwrap();
-        assert!(pages > 350 * MIB && derived > 60 * MIB && pages + derived < 450 * MIB, "{pages} {derived}");
+        assert!(pages > 350 * MIB && derived > 40 * MIB && pages + derived < 450 * MIB, "{pages} {derived}");
         assert_eq!(Memory::default().shares(frames(Product::Frame, 2)).unwrap(), None);
     }
 
