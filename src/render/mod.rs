@@ -13,7 +13,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use foresight::FlightPlan;
+pub use foresight::{FlightPlan, LivePlan};
 
 use std::sync::Arc;
 use std::time::Duration;
