@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! path file ──read_track──▶ Track (fixes, as the file says) ──Trajectory::bind──▶ pose_at(seconds)
+//! poses so far, without a file ──Extrapolation──▶ pose_at(seconds)
 //! ```
 
 mod angles;
 mod csv;
+mod extrapolation;
 mod gpx;
 mod ground;
 mod igc;
@@ -20,6 +22,7 @@ mod track;
 mod trajectory;
 mod xml;
 
+pub use extrapolation::Extrapolation;
 pub use read::read_track;
 pub use track::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track};
 pub use trajectory::{BindOptions, Trajectory};

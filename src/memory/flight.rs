@@ -42,14 +42,14 @@ pub trait Foresight: Sync {
 /// A flight on its way, as those see it who render.
 #[derive(Debug)]
 pub struct Flight<'p> {
-    pages: &'p ResidentPages,
+    pub(super) pages: &'p ResidentPages,
     ready: Mutex<Ready>,
     changed: Condvar,
     /// Frames below this number have been delivered.
-    delivered: AtomicU32,
-    stopped: AtomicBool,
+    pub(super) delivered: AtomicU32,
+    pub(super) stopped: AtomicBool,
     /// One of these changed; full if the memory thread has not looked since.
-    news: Sender<()>,
+    pub(super) news: Sender<()>,
     /// By frame, in the order of delivery: what was counted since the one before.
     frames: Mutex<(Paging, Vec<Paging>)>,
 }
@@ -91,7 +91,7 @@ impl Flight<'_> {
         self.tell();
     }
 
-    fn tell(&self) {
+    pub(super) fn tell(&self) {
         // Full: it will look anyway.
         let _ = self.news.try_send(());
     }
@@ -163,6 +163,15 @@ impl ResidentPages {
         foresight: &dyn Foresight,
         fly: impl FnOnce(&Flight<'_>) -> R,
     ) -> Result<R> {
+        self.fly_beside(|flight, news| flight.look_ahead(count, foresight, news), fly)
+    }
+
+    /// Runs `fly` while the memory thread runs `look`, which is to end when the flight is stopped.
+    pub(super) fn fly_beside<R>(
+        &self,
+        look: impl FnOnce(&Flight<'_>, &Receiver<()>) + Send,
+        fly: impl FnOnce(&Flight<'_>) -> R,
+    ) -> Result<R> {
         self.begin_flight();
         let (sender, receiver) = bounded(1);
         let flight = Flight {
@@ -180,7 +189,7 @@ impl ResidentPages {
             let stop = Stop(flight);
             thread::Builder::new()
                 .name("hedgehop-memory".into())
-                .spawn_scoped(scope, move || flight.look_ahead(count, foresight, receiver))
+                .spawn_scoped(scope, move || look(flight, receiver))
                 .map_err(|error| Error::Configuration(format!("cannot start the memory thread: {error}")))?;
             let result = fly(flight);
             drop(stop);

@@ -11,6 +11,9 @@
 //! [`ResidentPages`] bounds how many of them are in memory, and counts ([`Paging`]); [`ResidentPages::ahead_of`] has a thread
 //! bring in what a flight needs. What a frame needs is told by a [`Foresight`]; this layer knows nothing of
 //! rays, and marchers know pages only as a [`crate::voxel::PageSource`]. [`PagePlan`] says what a flight will need without flying it.
+//!
+//! Of a live flight nobody knows the path: [`ResidentPages::live`] has its frames begin at once with what is in memory, as [`PresentPages`], and a
+//! coarser level stands in for what comes late.
 
 mod clock;
 mod flight;
@@ -19,6 +22,8 @@ mod guard;
 #[cfg(not(unix))]
 #[path = "unguarded.rs"]
 mod guard;
+mod leaving;
+mod live;
 mod page_file;
 mod plan;
 mod resident;
@@ -26,7 +31,8 @@ mod tally;
 
 pub use flight::{Flight, Foresight, LOOKAHEAD};
 pub use guard::guard_mapped_files;
+pub use live::LiveFlight;
 pub use page_file::PageFile;
 pub use plan::{FrameNeeds, PagePlan};
-pub use resident::ResidentPages;
+pub use resident::{PresentPages, ResidentPages};
 pub use tally::Paging;

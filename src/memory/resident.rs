@@ -14,6 +14,11 @@
 //! The database stays mapped whatever is resident: an eviction is advice to the system, and a view that outlives it reads the
 //! file again. What pictures show can therefore never depend on what is in memory.
 
+mod late;
+
+pub(super) use late::Need;
+pub use late::PresentPages;
+
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ThreadId};
@@ -54,6 +59,10 @@ mod state {
     pub const TOUCHED: u8 = 8;
     /// It was read for the page's checksum while it was coming.
     pub const READ: u8 = 16;
+    /// A frame that does not wait asked for it.
+    pub const WANTED: u8 = 32;
+    /// It was read, and is damaged.
+    pub const FAILED: u8 = 64;
 }
 
 /// What is decided under one lock.
@@ -83,6 +92,7 @@ pub struct ResidentPages {
     tally: Tally,
     /// The thread that looks ahead: what it touches is no demand miss.
     manager: Mutex<Option<ThreadId>>,
+    late: late::Late,
 }
 
 impl ResidentPages {
@@ -99,6 +109,7 @@ impl ResidentPages {
             came: Condvar::new(),
             tally: Tally::default(),
             manager: Mutex::default(),
+            late: late::Late::default(),
         }
     }
 
@@ -318,7 +329,7 @@ impl ResidentPages {
 
     /// Evicts until `bytes` more fit; whether they do.
     fn make_room(&self, ledger: &mut Ledger, bytes: u64, behind: &dyn Fn(PageId) -> bool) -> bool {
-        while ledger.bytes.saturating_add(bytes) > self.budget {
+        while ledger.bytes.saturating_add(bytes) > self.budget.saturating_add(self.leaving_bytes()) {
             let Ledger { clock, needed_until, delivered, .. } = ledger;
             let victim = clock.victim(|index| {
                 let index = index as usize;
@@ -340,11 +351,9 @@ impl ResidentPages {
     }
 
     fn evict(&self, ledger: &mut Ledger, index: usize) {
-        let (store, part) = (self.file.store(), self.part(index));
         self.states[index].store(0, Ordering::Release);
-        ledger.bytes -= store.part_bytes(part);
         Tally::add(&self.tally.pages_evicted, 1);
-        store.forget(part);
+        self.leave(ledger, index);
     }
 
     /// Reads a part that was reserved.
@@ -363,7 +372,7 @@ impl ResidentPages {
             self.states[index].store(state::RESIDENT, Ordering::Release);
         } else {
             ledger.bytes -= store.part_bytes(part);
-            self.states[index].store(0, Ordering::Release);
+            self.states[index].store(state::FAILED, Ordering::Release);
         }
         drop(ledger);
         self.came.notify_all();

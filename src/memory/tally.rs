@@ -24,6 +24,9 @@ pub struct Paging {
     pub pages_unused: u64,
     /// Pages that went to make room.
     pub pages_evicted: u64,
+    /// Pages that frames which do not wait asked for, and that were not in memory when they began; each frame counts them anew.
+    #[serde(default)]
+    pub pages_late: u64,
     /// Bytes of pages in memory.
     pub resident_bytes: u64,
     /// The most there ever were.
@@ -42,6 +45,7 @@ impl Paging {
             bytes_read: self.bytes_read - before.bytes_read,
             pages_unused: self.pages_unused.saturating_sub(before.pages_unused),
             pages_evicted: self.pages_evicted - before.pages_evicted,
+            pages_late: self.pages_late - before.pages_late,
             resident_bytes: self.resident_bytes,
             resident_bytes_most: self.resident_bytes_most,
         }
@@ -59,6 +63,7 @@ pub(super) struct Tally {
     pub bytes_read: AtomicU64,
     pub pages_touched: AtomicU64,
     pub pages_evicted: AtomicU64,
+    pub pages_late: AtomicU64,
 }
 
 impl Tally {
@@ -82,6 +87,7 @@ impl Tally {
             bytes_read: of(&self.bytes_read),
             pages_unused: of(&self.pages_read).saturating_sub(of(&self.pages_touched)),
             pages_evicted: of(&self.pages_evicted),
+            pages_late: of(&self.pages_late),
             ..Paging::default()
         }
     }

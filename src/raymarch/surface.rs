@@ -134,8 +134,13 @@ impl<S: PageSource> PageCursor<'_, S> {
     /// Height of the smooth surface of the finest level whose page is stored there, at a position in units, metres; `None` where there
     /// is no surface.
     pub fn finest_height(&mut self, units: DVec2) -> Result<Option<f64>> {
+        self.height_from(0, units)
+    }
+
+    /// The same of `level` and coarser ones.
+    pub fn height_from(&mut self, level: u8, units: DVec2) -> Result<Option<f64>> {
         let levels = self.source().header().level_count;
-        for level in 0..levels {
+        for level in level..levels {
             let (cell, _) = self.cells(level).cell_at(units);
             if self.corners(level, cell)?.is_some() {
                 return self.smooth_height(level, units);

@@ -1,13 +1,16 @@
 //! What the frames of a flight need, for whoever keeps pages in memory.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use glam::DVec2;
 
 use super::Renderer;
 use crate::error::Result;
+use crate::flight::Extrapolation;
 use crate::memory::Foresight;
-use crate::space::Camera;
+use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
-use crate::voxel::{PAGE_SIDE, PageId, PagePart, PageSource};
+use crate::voxel::{Grid, PAGE_SIDE, PageId, PagePart, PageSource};
 
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
@@ -29,12 +32,90 @@ impl<S: PageSource> Foresight for FlightPlan<'_, S> {
     }
 
     fn is_behind(&self, frame: u32, page: PageId) -> bool {
-        let Some((_, camera)) = self.cameras.get(frame as usize) else { return true };
-        let grid = &self.renderer.source.header().grid;
-        let side = grid.side(page.level) * f64::from(PAGE_SIDE);
-        let [low, high] = grid.page_square(page);
-        let centre = (low + high) / 2.0;
-        let (sin, cos) = camera.pose.attitude.yaw.to_radians().sin_cos();
-        (centre - camera.pose.eye.truncate()).dot(DVec2::new(sin, cos)) < -side
+        let camera = self.cameras.get(frame as usize);
+        camera.is_none_or(|(_, camera)| lies_behind(&self.renderer.source.header().grid, &camera.pose, page))
+    }
+}
+
+/// Whether a page lies behind the eye.
+fn lies_behind(grid: &Grid, pose: &Pose, page: PageId) -> bool {
+    let side = grid.side(page.level) * f64::from(PAGE_SIDE);
+    let [low, high] = grid.page_square(page);
+    let centre = (low + high) / 2.0;
+    let (sin, cos) = pose.attitude.yaw.to_radians().sin_cos();
+    (centre - pose.eye.truncate()).dot(DVec2::new(sin, cos)) < -side
+}
+
+/// Foresees frames of a flight whose path is not known: it goes on as it went so far.
+#[derive(Debug)]
+pub struct LivePlan<'a, S> {
+    renderer: &'a Renderer<'a, S>,
+    farm: &'a Farm,
+    seen: Mutex<Seen>,
+}
+
+/// What is known of a live flight.
+#[derive(Debug, Default)]
+struct Seen {
+    motion: Extrapolation,
+    /// Number and time of the latest frame, and what saw it.
+    latest: Option<(u32, f64, Camera)>,
+    /// Seconds from frame to frame.
+    step: f64,
+}
+
+impl Seen {
+    /// The pose of a frame; `None` if no frame is known.
+    fn pose_of(&self, frame: u32) -> Option<Pose> {
+        let (known, seconds, _) = self.latest.as_ref()?;
+        self.motion.pose_at(seconds + f64::from(frame.saturating_sub(*known)) * self.step)
+    }
+}
+
+impl<'a, S: PageSource> LivePlan<'a, S> {
+    /// No frame is known yet of what `renderer` is to render; workers of `farm` may compute tables of directions.
+    pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm) -> Self {
+        Self { renderer, farm, seen: Mutex::default() }
+    }
+
+    fn seen(&self) -> MutexGuard<'_, Seen> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// `camera` sees frame `frame`, `seconds` after any beginning. Frames that are not later than the last one that was told are passed over.
+    ///
+    /// # Errors
+    /// A time or a pose that is not finite.
+    pub fn tell(&self, frame: u32, seconds: f64, camera: &Camera) -> Result<()> {
+        let mut seen = self.seen();
+        seen.motion.observe(seconds, &camera.pose)?;
+        match seen.latest {
+            Some((last, before, _)) if frame <= last || seconds <= before => return Ok(()),
+            Some((last, before, _)) => seen.step = (seconds - before) / f64::from(frame - last),
+            None => {}
+        }
+        seen.latest = Some((frame, seconds, camera.clone()));
+        Ok(())
+    }
+
+    /// What will see a frame, as predicted; `None` if no frame is known.
+    pub fn predict(&self, frame: u32) -> Option<Camera> {
+        let seen = self.seen();
+        let pose = seen.pose_of(frame)?;
+        seen.latest.as_ref().map(|(.., camera)| camera.moved_to(pose))
+    }
+}
+
+impl<S: PageSource> Foresight for LivePlan<'_, S> {
+    fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+        match self.predict(frame) {
+            Some(camera) => self.renderer.foresee(&camera, self.farm),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    fn is_behind(&self, frame: u32, page: PageId) -> bool {
+        let pose = self.seen().pose_of(frame);
+        pose.is_none_or(|pose| lies_behind(&self.renderer.source.header().grid, &pose, page))
     }
 }

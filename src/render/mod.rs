@@ -13,8 +13,9 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use foresight::FlightPlan;
+pub use foresight::{FlightPlan, LivePlan};
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec3;
@@ -174,6 +175,12 @@ pub struct Renderer<'a, S> {
     source: &'a S,
     options: RenderOptions,
     isa: Isa,
+    shared: Arc<Shared>,
+}
+
+/// What frames of one database share.
+#[derive(Debug)]
+struct Shared {
     radiance: Radiance,
     turned: TurnedPages,
     screen: planes::LastScreen,
@@ -181,27 +188,38 @@ pub struct Renderer<'a, S> {
     pictures: planes::Used<Vec<u8>>,
 }
 
-impl<'a, S: PageSource> Renderer<'a, S> {
-    /// A renderer with the fastest instruction set of this machine.
-    pub fn new(source: &'a S, options: &RenderOptions) -> Self {
-        let radiance = Radiance::new(VisualSensor::new(options.sun));
+impl Shared {
+    /// Nothing yet.
+    fn new(radiance: Radiance, turned: TurnedPages) -> Self {
         Self {
-            source,
-            options: *options,
-            isa: Isa::best(),
             radiance,
-            turned: TurnedPages::default(),
+            turned,
             screen: planes::LastScreen::default(),
             fans: planes::Used::default(),
             pictures: planes::Used::default(),
         }
+    }
+}
+
+impl<'a, S: PageSource> Renderer<'a, S> {
+    /// A renderer with the fastest instruction set of this machine.
+    pub fn new(source: &'a S, options: &RenderOptions) -> Self {
+        let radiance = Radiance::new(VisualSensor::new(options.sun));
+        let shared = Arc::new(Shared::new(radiance, TurnedPages::default()));
+        Self { source, options: *options, isa: Isa::best(), shared }
     }
 
     /// The same, keeping at most `bytes` of what is computed from pages, besides what the latest frames used.
     #[must_use]
     pub fn with_memory(self, bytes: usize) -> Self {
         let turned = bytes / TURNED_SHARE;
-        Self { radiance: self.radiance.within(bytes - turned), turned: TurnedPages::new(turned), ..self }
+        let radiance = Radiance::with_budget(VisualSensor::new(self.options.sun), bytes - turned);
+        Self { shared: Arc::new(Shared::new(radiance, TurnedPages::new(turned))), ..self }
+    }
+
+    /// The same over another source of the same database, one that has some of its pages only, say; what is kept is shared.
+    pub fn over<'b, T: PageSource>(&self, source: &'b T) -> Renderer<'b, T> {
+        Renderer { source, options: self.options, isa: self.isa, shared: self.shared.clone() }
     }
 
     /// The same with another instruction set; frames differ by rounding.
@@ -259,7 +277,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// Takes back the memory of a picture that nobody needs any more, for a later one.
     pub fn recycle(&self, picture: Picture) {
         if self.options.engine == Engine::Planes {
-            self.pictures.give_back(picture.rgb);
+            self.shared.pictures.give_back(picture.rgb);
         }
     }
 
@@ -268,7 +286,8 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// # Errors
     /// As of [`Farm::new`].
     pub fn engine_for(&self, camera: &Camera) -> Result<Engine> {
-        let serves = self.takes_planes() && planes::View::serves(camera, &self.screen, &Farm::new(1)?)?;
+        let serves =
+            self.takes_planes() && planes::View::serves(camera, &self.shared.screen, &Farm::new(1)?)?;
         Ok(if serves { Engine::Planes } else { Engine::Reference })
     }
 
@@ -283,7 +302,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         if !self.takes_planes() {
             return Ok(None);
         }
-        planes::View::new(self.source.header(), camera, &self.screen, farm)
+        planes::View::new(self.source.header(), camera, &self.shared.screen, farm)
     }
 }
 

@@ -138,7 +138,7 @@ pub fn picture<S: PageSource>(
 ) -> Result<(Picture, Account)> {
     let (width, height) = (view.camera.width, view.camera.height);
     // All of it is overwritten.
-    let mut rgb = renderer.pictures.take();
+    let mut rgb = renderer.shared.pictures.take();
     rgb.resize(width as usize * height as usize * 3, 0);
     let band = band_rows(farm) * width as usize * 3;
     let bands = rgb.chunks_mut(band).map(Band::Picture).collect();
@@ -176,13 +176,13 @@ fn render<S: PageSource>(
     scale: Scale,
 ) -> Result<Account> {
     let (marching, shading, imaging) = (Clock::default(), Clock::default(), Clock::default());
-    renderer.radiance.begin_frame();
-    renderer.turned.begin_frame();
+    renderer.shared.radiance.begin_frame();
+    renderer.shared.turned.begin_frame();
     let groups: Vec<_> = (0..view.shape.groups()).map(|index| view.shape.kept(index)).collect();
     let size = groups.iter().map(|kept| kept.rows).sum();
     let with_range = bands.first().is_some_and(Band::has_range);
     // What a frame before left in it is overwritten, or not looked at.
-    let mut fan = renderer.fans.take();
+    let mut fan = renderer.shared.fans.take();
     fan.cells.resize(size, Cell::default());
     fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
     let rays =
@@ -195,7 +195,7 @@ fn render<S: PageSource>(
             Ok(())
         })
     })?;
-    renderer.fans.give_back(fan);
+    renderer.shared.fans.give_back(fan);
     let times = StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() };
     Ok(Account { times, rays })
 }
@@ -247,8 +247,8 @@ fn first_part<'s, T>(slice: &mut &'s mut [T], count: usize) -> &'s mut [T] {
     first
 }
 
-/// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone; above the lowest
-/// ground beside the area.
+/// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone, or of what stands in
+/// for it; above the lowest ground beside the area.
 fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
     let header = source.header();
     let level = COARSE_LEVEL.min(header.level_count - 1);
@@ -256,7 +256,7 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
         && eye.y >= 0.0
         && eye.x <= f64::from(header.grid.nx)
         && eye.y <= f64::from(header.grid.ny);
-    let ground = if is_over { PageCursor::new(source).smooth_height(level, eye.truncate())? } else { None };
+    let ground = if is_over { PageCursor::new(source).height_from(level, eye.truncate())? } else { None };
     Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
 }
 
@@ -322,9 +322,9 @@ fn see<S: PageSource>(
     let rays = Mutex::new(Rays::default());
     // What a worker looked up serves all of its tasks.
     let worker = || Worker {
-        march: PlaneMarch::new(renderer.source, &renderer.turned, strides.clone()),
+        march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone()),
         painter: Painter {
-            sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.radiance)),
+            sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.shared.radiance)),
             air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
             eye: view.eye,
             spacing: header.grid.spacing,

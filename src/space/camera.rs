@@ -63,6 +63,20 @@ impl Camera {
         }
     }
 
+    /// The same screen at another pose of the view; it keeps its field of view.
+    #[must_use]
+    pub fn moved_to(&self, pose: Pose) -> Self {
+        let world_from_view = pose.attitude.world_from_view();
+        // Both are rotations; the screen turns with the view.
+        let view_from_mapping = self.world_from_view.transpose() * self.world_from_mapping;
+        Self {
+            pose: Pose { hfov: self.pose.hfov, ..pose },
+            world_from_view,
+            world_from_mapping: world_from_view * view_from_mapping,
+            ..self.clone()
+        }
+    }
+
     /// What the picture is projected on.
     pub fn screen(&self) -> &Screen {
         &self.mapping.screen

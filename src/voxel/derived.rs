@@ -64,22 +64,22 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
     }
 
     /// What is kept under a key, or else what `make` finds, outside of any lock: two workers may make the same, and find
-    /// the same.
+    /// the same. Where it finds nothing, nothing is kept: a page that is not there now may come.
     ///
     /// # Errors
     /// Those of `make`; nothing is kept then.
-    pub fn get(&self, key: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
+    pub fn get(&self, key: K, make: impl FnOnce() -> Result<Option<V>>) -> Result<Option<V>> {
         let now = self.frame.load(Ordering::Relaxed);
         if let Some(entry) = self.entries.read().unwrap_or_else(PoisonError::into_inner).get(&key) {
             // Written once a frame: a write takes the line from all other workers.
             if entry.used.load(Ordering::Relaxed) != now {
                 entry.used.store(now, Ordering::Relaxed);
             }
-            return Ok(entry.value.clone());
+            return Ok(Some(entry.value.clone()));
         }
-        let value = make()?;
+        let Some(value) = make()? else { return Ok(None) };
         let mut entries = self.entries.write().unwrap_or_else(PoisonError::into_inner);
         let entry = entries.entry(key).or_insert(Entry { value, used: AtomicU64::new(now) });
-        Ok(entry.value.clone())
+        Ok(Some(entry.value.clone()))
     }
 }

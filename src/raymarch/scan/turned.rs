@@ -21,12 +21,9 @@ impl Columns {
     }
 }
 
-/// `None`: the page is absent.
-type Found = Option<Columns>;
-
-impl Bytes for Found {
+impl Bytes for Columns {
     fn bytes(&self) -> usize {
-        self.as_ref().map_or(0, |columns| size_of_val(columns.codes()))
+        size_of_val(self.codes())
     }
 }
 
@@ -34,7 +31,7 @@ impl Bytes for Found {
 ///
 /// Sixteen planes along x meet a line in as many rows of a page: sixteen cache lines a step instead of one or two.
 #[derive(Debug)]
-pub struct TurnedPages(Derived<PageId, Found>);
+pub struct TurnedPages(Derived<PageId, Columns>);
 
 impl Default for TurnedPages {
     fn default() -> Self {
@@ -53,15 +50,16 @@ impl TurnedPages {
         self.0.begin_frame();
     }
 
-    /// Columns of a page, each of its height and two aprons; `None` where it is absent.
+    /// Columns of a page, each of its height and two aprons; `None` where it is absent from `source`, also if they are known from another frame
+    /// that had it.
     ///
     /// # Errors
     /// A page that is damaged.
     pub fn get(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Columns>> {
-        self.0.get(id, || {
-            Ok(source
-                .page(id)?
-                .map(|view| Columns(Arc::new(turned(view.heights, (view.width + 2 * APRON) as usize)))))
-        })
+        let turn = || {
+            let view = source.page(id)?;
+            Ok(view.map(|view| Columns(Arc::new(turned(view.heights, (view.width + 2 * APRON) as usize)))))
+        };
+        if source.has(id) { self.0.get(id, turn) } else { turn() }
     }
 }

@@ -12,18 +12,18 @@ use crate::voxel::{Bytes, Derived, PageId, PageSource};
 /// Bytes of radiance that are kept unless told otherwise.
 const DEFAULT_BUDGET: usize = 1 << 30;
 
-/// What is kept under a key; `None`: the page is absent.
+/// What is kept under a key.
 #[derive(Debug, Clone)]
 enum Image {
-    Page(Option<Arc<RadiancePage>>),
-    Lines(Option<Arc<LineImage>>),
+    Page(Arc<RadiancePage>),
+    Lines(Arc<LineImage>),
 }
 
 impl Bytes for Image {
     fn bytes(&self) -> usize {
         match self {
-            Self::Page(page) => page.as_ref().map_or(0, |page| page.bytes()),
-            Self::Lines(lines) => lines.as_ref().map_or(0, |lines| lines.bytes()),
+            Self::Page(page) => page.bytes(),
+            Self::Lines(lines) => lines.bytes(),
         }
     }
 }
@@ -84,12 +84,6 @@ impl Radiance {
         Self { sensor, images: Derived::new(budget) }
     }
 
-    /// The same sensor, with nothing computed yet and another limit.
-    #[must_use]
-    pub fn within(self, budget: usize) -> Self {
-        Self::with_budget(self.sensor, budget)
-    }
-
     /// Bytes of radiance that are kept.
     pub fn bytes(&self) -> usize {
         self.images.bytes()
@@ -109,14 +103,25 @@ impl Radiance {
         RadiancePage::bake(source, (id, part), &self.sensor, facing, Isa::best())
     }
 
+    /// What is known under the key of a page's image, or else what `make` finds. A page that `source` does not have is absent, also if its
+    /// image is known from another frame that had it: pictures are the same whatever was rendered before.
+    fn image(
+        &self,
+        source: &dyn PageSource,
+        (id, key): (PageId, Key),
+        make: impl FnOnce() -> Result<Option<Image>>,
+    ) -> Result<Option<Image>> {
+        if source.has(id) { self.images.get(key, make) } else { make() }
+    }
+
     fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let bake = || {
             let page = self.bake(source, (id, Part::ALL), &Facing::down(0))?;
-            Ok(Image::Page(page.map(Arc::new)))
+            Ok(page.map(|page| Image::Page(Arc::new(page))))
         };
-        match self.images.get(Key::Page(id), bake)? {
-            Image::Page(page) => Ok(page),
-            Image::Lines(_) => Ok(None),
+        match self.image(source, (id, Key::Page(id)), bake)? {
+            Some(Image::Page(page)) => Ok(Some(page)),
+            _ => Ok(None),
         }
     }
 
@@ -124,11 +129,11 @@ impl Radiance {
         let weave_lines = || {
             let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
             let page = self.bake(source, (strip.page, part), &strip.weave.facing)?;
-            Ok(Image::Lines(page.map(|page| Arc::new(LineImage::new(&page, strip.weave)))))
+            Ok(page.map(|page| Image::Lines(Arc::new(LineImage::new(&page, strip.weave)))))
         };
-        match self.images.get(Key::Lines(strip), weave_lines)? {
-            Image::Lines(lines) => Ok(lines),
-            Image::Page(_) => Ok(None),
+        match self.image(source, (strip.page, Key::Lines(strip)), weave_lines)? {
+            Some(Image::Lines(lines)) => Ok(Some(lines)),
+            _ => Ok(None),
         }
     }
 }

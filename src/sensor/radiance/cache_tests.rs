@@ -44,3 +44,22 @@ fn pages_of_frames_in_flight_stay() {
     // Whoever still holds one may go on with it.
     assert!(kept.is_some());
 }
+
+#[test]
+fn light_of_a_page_is_there_where_the_page_is() {
+    let source =
+        |absent: fn(PageId) -> bool| Holey { whole: rough(512, 256, 0), absent, asked: AtomicU32::new(0) };
+    let (whole, holey) = (source(|_| false), source(|id| id.px == 1));
+    let radiance = Radiance::new(sensor());
+    let page = |source: &Holey<fn(PageId) -> bool>, px| {
+        let found = RadiancePages::new(source, &radiance).page(PageId { level: 0, px, py: 0 }).unwrap();
+        found.map(|page| (*page).clone())
+    };
+    // Not there yet: nothing of it is kept.
+    assert!(page(&holey, 1).is_none());
+    let light = page(&whole, 1);
+    assert!(light.is_some());
+    // Known now, but not to a frame that does not have the page.
+    assert!(page(&holey, 1).is_none() && page(&holey, 0).is_some());
+    assert!(page(&whole, 1) == light);
+}

@@ -40,6 +40,10 @@ impl<F: Fn(PageId) -> bool + Sync> PageSource for Holey<F> {
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
         if (self.absent)(id) { Ok(None) } else { self.whole.bounds(id) }
     }
+
+    fn has(&self, id: PageId) -> bool {
+        !(self.absent)(id)
+    }
 }
 
 /// Numbers that look random (splitmix).

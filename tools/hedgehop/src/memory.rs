@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
@@ -37,6 +37,25 @@ pub struct Memory {
     /// Load the whole database into memory first; refused if it does not fit
     #[arg(long)]
     preload: bool,
+}
+
+/// What becomes of a frame whose pages are not in memory when it begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Late {
+    /// It waits: pictures are the same on every machine
+    #[default]
+    Wait,
+    /// It begins at once, and the next coarser level stands in
+    Coarser,
+}
+
+impl Late {
+    /// Adds to the settings that decide the pictures that they depend on time.
+    pub fn record(self, settings: &mut serde_json::Value) {
+        if self == Self::Coarser {
+            settings["late"] = "coarser".into();
+        }
+    }
 }
 
 /// Bytes for what is kept of a database.
@@ -135,8 +154,13 @@ impl Memory {
 /// What paging cost, in a sentence.
 pub fn sentence(paging: &Paging) -> String {
     let mib = |bytes: u64| bytes as f64 / MIB as f64;
+    let late = match paging.pages_late {
+        0 => String::new(),
+        1 => ", 1 page late".into(),
+        count => format!(", {count} pages late, added up over the frames"),
+    };
     format!(
-        "pages: {} read ({:.1} MiB), {} of them unused, {} evicted, at most {:.1} MiB in memory; {}",
+        "pages: {} read ({:.1} MiB), {} of them unused, {} evicted, at most {:.1} MiB in memory; {}{late}",
         paging.pages_read,
         mib(paging.bytes_read),
         paging.pages_unused,

@@ -10,12 +10,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, bounded};
-use hedgehop::frame::{Frame, Picture};
-use hedgehop::memory::{Flight, Paging, ResidentPages};
+use hedgehop::frame::{Frame, FrameRate, Picture};
+use hedgehop::memory::{Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{FlightPlan, Rays, Rendered, Renderer};
+use hedgehop::render::{FlightPlan, LivePlan, Rays, Rendered, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, Farm};
+use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::memory::Live;
@@ -62,6 +63,8 @@ pub struct Sequence<'a> {
     pub in_flight: usize,
     /// Threads that write; one if the order matters.
     pub encoders: usize,
+    /// Frames a second of a flight that never waits for pages, and whose path nobody is to know beforehand; `None`: frames wait.
+    pub live: Option<FrameRate>,
     /// Tell every second what paging costs.
     pub stats: bool,
 }
@@ -78,13 +81,32 @@ pub struct Flown {
     pub end: Result<()>,
 }
 
+/// How finely ground was seen in a sequence.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Fineness {
+    /// In all frames together.
+    pub rays: Rays,
+    /// The frame with the largest share of rays that met a coarser level, and that share.
+    pub coarsest: Option<(u64, f64)>,
+}
+
 impl Flown {
     /// How many frames were finished, and how finely ground was seen in all that were delivered.
-    pub fn summed(&self) -> (usize, Rays) {
+    pub fn summed(&self) -> (usize, Fineness) {
         let mut rays = Rays::default();
         self.rays.iter().for_each(|(_, seen)| rays += *seen);
-        (self.finished.len(), rays)
+        let shares = self.rays.iter().map(|(number, seen)| (*number, seen.coarser_share()));
+        (self.finished.len(), Fineness { rays, coarsest: shares.max_by(|(_, a), (_, b)| a.total_cmp(b)) })
     }
+}
+
+/// Renders a frame, by its place in the sequence.
+type Look<'c> = dyn Fn(&Farm, u32, &Camera) -> Result<(Image, Rays)> + Sync + 'c;
+
+/// How frames begin, are rendered and end.
+struct Flying<'c> {
+    look: &'c Look<'c>,
+    deliver: &'c dyn Fn(u32),
 }
 
 impl Sequence<'_> {
@@ -133,19 +155,55 @@ impl Sequence<'_> {
         rays: &mut Vec<(u64, Rays)>,
         observer: &dyn Observer,
     ) -> (Vec<(u64, Paging)>, Result<()>) {
-        let plan = FlightPlan { renderer: self.renderer, farm: self.farm, cameras };
-        let flown = self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
-            let end = self.render_all(cameras, flight, sender, failed, rays, observer);
-            let numbers = cameras.iter().map(|(number, _)| *number);
-            (numbers.zip(flight.frames()).collect(), end)
-        });
+        let numbers = cameras.iter().map(|(number, _)| *number);
+        let all = |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, rays, observer);
+        let flown = if let Some(rate) = self.live {
+            let plan = LivePlan::new(self.renderer, self.farm);
+            self.pages.live(&plan, |flight| {
+                let look = |farm: &Farm, frame: u32, camera: &Camera| {
+                    plan.tell(frame, rate.seconds_at(cameras[frame as usize].0), camera)?;
+                    self.look(&self.renderer.over(&flight.begin(frame)), camera, farm)
+                };
+                let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
+                (numbers.zip(flight.frames()).collect(), end)
+            })
+        } else {
+            let plan = FlightPlan { renderer: self.renderer, farm: self.farm, cameras };
+            self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
+                let look = |farm: &Farm, frame: u32, camera: &Camera| {
+                    flight.begin(frame);
+                    self.look(self.renderer, camera, farm)
+                };
+                let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
+                (numbers.zip(flight.frames()).collect(), end)
+            })
+        };
         flown.unwrap_or_else(|error| (Vec::new(), Err(error)))
+    }
+
+    /// Renders what was asked of a frame.
+    fn look<S: PageSource>(
+        &self,
+        renderer: &Renderer<'_, S>,
+        camera: &Camera,
+        farm: &Farm,
+    ) -> Result<(Image, Rays)> {
+        Ok(match self.product {
+            Product::Picture => {
+                let (picture, account) = renderer.picture(camera, farm)?;
+                (Image::Picture(picture, Box::new(camera.clone())), account.rays)
+            }
+            Product::Frame => {
+                let Rendered { frame, account } = renderer.frame(camera, farm)?;
+                (Image::Frame(Box::new(frame)), account.rays)
+            }
+        })
     }
 
     fn render_all(
         &self,
         cameras: &[(u64, Camera)],
-        flight: &Flight<'_>,
+        flying: &Flying<'_>,
         sender: Sender<Shot>,
         failed: &AtomicBool,
         rays: &mut Vec<(u64, Rays)>,
@@ -154,24 +212,12 @@ impl Sequence<'_> {
         let frames: Vec<_> =
             (0..).zip(cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
         let batch = Batch { frames: &frames, in_flight: self.in_flight, observer };
-        let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
-            flight.begin(frame);
-            Ok(match self.product {
-                Product::Picture => {
-                    let (picture, account) = self.renderer.picture(camera, farm)?;
-                    (Image::Picture(picture, Box::new(camera.clone())), account.rays)
-                }
-                Product::Frame => {
-                    let Rendered { frame, account } = self.renderer.frame(camera, farm)?;
-                    (Image::Frame(Box::new(frame)), account.rays)
-                }
-            })
-        };
+        let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| (flying.look)(farm, frame, camera);
         let mut delivered = 0;
         let mut live = Live::new(self.pages.paging());
         self.farm.fly(&batch, render, |number, (image, seen)| {
             rays.push((number, seen));
-            flight.deliver(delivered);
+            (flying.deliver)(delivered);
             delivered += 1;
             if self.stats
                 && let Some(text) = live.deliver(number, || self.pages.paging())

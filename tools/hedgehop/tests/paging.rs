@@ -134,3 +134,40 @@ fn what_cannot_be_planned_is_refused() {
         assert!(said(&output).contains(wanted), "{args:?}: {}", said(&output));
     }
 }
+
+#[test]
+fn frames_that_never_wait_say_how_much_was_late() {
+    let site = Site::built();
+    let rendered = site.fly("render", &["--late", "coarser", "-o", "live/####.png"]);
+    assert!(rendered.status.success(), "{}", said(&rendered));
+    let told = said(&rendered);
+    assert!(
+        told.contains("came late or are not stored; most in frame")
+            && told.contains(" late, added up over the frames"),
+        "{told}"
+    );
+    let manifest = site.json("live/manifest.json");
+    assert_eq!(manifest["settings"]["late"], "coarser");
+    let frames = manifest["frames"].as_array().expect("frames");
+    let shares: Vec<f64> = frames.iter().map(|f| f["coarser_share"].as_f64().expect("a share")).collect();
+    assert!(shares[0] > 0.0 && shares.iter().all(|share| (0.0..=1.0).contains(share)), "{shares:?}");
+    for count in ["demand_misses", "demand_waits", "demand_wait_ns", "frame_wait_ns"] {
+        assert!(frames.iter().all(|frame| frame["paging"][count] == 0), "{count}: {told}");
+    }
+    let late = frames.iter().map(|frame| frame["paging"]["pages_late"].as_u64().expect("pages"));
+    assert!(late.sum::<u64>() > 0, "{told}");
+}
+
+#[test]
+fn with_everything_in_memory_nothing_is_late() {
+    let site = Site::built();
+    for (film, how) in
+        [("wait.y4m", &["--late", "wait"][..]), ("live.y4m", &["--late", "coarser", "--preload"])]
+    {
+        let rendered = site.fly("render", &[how, &["-o", film]].concat());
+        assert!(rendered.status.success(), "{}", said(&rendered));
+        assert!(!said(&rendered).contains("late"), "{}", said(&rendered));
+    }
+    let films = ["wait.y4m", "live.y4m"].map(|film| fs::read(site.path(film)).expect("it is there"));
+    assert!(films[0] == films[1]);
+}

@@ -15,7 +15,7 @@ use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
-use crate::memory::Memory;
+use crate::memory::{Late, Memory};
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
@@ -123,6 +123,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         workers: Workers { jobs: None },
         overlap: Overlap::default(),
         memory: Memory::default(),
+        late: Late::default(),
         stats: false,
         traffic: None,
         trust: TrustArgs::default(),

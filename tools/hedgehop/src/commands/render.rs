@@ -10,7 +10,7 @@ use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{Rays, RenderOptions, Renderer};
+use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
@@ -20,11 +20,11 @@ use serde_json::{Value, json};
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Frames, Memory};
+use crate::memory::{self, Frames, Late, Memory};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
 use crate::screen::Setup;
-use crate::sequence::{Product, Sequence};
+use crate::sequence::{Fineness, Product, Sequence};
 use crate::traffic::Traffic;
 use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
@@ -81,6 +81,12 @@ pub struct Args {
     #[command(flatten)]
     pub memory: Memory,
 
+    /// Where pages are not in memory when a frame begins: wait has the frame wait until they are; coarser has it begin at once, as in a simulator
+    /// that does not know its path beforehand, with the next coarser level in their place: what pictures show then depends on how fast
+    /// disk and machine are
+    #[arg(long, value_enum, value_name = "HOW", default_value = "wait")]
+    pub late: Late,
+
     /// Tell every second how fast frames come and what paging costs
     #[arg(long)]
     pub stats: bool,
@@ -117,7 +123,7 @@ pub struct Done {
     /// Pages that coarser levels stood in for, and where each begins in the database.
     damaged: Vec<(PageId, u64)>,
     /// How finely ground was seen.
-    rays: Rays,
+    fineness: Fineness,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -130,7 +136,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
     reporter.note(&memory::sentence(&done.paging));
     trust::sentence(&args.area, &done.damaged).iter().for_each(|sentence| reporter.note(sentence));
-    if let Some(note) = coarser_note(&done.rays) {
+    if let Some(note) = coarser_note(&done.fineness, args.late) {
         reporter.note(&note);
     }
     if args.output.is_standard_output() {
@@ -142,10 +148,20 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 /// Says how much was seen more coarsely than it should be, if anything was.
-fn coarser_note(rays: &Rays) -> Option<String> {
-    (rays.coarser > 0).then(|| {
-        let percent = 100.0 * rays.coarser_share();
-        format!("{percent:.3} % of the rays met ground that is stored more coarsely than they ask for, outside of corridors")
+fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late) -> Option<String> {
+    let (number, most) = coarsest.filter(|(_, most)| *most > 0.0)?;
+    let percent = 100.0 * rays.coarser_share();
+    Some(match late {
+        Late::Wait => {
+            format!(
+                "{percent:.3} % of the rays met ground that is stored more coarsely than they ask for, outside of corridors"
+            )
+        }
+        Late::Coarser => format!(
+            "{percent:.3} % of the rays met ground that is coarser than they ask for, since its pages came late or are not stored; most in frame \
+             {number}: {:.3} %",
+            100.0 * most
+        ),
     })
 }
 
@@ -189,7 +205,13 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let cameras = args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?;
+    let cameras = match args.late {
+        Late::Wait => args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?,
+        // Ground under the path is not to be in memory because the path is known.
+        Late::Coarser => {
+            args.flight.cameras(&args.area, source.file(), &setup, args.fps, choose, reporter)?
+        }
+    };
     let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
     let options = args.flight.world.apply(source.header(), look);
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
@@ -207,9 +229,10 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         farm: &farm,
         in_flight,
         encoders,
+        live: (args.late == Late::Coarser).then_some(args.fps),
         stats: args.stats,
     };
-    let (files, (rendered, rays)) = if args.output.target() == Target::Y4m {
+    let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
     } else {
@@ -234,7 +257,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         files,
         size: setup.size,
         rendered,
-        rays,
+        fineness,
         paging: source.paging().since(&before),
         damaged: source.file().damaged(),
         kept: cameras.len() - rendered,
@@ -310,6 +333,7 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
         "engine": format!("{:?}", options.engine).to_lowercase(),
     });
     args.trust.record(&mut settings);
+    args.late.record(&mut settings);
     settings
 }
 
@@ -320,7 +344,7 @@ fn fly_files(
     files: &Files<'_>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
-) -> Result<(usize, Rays)> {
+) -> Result<(usize, Fineness)> {
     let is_kept =
         |(number, camera): &(u64, Camera)| args.skip_existing && files.is_whole(*number, camera, reporter);
     let (mut whole, wanted): (Vec<_>, Vec<_>) = cameras.iter().cloned().partition(is_kept);
@@ -342,7 +366,7 @@ fn fly_stream(
     sequence: &Sequence<'_>,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
-) -> Result<(usize, Rays)> {
+) -> Result<(usize, Fineness)> {
     if args.output.is_standard_output() {
         let stream = Stream::new(Stdout, Path::new(STDOUT), size, args.fps)?;
         let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);
@@ -350,7 +374,7 @@ fn fly_stream(
         return flown.end.map(|()| summed);
     }
     let file = args.output.path(1);
-    let mut outcome = Ok((0, Rays::default()));
+    let mut outcome = Ok((0, Fineness::default()));
     let written = write_with(&file, |target| {
         outcome = Stream::new(target, &file, size, args.fps).and_then(|stream| {
             let flown = sequence.fly(cameras, &|shot| stream.write(shot), reporter);

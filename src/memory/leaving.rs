@@ -1,0 +1,93 @@
+//! Pages that were evicted while frames may still read them.
+//!
+//! ```text
+//! a frame begins:   number n; it may read what is in memory now
+//! a page leaves:    frames that begin from now on do not have it; those that hold a lower number may
+//! it may go:        when the last of these has ended
+//! ```
+//!
+//! Without it a worker of a frame that never waits would find a page gone, and read the file.
+
+use std::collections::{BTreeSet, VecDeque};
+
+/// Frames that hold what was in memory when they began, and pages that wait for their end.
+#[derive(Debug, Default)]
+pub(super) struct Leaving {
+    next: u64,
+    held: BTreeSet<u64>,
+    /// Pages, and the number of the first frame that never had them; rising.
+    pages: VecDeque<(u64, u32)>,
+}
+
+impl Leaving {
+    /// A frame begins; the number that it holds.
+    pub fn begin(&mut self) -> u64 {
+        self.next += 1;
+        self.held.insert(self.next);
+        self.next
+    }
+
+    /// The frame that holds a number has ended.
+    pub fn end(&mut self, number: u64) {
+        self.held.remove(&number);
+    }
+
+    /// A page leaves.
+    pub fn leave(&mut self, page: u32) {
+        self.pages.push_back((self.next + 1, page));
+    }
+
+    /// Takes out a page that no frame may read any more.
+    pub fn gone(&mut self) -> Option<u32> {
+        let oldest = self.held.first().copied().unwrap_or(u64::MAX);
+        let (first_without, _) = self.pages.front()?;
+        if oldest < *first_without { None } else { self.pages.pop_front().map(|(_, page)| page) }
+    }
+
+    /// Pages that wait.
+    pub fn waiting(&self) -> impl Iterator<Item = u32> {
+        self.pages.iter().map(|(_, page)| *page)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all_gone(leaving: &mut Leaving) -> Vec<u32> {
+        std::iter::from_fn(|| leaving.gone()).collect()
+    }
+
+    #[test]
+    fn pages_go_when_the_last_frame_that_had_them_has_ended() {
+        let mut leaving = Leaving::default();
+        leaving.leave(1);
+        assert_eq!(all_gone(&mut leaving), [1], "nobody reads it");
+        let first = leaving.begin();
+        leaving.leave(2);
+        let second = leaving.begin();
+        leaving.leave(3);
+        assert!(all_gone(&mut leaving).is_empty());
+        // The second never had page 2, but page 3.
+        leaving.end(first);
+        assert_eq!(all_gone(&mut leaving), [2]);
+        let third = leaving.begin();
+        leaving.end(second);
+        assert_eq!(leaving.waiting().collect::<Vec<_>>(), [3]);
+        assert_eq!(all_gone(&mut leaving), [3]);
+        leaving.leave(4);
+        leaving.end(third);
+        assert_eq!(all_gone(&mut leaving), [4]);
+    }
+
+    #[test]
+    fn frames_may_end_in_any_order() {
+        let mut leaving = Leaving::default();
+        let [first, second] = [leaving.begin(), leaving.begin()];
+        leaving.leave(1);
+        leaving.end(second);
+        assert!(all_gone(&mut leaving).is_empty());
+        leaving.end(first);
+        assert_eq!(all_gone(&mut leaving), [1]);
+    }
+}

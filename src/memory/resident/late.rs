@@ -1,0 +1,289 @@
+//! Frames that never wait: each sees the pages that are in memory when it begins, and wants the others.
+//!
+//! ```text
+//! a frame begins ──▶ PresentPages: which pages are in memory, frozen ──▶ workers
+//!                                     │ asked for, not there: absent for this frame, so that a coarser level stands in
+//!                                     ▼
+//!                                   wanted ──▶ memory thread ──▶ there for the next frame
+//! ```
+//!
+//! All workers of a frame see the same pages, whatever comes or goes meanwhile: what is evicted stays readable until the last frame that
+//! had it has ended.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crossbeam::channel::Sender;
+use crossbeam::queue::SegQueue;
+
+use super::super::leaving::Leaving;
+use super::{Claim, KEPT_LEVEL, Ledger, ResidentPages, Tally, state};
+use crate::error::Result;
+use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
+
+/// Pages that are brought together before others may come first.
+const TOGETHER: usize = 4;
+
+/// What frames that never wait hold and want.
+#[derive(Debug, Default)]
+pub(super) struct Late {
+    leaving: Mutex<Leaving>,
+    /// Each part of a page once, while its state says that it is wanted.
+    wanted: SegQueue<PagePart>,
+}
+
+impl Late {
+    fn leaving(&self) -> MutexGuard<'_, Leaving> {
+        self.leaving.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The pages of a database that were in memory when a frame began; others are absent, and wanted.
+///
+/// To ask for a page never waits and never reads the disk, as long as the system keeps what was read.
+#[derive(Debug)]
+pub struct PresentPages<'f> {
+    pages: &'f ResidentPages,
+    /// By part, 64 to a word.
+    here: Box<[u64]>,
+    /// In the same way, those that this frame asked for in vain.
+    missed: Box<[AtomicU64]>,
+    /// What it holds of [`Leaving`].
+    number: u64,
+    /// Wakes the memory thread.
+    news: &'f Sender<()>,
+}
+
+impl PresentPages<'_> {
+    fn is_here(&self, index: usize) -> bool {
+        self.here[index / 64] >> (index % 64) & 1 != 0
+    }
+
+    /// Pages that are here.
+    pub fn count(&self) -> u32 {
+        self.here.iter().map(|word| word.count_ones()).sum()
+    }
+
+    /// Whether a part is here; notes that it is used, or wanted.
+    #[inline]
+    fn touch(&self, part: PagePart) -> Result<bool> {
+        let Some(index) = self.pages.index(part) else { return Ok(false) };
+        if !self.is_here(index) {
+            return self.want(part, index).map(|()| false);
+        }
+        let now = self.pages.states[index].load(Ordering::Relaxed);
+        if now & state::RESIDENT != 0 && now & state::USED == 0 {
+            self.pages.mark_used(index);
+        }
+        Ok(true)
+    }
+
+    /// Notes that a part was asked for that is not here. One that was found damaged is told.
+    #[cold]
+    fn want(&self, part: PagePart, index: usize) -> Result<()> {
+        let known = &self.pages.states[index];
+        let before = known.load(Ordering::Acquire);
+        if before & state::FAILED != 0 {
+            return self.pages.file.page(part.page()).map(drop);
+        }
+        let bit = 1 << (index % 64);
+        if self.missed[index / 64].fetch_or(bit, Ordering::Relaxed) & bit == 0 {
+            Tally::add(&self.pages.tally.pages_late, 1);
+        }
+        let is_new = before & (state::WANTED | state::COMING | state::RESIDENT) == 0
+            && known.fetch_or(state::WANTED, Ordering::Relaxed) & state::WANTED == 0;
+        if is_new {
+            self.pages.late.wanted.push(part);
+            // Full: it will look anyway.
+            let _ = self.news.try_send(());
+        }
+        Ok(())
+    }
+}
+
+impl Drop for PresentPages<'_> {
+    fn drop(&mut self) {
+        self.pages.late.leaving().end(self.number);
+    }
+}
+
+impl PageSource for PresentPages<'_> {
+    fn header(&self) -> &Header {
+        self.pages.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        if self.touch(PagePart::Posts(id))? { self.pages.file.page(id) } else { Ok(None) }
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        if self.touch(PagePart::Bounds(id))? { self.pages.file.bounds(id) } else { Ok(None) }
+    }
+
+    fn has(&self, id: PageId) -> bool {
+        self.pages.index(PagePart::Posts(id)).is_some_and(|index| self.is_here(index))
+            && self.pages.file.has(id)
+    }
+
+    fn is_damaged(&self, id: PageId) -> bool {
+        self.pages.file.is_damaged(id)
+    }
+
+    fn intact(&self) -> Result<()> {
+        self.pages.file.intact()
+    }
+}
+
+/// For whom pages are brought, and what may go for them.
+#[derive(Clone, Copy)]
+pub(in crate::memory) enum Need<'a> {
+    /// A frame that has begun or is about to: all that no such frame needs may go.
+    Now(u32, &'a dyn Fn(PageId) -> bool),
+    /// A frame far ahead: only what lies behind the eye may go.
+    Ahead(u32, &'a dyn Fn(PageId) -> bool),
+}
+
+impl ResidentPages {
+    /// What is in memory now, for a frame that begins.
+    pub(in crate::memory) fn present<'f>(&'f self, news: &'f Sender<()>) -> PresentPages<'f> {
+        // First: what leaves from now on stays for this frame.
+        let number = self.late.leaving().begin();
+        let is_here = |page: &AtomicU8| u64::from(page.load(Ordering::Acquire) & state::RESIDENT != 0);
+        let word = |pages: &[_]| pages.iter().rev().fold(0, |word, page| word << 1 | is_here(page));
+        let here: Box<[u64]> = self.states.chunks(64).map(word).collect();
+        let missed = here.iter().map(|_| AtomicU64::new(0)).collect();
+        PresentPages { pages: self, here, missed, number, news }
+    }
+
+    /// Brings the coarsest level, which stands in for all others where nothing else can.
+    ///
+    /// # Errors
+    /// A page of it that is damaged.
+    pub(in crate::memory) fn bring_coarsest(&self) -> Result<()> {
+        let coarsest = self.header().level_count - 1;
+        let mut pages = self.file.directory().present().filter(|(id, _)| id.level == coarsest);
+        pages.try_for_each(|(id, _)| self.page(id).and_then(|_| self.bounds(id)).map(drop))
+    }
+
+    /// Adds what frames asked for and did not have since this was asked last.
+    pub(in crate::memory) fn take_wanted(&self, into: &mut Vec<PagePart>) {
+        into.extend(std::iter::from_fn(|| self.late.wanted.pop()));
+    }
+
+    /// Pages are not wanted any more, until somebody asks for them again.
+    pub(in crate::memory) fn forget_wanted(&self, parts: impl Iterator<Item = PagePart>) {
+        for index in parts.filter_map(|part| self.index(part)) {
+            self.states[index].fetch_and(!state::WANTED, Ordering::Relaxed);
+        }
+    }
+
+    /// What `frame` needs stays until it is delivered.
+    pub(in crate::memory) fn keep_for(&self, frame: u32, needs: &VecDeque<PagePart>) {
+        let mut ledger = self.ledger();
+        for index in needs.iter().filter_map(|part| self.index(*part)) {
+            ledger.needed_until[index] = ledger.needed_until[index].max(frame + 1);
+        }
+    }
+
+    /// Brings some of `parts`, first ones first, as far as there is room, and takes them off the list with those that are there already.
+    /// `false`: there is no room for the next one before frames end.
+    pub(in crate::memory) fn bring_some(&self, parts: &mut VecDeque<PagePart>, need: Need<'_>) -> bool {
+        let (Need::Now(frame, _) | Need::Ahead(frame, _)) = need;
+        let mut coming = Vec::new();
+        let mut has_room = true;
+        {
+            let mut ledger = self.ledger();
+            self.let_go(&mut ledger);
+            while coming.len() < TOGETHER
+                && let Some(&part) = parts.front()
+            {
+                let known = self.index(part);
+                let is_there = |index: usize| {
+                    let there = state::RESIDENT | state::COMING | state::FAILED;
+                    self.states[index].load(Ordering::Acquire) & there != 0
+                };
+                if let Some(index) = known.filter(|index| !is_there(*index)) {
+                    has_room = self.make_room_for(&mut ledger, part, need);
+                    if !has_room {
+                        break;
+                    }
+                    ledger.needed_from[index].get_or_insert(frame);
+                    self.reserve(&mut ledger, part, index);
+                    coming.push((part, index));
+                }
+                parts.pop_front();
+            }
+        }
+        self.announce(&coming);
+        for (part, index) in coming {
+            // Whoever asks for a damaged page is told so then.
+            let _ = self.fetch(part, index);
+        }
+        has_room
+    }
+
+    /// Evicts what may go for a page; whether there is room for it now. What frames in flight hold leaves later.
+    fn make_room_for(&self, ledger: &mut Ledger, part: PagePart, need: Need<'_>) -> bool {
+        let length = self.file.store().part_bytes(part);
+        while ledger.bytes.saturating_add(length) > self.budget.saturating_add(self.leaving_bytes()) {
+            let Ledger { clock, needed_until, delivered, .. } = ledger;
+            let victim = clock.victim(|index| {
+                let index = index as usize;
+                let id = self.part(index).page();
+                if id.level >= KEPT_LEVEL || needed_until[index] > *delivered {
+                    return Claim::Needed;
+                }
+                let (Need::Now(_, is_behind) | Need::Ahead(_, is_behind)) = need;
+                let is_behind = is_behind(id);
+                if matches!(need, Need::Ahead(..)) && !is_behind {
+                    return Claim::Needed;
+                }
+                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
+                match before & state::USED != 0 {
+                    true => Claim::Used,
+                    false if is_behind => Claim::None,
+                    false => Claim::Ahead,
+                }
+            });
+            let Some(index) = victim else { return false };
+            self.evict(ledger, index as usize);
+        }
+        ledger.bytes.saturating_add(length) <= self.budget
+    }
+
+    /// Bytes that will be free when frames in flight have ended.
+    pub(super) fn leaving_bytes(&self) -> u64 {
+        let store = self.file.store();
+        self.late.leaving().waiting().map(|index| store.part_bytes(self.part(index as usize))).sum()
+    }
+
+    /// A part that was evicted goes when no frame may read it any more.
+    pub(super) fn leave(&self, ledger: &mut Ledger, index: usize) {
+        self.late.leaving().leave(index as u32);
+        self.let_go(ledger);
+    }
+
+    /// Lets the memory of pages go that have left and that no frame may read any more.
+    pub(in crate::memory) fn let_go_all(&self) {
+        self.let_go(&mut self.ledger());
+    }
+
+    fn let_go(&self, ledger: &mut Ledger) {
+        let store = self.file.store();
+        let next = || self.late.leaving().gone();
+        for index in std::iter::from_fn(next).map(|index| index as usize) {
+            let part = self.part(index);
+            ledger.bytes -= store.part_bytes(part);
+            // It may have come again meanwhile, and left again.
+            let is_back = self.is_here_or_coming(index);
+            let is_gone = !is_back && !self.late.leaving().waiting().any(|other| other as usize == index);
+            if is_gone {
+                store.forget(part);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,157 @@
+//! What frames that never wait see, want and hold.
+
+use crossbeam::channel::{Receiver, bounded};
+use glam::DVec2;
+use tempfile::TempDir;
+
+use super::*;
+use crate::memory::PageFile;
+use crate::voxel::{Arrays, Grid, Metadata, write_arrays};
+
+/// Four by four pages of the finest level.
+const SIDE: u32 = 1024;
+
+struct Site {
+    pages: ResidentPages,
+    news: (Sender<()>, Receiver<()>),
+    _folder: TempDir,
+}
+
+impl Site {
+    /// With room for so many bytes beside the coarsest level, which is there.
+    fn new(room: u64) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("area.hop");
+        let grid = Grid { nx: SIDE, ny: SIDE, spacing: 1.0, origin: DVec2::ZERO };
+        let heights: Vec<f64> = (0..SIDE * SIDE).map(|post| f64::from(post % 100)).collect();
+        let colours = vec![[9; 3]; heights.len()];
+        let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
+        write_arrays(&path, &arrays, &Metadata::default(), false).unwrap();
+        let length = |id| PageFile::open(&path).unwrap().directory().get(id).map_or(0, |entry| entry.length);
+        let coarsest = u64::from(length(PageId { level: 3, px: 0, py: 0 }));
+        let budget = coarsest.saturating_add(room);
+        let pages = ResidentPages::new(PageFile::open(&path).unwrap(), Some(budget));
+        pages.manage();
+        pages.bring_coarsest().unwrap();
+        Self { pages, news: bounded(1), _folder: folder }
+    }
+
+    fn present(&self) -> PresentPages<'_> {
+        self.pages.present(&self.news.0)
+    }
+
+    /// Brings what there is room for; what is left.
+    fn bring(&self, parts: &[PagePart], need: Need<'_>) -> Vec<PagePart> {
+        let mut parts: VecDeque<_> = parts.iter().copied().collect();
+        while self.pages.bring_some(&mut parts, need) && !parts.is_empty() {}
+        parts.into()
+    }
+
+    fn wanted(&self) -> Vec<PagePart> {
+        let mut wanted = Vec::new();
+        self.pages.take_wanted(&mut wanted);
+        wanted
+    }
+
+    fn bytes(&self) -> u64 {
+        self.pages.paging().resident_bytes
+    }
+}
+
+fn page(number: u32) -> PageId {
+    PageId { level: 0, px: number % 4, py: number / 4 }
+}
+
+fn fine(number: u32) -> PagePart {
+    PagePart::Posts(page(number))
+}
+
+fn page_bytes() -> u64 {
+    let site = Site::new(u64::MAX);
+    site.pages.file.store().part_bytes(fine(5))
+}
+
+const NOTHING_BEHIND: &dyn Fn(PageId) -> bool = &|_| false;
+
+#[test]
+fn a_frame_sees_what_was_there_when_it_began_and_wants_the_rest_once() {
+    let site = Site::new(u64::MAX);
+    assert_eq!(site.bring(&[fine(1)], Need::Now(0, NOTHING_BEHIND)), []);
+    let before = site.pages.paging();
+    let frame = site.present();
+    assert!(frame.has(page(1)) && frame.page(page(1)).unwrap().is_some());
+    assert_eq!(frame.count(), 3, "posts and bounds of the coarsest page, posts of another");
+    for _ in 0..3 {
+        assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
+    }
+    assert!(site.news.1.try_recv().is_ok(), "the memory thread was told");
+    assert_eq!(site.wanted(), [fine(2)]);
+    // What comes while it is rendered is not for it, but for the next one.
+    site.bring(&[fine(2)], Need::Now(0, NOTHING_BEHIND));
+    assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
+    assert_eq!(site.wanted(), []);
+    assert!(site.present().page(page(2)).unwrap().is_some());
+    // Nowhere and absent are not wanted.
+    assert!(frame.page(PageId { level: 0, px: 99, py: 0 }).unwrap().is_none());
+    let paging = site.pages.paging().since(&before);
+    assert_eq!((paging.demand_misses, paging.pages_late, paging.pages_read), (0, 1, 1));
+    // Wanted in vain: it may be asked for again.
+    frame.page(page(3)).unwrap();
+    site.pages.forget_wanted(site.wanted().into_iter());
+    frame.page(page(3)).unwrap();
+    assert_eq!(site.wanted(), [fine(3)]);
+}
+
+#[test]
+fn what_a_frame_holds_leaves_when_it_ends() {
+    let site = Site::new(2 * page_bytes());
+    site.bring(&[fine(5), fine(6)], Need::Now(0, NOTHING_BEHIND));
+    let full = site.bytes();
+    let frame = site.present();
+    // Both may go, but not before the frame ends: there is no room until then.
+    assert_eq!(site.bring(&[fine(9), fine(10)], Need::Now(0, NOTHING_BEHIND)), [fine(9), fine(10)]);
+    assert_eq!(site.bytes(), full);
+    assert!(frame.has(page(5)) && !site.present().has(page(5)));
+    drop(frame);
+    assert_eq!(site.bring(&[fine(9), fine(10)], Need::Now(0, NOTHING_BEHIND)), []);
+    assert!(site.bytes() <= full && site.present().has(page(10)));
+    assert_eq!(site.pages.paging().pages_evicted, 2);
+}
+
+#[test]
+fn a_page_that_left_and_came_again_counts_once() {
+    let site = Site::new(2 * page_bytes());
+    site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND));
+    let one = site.bytes();
+    let frame = site.present();
+    {
+        let mut ledger = site.pages.ledger();
+        let index = site.pages.index(fine(5)).unwrap();
+        assert_eq!(
+            ledger.clock.victim(|page| if page as usize == index { Claim::None } else { Claim::Needed }),
+            Some(index as u32)
+        );
+        site.pages.evict(&mut ledger, index);
+    }
+    assert_eq!(site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND)), []);
+    drop(frame);
+    site.pages.let_go_all();
+    assert_eq!(site.bytes(), one);
+    assert!(site.present().page(page(5)).unwrap().is_some());
+}
+
+#[test]
+fn frames_far_ahead_make_room_behind_the_eye_only() {
+    let site = Site::new(2 * page_bytes());
+    site.bring(&[fine(5), fine(6)], Need::Now(0, NOTHING_BEHIND));
+    let far = [fine(9)];
+    assert_eq!(site.bring(&far, Need::Ahead(30, NOTHING_BEHIND)), far);
+    assert_eq!(site.bring(&far, Need::Ahead(30, &|id| id == page(6))), []);
+    assert!(site.present().has(page(5)) && !site.present().has(page(6)));
+    // What the next frame needs takes the room, but not from what it needs itself.
+    site.pages.keep_for(1, &[fine(9), fine(10)].into());
+    assert_eq!(site.bring(&[fine(9), fine(10)], Need::Now(1, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&[fine(5)], Need::Now(1, NOTHING_BEHIND)), [fine(5)]);
+    site.pages.deliver(2);
+    assert_eq!(site.bring(&[fine(5)], Need::Now(2, NOTHING_BEHIND)), []);
+}
