@@ -398,7 +398,7 @@ impl ResidentPages {
     #[cold]
     fn demand(&self, part: PagePart, index: usize) -> Result<()> {
         let begun = Instant::now();
-        let mut was_coming = false;
+        let mut is_miss = false;
         let mut ledger = self.ledger();
         let outcome = loop {
             let now = self.states[index].load(Ordering::Acquire);
@@ -413,16 +413,16 @@ impl ResidentPages {
                 ledger.needed_from[index].get_or_insert(frame);
                 self.reserve(&mut ledger, part, index);
                 drop(ledger);
+                is_miss = true;
                 break self.fetch(part, index);
             }
-            was_coming = true;
             ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
         };
         if outcome.is_ok() {
             self.mark_used(index);
         }
         if !self.is_manager() {
-            let counter = if was_coming { &self.tally.demand_waits } else { &self.tally.demand_misses };
+            let counter = if is_miss { &self.tally.demand_misses } else { &self.tally.demand_waits };
             Tally::add(counter, 1);
             Tally::add_time(&self.tally.demand_wait_ns, begun.elapsed());
         }
