@@ -59,6 +59,8 @@ mod state {
     pub const TOUCHED: u8 = 8;
     /// It was read for the page's checksum while it was coming.
     pub const READ: u8 = 16;
+    /// All of the page was read for it, and the other part let go.
+    pub const WHOLE: u8 = 128;
     /// A frame that does not wait asked for it.
     pub const WANTED: u8 = 32;
     /// It was read, and is damaged.
@@ -365,11 +367,13 @@ impl ResidentPages {
             Tally::add(&self.tally.pages_read, 1);
             let was_read = self.states[index].load(Ordering::Relaxed) & state::READ != 0;
             let own = if was_read { 0 } else { store.part_bytes(part) };
-            Tally::add(&self.tally.bytes_read, own + if is_whole { self.take_along(part) } else { 0 });
+            let (along, kept) = if is_whole { self.take_along(part) } else { (0, true) };
+            Tally::add(&self.tally.bytes_read, own + along);
             if self.budget < u64::MAX {
                 ledger.clock.add(index as u32);
             }
-            self.states[index].store(state::RESIDENT, Ordering::Release);
+            self.states[index]
+                .store(state::RESIDENT | if kept { 0 } else { state::WHOLE }, Ordering::Release);
         } else {
             ledger.bytes -= store.part_bytes(part);
             self.states[index].store(state::FAILED, Ordering::Release);
@@ -379,19 +383,17 @@ impl ResidentPages {
         outcome.map(drop)
     }
 
-    /// What becomes of a page's other part after all of it was read: it goes unless somebody waits for it. Returns its bytes.
-    fn take_along(&self, part: PagePart) -> u64 {
+    /// What becomes of a page's other part after all of it was read: it goes unless somebody waits for it. Returns its bytes, and
+    /// whether it stayed.
+    fn take_along(&self, part: PagePart) -> (u64, bool) {
         let store = self.file.store();
-        let others = PagePart::all(part.page()).filter(|other| *other != part);
-        let own_bytes = others.filter_map(|other| Some((other, self.index(other)?))).map(|(other, index)| {
-            if self.is_here_or_coming(index) {
-                self.states[index].fetch_or(state::READ, Ordering::Relaxed);
-            } else {
-                store.forget(other);
-            }
-            store.part_bytes(other)
-        });
-        own_bytes.sum()
+        let Some(other) = PagePart::all(part.page()).find(|other| *other != part) else { return (0, true) };
+        let waiting = self.index(other).filter(|index| self.is_here_or_coming(*index));
+        match waiting {
+            Some(index) => drop(self.states[index].fetch_or(state::READ, Ordering::Relaxed)),
+            None => store.forget(other),
+        }
+        (store.part_bytes(other), waiting.is_some())
     }
 
     /// Brings in a part that somebody touches, or waits for it if it is coming.
@@ -447,6 +449,9 @@ impl ResidentPages {
         let before = self.states[index].fetch_or(state::USED | state::TOUCHED, Ordering::Relaxed);
         if before & state::TOUCHED == 0 {
             Tally::add(&self.tally.pages_touched, 1);
+            let (store, part) = (self.file.store(), self.part(index));
+            let parts = PagePart::all(part.page()).filter(|one| *one == part || before & state::WHOLE != 0);
+            Tally::add(&self.tally.bytes_touched, parts.map(|one| store.part_bytes(one)).sum());
         }
     }
 

@@ -22,6 +22,9 @@ pub struct Paging {
     pub bytes_read: u64,
     /// Pages brought in that went again, or are there still, without having been touched.
     pub pages_unused: u64,
+    /// Bytes that were read for these.
+    #[serde(default)]
+    pub bytes_unused: u64,
     /// Pages that went to make room.
     pub pages_evicted: u64,
     /// Pages that frames which do not wait asked for, and that were not in memory when they began; each frame counts them anew.
@@ -44,6 +47,7 @@ impl Paging {
             pages_read: self.pages_read - before.pages_read,
             bytes_read: self.bytes_read - before.bytes_read,
             pages_unused: self.pages_unused.saturating_sub(before.pages_unused),
+            bytes_unused: self.bytes_unused.saturating_sub(before.bytes_unused),
             pages_evicted: self.pages_evicted - before.pages_evicted,
             pages_late: self.pages_late - before.pages_late,
             resident_bytes: self.resident_bytes,
@@ -62,6 +66,8 @@ pub(super) struct Tally {
     pub pages_read: AtomicU64,
     pub bytes_read: AtomicU64,
     pub pages_touched: AtomicU64,
+    /// Bytes that were read for what was touched.
+    pub bytes_touched: AtomicU64,
     pub pages_evicted: AtomicU64,
     pub pages_late: AtomicU64,
 }
@@ -86,6 +92,7 @@ impl Tally {
             pages_read: of(&self.pages_read),
             bytes_read: of(&self.bytes_read),
             pages_unused: of(&self.pages_read).saturating_sub(of(&self.pages_touched)),
+            bytes_unused: of(&self.bytes_read).saturating_sub(of(&self.bytes_touched)),
             pages_evicted: of(&self.pages_evicted),
             pages_late: of(&self.pages_late),
             ..Paging::default()

@@ -160,10 +160,11 @@ pub fn sentence(paging: &Paging) -> String {
         count => format!(", {count} pages late, added up over the frames"),
     };
     format!(
-        "pages: {} read ({:.1} MiB), {} of them unused, {} evicted, at most {:.1} MiB in memory; {}{late}",
+        "pages: {} read ({:.1} MiB), {} of them unused ({:.1} MiB), {} evicted, at most {:.1} MiB in memory; {}{late}",
         paging.pages_read,
         mib(paging.bytes_read),
         paging.pages_unused,
+        mib(paging.bytes_unused),
         paging.pages_evicted,
         mib(paging.resident_bytes_most),
         waits(paging),
