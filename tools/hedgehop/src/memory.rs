@@ -18,8 +18,10 @@ const FLYING: u64 = 9;
 const WAITING: u64 = 3;
 /// Those of a frame with all its planes.
 const WHOLE: u64 = 36;
-/// The program itself, its threads and their scratch memory, and what the system's allocator keeps between pieces of all sizes.
-const PROGRAM: u64 = 52 * MIB;
+/// Bytes of a pixel that the system's allocator keeps between pieces of all sizes: strips of light, more of them the finer the screen.
+const BETWEEN: u64 = 18;
+/// The program itself, its threads and their scratch memory.
+const PROGRAM: u64 = 16 * MIB;
 /// Least worth having for pages, and for what is computed from them.
 const LEAST: u64 = 24 * MIB;
 /// Of what frames leave, pages take so many parts of a hundred; what is computed from them takes the others. More of that is not
@@ -87,7 +89,7 @@ impl Frames {
         let whole = if self.product == Product::Frame { WHOLE } else { 0 };
         // Every encoder holds a frame and what it makes of it, and may have another waiting.
         let waiting = 3 * (WAITING + whole) * self.encoders as u64;
-        PROGRAM + pixels * ((FLYING + whole) * self.in_flight as u64 + waiting)
+        PROGRAM + pixels * ((FLYING + whole) * self.in_flight as u64 + waiting + BETWEEN)
     }
 
     /// Least memory that has room for so many bytes of pages.
