@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::raymarch::SurfaceSample;
+use crate::simd::{Floats, Simd};
 
 /// Direction to the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +62,18 @@ impl VisualSensor {
         let direct = normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
         let sky = 0.5 + 0.5 * normal.z;
         SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct
+    }
+
+    /// The same for sixteen surfaces that rise `eastward` and `northward` by so much per unit.
+    #[inline(always)]
+    pub fn light_on<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2]) -> V::F {
+        let one = simd.splat(1.0);
+        let upward = one / (eastward * eastward + northward * northward + one).sqrt();
+        let [east, north] = [self.to_sun.x, self.to_sun.y].map(|share| simd.splat(share / self.to_sun.z));
+        // Of the normal's upward part, like all that is multiplied by it.
+        let direct = (one - eastward * east - northward * north).max(simd.splat(0.0));
+        let sky = simd.splat(0.5 * SKY_SHARE);
+        sky + upward * (sky + direct * simd.splat(1.0 - SKY_SHARE))
     }
 }
 

@@ -131,6 +131,44 @@ unsafe fn pairs_of_eight(from: *const i64, index: __m256i) -> (__m256i, __m256i)
     }
 }
 
+/// Eight lanes of three bytes each.
+///
+/// # Safety
+/// The processor has AVX2, and 24 bytes are there.
+#[inline(always)]
+unsafe fn eight_triples(from: *const u8) -> __m256i {
+    // SAFETY: the caller's; sixteen bytes from 0 and from 8 on are read.
+    unsafe {
+        let halves = _mm256_loadu2_m128i(from.add(8).cast(), from.cast());
+        let order = _mm256_setr_epi8(
+            0, 1, 2, -1, 3, 4, 5, -1, 6, 7, 8, -1, 9, 10, 11, -1, // four from byte 0 on
+            4, 5, 6, -1, 7, 8, 9, -1, 10, 11, 12, -1, 13, 14, 15, -1, // four from byte 12 on
+        );
+        _mm256_shuffle_epi8(halves, order)
+    }
+}
+
+/// Eight lanes of five bytes each: four of them, and the fifth.
+///
+/// # Safety
+/// The processor has AVX2, and 40 bytes are there.
+#[inline(always)]
+unsafe fn eight_fives(from: *const u8) -> (__m256i, __m256i) {
+    // SAFETY: the caller's; sixteen bytes from 0, 4, 20 and 24 on are read.
+    unsafe {
+        let first = _mm256_loadu2_m128i(from.add(20).cast(), from.cast());
+        let last = _mm256_loadu2_m128i(from.add(24).cast(), from.add(4).cast());
+        let three = _mm_setr_epi8(0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, -1, -1, -1, -1);
+        let fourth = _mm_setr_epi8(-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, 11, 12, 13, 14);
+        let fifth = _mm_setr_epi8(0, -1, -1, -1, 5, -1, -1, -1, 10, -1, -1, -1, 15, -1, -1, -1);
+        let four = _mm256_or_si256(
+            _mm256_shuffle_epi8(first, _mm256_broadcastsi128_si256(three)),
+            _mm256_shuffle_epi8(last, _mm256_broadcastsi128_si256(fourth)),
+        );
+        (four, _mm256_shuffle_epi8(last, _mm256_broadcastsi128_si256(fifth)))
+    }
+}
+
 /// One lane of sixteen, by halves.
 macro_rules! fold {
     ($lanes:expr, $eight:ident, $four:ident) => {
@@ -180,6 +218,25 @@ impl Simd for Avx2 {
     fn load_ints(self, values: &[i32; LANES]) -> I {
         let from = values.as_ptr();
         lanes!(I(_mm256_loadu_si256(from.cast()), _mm256_loadu_si256(from.add(8).cast())))
+    }
+    #[inline(always)]
+    fn load_shorts(self, values: &[u16; LANES]) -> I {
+        let from = values.as_ptr().cast::<__m128i>();
+        lanes!(I(
+            _mm256_cvtepu16_epi32(_mm_loadu_si128(from)),
+            _mm256_cvtepu16_epi32(_mm_loadu_si128(from.add(1)))
+        ))
+    }
+    #[inline(always)]
+    fn load_triples(self, values: &[u8; 3 * LANES]) -> I {
+        // SAFETY: bytes 0 to 24 and 24 to 48 are read, which is what there is.
+        unsafe { I(eight_triples(values.as_ptr()), eight_triples(values.as_ptr().add(24))) }
+    }
+    #[inline(always)]
+    fn load_fives(self, values: &[u8; 5 * LANES]) -> [I; 2] {
+        // SAFETY: bytes 0 to 40 and 40 to 80 are read, which is what there is.
+        let [low, high] = unsafe { [eight_fives(values.as_ptr()), eight_fives(values.as_ptr().add(40))] };
+        [I(low.0, high.0), I(low.1, high.1)]
     }
     #[inline(always)]
     fn mask(self, bits: u16) -> M {
@@ -365,6 +422,11 @@ impl Ints for I {
     fn shr<const N: u32>(self) -> Self {
         let count = lanes!(_mm_cvtsi32_si128(N as i32));
         lanes!(I(_mm256_srl_epi32(self.0, count), _mm256_srl_epi32(self.1, count)))
+    }
+    #[inline(always)]
+    fn sar<const N: u32>(self) -> Self {
+        let count = lanes!(_mm_cvtsi32_si128(N as i32));
+        lanes!(I(_mm256_sra_epi32(self.0, count), _mm256_sra_epi32(self.1, count)))
     }
     #[inline(always)]
     fn shl<const N: u32>(self) -> Self {

@@ -128,6 +128,44 @@ impl Simd for Avx512 {
         I(lanes!(_mm512_loadu_si512(values.as_ptr().cast())))
     }
     #[inline(always)]
+    fn load_shorts(self, values: &[u16; LANES]) -> I {
+        I(lanes!(_mm512_cvtepu16_epi32(_mm256_loadu_si256(values.as_ptr().cast()))))
+    }
+    #[inline(always)]
+    fn load_triples(self, values: &[u8; 3 * LANES]) -> I {
+        // The words in which four lanes begin to each quarter, then their bytes.
+        // SAFETY: twelve words are read, which is what there is.
+        unsafe {
+            let words = _mm512_maskz_loadu_epi32(0x0fff, values.as_ptr().cast());
+            let order = _mm512_setr_epi32(0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 8, 8, 9, 10, 11, 11);
+            let quarters = _mm512_permutexvar_epi32(order, words);
+            let triples = _mm_setr_epi8(0, 1, 2, -1, 3, 4, 5, -1, 6, 7, 8, -1, 9, 10, 11, -1);
+            I(_mm512_shuffle_epi8(quarters, _mm512_broadcast_i32x4(triples)))
+        }
+    }
+    #[inline(always)]
+    fn load_fives(self, values: &[u8; 5 * LANES]) -> [I; 2] {
+        // Four lanes have five words: the first four to a quarter each, and the last four.
+        // SAFETY: twenty words are read, which is what there is.
+        unsafe {
+            let low = _mm512_loadu_si512(values.as_ptr().cast());
+            let high = _mm512_castsi128_si512(_mm_loadu_si128(values.as_ptr().add(64).cast()));
+            let order = _mm512_setr_epi32(0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18);
+            let first = _mm512_permutex2var_epi32(low, order, high);
+            let order = _mm512_add_epi32(order, _mm512_set1_epi32(1));
+            let last = _mm512_permutex2var_epi32(low, order, high);
+            // Bytes of `last` are four further on than those of `first`.
+            let three = _mm_setr_epi8(0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, -1, -1, -1, -1);
+            let fourth = _mm_setr_epi8(-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, 11, 12, 13, 14);
+            let four = _mm512_or_si512(
+                _mm512_shuffle_epi8(first, _mm512_broadcast_i32x4(three)),
+                _mm512_shuffle_epi8(last, _mm512_broadcast_i32x4(fourth)),
+            );
+            let fifth = _mm_setr_epi8(0, -1, -1, -1, 5, -1, -1, -1, 10, -1, -1, -1, 15, -1, -1, -1);
+            [I(four), I(_mm512_shuffle_epi8(last, _mm512_broadcast_i32x4(fifth)))]
+        }
+    }
+    #[inline(always)]
     fn mask(self, bits: u16) -> M {
         M(bits)
     }
@@ -299,6 +337,10 @@ impl Ints for I {
     #[inline(always)]
     fn shr<const N: u32>(self) -> Self {
         Self(lanes!(_mm512_srli_epi32::<N>(self.0)))
+    }
+    #[inline(always)]
+    fn sar<const N: u32>(self) -> Self {
+        Self(lanes!(_mm512_srai_epi32::<N>(self.0)))
     }
     #[inline(always)]
     fn shl<const N: u32>(self) -> Self {

@@ -27,6 +27,12 @@ pub trait Simd: Copy {
     fn load(self, values: &[f32; LANES]) -> Self::F;
     /// From memory, lane 0 first.
     fn load_ints(self, values: &[i32; LANES]) -> Self::I;
+    /// From memory, lane 0 first.
+    fn load_shorts(self, values: &[u16; LANES]) -> Self::I;
+    /// Three bytes a lane from memory, lane 0 first; the first is the lowest, and the highest byte is 0.
+    fn load_triples(self, values: &[u8; 3 * LANES]) -> Self::I;
+    /// Five bytes a lane from memory, lane 0 first: four of them, the first is the lowest, and the last one alone.
+    fn load_fives(self, values: &[u8; 5 * LANES]) -> [Self::I; 2];
     /// Bit n of `bits` is lane n.
     fn mask(self, bits: u16) -> Self::M;
     /// `table[index]` of each lane; an index outside is taken to the last.
@@ -113,6 +119,8 @@ pub trait Ints:
     fn as_floats(self) -> Self::F;
     /// Logical shift right.
     fn shr<const N: u32>(self) -> Self;
+    /// Shift right that keeps the sign.
+    fn sar<const N: u32>(self) -> Self;
     /// Shift left.
     fn shl<const N: u32>(self) -> Self;
     /// Low 32 bits of the product.

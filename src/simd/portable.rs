@@ -118,6 +118,25 @@ impl Simd for Portable {
         I(*values)
     }
     #[inline(always)]
+    fn load_shorts(self, values: &[u16; LANES]) -> I {
+        I(each(*values, i32::from))
+    }
+    #[inline(always)]
+    fn load_triples(self, values: &[u8; 3 * LANES]) -> I {
+        I(std::array::from_fn(|lane| {
+            let at = 3 * lane;
+            i32::from_le_bytes([values[at], values[at + 1], values[at + 2], 0])
+        }))
+    }
+    #[inline(always)]
+    fn load_fives(self, values: &[u8; 5 * LANES]) -> [I; 2] {
+        let four = std::array::from_fn(|lane| {
+            let at = 5 * lane;
+            i32::from_le_bytes([values[at], values[at + 1], values[at + 2], values[at + 3]])
+        });
+        [I(four), I(std::array::from_fn(|lane| i32::from(values[5 * lane + 4])))]
+    }
+    #[inline(always)]
     fn mask(self, bits: u16) -> M {
         M(std::array::from_fn(|lane| yes(bits >> lane & 1 != 0)))
     }
@@ -278,6 +297,10 @@ impl Ints for I {
     #[inline(always)]
     fn shr<const N: u32>(self) -> Self {
         Self(each(self.0, |a| (a as u32 >> N) as i32))
+    }
+    #[inline(always)]
+    fn sar<const N: u32>(self) -> Self {
+        Self(each(self.0, |a| a >> N))
     }
     #[inline(always)]
     fn shl<const N: u32>(self) -> Self {

@@ -26,6 +26,10 @@ impl Kernel for Everything<'_> {
         let pairs = simd.gather_word_pairs(&words, i);
         let index = (i & simd.splat_int(31)).min(simd.splat_int(30));
         let near = self.table.first_chunk().map(|near| simd.permute_pairs(near, index));
+        let bytes: Vec<u8> = self.table.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let loaded = self.table.first_chunk().map(|shorts| simd.load_shorts(shorts));
+        let triples_loaded = bytes[1..].first_chunk().map(|triples| simd.load_triples(triples));
+        let fives_loaded = bytes.last_chunk().map(|fives| simd.load_fives(fives));
         let equal = [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.abs().sqrt(), a.floor()]
             .map(Floats::to_bits)
             .into_iter()
@@ -36,8 +40,21 @@ impl Kernel for Everything<'_> {
             .chain(simd.permute_neighbours(a, b, index).map(Floats::to_bits))
             .chain([pairs.0, pairs.1])
             .chain(near)
+            .chain(loaded.into_iter().chain(triples_loaded).chain(fives_loaded.into_iter().flatten()))
             .chain([a.abs().to_int(), (a * simd.splat(70_000.0)).floor().to_int()])
-            .chain([i, i + j, i - j, i.mul(j), i & j, i | j, i.shr::<3>(), i.shl::<5>(), i.min(j), i.max(j)])
+            .chain([
+                i,
+                i + j,
+                i - j,
+                i.mul(j),
+                i & j,
+                i | j,
+                i.shr::<3>(),
+                i.sar::<3>(),
+                i.shl::<5>(),
+                i.min(j),
+                i.max(j),
+            ])
             .chain([i.select(m & mask, j), simd.gather_words(&words, i), simd.gather_pairs(self.table, i)])
             .map(|lanes| {
                 let mut out = [0; LANES];

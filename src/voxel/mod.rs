@@ -32,7 +32,7 @@ pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
 pub use page::{APRON, Attributes, BoundsView, EncodedPage, PageBuffer, PagePart, PageView, RELIEF_APRON};
 pub use pyramid::{coarse_page, sparse_page};
-pub use relief::{Relief, half_steps};
+pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};
 pub use shelf::Shelf;
 pub use source::PageSource;
 pub use store::{FileBytes, MemPages, PageStore, Touched};

@@ -14,6 +14,8 @@
 //!
 //! The correction, not the mean, is what is rounded: on smooth ground it vanishes, and no contour lines show.
 
+use crate::simd::{Floats, Ints, LANES, Simd};
+
 /// Steps of a correction per unit of slope.
 const CORRECTION_STEPS: f32 = 128.0;
 /// Steps of a spread per unit of slope.
@@ -49,18 +51,41 @@ impl Relief {
             spread: [a, b, c].map(|root| code((root * moments.step) as f32, SPREAD_STEPS)),
         }
     }
+}
+
+/// Bytes of sixteen reliefs.
+const RELIEFS: usize = LANES * size_of::<Relief>();
+
+/// Reliefs of sixteen voxels.
+#[derive(Debug, Clone, Copy)]
+pub struct ReliefLanes<F> {
+    correction: [F; 2],
+    spread: [F; 3],
+}
+
+impl<F: Floats> ReliefLanes<F> {
+    /// From memory.
+    #[inline(always)]
+    pub fn load<V: Simd<F = F>>(simd: V, bytes: &[u8; RELIEFS]) -> Self {
+        let [four, fifth] = simd.load_fives(bytes);
+        let scaled = |byte: V::I, unit: f32| byte.sar::<24>().to_float() * simd.splat(unit);
+        let spread = std::f32::consts::SQRT_2 / SPREAD_STEPS;
+        Self {
+            correction: [four.shl::<24>(), four.shl::<16>()].map(|byte| scaled(byte, 1.0 / CORRECTION_STEPS)),
+            spread: [four.shl::<8>(), four, fifth.shl::<24>()].map(|byte| scaled(byte, spread)),
+        }
+    }
 
     /// Mean slopes eastward and northward of the finer posts, `own` being those of the level.
     #[inline(always)]
-    pub fn mean(&self, own: [f32; 2]) -> [f32; 2] {
-        [0, 1].map(|axis| own[axis] + f32::from(self.correction[axis]) * (1.0 / CORRECTION_STEPS))
+    pub fn mean(&self, own: [F; 2]) -> [F; 2] {
+        [own[0] + self.correction[0], own[1] + self.correction[1]]
     }
 
-    /// Four slopes with the mean and the covariance of the finer posts'.
+    /// Four slopes with such a mean, and the covariance of the finer posts'.
     #[inline(always)]
-    pub fn slopes(&self, own: [f32; 2]) -> [[f32; 2]; 4] {
-        let [x, y] = self.mean(own);
-        let [a, b, c] = self.spread.map(|root| f32::from(root) * (std::f32::consts::SQRT_2 / SPREAD_STEPS));
+    pub fn slopes(&self, [x, y]: [F; 2]) -> [[F; 2]; 4] {
+        let [a, b, c] = self.spread;
         [[x + a, y + b], [x - a, y - b], [x, y + c], [x, y - c]]
     }
 }
@@ -103,9 +128,52 @@ pub fn half_steps(here: u16, behind: u16, ahead: u16) -> i32 {
     if here == super::HeightCode::EMPTY { 0 } else { rise }
 }
 
+/// The same for sixteen posts.
+#[inline(always)]
+pub fn half_steps_of<V: Simd>(simd: V, here: V::I, behind: V::I, ahead: V::I) -> V::I {
+    let empty = simd.splat_int(i32::from(super::HeightCode::EMPTY));
+    let beside = [behind, ahead].map(|code| code.eq(empty));
+    let rise = here.select(beside[1], ahead) - here.select(beside[0], behind);
+    let rise = (rise + rise).select(beside[0] | beside[1], rise);
+    simd.splat_int(0).select(here.eq(empty), rise)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::{Isa, Kernel};
+
+    /// The four slopes of a relief in each lane.
+    struct Four {
+        relief: Relief,
+        own: [f32; 2],
+    }
+
+    impl Kernel for Four {
+        type Output = [[f32; 2]; 4];
+
+        #[inline(always)]
+        fn run<V: Simd>(self, simd: V) -> Self::Output {
+            let reliefs = [self.relief; LANES];
+            let relief = ReliefLanes::load(simd, bytemuck::cast_slice(&reliefs).first_chunk().unwrap());
+            let mean = relief.mean(self.own.map(|slope| simd.splat(slope)));
+            relief.slopes(mean).map(|slopes| slopes.map(|slope| slope.least()))
+        }
+    }
+
+    struct HalfSteps([[i32; LANES]; 3]);
+
+    impl Kernel for HalfSteps {
+        type Output = [i32; LANES];
+
+        #[inline(always)]
+        fn run<V: Simd>(self, simd: V) -> Self::Output {
+            let [here, behind, ahead] = self.0.map(|codes| simd.load_ints(&codes));
+            let mut steps = [0; LANES];
+            half_steps_of(simd, here, behind, ahead).store(&mut steps);
+            steps
+        }
+    }
 
     #[test]
     fn four_slopes_have_the_mean_and_the_covariance() {
@@ -113,7 +181,7 @@ mod tests {
         let mut moments = Moments::new(0.02);
         posts.iter().for_each(|slopes| moments.add(*slopes));
         let own = [0.3, -0.1];
-        let four = Relief::new(&moments, own).slopes(own);
+        let four = Isa::best().run(Four { relief: Relief::new(&moments, own), own });
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let moment = |slopes: &[[f64; 2]], axes: [usize; 2]| {
             let [a, b] = axes.map(|axis| slopes.iter().map(|s| s[axis]).collect::<Vec<_>>());
@@ -136,6 +204,21 @@ mod tests {
         assert_eq!(half_steps(10, 8, 0), 4);
         assert_eq!(half_steps(10, 0, 0), 0);
         assert_eq!(half_steps(0, 8, 13), 0);
+    }
+
+    #[test]
+    fn sixteen_posts_have_the_half_steps_of_each() {
+        let codes = [0_u16, 1, 8, 10, 65535];
+        let each: Vec<_> =
+            (0..125).map(|case| [codes[case % 5], codes[case / 5 % 5], codes[case / 25]]).collect();
+        for some in each.chunks(LANES) {
+            let lane = |lane: usize| some[lane % some.len()];
+            let planes = [0, 1, 2].map(|part: usize| std::array::from_fn(|at| i32::from(lane(at)[part])));
+            let wanted = std::array::from_fn(|at| half_steps(lane(at)[0], lane(at)[1], lane(at)[2]));
+            for isa in Isa::available() {
+                assert_eq!(isa.run(HalfSteps(planes)), wanted, "{isa}");
+            }
+        }
     }
 
     #[test]

@@ -94,15 +94,6 @@ impl Radiance {
         self.images.begin_frame();
     }
 
-    fn bake(
-        &self,
-        source: &dyn PageSource,
-        (id, part): (PageId, Part),
-        facing: &Facing,
-    ) -> Result<Option<RadiancePage>> {
-        RadiancePage::bake(source, (id, part), &self.sensor, facing, Isa::best())
-    }
-
     /// What is known under the key of a page's image, or else what `make` finds. A page that `source` does not have is absent, also if its
     /// image is known from another frame that had it: pictures are the same whatever was rendered before.
     fn image(
@@ -116,7 +107,8 @@ impl Radiance {
 
     fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let bake = || {
-            let page = self.bake(source, (id, Part::ALL), &Facing::down(0))?;
+            let page =
+                RadiancePage::bake(source, (id, Part::ALL), &self.sensor, &Facing::down(0), Isa::best())?;
             Ok(page.map(|page| Image::Page(Arc::new(page))))
         };
         match self.image(source, (id, Key::Page(id)), bake)? {
@@ -128,8 +120,8 @@ impl Radiance {
     fn lines(&self, source: &dyn PageSource, strip: Strip) -> Result<Option<Arc<LineImage>>> {
         let weave_lines = || {
             let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
-            let page = self.bake(source, (strip.page, part), &strip.weave.facing)?;
-            Ok(page.map(|page| Image::Lines(Arc::new(LineImage::new(&page, strip.weave)))))
+            let lines = LineImage::bake(source, (strip.page, part), &self.sensor, strip.weave, Isa::best())?;
+            Ok(lines.map(|lines| Image::Lines(Arc::new(lines))))
         };
         match self.image(source, (strip.page, Key::Lines(strip)), weave_lines)? {
             Some(Image::Lines(lines)) => Ok(Some(lines)),

@@ -10,12 +10,13 @@
 //! from the first, and the width of texels from the second. Texels of a line lie side by side
 //! whichever axis the planes run along.
 
-use std::borrow::Cow;
-
-use super::facing::{Facing, Slopes};
-use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST, RadiancePage, encode};
-use super::window::RING;
-use crate::simd::{Isa, Kernel, Simd, turned};
+use super::facing::Facing;
+use super::page::{Baking, Finish, Part, encode};
+use super::window::{RING, Row, Window};
+use crate::error::Result;
+use crate::sensor::VisualSensor;
+use crate::simd::{Floats, Isa, LANES, Simd, turned};
+use crate::voxel::{PageId, PageSource};
 
 /// Which lines of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,14 +39,19 @@ pub struct LineImage {
 }
 
 impl LineImage {
-    /// The lines of a page, or of a part of it that begins with a line.
-    pub fn new(page: &RadiancePage, weave: Weave) -> Self {
-        Self::with_isa(page, weave, Isa::best())
-    }
-
-    /// The same; every instruction set gives the same bits.
-    pub fn with_isa(page: &RadiancePage, weave: Weave, isa: Isa) -> Self {
-        isa.run(Weaving { page, weave })
+    /// The lines of a part of a page that begins with a line; `None` where the page is absent. Every instruction set gives the
+    /// same bits.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn bake(
+        source: &dyn PageSource,
+        (id, part): (PageId, Part),
+        sensor: &VisualSensor,
+        weave: Weave,
+        isa: Isa,
+    ) -> Result<Option<Self>> {
+        isa.run(Baking { source, id, part, sensor, facing: &weave.facing, finish: weave })
     }
 
     /// Where line `index` begins, the last one's if it is beyond.
@@ -60,88 +66,138 @@ impl LineImage {
     }
 }
 
-struct Weaving<'p> {
-    page: &'p RadiancePage,
-    weave: Weave,
-}
-
-impl Kernel for Weaving<'_> {
-    type Output = LineImage;
+impl Finish for Weave {
+    type Image = LineImage;
 
     #[inline(always)]
-    fn run<V: Simd>(self, _: V) -> LineImage {
-        let Self { page, weave } = self;
-        let (major, wide) = (usize::from(weave.facing.major), 1 << weave.shift);
-        let [along, across] = [page.size[major] as usize, page.size[1 - major] as usize];
-        let span = usize::from(weave.span);
-        let row = across.div_ceil(wide) + 2;
-        // A last texel may be narrower than the others; the apron goes on from it.
-        let posts = across + 2 * wide;
-        let mut sums = [(); 3].map(|()| vec![0.0_f32; posts]);
-        let mut weights = vec![0.0_f32; posts];
-        let mut means = [(); 3].map(|()| vec![0.0_f32; row]);
-        let mut texels = vec![0; along.div_ceil(span) * row];
-        let lying = Lying::new(page, &weave.facing);
-        for (line, texels) in texels.chunks_exact_mut(row).enumerate() {
-            let middle = line * span + RING;
-            let half = span / 2;
-            sums.iter_mut().for_each(|sums| sums.fill(0.0));
-            weights.fill(0.0);
-            for at in middle - half..=middle + half {
-                let is_end = span > 1 && at.abs_diff(middle) == half;
-                let share = if is_end { 0.5 } else { 1.0 };
-                lying.add_line(at, RING - wide, share, &mut sums, &mut weights);
+    fn image<V: Simd>(&self, simd: V, window: &Window, size: [usize; 2]) -> LineImage {
+        let (major, wide) = (usize::from(self.facing.major), 1 << self.shift);
+        let lines = Shares::of_lines(usize::from(self.span), size[major]);
+        let texels = Shares::of_texels(wide, size[1 - major]);
+        // Rows of posts lie along x: columns of texels are lines if the planes run along x.
+        let [rows, columns] = if major == 0 { [&texels, &lines] } else { [&lines, &texels] };
+        let row = texels.count;
+        let mut image = vec![0; rows.count * columns.count];
+        if rows.step == 1 && columns.step == 1 {
+            for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
+                let posts = window.row(rows.first + index);
+                encode(simd, target, posts.light.map(|plane| &plane[columns.first..]));
             }
-            for (means, sums) in means.iter_mut().zip(&sums) {
-                let texels = sums.chunks(wide).zip(weights.chunks(wide));
-                for (mean, (sums, weights)) in means.iter_mut().zip(texels) {
-                    *mean = sums.iter().sum::<f32>() / weights.iter().sum::<f32>();
+        } else {
+            let mut sums = Sums::new(size[0] + 2 * RING, columns.count);
+            for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
+                sums.clear();
+                for (post, share) in rows.posts(index) {
+                    sums.add(simd, window.row(post), share);
+                }
+                encode(simd, target, sums.means(simd, columns));
+            }
+        }
+        LineImage { texels: if major == 0 { turned(&image, columns.count) } else { image }, row }
+    }
+}
+
+/// Which posts along an axis make a line or a texel of several, and how much each counts.
+struct Shares {
+    /// The first post of the first one, counted with the ring, and posts from one to the next: 1, 2 or 4.
+    first: usize,
+    step: usize,
+    /// How many there are.
+    count: usize,
+    /// Posts behind the last.
+    end: usize,
+    /// Whether the post at either end of a step counts half, for this one and for the next.
+    has_halves: bool,
+}
+
+impl Shares {
+    fn of_lines(span: usize, along: usize) -> Self {
+        let (first, has_halves) = (RING - span / 2, span > 1);
+        Self { first, step: span, count: along.div_ceil(span), end: along + 2 * RING, has_halves }
+    }
+
+    /// A texel more on either side; the last one may be narrower than the others, and the one beside goes on from it.
+    fn of_texels(wide: usize, across: usize) -> Self {
+        let (first, end) = (RING - wide, RING + across + wide);
+        Self { first, step: wide, count: across.div_ceil(wide) + 2, end, has_halves: false }
+    }
+
+    /// Posts of one of them, and their shares.
+    #[inline(always)]
+    fn posts(&self, index: usize) -> impl Iterator<Item = (usize, f32)> {
+        let (first, step, has_halves) = (self.first + index * self.step, self.step, self.has_halves);
+        let posts = first..self.end.min(first + step + usize::from(has_halves));
+        posts.map(move |post| {
+            (post, if has_halves && (post == first || post == first + step) { 0.5 } else { 1.0 })
+        })
+    }
+}
+
+/// Radiance times weights, summed up over rows of posts: red, green, blue, and the weights.
+struct Sums {
+    /// By post of a row, and as many behind it as are looked at.
+    posts: [Vec<f32>; 4],
+    /// Of what posts of a row make together; the fourth is not used.
+    means: [Vec<f32>; 4],
+    width: usize,
+}
+
+impl Sums {
+    fn new(width: usize, count: usize) -> Self {
+        let posts = [(); 4].map(|()| vec![0.0; width + LANES]);
+        Self { posts, means: [(); 4].map(|()| vec![0.0; count.next_multiple_of(LANES)]), width }
+    }
+
+    fn clear(&mut self) {
+        self.posts.iter_mut().for_each(|plane| plane.fill(0.0));
+    }
+
+    /// Adds a row.
+    #[inline(always)]
+    fn add<V: Simd>(&mut self, simd: V, row: Row<'_>, share: f32) {
+        let [red, green, blue] = row.light;
+        let share = simd.splat(share);
+        for first in (0..self.width).step_by(LANES) {
+            let load = |plane: &[f32]| plane[first..].first_chunk().map_or(share, |lanes| simd.load(lanes));
+            let weight = load(row.weights) * share;
+            let light = [load(red) * weight, load(green) * weight, load(blue) * weight, weight];
+            for (plane, more) in self.posts.iter_mut().zip(light) {
+                if let Some(sums) = plane[first..].first_chunk_mut() {
+                    (simd.load(sums) + more).store(sums);
                 }
             }
-            encode(texels, [&means[0], &means[1], &means[2]]);
         }
-        LineImage { texels, row }
+    }
+
+    /// Mean radiance over posts of a row that belong together.
+    #[inline(always)]
+    fn means<V: Simd>(&mut self, simd: V, columns: &Shares) -> [&[f32]; 3] {
+        for (posts, together) in self.posts.iter_mut().zip(&mut self.means) {
+            posts[columns.end..].fill(0.0);
+            let together = &mut together[..columns.count];
+            match columns.step {
+                1 => sum_up::<1>(posts, columns, together),
+                2 => sum_up::<2>(posts, columns, together),
+                _ => sum_up::<4>(posts, columns, together),
+            }
+        }
+        let [red, green, blue, weights] = &mut self.means;
+        for plane in [&mut *red, &mut *green, &mut *blue] {
+            for (mean, weight) in plane.as_chunks_mut().0.iter_mut().zip(weights.as_chunks().0) {
+                (simd.load(mean) / simd.load(weight)).store(mean);
+            }
+        }
+        [red, green, blue]
     }
 }
 
-/// A page whose lines lie in memory as rows.
-struct Lying<'p> {
-    texels: Cow<'p, [u32]>,
-    slopes: Cow<'p, [Slopes]>,
-    /// Posts of a row, with the apron.
-    stride: usize,
-    facing: &'p Facing,
-}
-
-impl<'p> Lying<'p> {
-    #[inline(always)]
-    fn new(page: &'p RadiancePage, facing: &'p Facing) -> Self {
-        let stride = page.size.map(|side| side as usize + 2 * RING);
-        let (texels, slopes) = match facing.major {
-            0 => (turned(&page.texels, stride[0]).into(), turned(&page.slopes, stride[0]).into()),
-            _ => ((&page.texels).into(), (&page.slopes).into()),
-        };
-        Self { texels, slopes, stride: stride[1 - usize::from(facing.major)], facing }
-    }
-
-    /// Adds radiance of posts from `first` on along a line, times their weights, and these; both are counted with the apron.
-    #[inline(always)]
-    fn add_line(&self, line: usize, first: usize, share: f32, sums: &mut [Vec<f32>; 3], weights: &mut [f32]) {
-        let start = line * self.stride + first;
-        let [red, green, blue] = sums;
-        let scale = ROOT_OF_BRIGHTEST / CODE_LIMIT;
-        let posts = self.texels[start..].iter().zip(&self.slopes[start..]);
-        for (((((texel, slopes), red), green), blue), sum) in posts.zip(red).zip(green).zip(blue).zip(weights)
-        {
-            let weight = share * self.facing.weight(*slopes);
-            *sum += weight;
-            let add = |sum: &mut f32, code: u32| {
-                let root = (code & 0x3ff) as i32 as f32 * scale;
-                *sum += root * root * weight;
-            };
-            add(red, *texel);
-            add(green, *texel >> 10);
-            add(blue, *texel >> 20);
-        }
+/// Sums of `STEP` posts each, or of these and the next one's first, which both count half.
+#[inline(always)]
+fn sum_up<const STEP: usize>(posts: &[f32], columns: &Shares, target: &mut [f32]) {
+    let (head, tail) = if columns.has_halves { (0.5, 0.5) } else { (1.0, 0.0) };
+    let steps = &posts[columns.first..].as_chunks::<STEP>().0[..columns.count + 1];
+    for (index, target) in target.iter_mut().enumerate() {
+        let rest: f32 = steps[index][1..].iter().sum();
+        *target = head * steps[index][0] + rest + tail * steps[index + 1][0];
     }
 }

@@ -1,11 +1,11 @@
 //! One page's radiance.
 
-use super::facing::{Facing, Slopes};
+use super::facing::Facing;
 use super::posts::{Lamp, Posts};
 use super::window::{RING, Window};
 use crate::error::Result;
 use crate::sensor::VisualSensor;
-use crate::simd::{Isa, Kernel, Simd};
+use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
 
 /// Root of the radiance of the greatest code.
@@ -51,8 +51,6 @@ impl Part {
 pub struct RadiancePage {
     /// `red | green << 10 | blue << 20`, each the root of radiance.
     pub texels: Vec<u32>,
-    /// How they slope.
-    pub slopes: Vec<Slopes>,
     /// Texels eastward and northward, without the apron.
     pub size: [i32; 2],
 }
@@ -70,7 +68,7 @@ impl RadiancePage {
         facing: &Facing,
         isa: Isa,
     ) -> Result<Option<Self>> {
-        isa.run(Baking { source, id, part, sensor, facing })
+        isa.run(Baking { source, id, part, sensor, facing, finish: Encoding })
     }
 
     /// Texel of a post; the apron has negative indices.
@@ -79,52 +77,75 @@ impl RadiancePage {
         self.texels[((north + ring) * (self.size[0] + 2 * ring) + east + ring) as usize]
     }
 
-    /// Bytes of the texels and slopes.
+    /// Bytes of the texels.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.texels.as_slice()) + size_of_val(self.slopes.as_slice())
+        size_of_val(self.texels.as_slice())
     }
 }
 
-/// Plain loops over rows, which the compiler vectorises for the set.
-struct Baking<'a> {
-    source: &'a dyn PageSource,
-    id: PageId,
-    part: Part,
-    sensor: &'a VisualSensor,
-    facing: &'a Facing,
+/// Lights a part of a page, and makes an image of it.
+pub struct Baking<'a, M> {
+    pub source: &'a dyn PageSource,
+    pub id: PageId,
+    pub part: Part,
+    pub sensor: &'a VisualSensor,
+    pub facing: &'a Facing,
+    /// What makes the image.
+    pub finish: M,
 }
 
-impl Kernel for Baking<'_> {
-    type Output = Result<Option<RadiancePage>>;
+/// Makes an image of posts.
+pub trait Finish {
+    type Image;
+    /// Of posts of a part of `size`, eastward and northward, and [`RING`] around it. Implementations are `#[inline(always)]`.
+    fn image<V: Simd>(&self, simd: V, window: &Window, size: [usize; 2]) -> Self::Image;
+}
+
+impl<M: Finish> Kernel for Baking<'_, M> {
+    /// `None` where the page is absent.
+    type Output = Result<Option<M::Image>>;
 
     #[inline(always)]
-    fn run<V: Simd>(self, _: V) -> Self::Output {
-        let Self { source, id, part, sensor, facing } = self;
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let Self { source, id, part, sensor, facing, finish } = self;
         let Some(view) = source.page(id)? else { return Ok(None) };
         let part = part.within(view.width, view.height);
         let lamp = Lamp::new(sensor);
         let posts = Posts::new(&lamp, source.header(), id, view, part, facing);
-        let window = Window::around(&posts);
-        let [width, rows] = window.size();
-        let mut texels = vec![0; width * rows];
-        let mut slopes = Vec::with_capacity(texels.len());
-        for (row, texels) in texels.chunks_exact_mut(width).enumerate() {
-            let (light, sloping) = window.row(row);
-            encode(texels, light);
-            slopes.extend_from_slice(sloping);
-        }
-        Ok(Some(RadiancePage { texels, slopes, size: part.size.map(|side| side as i32) }))
+        let window = Window::around(simd, &posts);
+        Ok(Some(finish.image(simd, &window, part.size.map(|side| side as usize))))
     }
 }
 
-/// Texels of a row of radiance.
+/// Texels of the posts themselves.
+struct Encoding;
+
+impl Finish for Encoding {
+    type Image = RadiancePage;
+
+    #[inline(always)]
+    fn image<V: Simd>(&self, simd: V, window: &Window, size: [usize; 2]) -> RadiancePage {
+        let [width, rows] = size.map(|side| side + 2 * RING);
+        let mut texels = vec![0; width * rows];
+        for (row, texels) in texels.chunks_exact_mut(width).enumerate() {
+            encode(simd, texels, window.row(row).light);
+        }
+        RadiancePage { texels, size: size.map(|side| side as i32) }
+    }
+}
+
+/// Texels of a row of radiance, which has [`LANES`] more behind it.
 #[inline(always)]
-pub fn encode(texels: &mut [u32], [red, green, blue]: [&[f32]; 3]) {
-    let code = |radiance: f32| {
-        let share = (radiance / (ROOT_OF_BRIGHTEST * ROOT_OF_BRIGHTEST)).clamp(0.0, 1.0);
-        (share.sqrt() * CODE_LIMIT + 0.5) as i32 as u32
-    };
-    for (((texel, &red), &green), &blue) in texels.iter_mut().zip(red).zip(green).zip(blue) {
-        *texel = code(red) | code(green) << 10 | code(blue) << 20;
+pub fn encode<V: Simd>(simd: V, texels: &mut [u32], light: [&[f32]; 3]) {
+    let [zero, half, one, limit] = [0.0, 0.5, 1.0, CODE_LIMIT].map(|value| simd.splat(value));
+    let unit = simd.splat(1.0 / (ROOT_OF_BRIGHTEST * ROOT_OF_BRIGHTEST));
+    for (chunk, texels) in texels.chunks_mut(LANES).enumerate() {
+        let [red, green, blue] = light.map(|plane| {
+            let radiance = plane[chunk * LANES..].first_chunk().map_or(zero, |lanes| simd.load(lanes));
+            ((radiance * unit).max(zero).min(one).sqrt() * limit + half).to_int()
+        });
+        let mut codes = [0; LANES];
+        (red | green.shl::<10>() | blue.shl::<20>()).store(&mut codes);
+        texels.copy_from_slice(bytemuck::cast_slice(&codes[..texels.len()]));
     }
 }

@@ -2,17 +2,18 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
-
-use super::facing::{self, Facing, Slopes};
+use super::facing::{Facing, VOID_WEIGHT};
 use super::page::Part;
 use super::window::LIT;
 use crate::colour::linear_from_srgb8;
 use crate::sensor::VisualSensor;
-use crate::voxel::{APRON, Header, HeightCode, PAGE_SIDE, PageId, PageView, RELIEF_APRON, half_steps};
+use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::voxel::{
+    APRON, Header, HeightCode, PAGE_SIDE, PageId, PageView, RELIEF_APRON, Relief, ReliefLanes, half_steps_of,
+};
 
-/// Posts of a whole page's row that are lit, at most.
-const SIDE: usize = PAGE_SIDE as usize + 2 * LIT;
+/// Numbers of lanes.
+const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// Red of posts without a surface: not light.
 pub const VOID: f32 = -1.0;
@@ -29,10 +30,12 @@ impl<'s> Lamp<'s> {
     }
 }
 
-/// Rows of the same length: red, green and blue, and slopes.
+/// Rows to write to, from the first lit post on; some lanes behind the last one are written too.
 pub struct Rows<'t> {
+    /// Red, green and blue.
     pub light: [&'t mut [f32]; 3],
-    pub slopes: &'t mut [Slopes],
+    /// How much is seen of a post.
+    pub weights: &'t mut [f32],
 }
 
 /// A part of a page's posts under a lamp, and those around it. All that a post needs is in the page.
@@ -86,99 +89,114 @@ impl<'a> Posts<'a> {
         Self { lamp, view, facing: *facing, half_step, inside, part, lit, edges }
     }
 
-    /// Radiance of the lit posts of row `y`, seen as `facing` says; [`VOID`] where they have no surface.
+    /// Writes what the lit posts of row `y` send, seen as `facing` says, with [`VOID`] where they have no surface. Whether there are such.
     #[inline(always)]
-    pub fn row(&self, y: usize, target: Rows<'_>) {
+    pub fn row<V: Simd>(&self, simd: V, y: usize, target: Rows<'_>) -> bool {
+        let along = if self.is_last(1, y) { 2.0 * self.half_step } else { self.half_step };
+        let Rows { light: [red, green, blue], weights } = target;
+        let [zero, void] = [0.0, VOID].map(|value| simd.splat(value));
         let columns = self.lit[0].clone();
-        let count = columns.len();
-        let mut own = [[0.0; 2]; SIDE];
-        self.slopes(y, &mut own);
-        let mut light = [0.0; SIDE];
+        let mut has_voids = false;
+        for x in columns.clone().step_by(LANES) {
+            let here = self.heights(simd, self.place([x, y], APRON));
+            let none = here.eq(simd.splat_int(i32::from(HeightCode::EMPTY)));
+            let (light, weight) = self.light(simd, [x, y], self.slopes(simd, [x, y], here, along));
+            let colour = self.linear(simd, [x, y]);
+            let first = x - columns.start;
+            store(void.select(none, colour[0] * light), red, first);
+            store(zero.select(none, colour[1] * light), green, first);
+            store(zero.select(none, colour[2] * light), blue, first);
+            store(simd.splat(VOID_WEIGHT).select(none, weight), weights, first);
+            let lit = (columns.end - x).min(LANES);
+            has_voids |= (none & simd.mask(u16::MAX >> (LANES - lit))).any();
+        }
+        has_voids
+    }
+
+    /// Whether the area ends at a post.
+    #[inline(always)]
+    fn is_last(&self, axis: usize, at: usize) -> bool {
+        let ([first, last], inside) = (self.edges[axis], &self.inside[axis]);
+        first && at == inside.start || last && at + 1 == inside.end
+    }
+
+    /// Place of a post in planes with an apron, [`LIT`] posts of which lie before the page's own.
+    #[inline(always)]
+    fn place(&self, [x, y]: [usize; 2], apron: u32) -> usize {
+        let beyond = apron as usize - LIT;
+        (y + beyond) * (self.view.width + 2 * apron) as usize + x + beyond
+    }
+
+    /// Height codes of sixteen posts from a place on.
+    #[inline(always)]
+    fn heights<V: Simd>(&self, simd: V, place: usize) -> V::I {
+        simd.load_shorts(&from(self.view.heights, place))
+    }
+
+    /// Linear colours of sixteen posts.
+    #[inline(always)]
+    fn linear<V: Simd>(&self, simd: V, at: [usize; 2]) -> [V::F; 3] {
+        let bytes = from(bytemuck::cast_slice(self.view.colours), 3 * self.place(at, APRON));
+        let codes = simd.load_triples(&bytes);
+        let low = simd.splat_int(0xff);
+        [codes & low, codes.shr::<8>() & low, codes.shr::<16>()]
+            .map(|code| simd.gather(&self.lamp.linear, code))
+    }
+
+    /// Slopes eastward and northward of the level's own heights, `along`: a northward half step's.
+    #[inline(always)]
+    fn slopes<V: Simd>(&self, simd: V, [x, y]: [usize; 2], here: V::I, along: f32) -> [V::F; 2] {
+        // The apron repeats the area's last post: half the way, so twice the slope.
+        let half_step = simd.splat(self.half_step);
+        let mut across = half_step;
+        for edge in [self.inside[0].start, self.inside[0].end - 1] {
+            if self.is_last(0, edge) {
+                let lane = simd.splat_int(edge as i32 - x as i32);
+                across = (half_step + half_step).select(simd.load_ints(&NUMBERS).eq(lane), across);
+            }
+        }
+        let (place, stride) = (self.place([x, y], APRON), (self.view.width + 2 * APRON) as usize);
+        let [west, east, south, north] =
+            [place - 1, place + 1, place - stride, place + stride].map(|place| self.heights(simd, place));
+        let eastward = half_steps_of(simd, here, west, east).to_float();
+        let northward = half_steps_of(simd, here, south, north).to_float();
+        [eastward * across, northward * simd.splat(along)]
+    }
+
+    /// Light on sixteen posts, whose own slopes are given, and how much of them is seen.
+    #[inline(always)]
+    fn light<V: Simd>(&self, simd: V, at: [usize; 2], own: [V::F; 2]) -> (V::F, V::F) {
         let sensor = self.lamp.sensor;
         if self.view.relief.is_empty() {
-            for ((light, slopes), own) in light.iter_mut().zip(&mut *target.slopes).zip(&own[..count]) {
-                *light = light_on_slope(sensor, *own);
-                *slopes = facing::encode(*own);
-            }
-        } else {
-            let beyond = RELIEF_APRON as usize - LIT;
-            let stride = self.view.width as usize + 2 * RELIEF_APRON as usize;
-            let relief = &self.view.relief[(y + beyond) * stride + columns.start + beyond..][..count];
-            let posts = relief.iter().zip(&own[..count]);
-            for ((light, slopes), (relief, own)) in light.iter_mut().zip(&mut *target.slopes).zip(posts) {
-                let (mut sum, mut weights) = (0.0, 0.0);
-                for slopes in relief.slopes(*own) {
-                    let weight = self.facing.weight_of(slopes);
-                    sum += weight * light_on_slope(sensor, slopes);
-                    weights += weight;
-                }
-                *light = sum / weights;
-                *slopes = facing::encode(relief.mean(*own));
-            }
+            return (sensor.light_on(simd, own), self.facing.weight(simd, own));
         }
-        let linear = &self.lamp.linear;
-        let [red, green, blue] = target.light;
-        let (colours, codes) = (&self.colours(y)[columns.clone()], &self.codes(y)[columns]);
-        for (index, (colour, light)) in colours.iter().zip(light).enumerate() {
-            red[index] = linear[usize::from(colour[0])] * light;
-            green[index] = linear[usize::from(colour[1])] * light;
-            blue[index] = linear[usize::from(colour[2])] * light;
+        let first = size_of::<Relief>() * self.place(at, RELIEF_APRON);
+        let relief = ReliefLanes::load(simd, &from(bytemuck::cast_slice(self.view.relief), first));
+        let mean = relief.mean(own);
+        let (mut sum, mut weights) = (simd.splat(0.0), simd.splat(0.0));
+        for slopes in relief.slopes(mean) {
+            let weight = self.facing.weight(simd, slopes);
+            sum = sum + weight * sensor.light_on(simd, slopes);
+            weights = weights + weight;
         }
-        for (index, _) in codes.iter().enumerate().filter(|(_, code)| **code == HeightCode::EMPTY) {
-            red[index] = VOID;
-            target.slopes[index] = facing::VOID;
-        }
-    }
-
-    /// Where row `y` begins in planes with apron, from [`LIT`] posts before the page's own on.
-    fn start(&self, y: usize) -> usize {
-        let beyond = APRON as usize - LIT;
-        (y + beyond) * self.stride() + beyond
-    }
-
-    fn stride(&self) -> usize {
-        self.view.width as usize + 2 * APRON as usize
-    }
-
-    #[inline(always)]
-    fn codes(&self, y: usize) -> &[u16] {
-        &self.view.heights[self.start(y)..][..self.view.width as usize + 2 * LIT]
-    }
-
-    #[inline(always)]
-    fn colours(&self, y: usize) -> &[[u8; 3]] {
-        &self.view.colours[self.start(y)..][..self.view.width as usize + 2 * LIT]
-    }
-
-    /// Slopes of the level's own heights at the lit posts of row `y`.
-    #[inline(always)]
-    fn slopes(&self, y: usize, target: &mut [[f32; 2]; SIDE]) {
-        let columns = &self.lit[0];
-        let (start, stride) = (self.start(y) + columns.start, self.stride());
-        let row = |first: usize| &self.view.heights[first..][..columns.len()];
-        let (here, west, east) = (row(start), row(start - 1), row(start + 1));
-        let (south, north) = (row(start - stride), row(start + stride));
-        // The apron repeats the area's last post: half the way, so twice the slope.
-        let is_last = |at: usize, inside: &Range<usize>, edges: [bool; 2]| {
-            edges[0] && at == inside.start || edges[1] && at + 1 == inside.end
-        };
-        let along =
-            if is_last(y, &self.inside[1], self.edges[1]) { 2.0 * self.half_step } else { self.half_step };
-        for (index, target) in target[..columns.len()].iter_mut().enumerate() {
-            let eastward = half_steps(here[index], west[index], east[index]) as f32;
-            let northward = half_steps(here[index], south[index], north[index]) as f32;
-            *target = [eastward * self.half_step, northward * along];
-        }
-        for index in [0, columns.len() - 1] {
-            if is_last(columns.start + index, &self.inside[0], self.edges[0]) {
-                let eastward = half_steps(here[index], west[index], east[index]) as f32;
-                target[index][0] = eastward * 2.0 * self.half_step;
-            }
-        }
+        (sum / weights, self.facing.weight(simd, mean))
     }
 }
 
+/// As many elements of a plane as there are from an index on; beyond the plane's end they are 0.
 #[inline(always)]
-fn light_on_slope(sensor: &VisualSensor, [eastward, northward]: [f32; 2]) -> f32 {
-    sensor.light(Vec3::new(-eastward, -northward, 1.0).normalize())
+fn from<T: Copy + Default, const N: usize>(plane: &[T], start: usize) -> [T; N] {
+    let rest = &plane[start..];
+    rest.first_chunk().copied().unwrap_or_else(|| {
+        let mut chunk = [T::default(); N];
+        chunk[..rest.len()].copy_from_slice(rest);
+        chunk
+    })
+}
+
+#[inline(always)]
+fn store<F: Floats>(lanes: F, target: &mut [f32], first: usize) {
+    if let Some(target) = target[first..].first_chunk_mut() {
+        lanes.store(target);
+    }
 }

@@ -10,8 +10,8 @@
 
 use std::ops::Range;
 
-use super::facing::Slopes;
 use super::posts::{Posts, Rows, VOID};
+use crate::simd::{LANES, Simd};
 
 /// Posts around the page: the apron of images of lines, a texel of four posts.
 pub const RING: usize = 4;
@@ -21,12 +21,21 @@ pub const LIT: usize = RING + 1;
 
 /// Posts of a part of a page and [`LIT`] around it, and what they send.
 pub struct Window {
-    /// Red, green and blue, `[north][east]`.
+    /// Red, green and blue, `[north][east]`, and some lanes behind them.
     planes: [Vec<f32>; 3],
-    /// How they slope.
-    slopes: Vec<Slopes>,
+    /// How much is seen of them.
+    weights: Vec<f32>,
     stride: usize,
     rows: usize,
+}
+
+/// A row of posts, and all that lies in memory behind it.
+#[derive(Clone, Copy)]
+pub struct Row<'w> {
+    /// Red, green and blue.
+    pub light: [&'w [f32]; 3],
+    /// How much is seen of a post.
+    pub weights: &'w [f32],
 }
 
 /// Posts around the ring.
@@ -35,22 +44,25 @@ const BESIDE: usize = LIT - RING;
 impl Window {
     /// Lights a part, and what its voids take their light from.
     #[inline(always)]
-    pub fn around(posts: &Posts<'_>) -> Self {
+    pub fn around<V: Simd>(simd: V, posts: &Posts<'_>) -> Self {
         let [stride, rows] = [0, 1].map(|axis: usize| posts.part[axis].len());
-        let planes = [(); 3].map(|()| vec![0.0; stride * rows]);
-        let mut window = Self { planes, slopes: vec![Slopes::default(); stride * rows], stride, rows };
+        let plane = || vec![0.0; stride * rows + LANES];
+        let mut window = Self { planes: [plane(), plane(), plane()], weights: plane(), stride, rows };
         let [columns, lit] = [0, 1].map(|axis: usize| {
             let (lit, first) = (&posts.lit[axis], posts.part[axis].start);
             lit.start - first..lit.end - first
         });
+        let mut has_voids = false;
         for y in lit.clone() {
-            let range = y * stride + columns.start..y * stride + columns.end;
-            let [red, green, blue] = &mut window.planes;
-            let light = [&mut red[range.clone()], &mut green[range.clone()], &mut blue[range.clone()]];
-            posts.row(y + posts.part[1].start, Rows { light, slopes: &mut window.slopes[range] });
+            let first = y * stride + columns.start;
+            let light = window.planes.each_mut().map(|plane| &mut plane[first..]);
+            let target = Rows { light, weights: &mut window.weights[first..] };
+            has_voids |= posts.row(simd, y + posts.part[1].start, target);
         }
         window.repeat([columns, lit]);
-        window.cover_voids();
+        if has_voids {
+            window.cover_voids();
+        }
         window
     }
 
@@ -61,35 +73,33 @@ impl Window {
             for &x in &beside {
                 let (from, to) =
                     (y * self.stride + x.clamp(columns.start, columns.end - 1), y * self.stride + x);
-                self.planes.iter_mut().for_each(|plane| plane[to] = plane[from]);
-                self.slopes[to] = self.slopes[from];
+                self.all().for_each(|plane| plane[to] = plane[from]);
             }
         }
         for y in (0..self.rows).filter(|y| !lit.contains(y)) {
             let nearest = y.clamp(lit.start, lit.end - 1) * self.stride;
             let nearest = nearest..nearest + self.stride;
-            self.planes.iter_mut().for_each(|plane| plane.copy_within(nearest.clone(), y * self.stride));
-            self.slopes.copy_within(nearest, y * self.stride);
+            let to = y * self.stride;
+            self.all().for_each(|plane| plane.copy_within(nearest.clone(), to));
         }
     }
 
-    /// Posts of the part and [`RING`] around it, eastward and northward.
-    pub fn size(&self) -> [usize; 2] {
-        [self.stride - 2 * BESIDE, self.rows - 2 * BESIDE]
+    fn all(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
+        self.planes.iter_mut().chain([&mut self.weights])
     }
 
-    /// Red, green and blue of a row of them, and how they slope.
+    /// A row of the part and [`RING`] around it.
     #[inline(always)]
-    pub fn row(&self, y: usize) -> ([&[f32]; 3], &[Slopes]) {
-        let start = (y + BESIDE) * self.stride + BESIDE;
-        let row = start..start + self.stride - 2 * BESIDE;
-        ([0, 1, 2].map(|channel: usize| &self.planes[channel][row.clone()]), &self.slopes[row])
+    pub fn row(&self, y: usize) -> Row<'_> {
+        let first = (y + BESIDE) * self.stride + BESIDE;
+        Row { light: self.planes.each_ref().map(|plane| &plane[first..]), weights: &self.weights[first..] }
     }
 
     /// Gives posts without a surface the mean of what those beside them send, or black: at the rim of a void, pixels and texels
     /// look a little beyond the last post.
     fn cover_voids(&mut self) {
-        let voids: Vec<_> = (0..self.planes[0].len()).filter(|&post| self.planes[0][post] == VOID).collect();
+        let voids: Vec<_> =
+            (0..self.stride * self.rows).filter(|&post| self.planes[0][post] == VOID).collect();
         let light: Vec<_> = voids.iter().map(|&post| self.mean_beside(post)).collect();
         for (post, light) in voids.into_iter().zip(light) {
             for (plane, light) in self.planes.iter_mut().zip(light) {
