@@ -11,13 +11,13 @@
 //! had it has ended.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 
-use crossbeam::channel::Sender;
 use crossbeam::queue::SegQueue;
 
 use super::super::leaving::Leaving;
+use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, Sender};
 use super::{Claim, Ledger, ResidentPages, Tally, state};
 use crate::error::Result;
 use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
@@ -272,7 +272,13 @@ impl ResidentPages {
             }
         }
     }
-}
 
-#[cfg(test)]
-mod tests;
+    /// Evicts a part, whatever speaks for it.
+    #[cfg(test)]
+    pub(in crate::memory) fn evict_now(&self, part: PagePart) {
+        let mut ledger = self.ledger();
+        let goes = |index: u32| if self.part(index as usize) == part { Claim::None } else { Claim::Needed };
+        let victim = ledger.clock.victim(goes);
+        self.evict(&mut ledger, victim.expect("the part is in memory") as usize);
+    }
+}

@@ -19,12 +19,12 @@ mod late;
 pub(super) use late::Need;
 pub use late::PresentPages;
 
-use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, ThreadId};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::clock::{Claim, Clock};
+use super::sync::{self, AtomicU8, Condvar, Mutex, MutexGuard, ThreadId};
 use super::tally::Tally;
 use super::{PageFile, Paging};
 use crate::error::{Error, Result};
@@ -137,7 +137,7 @@ impl ResidentPages {
 
     /// The calling thread looks ahead from now on.
     pub(super) fn manage(&self) {
-        *self.manager.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread::current().id());
+        *self.manager.lock().unwrap_or_else(PoisonError::into_inner) = Some(sync::current().id());
     }
 
     /// Frames are numbered from 0 again.
@@ -458,7 +458,7 @@ impl ResidentPages {
 
     fn is_manager(&self) -> bool {
         let manager = *self.manager.lock().unwrap_or_else(PoisonError::into_inner);
-        manager == Some(thread::current().id())
+        manager == Some(sync::current().id())
     }
 }
 
