@@ -1,30 +1,18 @@
 //! Flights under budgets of memory: pictures never differ, pages come in time, and no more are in memory than may.
 
+mod hills;
+
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Silent;
 use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Batch, Farm};
-use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
+use hills::write_hills;
 
-const SIDE: u32 = 3000;
 const FRAMES: u32 = 24;
-
-fn write_area(path: &Path) {
-    let grid = Grid { nx: SIDE, ny: SIDE, spacing: 2.0, origin: DVec2::ZERO };
-    let posts = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (f64::from(x), f64::from(y))));
-    let heights: Vec<f64> = posts
-        .map(|(x, y)| {
-            200.0 + 50.0 * (x / 90.0).sin() + 30.0 * (y / 70.0).cos() + 4.0 * ((x + y) / 11.0).sin()
-        })
-        .collect();
-    let colours: Vec<_> = (0..heights.len()).map(|post| [(post / 7 % 200) as u8, 110, 80]).collect();
-    let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
-    write_arrays(path, &arrays, &Metadata::default(), false).unwrap();
-}
 
 /// Level flight to the north-east.
 fn cameras() -> Vec<(u64, Camera)> {
@@ -77,7 +65,7 @@ fn fly(path: &Path, budget: Option<u64>, workers: usize) -> Flown {
 fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("area.hop");
-    write_area(&path);
+    write_hills(&path);
     let free = fly(&path, None, 1);
     assert_eq!((free.total.demand_misses, free.total.pages_evicted), (0, 0));
     assert!(free.total.resident_bytes_most == free.total.resident_bytes);
@@ -102,7 +90,7 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
 fn a_whole_database_is_loaded_only_where_it_fits() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("area.hop");
-    write_area(&path);
+    write_hills(&path);
     let open = |budget| ResidentPages::new(PageFile::open(&path).unwrap(), budget);
     let whole = open(None);
     whole.load_all(&Silent).unwrap();

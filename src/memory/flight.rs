@@ -12,13 +12,11 @@
 //! in while the present one is rendered, thirty frames ahead. A frame waits before it begins, so that no worker ever
 //! stands still with half a picture; how long is counted.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use crossbeam::channel::{Receiver, Sender, bounded};
-
+use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
 use super::tally::Tally;
 use super::{Paging, ResidentPages};
 use crate::error::{Error, Result};
@@ -183,13 +181,10 @@ impl ResidentPages {
             news: sender,
             frames: Mutex::new((self.paging(), Vec::new())),
         };
-        thread::scope(|scope| {
+        sync::scope(|scope| {
             let flight = &flight;
-            let receiver = &receiver;
             let stop = Stop(flight);
-            thread::Builder::new()
-                .name("hedgehop-memory".into())
-                .spawn_scoped(scope, move || look(flight, receiver))
+            sync::spawn(scope, "hedgehop-memory", move || look(flight, &receiver))
                 .map_err(|error| Error::Configuration(format!("cannot start the memory thread: {error}")))?;
             let result = fly(flight);
             drop(stop);

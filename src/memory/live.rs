@@ -14,12 +14,11 @@
 //! otherwise. What is far ahead makes room behind the eye only, what is near wherever the present frames need nothing.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU32, Ordering};
-
-use crossbeam::channel::Receiver;
+use std::sync::atomic::Ordering;
 
 use super::flight::{Flight, Foresight, LOOKAHEAD};
 use super::resident::{Need, PresentPages};
+use super::sync::{AtomicU32, Receiver};
 use super::{Paging, ResidentPages};
 use crate::error::Result;
 use crate::voxel::PagePart;

@@ -27,7 +27,10 @@ mod live;
 mod page_file;
 mod plan;
 mod resident;
+mod sync;
 mod tally;
+#[cfg(test)]
+mod tests;
 
 pub use flight::{Flight, Foresight, LOOKAHEAD};
 pub use guard::guard_mapped_files;

@@ -11,14 +11,14 @@
 //! had it has ended.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 
-use crossbeam::channel::Sender;
 use crossbeam::queue::SegQueue;
 
 use super::super::leaving::Leaving;
-use super::{Claim, KEPT_LEVEL, Ledger, ResidentPages, Tally, state};
+use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, Sender};
+use super::{Claim, Ledger, ResidentPages, Tally, state};
 use crate::error::Result;
 use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
 
@@ -144,6 +144,17 @@ pub(in crate::memory) enum Need<'a> {
     Ahead(u32, &'a dyn Fn(PageId) -> bool),
 }
 
+impl Need<'_> {
+    /// What the place of a page speaks for when room is made.
+    fn against(&self, page: PageId) -> Claim {
+        match self {
+            Self::Now(_, is_behind) | Self::Ahead(_, is_behind) if is_behind(page) => Claim::None,
+            Self::Now(..) => Claim::Ahead,
+            Self::Ahead(..) => Claim::Needed,
+        }
+    }
+}
+
 impl ResidentPages {
     /// What is in memory now, for a frame that begins.
     pub(in crate::memory) fn present<'f>(&'f self, news: &'f Sender<()>) -> PresentPages<'f> {
@@ -226,30 +237,8 @@ impl ResidentPages {
     /// Evicts what may go for a page; whether there is room for it now. What frames in flight hold leaves later.
     fn make_room_for(&self, ledger: &mut Ledger, part: PagePart, need: Need<'_>) -> bool {
         let length = self.file.store().part_bytes(part);
-        while ledger.bytes.saturating_add(length) > self.budget.saturating_add(self.leaving_bytes()) {
-            let Ledger { clock, needed_until, delivered, .. } = ledger;
-            let victim = clock.victim(|index| {
-                let index = index as usize;
-                let id = self.part(index).page();
-                if id.level >= KEPT_LEVEL || needed_until[index] > *delivered {
-                    return Claim::Needed;
-                }
-                let (Need::Now(_, is_behind) | Need::Ahead(_, is_behind)) = need;
-                let is_behind = is_behind(id);
-                if matches!(need, Need::Ahead(..)) && !is_behind {
-                    return Claim::Needed;
-                }
-                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
-                match before & state::USED != 0 {
-                    true => Claim::Used,
-                    false if is_behind => Claim::None,
-                    false => Claim::Ahead,
-                }
-            });
-            let Some(index) = victim else { return false };
-            self.evict(ledger, index as usize);
-        }
-        ledger.bytes.saturating_add(length) <= self.budget
+        self.make_room(ledger, length, &|page| need.against(page))
+            && ledger.bytes.saturating_add(length) <= self.budget
     }
 
     /// Bytes that will be free when frames in flight have ended.
@@ -283,7 +272,13 @@ impl ResidentPages {
             }
         }
     }
-}
 
-#[cfg(test)]
-mod tests;
+    /// Evicts a part, whatever speaks for it.
+    #[cfg(test)]
+    pub(in crate::memory) fn evict_now(&self, part: PagePart) {
+        let mut ledger = self.ledger();
+        let goes = |index: u32| if self.part(index as usize) == part { Claim::None } else { Claim::Needed };
+        let victim = ledger.clock.victim(goes);
+        self.evict(&mut ledger, victim.expect("the part is in memory") as usize);
+    }
+}

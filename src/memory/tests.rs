@@ -1,12 +1,14 @@
 //! What frames that never wait see, want and hold.
 
-use crossbeam::channel::{Receiver, bounded};
+use std::collections::VecDeque;
+
 use glam::DVec2;
 use tempfile::TempDir;
 
-use super::*;
-use crate::memory::PageFile;
-use crate::voxel::{Arrays, Grid, Metadata, write_arrays};
+use super::resident::Need;
+use super::sync::{Receiver, Sender, bounded};
+use super::{PageFile, PresentPages, ResidentPages};
+use crate::voxel::{Arrays, Grid, Metadata, PageId, PagePart, PageSource, write_arrays};
 
 /// Four by four pages of the finest level.
 const SIDE: u32 = 1024;
@@ -68,7 +70,7 @@ fn fine(number: u32) -> PagePart {
 
 fn page_bytes() -> u64 {
     let site = Site::new(u64::MAX);
-    site.pages.file.store().part_bytes(fine(5))
+    site.pages.file().store().part_bytes(fine(5))
 }
 
 const NOTHING_BEHIND: &dyn Fn(PageId) -> bool = &|_| false;
@@ -124,15 +126,7 @@ fn a_page_that_left_and_came_again_counts_once() {
     site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND));
     let one = site.bytes();
     let frame = site.present();
-    {
-        let mut ledger = site.pages.ledger();
-        let index = site.pages.index(fine(5)).unwrap();
-        assert_eq!(
-            ledger.clock.victim(|page| if page as usize == index { Claim::None } else { Claim::Needed }),
-            Some(index as u32)
-        );
-        site.pages.evict(&mut ledger, index);
-    }
+    site.pages.evict_now(fine(5));
     assert_eq!(site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND)), []);
     drop(frame);
     site.pages.let_go_all();

@@ -19,12 +19,12 @@ mod late;
 pub(super) use late::Need;
 pub use late::PresentPages;
 
-use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, ThreadId};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::clock::{Claim, Clock};
+use super::sync::{self, AtomicU8, Condvar, Mutex, MutexGuard, ThreadId};
 use super::tally::Tally;
 use super::{PageFile, Paging};
 use crate::error::{Error, Result};
@@ -137,7 +137,7 @@ impl ResidentPages {
 
     /// The calling thread looks ahead from now on.
     pub(super) fn manage(&self) {
-        *self.manager.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread::current().id());
+        *self.manager.lock().unwrap_or_else(PoisonError::into_inner) = Some(sync::current().id());
     }
 
     /// Frames are numbered from 0 again.
@@ -254,7 +254,8 @@ impl ResidentPages {
                     bytes += self.file.store().part_bytes(part);
                 }
             }
-            let has_room = self.make_room(&mut ledger, bytes, &behind);
+            let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
+            let has_room = self.make_room(&mut ledger, bytes, &place);
             if !has_room && frame > ledger.delivered {
                 return None;
             }
@@ -329,8 +330,8 @@ impl ResidentPages {
         ledger.most = ledger.most.max(ledger.bytes);
     }
 
-    /// Evicts until `bytes` more fit; whether they do.
-    fn make_room(&self, ledger: &mut Ledger, bytes: u64, behind: &dyn Fn(PageId) -> bool) -> bool {
+    /// Evicts until `bytes` more fit, now or when frames in flight have ended; whether they do. `place` is what a page's place speaks for.
+    fn make_room(&self, ledger: &mut Ledger, bytes: u64, place: &dyn Fn(PageId) -> Claim) -> bool {
         while ledger.bytes.saturating_add(bytes) > self.budget.saturating_add(self.leaving_bytes()) {
             let Ledger { clock, needed_until, delivered, .. } = ledger;
             let victim = clock.victim(|index| {
@@ -339,12 +340,12 @@ impl ResidentPages {
                 if id.level >= KEPT_LEVEL || needed_until[index] > *delivered {
                     return Claim::Needed;
                 }
-                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
-                match before & state::USED != 0 {
-                    true => Claim::Used,
-                    false if behind(id) => Claim::None,
-                    false => Claim::Ahead,
+                let place = place(id);
+                if place == Claim::Needed {
+                    return place;
                 }
+                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
+                if before & state::USED != 0 { Claim::Used } else { place }
             });
             let Some(index) = victim else { return false };
             self.evict(ledger, index as usize);
@@ -410,7 +411,7 @@ impl ResidentPages {
             }
             if now & state::COMING == 0 {
                 // With nothing to spare the budget gives way: a frame needs what it needs.
-                self.make_room(&mut ledger, self.file.store().part_bytes(part), &|_| true);
+                self.make_room(&mut ledger, self.file.store().part_bytes(part), &|_| Claim::None);
                 let frame = ledger.delivered;
                 ledger.needed_from[index].get_or_insert(frame);
                 self.reserve(&mut ledger, part, index);
@@ -457,7 +458,7 @@ impl ResidentPages {
 
     fn is_manager(&self) -> bool {
         let manager = *self.manager.lock().unwrap_or_else(PoisonError::into_inner);
-        manager == Some(thread::current().id())
+        manager == Some(sync::current().id())
     }
 }
 
