@@ -87,7 +87,7 @@ fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen
     let source = Watched { pages, is_absent, touched: Mutex::default() };
     let farm = Farm::new(1).unwrap();
     let renderer = Renderer::new(&source, &RenderOptions::default());
-    let foreseen = renderer.foresee(camera, &farm).unwrap();
+    let foreseen = renderer.foresee(camera, &farm).unwrap().parts;
     let read = std::mem::take(&mut *source.touched.lock().unwrap());
     renderer.picture(camera, &farm).unwrap();
     let mut touched = source.touched.into_inner().unwrap();

@@ -15,7 +15,7 @@ use hedgehop::progress::Silent;
 use hedgehop::render::{Engine, LivePlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
-use hedgehop::voxel::{Damaged, PageId, PagePart, PageSource, Trust, Verify};
+use hedgehop::voxel::{Damaged, PageId, PageNeeds, PagePart, PageSource, Trust, Verify};
 use hedgehop::{Error, Result};
 use hills::write_hills;
 use tempfile::TempDir;
@@ -86,7 +86,7 @@ struct Standstill<'a> {
 }
 
 impl Foresight for Standstill<'_> {
-    fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+    fn needs(&self, frame: u32) -> Result<PageNeeds> {
         let _ = self.asked.send(());
         // An error once nobody lets it wait any more.
         let _ = self.go_on.lock().unwrap().recv();
@@ -167,7 +167,7 @@ fn pictures_depend_on_the_pages_that_are_there_and_on_nothing_else() {
     let pages = open(None);
     let needs = {
         let farm = Farm::new(1).unwrap();
-        Renderer::new(&pages, &options(Engine::Planes)).foresee(&camera, &farm).unwrap()
+        Renderer::new(&pages, &options(Engine::Planes)).foresee(&camera, &farm).unwrap().parts
     };
     // Every other page is there.
     let half = open(None);
@@ -195,8 +195,8 @@ fn pictures_depend_on_the_pages_that_are_there_and_on_nothing_else() {
 struct Nothing;
 
 impl Foresight for Nothing {
-    fn needs(&self, _: u32) -> Result<Vec<PagePart>> {
-        Ok(Vec::new())
+    fn needs(&self, _: u32) -> Result<PageNeeds> {
+        Ok(PageNeeds::default())
     }
 
     fn is_behind(&self, _: u32, _: PageId) -> bool {
@@ -240,7 +240,7 @@ fn where_a_view_is_larger_than_memory_its_nearest_pages_stay() {
         let pages = open(None);
         let renderer = Renderer::new(&pages, &options(Engine::Planes));
         let farm = Farm::new(1).unwrap();
-        let needs = renderer.foresee(&camera(0), &farm).unwrap();
+        let needs = renderer.foresee(&camera(0), &farm).unwrap().parts;
         needs.into_iter().for_each(|part| touch(&pages, part));
         pages.paging().resident_bytes
     };
@@ -285,7 +285,7 @@ fn damaged_pages_are_errors_or_left_out_as_in_a_flight_that_waits() {
     let camera = camera(0);
     let pages = open(None);
     let renderer = Renderer::new(&pages, &options(Engine::Planes));
-    let needs = renderer.foresee(&camera, &Farm::new(1).unwrap()).unwrap();
+    let needs = renderer.foresee(&camera, &Farm::new(1).unwrap()).unwrap().parts;
     let broken = needs.iter().map(|part| part.page()).find(|id| id.level == 0).unwrap();
     let mut bytes = AREA.1.clone();
     bytes[pages.file().directory().get(broken).unwrap().offset as usize + 1000] ^= 0x40;
@@ -363,7 +363,7 @@ fn a_live_plan_foresees_what_the_flight_then_needs() {
     for (name, flown) in [("turn", turn as fn(f64) -> Pose), ("climb", climb)] {
         let seen = |frame: u32| Camera::new(flown(f64::from(frame) / 30.0), 320, 180);
         let plan = LivePlan::new(&renderer, &farm);
-        assert!(plan.predict(9).is_none() && plan.needs(9).unwrap().is_empty());
+        assert!(plan.predict(9).is_none() && plan.needs(9).unwrap().parts.is_empty());
         const KNOWN: u32 = 20;
         for frame in 0..=KNOWN {
             plan.tell(frame, f64::from(frame) / 30.0, &seen(frame)).unwrap();
@@ -374,7 +374,7 @@ fn a_live_plan_foresees_what_the_flight_then_needs() {
             let off = predicted.pose.eye.distance(camera.pose.eye);
             assert!(off < 1.0, "{name}, {ahead} frames ahead: {off} m");
             let (needed, foreseen) =
-                (renderer.foresee(&camera, &farm).unwrap(), plan.needs(KNOWN + ahead).unwrap());
+                (renderer.foresee(&camera, &farm).unwrap().parts, plan.needs(KNOWN + ahead).unwrap().parts);
             let missed = needed.iter().filter(|id| !foreseen.contains(id)).count();
             assert!(missed * 20 <= needed.len(), "{name}, {ahead}: {missed} of {}", needed.len());
         }

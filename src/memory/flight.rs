@@ -20,18 +20,18 @@ use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Recei
 use super::tally::Tally;
 use super::{Paging, ResidentPages};
 use crate::error::{Error, Result};
-use crate::voxel::{PageId, PagePart};
+use crate::voxel::{PageId, PageNeeds};
 
 /// Frames that are looked ahead.
 pub const LOOKAHEAD: u32 = 30;
 
 /// What a flight's frames need.
 pub trait Foresight: Sync {
-    /// Parts of pages that a frame may touch, in the order of need. Bounds of coarse pages may be read for it.
+    /// Parts of pages that a frame may touch. Bounds of coarse pages may be read for it.
     ///
     /// # Errors
     /// A page that is damaged.
-    fn needs(&self, frame: u32) -> Result<Vec<PagePart>>;
+    fn needs(&self, frame: u32) -> Result<PageNeeds>;
 
     /// Whether a page lies behind the eye at a frame.
     fn is_behind(&self, frame: u32, page: PageId) -> bool;
@@ -118,8 +118,9 @@ impl Flight<'_> {
             self.pages.deliver(done);
             if next < done + LOOKAHEAD {
                 // Who renders the frame meets the same error.
-                let parts = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
-                if let Some(expected) = self.pages.expect(next, parts, |page| foresight.is_behind(done, page))
+                let foreseen = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
+                if let Some(expected) =
+                    self.pages.expect(next, foreseen, |page| foresight.is_behind(done, page))
                 {
                     needs = None;
                     if next == done {

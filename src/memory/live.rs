@@ -146,7 +146,7 @@ impl Thread<'_> {
 
     fn foresee(&self, frame: u32) -> VecDeque<PagePart> {
         // Who renders a frame meets the same error.
-        self.foresight.needs(frame).unwrap_or_default().into()
+        self.foresight.needs(frame).unwrap_or_default().parts.into()
     }
 }
 

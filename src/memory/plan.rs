@@ -62,7 +62,7 @@ impl PagePlan {
                 return Err(Error::Interrupted("the flight was not planned to its end".into()));
             }
             let mut needs = FrameNeeds::default();
-            for part in foresight.needs(frame)? {
+            for part in foresight.needs(frame)?.parts {
                 let Some(entry) = file.directory().get(part.page()) else { continue };
                 let bytes = file.store().part_bytes(part);
                 let before = last_needed.insert(part, frame);
@@ -148,15 +148,15 @@ mod tests {
 
     use super::*;
     use crate::progress::Silent;
-    use crate::voxel::{Arrays, Grid, Metadata, write_arrays};
+    use crate::voxel::{Arrays, Grid, Metadata, PageNeeds, write_arrays};
 
     /// Frames that need these columns of the finest pages.
     struct Columns(Vec<Vec<u32>>);
 
     impl Foresight for Columns {
-        fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+        fn needs(&self, frame: u32) -> Result<PageNeeds> {
             let page = |&px| PagePart::Posts(PageId { level: 0, px, py: 0 });
-            Ok(self.0[frame as usize].iter().map(page).collect())
+            Ok(self.0[frame as usize].iter().map(page).collect::<Vec<_>>().into())
         }
 
         fn is_behind(&self, _: u32, _: PageId) -> bool {

@@ -10,7 +10,7 @@ use crate::flight::Extrapolation;
 use crate::memory::Foresight;
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
-use crate::voxel::{Grid, PAGE_SIDE, PageId, PagePart, PageSource};
+use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PageSource};
 
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
@@ -24,10 +24,10 @@ pub struct FlightPlan<'a, S> {
 }
 
 impl<S: PageSource> Foresight for FlightPlan<'_, S> {
-    fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+    fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.cameras.get(frame as usize) {
             Some((_, camera)) => self.renderer.foresee(camera, self.farm),
-            None => Ok(Vec::new()),
+            None => Ok(PageNeeds::default()),
         }
     }
 
@@ -107,10 +107,10 @@ impl<'a, S: PageSource> LivePlan<'a, S> {
 }
 
 impl<S: PageSource> Foresight for LivePlan<'_, S> {
-    fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+    fn needs(&self, frame: u32) -> Result<PageNeeds> {
         match self.predict(frame) {
             Some(camera) => self.renderer.foresee(&camera, self.farm),
-            None => Ok(Vec::new()),
+            None => Ok(PageNeeds::default()),
         }
     }
 

@@ -31,7 +31,7 @@ use crate::sensor::{Sun, VisualSensor};
 use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
-use crate::voxel::{Header, PagePart, PageSource};
+use crate::voxel::{Header, PageNeeds, PageSource};
 
 /// How a frame is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -266,11 +266,11 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     ///
     /// # Errors
     /// As of [`Self::frame`].
-    pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<Vec<PagePart>> {
+    pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<PageNeeds> {
         self.options.check(camera)?;
         match self.planes(camera, farm)? {
             Some(view) => planes::footprint(self, &view),
-            None => Ok(Vec::new()),
+            None => Ok(PageNeeds::default()),
         }
     }
 

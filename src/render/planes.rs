@@ -17,7 +17,7 @@ use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{Header, PagePart, PageSource};
+use crate::voxel::{Header, PageNeeds, PageSource};
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
 /// one each.
@@ -270,7 +270,7 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result
 }
 
 /// Parts of pages that planes may touch, in the order of need.
-pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<Vec<PagePart>> {
+pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<PageNeeds> {
     let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
@@ -284,7 +284,7 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> 
         .collect();
     let mut footprint = Footprint::new(renderer.source, strides);
     footprint.add(view.eye, &groups)?;
-    Ok(footprint.into_parts())
+    Ok(footprint.into_needs())
 }
 
 /// What a group of planes is to see.

@@ -30,7 +30,9 @@ pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
 pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
-pub use page::{APRON, Attributes, BoundsView, EncodedPage, PageBuffer, PagePart, PageView, RELIEF_APRON};
+pub use page::{
+    APRON, Attributes, BoundsView, EncodedPage, PageBuffer, PageNeeds, PagePart, PageView, RELIEF_APRON,
+};
 pub use pyramid::{coarse_page, sparse_page};
 pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};
 pub use shelf::Shelf;

@@ -120,6 +120,22 @@ impl PagePart {
     }
 }
 
+/// Parts of pages that somebody is about to read, in the order of need.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct PageNeeds {
+    /// First those that are likely to be read, then the others that may be.
+    pub parts: Vec<PagePart>,
+    /// How many are likely.
+    pub likely: usize,
+}
+
+impl From<Vec<PagePart>> for PageNeeds {
+    /// All of them are likely.
+    fn from(parts: Vec<PagePart>) -> Self {
+        Self { likely: parts.len(), parts }
+    }
+}
+
 /// Where the planes lie in a page's bytes.
 struct PageLayout {
     heights: Range<usize>,

@@ -10,7 +10,9 @@ use std::collections::VecDeque;
 use std::sync::LazyLock;
 
 use glam::DVec2;
-use hedgehop::voxel::{AlignedBytes, Grid, Metadata, PageId, PagePart, PageSource, build_in_memory};
+use hedgehop::voxel::{
+    AlignedBytes, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, build_in_memory,
+};
 use hedgehop::{Result, error, progress, voxel};
 use memory::{Foresight, PageFile, PresentPages, ResidentPages, sync};
 use shuttle::scheduler::{PctScheduler, RandomScheduler, Scheduler};
@@ -89,9 +91,9 @@ fn view(frame: u32) -> Vec<PagePart> {
 struct Plan<'a>(&'a ResidentPages);
 
 impl Foresight for Plan<'_> {
-    fn needs(&self, frame: u32) -> Result<Vec<PagePart>> {
+    fn needs(&self, frame: u32) -> Result<PageNeeds> {
         touch(self.0, FORESEEN_WITH)?;
-        Ok(view(frame))
+        Ok(view(frame).into())
     }
 
     fn is_behind(&self, frame: u32, page: PageId) -> bool {
@@ -103,8 +105,8 @@ impl Foresight for Plan<'_> {
 struct Blind;
 
 impl Foresight for Blind {
-    fn needs(&self, _: u32) -> Result<Vec<PagePart>> {
-        Ok(Vec::new())
+    fn needs(&self, _: u32) -> Result<PageNeeds> {
+        Ok(PageNeeds::default())
     }
 
     fn is_behind(&self, _: u32, _: PageId) -> bool {

@@ -15,6 +15,7 @@
 //! file again. What pictures show can therefore never depend on what is in memory.
 
 mod late;
+mod reading;
 
 pub(super) use late::Need;
 pub use late::PresentPages;
@@ -29,7 +30,7 @@ use super::tally::Tally;
 use super::{PageFile, Paging};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
+use crate::voxel::{BoundsView, Header, PageId, PageNeeds, PagePart, PageSource, PageView};
 
 /// Level index from which on pages stay once they are there: voxels of 64 units, and coarser ones. All that is known of what may
 /// be hidden rests on their bounds.
@@ -40,9 +41,8 @@ const LOADED_TOGETHER: usize = 64;
 
 const MIB: u64 = 1 << 20;
 
-/// Bytes that the system is asked for at once: so many that the disk reads long stretches, and so few that what is needed first
-/// comes first.
-const ANNOUNCED: u64 = 24 * MIB;
+/// Frames behind the last one delivered that begin soon: some are in flight already.
+const SOON: u32 = 2;
 
 /// A part of a page that is to be read, and its number.
 pub(super) type Expected = (PagePart, usize);
@@ -206,10 +206,11 @@ impl ResidentPages {
             if observer.cancelled() {
                 return Err(Error::Interrupted("the database was not loaded to its end".into()));
             }
-            let parts: Vec<_> = together.iter().flat_map(|(_, id)| PagePart::all(*id)).collect();
-            self.read(&self.expect(0, &parts, |_| true).unwrap_or_default());
+            let parts = together.iter().flat_map(|(_, id)| PagePart::all(*id));
+            let needs = PageNeeds::from(parts.collect::<Vec<_>>());
+            self.read(&self.expect(0, &needs, |_| true).unwrap_or_default());
             // Says what is wrong with a page that did not come.
-            parts.iter().try_for_each(|part| store.load(*part).map(drop))?;
+            needs.parts.iter().try_for_each(|part| store.load(*part).map(drop))?;
             observer.advance(together.len() as u64);
         }
         observer.end();
@@ -233,95 +234,69 @@ impl ResidentPages {
     }
 
     /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
-    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. A frame that begins gets as
-    /// much as there is room for.
+    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. For a frame that begins soon, what it
+    /// is likely to read must do; one that begins now gets as much as there is room for.
     pub(super) fn expect(
         &self,
         frame: u32,
-        needs: &[PagePart],
+        needs: &PageNeeds,
         behind: impl Fn(PageId) -> bool,
     ) -> Option<Vec<Expected>> {
-        let mut missing = Vec::new();
-        {
-            let mut ledger = self.ledger();
-            let mut bytes = 0;
-            for &part in needs {
-                let Some(index) = self.index(part) else { continue };
-                ledger.needed_until[index] = frame + 1;
-                ledger.needed_from[index].get_or_insert(frame);
-                if !self.is_here_or_coming(index) {
-                    missing.push((part, index));
-                    bytes += self.file.store().part_bytes(part);
-                }
-            }
-            let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
-            let has_room = self.make_room(&mut ledger, bytes, &place);
-            if !has_room && frame > ledger.delivered {
+        let mut ledger = self.ledger();
+        let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
+        let (likely, others) = needs.parts.split_at(needs.likely);
+        let mut missing = self.hold(&mut ledger, frame, likely).0;
+        let likely_bytes = self.bytes_of(&missing);
+        let (more, held_before) = self.hold(&mut ledger, frame, others);
+        let bytes = likely_bytes + self.bytes_of(&more);
+        if self.make_room(&mut ledger, bytes, &place) {
+            missing.extend(more);
+        } else {
+            if frame > ledger.delivered + SOON {
                 return None;
             }
-            let mut room = self.budget.saturating_sub(ledger.bytes);
-            missing.retain(|&(part, index)| {
-                let length = self.file.store().part_bytes(part);
-                let fits = length <= room;
-                if fits {
-                    room -= length;
-                    self.reserve(&mut ledger, part, index);
-                }
-                fits
-            });
+            for (index, until) in held_before {
+                ledger.needed_until[index] = until;
+            }
+            if !self.make_room(&mut ledger, likely_bytes, &place) && frame > ledger.delivered {
+                return None;
+            }
         }
+        let mut room = self.budget.saturating_sub(ledger.bytes);
+        missing.retain(|&(part, index)| {
+            let length = self.file.store().part_bytes(part);
+            let fits = length <= room;
+            if fits {
+                room -= length;
+                self.reserve(&mut ledger, part, index);
+            }
+            fits
+        });
         Some(missing)
     }
 
-    /// Brings parts into memory that were expected, in order.
-    pub(super) fn read(&self, expected: &[Expected]) {
-        let bytes_of = |part| self.file.store().part_bytes(part);
-        let mut bytes = 0;
-        let batches = expected.chunk_by(|(part, _), _| {
-            bytes += bytes_of(*part);
-            let goes_on = bytes < ANNOUNCED;
-            bytes = if goes_on { bytes } else { 0 };
-            goes_on
-        });
-        let mut batches = batches.peekable();
-        if let Some(first) = batches.peek() {
-            self.announce(first);
-        }
-        while let Some(batch) = batches.next() {
-            // The disk goes on while checksums are taken.
-            if let Some(next) = batches.peek() {
-                self.announce(next);
-            }
-            for &(part, index) in batch {
-                // Whoever needs a damaged page is told so when it is touched.
-                let _ = self.fetch(part, index);
+    /// Notes that a frame needs parts. Returns those that are neither here nor coming, and until when each was held before.
+    fn hold(
+        &self,
+        ledger: &mut Ledger,
+        frame: u32,
+        parts: &[PagePart],
+    ) -> (Vec<Expected>, Vec<(usize, u32)>) {
+        let (mut missing, mut before) = (Vec::new(), Vec::new());
+        for &part in parts {
+            let Some(index) = self.index(part) else { continue };
+            before.push((index, ledger.needed_until[index]));
+            ledger.needed_until[index] = frame + 1;
+            ledger.needed_from[index].get_or_insert(frame);
+            if !self.is_here_or_coming(index) {
+                missing.push((part, index));
             }
         }
+        (missing, before)
     }
 
-    /// Says what will be read, in stretches as long as they lie in the file.
-    fn announce(&self, parts: &[Expected]) {
-        let store = self.file.store();
-        let needed = parts.iter().flat_map(|(part, _)| store.needed_for(*part));
-        let mut extents: Vec<_> = needed.filter(|extent| !extent.is_empty()).collect();
-        extents.sort_unstable_by_key(|extent| extent.start);
-        let mut run: Option<std::ops::Range<usize>> = None;
-        for extent in extents {
-            run = match run.take() {
-                Some(run) if extent.start <= run.end.next_multiple_of(ALIGNMENT) => {
-                    Some(run.start..extent.end.max(run.end))
-                }
-                other => {
-                    if let Some(run) = other {
-                        store.announce(run);
-                    }
-                    Some(extent)
-                }
-            };
-        }
-        if let Some(run) = run {
-            store.announce(run);
-        }
+    fn bytes_of(&self, parts: &[Expected]) -> u64 {
+        parts.iter().map(|(part, _)| self.file.store().part_bytes(*part)).sum()
     }
 
     fn reserve(&self, ledger: &mut Ledger, part: PagePart, index: usize) {
@@ -461,9 +436,6 @@ impl ResidentPages {
         manager == Some(sync::current().id())
     }
 }
-
-/// Pages of a database begin at multiples of this in their file.
-const ALIGNMENT: usize = 4096;
 
 impl PageSource for ResidentPages {
     fn header(&self) -> &Header {

@@ -20,7 +20,7 @@ use super::march::MOST_VOXELS;
 use super::{Field, PlaneGroup, Strides};
 use crate::error::Result;
 use crate::simd::LANES;
-use crate::voxel::{BoundsView, Grid, HeightCode, PAGE_SIDE, PageId, PagePart, PageSource, RADIX};
+use crate::voxel::{BoundsView, Grid, HeightCode, PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource, RADIX};
 
 /// Groups of planes that are looked at together: two would take three fifths of the time and name 4 to 6 % more bytes.
 const WEDGE: usize = 1;
@@ -48,8 +48,9 @@ pub struct Footprint<'a> {
     is_opaque: bool,
     /// By level, the last page whose bounds were looked at.
     bounds: Vec<Option<(PageId, Option<BoundsView<'a>>)>>,
-    /// By level, the columns and rows of pages whose posts, and bounds, this wedge was found to need last, if all are there.
-    noted: Vec<[Option<[[u32; 2]; 2]>; 2]>,
+    /// By level, the columns and rows of pages whose posts, and bounds, this wedge was found to need last, if all are there, and whether
+    /// likely so.
+    noted: Vec<[Option<([[u32; 2]; 2], bool)>; 2]>,
     /// What is needed, and where first.
     parts: HashMap<PagePart, Place>,
     /// Wedges before this one.
@@ -59,10 +60,26 @@ pub struct Footprint<'a> {
 /// Where a part of a page is needed first.
 #[derive(Debug, Clone, Copy)]
 struct Place {
+    /// Likely nothing of it is touched.
+    is_doubtful: bool,
     /// By which wedge.
     wedge: u32,
     /// At which ground distance, metres.
     distance: f64,
+}
+
+/// Slopes below which nothing is seen behind a ring: for sure, and likely.
+#[derive(Debug, Clone, Copy)]
+struct Horizon {
+    sure: f64,
+    likely: f64,
+}
+
+/// Whether something of a ring is seen.
+#[derive(Debug, Clone, Copy)]
+struct Sight {
+    may_be: bool,
+    is_likely: bool,
 }
 
 /// Groups side by side.
@@ -153,41 +170,45 @@ impl<'a> Footprint<'a> {
     }
 
     /// The parts of pages as planes come to them: wedge by wedge, and the nearest of each first.
-    pub fn into_parts(self) -> Vec<PagePart> {
+    pub fn into_needs(self) -> PageNeeds {
         let mut parts: Vec<_> = self.parts.into_iter().collect();
         parts.sort_unstable_by(|(a, first), (b, second)| {
-            first.wedge.cmp(&second.wedge).then(first.distance.total_cmp(&second.distance)).then(a.cmp(b))
+            let places = first.is_doubtful.cmp(&second.is_doubtful).then(first.wedge.cmp(&second.wedge));
+            places.then(first.distance.total_cmp(&second.distance)).then(a.cmp(b))
         });
-        parts.into_iter().map(|(part, _)| part).collect()
+        let likely = parts.partition_point(|(_, place)| !place.is_doubtful);
+        PageNeeds { parts: parts.into_iter().map(|(part, _)| part).collect(), likely }
     }
 
     fn sweep(&mut self, eye: DVec3, wedge: &Wedge) -> Result<()> {
         let (nearest, farthest) = (wedge.over[0].max(wedge.begin), wedge.over[1]);
         let ceiling = self.ceiling - eye.z;
-        let [mut horizon, top] = wedge.slopes;
+        let top = wedge.slopes[1];
+        let mut horizon = Horizon { sure: wedge.slopes[0], likely: wedge.slopes[0] };
         let mut at = nearest;
-        let mut was_in_sight = true;
+        let mut before = Sight { may_be: true, is_likely: true };
         self.noted.fill([None; 2]);
         while at < farthest {
-            if horizon >= top || horizon >= 0.0 && ceiling < horizon * at {
+            if horizon.sure >= top || horizon.sure >= 0.0 && ceiling < horizon.sure * at {
                 break;
             }
             let ring = self.ring(eye, wedge, at);
-            let in_sight = self.is_in_sight(eye, wedge, &ring, horizon)?;
+            let sight = self.sight(eye, wedge, &ring, horizon)?;
             for level in ring.levels[0]..=ring.levels[1] {
                 // A segment that ends in a hidden block began before.
-                if in_sight || was_in_sight {
+                if sight.may_be || before.may_be {
                     let own = self.part_of_level(wedge, &ring, level);
-                    self.need(eye, wedge, &own, (level, PagePart::Posts), [BEFORE, AROUND]);
+                    let is_likely = sight.is_likely || before.is_likely;
+                    self.need(eye, wedge, &own, (level, PagePart::Posts, is_likely), [BEFORE, AROUND]);
                 }
             }
             // Whose bounds the march looks at.
             for level in (ring.levels[0] + 2).min(ring.skip_level)..=ring.skip_level {
-                self.need(eye, wedge, &ring, (level, PagePart::Bounds), [BEFORE, AROUND]);
+                self.need(eye, wedge, &ring, (level, PagePart::Bounds, true), [BEFORE, AROUND]);
             }
-            was_in_sight = in_sight;
+            before = sight;
             // What lies below the horizon does not raise it.
-            if in_sight && self.is_opaque {
+            if sight.may_be && self.is_opaque {
                 horizon = self.raised(eye, wedge, &ring, horizon)?;
             }
             at = ring.to;
@@ -199,19 +220,26 @@ impl<'a> Footprint<'a> {
         self.heights.offset + self.heights.scale * f64::from(code)
     }
 
-    /// Whether something in a ring may rise above the horizon, seen with the march's own bounds.
-    fn is_in_sight(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: f64) -> Result<bool> {
+    /// Whether something in a ring may rise above the horizon, and whether it is likely to, seen with the march's own bounds.
+    fn sight(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: Horizon) -> Result<Sight> {
+        let unknown = Sight { may_be: true, is_likely: true };
         if ring.side > MOST_VOXELS as f64 * f64::from(Grid::side_units(ring.skip_level)) {
-            return Ok(true);
+            return Ok(unknown);
         }
-        let Some([_, high]) = self.bounds_over(eye, wedge, ring, ring.skip_level)? else { return Ok(true) };
+        let Some([_, high]) = self.bounds_over(eye, wedge, ring, ring.skip_level)? else {
+            return Ok(unknown);
+        };
         let z = self.height(high) - eye.z;
-        let rises = |distance: f64| z - wedge.drop[0] * distance * distance >= horizon * distance;
-        Ok(high != HeightCode::EMPTY && (rises(ring.from) || rises(ring.to)))
+        let rises = |horizon: f64| {
+            let above = |distance: f64| z - wedge.drop[0] * distance * distance >= horizon * distance;
+            high != HeightCode::EMPTY && (above(ring.from) || above(ring.to))
+        };
+        Ok(Sight { may_be: rises(horizon.sure), is_likely: rises(horizon.likely) })
     }
 
-    /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it.
-    fn raised(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: f64) -> Result<f64> {
+    /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it, and likely one in the middle between lowest and
+    /// highest.
+    fn raised(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: Horizon) -> Result<Horizon> {
         let mut horizon = horizon;
         let level = (ring.levels[0] + 2).min(self.level_count - 1);
         let side = f64::from(Grid::side_units(level));
@@ -222,11 +250,16 @@ impl<'a> Footprint<'a> {
             let is_sure = to - from >= least && from >= wedge.inner[0] && to <= wedge.inner[1];
             let strip = Ring { from, to, ..*ring };
             if is_sure
-                && let Some([low, _]) = self.bounds_over(eye, wedge, &strip, level)?
+                && let Some([low, high]) = self.bounds_over(eye, wedge, &strip, level)?
                 && low != HeightCode::EMPTY
             {
-                let z = self.height(low) - eye.z - wedge.drop[1] * to * to;
-                horizon = horizon.max((z / from.max(f64::MIN_POSITIVE)).min(z / to));
+                let slope = |height: f64| {
+                    let z = height - eye.z - wedge.drop[1] * to * to;
+                    (z / from.max(f64::MIN_POSITIVE)).min(z / to)
+                };
+                let [low, high] = [low, high].map(|code| self.height(code));
+                horizon.sure = horizon.sure.max(slope(low));
+                horizon.likely = horizon.likely.max(slope((low + high) / 2.0));
             }
             from = to;
         }
@@ -301,7 +334,7 @@ impl<'a> Footprint<'a> {
         eye: DVec3,
         wedge: &Wedge,
         ring: &Ring,
-        (level, part): (u8, fn(PageId) -> PagePart),
+        (level, part, is_likely): (u8, fn(PageId) -> PagePart, bool),
         margins: [f64; 2],
     ) {
         let is_posts = matches!(part(PageId { level, px: 0, py: 0 }), PagePart::Posts(_));
@@ -309,27 +342,34 @@ impl<'a> Footprint<'a> {
         let [x, y] =
             self.voxels(eye, wedge, ring, level, units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));
         let noted = [usize::from(level), usize::from(!is_posts)];
-        if self.noted[noted[0]][noted[1]] == Some([x, y]) {
-            // Nearer, since rings go outward.
+        // Nearer, since rings go outward.
+        if let Some((known, was_likely)) = self.noted[noted[0]][noted[1]]
+            && known == [x, y]
+            && (was_likely || !is_likely)
+        {
             return;
         }
-        let place = Place { wedge: self.wedges, distance: ring.from * wedge.ground[0] };
+        let place =
+            Place { is_doubtful: !is_likely, wedge: self.wedges, distance: ring.from * wedge.ground[0] };
         let mut is_whole = true;
         for py in y[0]..=y[1] {
             for px in x[0]..=x[1] {
                 let id = PageId { level, px, py };
                 is_whole &= self.source.has(id);
                 // Rings go outward: the first one is the nearest.
-                self.parts.entry(part(id)).or_insert(place);
+                let known = self.parts.entry(part(id)).or_insert(place);
+                if known.is_doubtful && is_likely {
+                    *known = place;
+                }
             }
         }
-        self.noted[noted[0]][noted[1]] = is_whole.then_some([x, y]);
+        self.noted[noted[0]][noted[1]] = is_whole.then_some(([x, y], is_likely));
         if !is_whole {
             // Blocks there begin and end elsewhere, and are skipped by bounds of their own.
-            self.need(eye, wedge, ring, (level + 1, part), [COARSER; 2]);
-            let skipped = level + 3..(level + 5).min(self.level_count);
-            for level in skipped.filter(|_| is_posts) {
-                self.need(eye, wedge, ring, (level, PagePart::Bounds), [COARSER; 2]);
+            self.need(eye, wedge, ring, (level + 1, part, is_likely), [COARSER; 2]);
+            let last = self.level_count - 1;
+            for level in ((level + 3).min(last)..=(level + 4).min(last)).filter(|_| is_posts) {
+                self.need(eye, wedge, ring, (level, PagePart::Bounds, is_likely), [COARSER; 2]);
             }
         }
     }

@@ -1,0 +1,63 @@
+//! What was expected, read in the order of need and in long stretches.
+
+use super::{Expected, MIB, ResidentPages};
+
+/// Bytes that the system is asked for at once: so many that the disk reads long stretches, and so few that what is needed first
+/// comes first.
+const ANNOUNCED: u64 = 24 * MIB;
+
+/// Pages of a database begin at multiples of this in their file.
+const ALIGNMENT: usize = 4096;
+
+impl ResidentPages {
+    /// Brings parts into memory that were expected, in order.
+    pub(in crate::memory) fn read(&self, expected: &[Expected]) {
+        let bytes_of = |part| self.file.store().part_bytes(part);
+        let mut bytes = 0;
+        let batches = expected.chunk_by(|(part, _), _| {
+            bytes += bytes_of(*part);
+            let goes_on = bytes < ANNOUNCED;
+            bytes = if goes_on { bytes } else { 0 };
+            goes_on
+        });
+        let mut batches = batches.peekable();
+        if let Some(first) = batches.peek() {
+            self.announce(first);
+        }
+        while let Some(batch) = batches.next() {
+            // The disk goes on while checksums are taken.
+            if let Some(next) = batches.peek() {
+                self.announce(next);
+            }
+            for &(part, index) in batch {
+                // Whoever needs a damaged page is told so when it is touched.
+                let _ = self.fetch(part, index);
+            }
+        }
+    }
+
+    /// Says what will be read, in stretches as long as they lie in the file.
+    pub(super) fn announce(&self, parts: &[Expected]) {
+        let store = self.file.store();
+        let needed = parts.iter().flat_map(|(part, _)| store.needed_for(*part));
+        let mut extents: Vec<_> = needed.filter(|extent| !extent.is_empty()).collect();
+        extents.sort_unstable_by_key(|extent| extent.start);
+        let mut run: Option<std::ops::Range<usize>> = None;
+        for extent in extents {
+            run = match run.take() {
+                Some(run) if extent.start <= run.end.next_multiple_of(ALIGNMENT) => {
+                    Some(run.start..extent.end.max(run.end))
+                }
+                other => {
+                    if let Some(run) = other {
+                        store.announce(run);
+                    }
+                    Some(extent)
+                }
+            };
+        }
+        if let Some(run) = run {
+            store.announce(run);
+        }
+    }
+}
