@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::lines::Loom;
 use super::page::Part;
 use super::{Facing, LineImage, RadiancePage, Weave};
 use crate::error::Result;
@@ -117,10 +118,16 @@ impl Radiance {
         }
     }
 
-    fn lines(&self, source: &dyn PageSource, strip: Strip) -> Result<Option<Arc<LineImage>>> {
+    fn lines(
+        &self,
+        source: &dyn PageSource,
+        strip: Strip,
+        loom: &mut Loom,
+    ) -> Result<Option<Arc<LineImage>>> {
         let weave_lines = || {
             let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
-            let lines = LineImage::bake(source, (strip.page, part), &self.sensor, strip.weave, Isa::best())?;
+            let lines =
+                LineImage::bake(source, (strip.page, part), &self.sensor, strip.weave, (loom, Isa::best()))?;
             Ok(lines.map(|lines| Image::Lines(Arc::new(lines))))
         };
         match self.image(source, (strip.page, Key::Lines(strip)), weave_lines)? {
@@ -141,12 +148,13 @@ pub struct RadiancePages<'a> {
     source: &'a dyn PageSource,
     radiance: &'a Radiance,
     slots: Vec<Slot>,
+    loom: Loom,
 }
 
 impl<'a> RadiancePages<'a> {
     /// None is looked up yet.
     pub fn new(source: &'a dyn PageSource, radiance: &'a Radiance) -> Self {
-        Self { source, radiance, slots: vec![None; SLOTS] }
+        Self { source, radiance, slots: vec![None; SLOTS], loom: Loom::default() }
     }
 
     /// The database.
@@ -176,7 +184,7 @@ impl<'a> RadiancePages<'a> {
             ^ index.wrapping_mul(41);
         let slot = &mut self.slots[hash as usize % SLOTS];
         if slot.as_ref().is_none_or(|(known, _)| *known != strip) {
-            *slot = Some((strip, self.radiance.lines(self.source, strip)?));
+            *slot = Some((strip, self.radiance.lines(self.source, strip, &mut self.loom)?));
         }
         Ok(slot.as_ref().and_then(|(_, lines)| lines.clone()))
     }

@@ -49,9 +49,11 @@ impl LineImage {
         (id, part): (PageId, Part),
         sensor: &VisualSensor,
         weave: Weave,
-        isa: Isa,
+        (loom, isa): (&mut Loom, Isa),
     ) -> Result<Option<Self>> {
-        isa.run(Baking { source, id, part, sensor, facing: &weave.facing, finish: weave })
+        let Loom { window, sums, image } = loom;
+        let finish = Weaving { weave, sums, image };
+        isa.run(Baking { source, id, part, sensor, facing: &weave.facing, window, finish })
     }
 
     /// Where line `index` begins, the last one's if it is beyond.
@@ -66,25 +68,41 @@ impl LineImage {
     }
 }
 
-impl Finish for Weave {
+/// Memory for what is needed to make lines, used again and again: lines are kept for long, and what lay between them in memory and is free
+/// would be of little use.
+#[derive(Debug, Default)]
+pub struct Loom {
+    window: Window,
+    sums: Sums,
+    image: Vec<u32>,
+}
+
+struct Weaving<'l> {
+    weave: Weave,
+    sums: &'l mut Sums,
+    image: &'l mut Vec<u32>,
+}
+
+impl Finish for Weaving<'_> {
     type Image = LineImage;
 
     #[inline(always)]
-    fn image<V: Simd>(&self, simd: V, window: &Window, size: [usize; 2]) -> LineImage {
-        let (major, wide) = (usize::from(self.facing.major), 1 << self.shift);
-        let lines = Shares::of_lines(usize::from(self.span), size[major]);
+    fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> LineImage {
+        let Self { weave, sums, image } = self;
+        let (major, wide) = (usize::from(weave.facing.major), 1 << weave.shift);
+        let lines = Shares::of_lines(usize::from(weave.span), size[major]);
         let texels = Shares::of_texels(wide, size[1 - major]);
         // Rows of posts lie along x: columns of texels are lines if the planes run along x.
         let [rows, columns] = if major == 0 { [&texels, &lines] } else { [&lines, &texels] };
         let row = texels.count;
-        let mut image = vec![0; rows.count * columns.count];
+        image.resize(rows.count * columns.count, 0);
         if rows.step == 1 && columns.step == 1 {
             for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
                 let posts = window.row(rows.first + index);
                 encode(simd, target, posts.light.map(|plane| &plane[columns.first..]));
             }
         } else {
-            let mut sums = Sums::new(size[0] + 2 * RING, columns.count);
+            sums.begin(size[0] + 2 * RING, columns.count);
             for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
                 sums.clear();
                 for (post, share) in rows.posts(index) {
@@ -93,7 +111,7 @@ impl Finish for Weave {
                 encode(simd, target, sums.means(simd, columns));
             }
         }
-        LineImage { texels: if major == 0 { turned(&image, columns.count) } else { image }, row }
+        LineImage { texels: if major == 0 { turned(image, columns.count) } else { image.clone() }, row }
     }
 }
 
@@ -134,6 +152,7 @@ impl Shares {
 }
 
 /// Radiance times weights, summed up over rows of posts: red, green, blue, and the weights.
+#[derive(Debug, Default)]
 struct Sums {
     /// By post of a row, and as many behind it as are looked at.
     posts: [Vec<f32>; 4],
@@ -143,9 +162,11 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(width: usize, count: usize) -> Self {
-        let posts = [(); 4].map(|()| vec![0.0; width + LANES]);
-        Self { posts, means: [(); 4].map(|()| vec![0.0; count.next_multiple_of(LANES)]), width }
+    /// Of rows of `width` posts, which make `count` sums.
+    fn begin(&mut self, width: usize, count: usize) {
+        self.width = width;
+        self.posts.iter_mut().for_each(|plane| plane.resize(width + LANES, 0.0));
+        self.means.iter_mut().for_each(|plane| plane.resize(count.next_multiple_of(LANES), 0.0));
     }
 
     fn clear(&mut self) {

@@ -68,7 +68,7 @@ impl RadiancePage {
         facing: &Facing,
         isa: Isa,
     ) -> Result<Option<Self>> {
-        isa.run(Baking { source, id, part, sensor, facing, finish: Encoding })
+        isa.run(Baking { source, id, part, sensor, facing, window: &mut Window::default(), finish: Encoding })
     }
 
     /// Texel of a post; the apron has negative indices.
@@ -90,6 +90,8 @@ pub struct Baking<'a, M> {
     pub part: Part,
     pub sensor: &'a VisualSensor,
     pub facing: &'a Facing,
+    /// Where posts are lit.
+    pub window: &'a mut Window,
     /// What makes the image.
     pub finish: M,
 }
@@ -98,7 +100,7 @@ pub struct Baking<'a, M> {
 pub trait Finish {
     type Image;
     /// Of posts of a part of `size`, eastward and northward, and [`RING`] around it. Implementations are `#[inline(always)]`.
-    fn image<V: Simd>(&self, simd: V, window: &Window, size: [usize; 2]) -> Self::Image;
+    fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> Self::Image;
 }
 
 impl<M: Finish> Kernel for Baking<'_, M> {
@@ -107,13 +109,13 @@ impl<M: Finish> Kernel for Baking<'_, M> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let Self { source, id, part, sensor, facing, finish } = self;
+        let Self { source, id, part, sensor, facing, window, finish } = self;
         let Some(view) = source.page(id)? else { return Ok(None) };
         let part = part.within(view.width, view.height);
         let lamp = Lamp::new(sensor);
         let posts = Posts::new(&lamp, source.header(), id, view, part, facing);
-        let window = Window::around(simd, &posts);
-        Ok(Some(finish.image(simd, &window, part.size.map(|side| side as usize))))
+        window.light(simd, &posts);
+        Ok(Some(finish.image(simd, window, part.size.map(|side| side as usize))))
     }
 }
 
@@ -124,7 +126,7 @@ impl Finish for Encoding {
     type Image = RadiancePage;
 
     #[inline(always)]
-    fn image<V: Simd>(&self, simd: V, window: &Window, size: [usize; 2]) -> RadiancePage {
+    fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> RadiancePage {
         let [width, rows] = size.map(|side| side + 2 * RING);
         let mut texels = vec![0; width * rows];
         for (row, texels) in texels.chunks_exact_mut(width).enumerate() {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::{DVec2, Vec3};
 
 use super::facing::Facing;
+use super::lines::Loom;
 use super::page::{CODE_LIMIT, Part, ROOT_OF_BRIGHTEST};
 use super::*;
 use crate::colour::linear_from_srgb8;
@@ -434,7 +435,9 @@ fn every_instruction_set_weaves_the_same_bits() {
     for (level, shift, span) in [(0, 0, 1), (0, 2, 4), (1, 1, 2), (1, 2, 1), (0, 1, 1)] {
         let facing = Facing { major: level, forward: shift == 1, incline: span / 2 };
         let weave = Weave { facing, shift, span };
-        let bake = |isa| LineImage::bake(&source, strip(level), &sensor(), weave, isa).unwrap();
+        let bake = |isa| {
+            LineImage::bake(&source, strip(level), &sensor(), weave, (&mut Loom::default(), isa)).unwrap()
+        };
         for isa in Isa::available() {
             assert!(bake(isa) == bake(Isa::PORTABLE), "{weave:?}, {isa}");
         }

@@ -20,6 +20,7 @@ pub const RING: usize = 4;
 pub const LIT: usize = RING + 1;
 
 /// Posts of a part of a page and [`LIT`] around it, and what they send.
+#[derive(Debug, Default)]
 pub struct Window {
     /// Red, green and blue, `[north][east]`, and some lanes behind them.
     planes: [Vec<f32>; 3],
@@ -42,12 +43,12 @@ pub struct Row<'w> {
 const BESIDE: usize = LIT - RING;
 
 impl Window {
-    /// Lights a part, and what its voids take their light from.
+    /// Lights a part, and what its voids take their light from. What was lit before is forgotten.
     #[inline(always)]
-    pub fn around<V: Simd>(simd: V, posts: &Posts<'_>) -> Self {
-        let [stride, rows] = [0, 1].map(|axis: usize| posts.part[axis].len());
-        let plane = || vec![0.0; stride * rows + LANES];
-        let mut window = Self { planes: [plane(), plane(), plane()], weights: plane(), stride, rows };
+    pub fn light<V: Simd>(&mut self, simd: V, posts: &Posts<'_>) {
+        [self.stride, self.rows] = [0, 1].map(|axis: usize| posts.part[axis].len());
+        let (stride, length) = (self.stride, self.stride * self.rows + LANES);
+        self.all().for_each(|plane| plane.resize(length, 0.0));
         let [columns, lit] = [0, 1].map(|axis: usize| {
             let (lit, first) = (&posts.lit[axis], posts.part[axis].start);
             lit.start - first..lit.end - first
@@ -55,15 +56,14 @@ impl Window {
         let mut has_voids = false;
         for y in lit.clone() {
             let first = y * stride + columns.start;
-            let light = window.planes.each_mut().map(|plane| &mut plane[first..]);
-            let target = Rows { light, weights: &mut window.weights[first..] };
+            let light = self.planes.each_mut().map(|plane| &mut plane[first..]);
+            let target = Rows { light, weights: &mut self.weights[first..] };
             has_voids |= posts.row(simd, y + posts.part[1].start, target);
         }
-        window.repeat([columns, lit]);
+        self.repeat([columns, lit]);
         if has_voids {
-            window.cover_voids();
+            self.cover_voids();
         }
-        window
     }
 
     /// Has posts beside those that are lit send what the nearest do.
