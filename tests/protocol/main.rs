@@ -290,8 +290,12 @@ fn what_a_frame_that_does_not_wait_began_with_stays() {
     let kept = kept_bytes(COARSEST);
     for room in [bytes_of([fine(0), fine(1)]), held_bytes()] {
         in_many_orders(move || {
-            let pages = open(Some(kept + room));
+            let budget = kept + room;
+            let pages = open(Some(budget));
             fly_late(&pages, FRAMES, &Plan(&pages));
+            // Foresight takes what it needs; frames get along with what there is room for.
+            let most = budget + bytes_of([FORESEEN_WITH]);
+            assert!(pages.paging().resident_bytes_most <= most, "{:?}, not {most}", pages.paging());
         });
     }
 }
