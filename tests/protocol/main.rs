@@ -17,7 +17,7 @@ use shuttle::scheduler::{PctScheduler, RandomScheduler, Scheduler};
 use shuttle::{Config, Runner};
 
 /// Orders of each test, unless told otherwise.
-const SCHEDULES: usize = 400;
+const SCHEDULES: usize = 1000;
 /// Changes of mind of a scheduler that lets the most urgent thread run otherwise.
 const DEPTH: usize = 4;
 /// Pages of the finest level.

@@ -14,10 +14,8 @@ use std::collections::VecDeque;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
-use crossbeam::queue::SegQueue;
-
 use super::super::leaving::Leaving;
-use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, Sender};
+use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
 use super::{Claim, Ledger, ResidentPages, Tally, state};
 use crate::error::Result;
 use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
