@@ -85,6 +85,12 @@ fn view(frame: u32) -> Vec<PagePart> {
     vec![posts(0, frame % 4), posts(0, (frame + 1) % 4), coarse[frame as usize % 4]]
 }
 
+/// All parts of pages but those that stay.
+fn everything() -> Vec<PagePart> {
+    let coarse = [(1, 0), (1, 1), (2, 0)].map(|(level, px)| [posts(level, px), bounds(level, px)]);
+    (0..PAGES).map(fine).chain(coarse.concat()).collect()
+}
+
 /// Frames need their view; to know it takes the bounds of a coarse page.
 struct Plan<'a>(&'a ResidentPages);
 
@@ -268,7 +274,8 @@ fn fly_late(pages: &ResidentPages, frames: u32, foresight: &dyn Foresight) {
                 let present = flight.begin(frame);
                 in_flight.push_back(scope.spawn(move || {
                     sync::scope(|workers| {
-                        workers.spawn(|| see_twice(&present, &view(frame)));
+                        // Also what goes because no frame is known to need it.
+                        workers.spawn(|| see_twice(&present, &everything()));
                         see_twice(&present, &view(frame));
                     });
                 }));
