@@ -37,6 +37,12 @@ impl Leaving {
         self.pages.push_back((self.next + 1, page));
     }
 
+    /// A page comes back; whether it had left and had not gone yet.
+    pub fn come_back(&mut self, page: u32) -> bool {
+        let place = self.pages.iter().position(|(_, other)| *other == page);
+        place.and_then(|place| self.pages.remove(place)).is_some()
+    }
+
     /// Takes out a page that no frame may read any more.
     pub fn gone(&mut self) -> Option<u32> {
         let oldest = self.held.first().copied().unwrap_or(u64::MAX);
@@ -78,6 +84,16 @@ mod tests {
         leaving.leave(4);
         leaving.end(third);
         assert_eq!(all_gone(&mut leaving), [4]);
+    }
+
+    #[test]
+    fn pages_that_come_back_wait_no_more() {
+        let mut leaving = Leaving::default();
+        let frame = leaving.begin();
+        (1..=3).for_each(|page| leaving.leave(page));
+        assert!(leaving.come_back(2) && !leaving.come_back(2) && !leaving.come_back(4));
+        leaving.end(frame);
+        assert_eq!(all_gone(&mut leaving), [1, 3]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ pub use std::sync::{Condvar, Mutex, MutexGuard};
 pub use std::thread::{Scope, ThreadId, current, scope};
 
 pub use crossbeam::channel::{Receiver, Sender, bounded};
+pub use crossbeam::queue::SegQueue;
 
 /// Starts a thread with a name.
 pub fn spawn<'scope>(

@@ -128,6 +128,7 @@ fn a_page_that_left_and_came_again_counts_once() {
     let frame = site.present();
     site.pages.evict_now(fine(5));
     assert_eq!(site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND)), []);
+    assert_eq!(site.bytes(), one);
     drop(frame);
     site.pages.let_go_all();
     assert_eq!(site.bytes(), one);

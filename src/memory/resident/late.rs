@@ -14,10 +14,8 @@ use std::collections::VecDeque;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
-use crossbeam::queue::SegQueue;
-
 use super::super::leaving::Leaving;
-use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, Sender};
+use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
 use super::{Claim, Ledger, ResidentPages, Tally, state};
 use crate::error::Result;
 use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
@@ -253,6 +251,11 @@ impl ResidentPages {
         self.let_go(ledger);
     }
 
+    /// A part comes that frames may still hold from before: it is in memory once and counts once. Whether it is so.
+    pub(super) fn come_back(&self, index: usize) -> bool {
+        self.late.leaving().come_back(index as u32)
+    }
+
     /// Lets the memory of pages go that have left and that no frame may read any more.
     pub(in crate::memory) fn let_go_all(&self) {
         self.let_go(&mut self.ledger());
@@ -264,12 +267,7 @@ impl ResidentPages {
         for index in std::iter::from_fn(next).map(|index| index as usize) {
             let part = self.part(index);
             ledger.bytes -= store.part_bytes(part);
-            // It may have come again meanwhile, and left again.
-            let is_back = self.is_here_or_coming(index);
-            let is_gone = !is_back && !self.late.leaving().waiting().any(|other| other as usize == index);
-            if is_gone {
-                store.forget(part);
-            }
+            store.forget(part);
         }
     }
 

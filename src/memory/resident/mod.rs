@@ -301,7 +301,7 @@ impl ResidentPages {
 
     fn reserve(&self, ledger: &mut Ledger, part: PagePart, index: usize) {
         self.states[index].store(state::COMING, Ordering::Relaxed);
-        ledger.bytes += self.file.store().part_bytes(part);
+        ledger.bytes += if self.come_back(index) { 0 } else { self.file.store().part_bytes(part) };
         ledger.most = ledger.most.max(ledger.bytes);
     }
 
