@@ -1,6 +1,6 @@
 //! Heights along a line of posts, where sixteen planes cross it.
 
-use super::pages::{Codes, Pages};
+use super::pages::{Codes, Pages, together};
 use crate::error::Result;
 use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
@@ -24,7 +24,7 @@ pub struct Posts {
     pub next: i64,
 }
 
-/// Height codes of a page with apron, line by line, and how many one line has.
+/// Height codes of a page's lines with apron, and how many one line has.
 type Part<'a> = (Codes<'a>, i32);
 
 /// Pages of one level side by side along the minor axis: the lines of one block.
@@ -35,14 +35,16 @@ pub struct Lines<'a> {
     near: Option<i32>,
     /// The page that the next group of planes looks at, and up to which post.
     next: Option<(Part<'a>, i32)>,
-    /// Index of the pages' first line, and of the first page's first post.
+    /// Index of the first line of those that are here, and of the first page's first post.
     pub first: [i64; 2],
+    /// How many lines are here, without aprons.
+    held: i64,
     /// The area's first and last post, counted from there: beside it the surface goes on level.
     limits: [f32; 2],
 }
 
 impl<'a> Lines<'a> {
-    /// Pages of `level` with line `line` along axis `major`, that hold `posts`. `None`: one of them is absent, or they are too many.
+    /// What of pages of `level` holds line `line` along axis `major`, and `posts`. `None`: one of them is absent, or they are too many.
     pub fn find(
         pages: &mut Pages<'a>,
         level: u8,
@@ -61,12 +63,15 @@ impl<'a> Lines<'a> {
         if count > MOST_PAGES {
             return Ok(None);
         }
+        // A line beside the area belongs to the first or the last ones.
+        let (held, strip) = together(major, (line - page_line * side).clamp(0, side - 1) as u32);
         let mut lines = Self {
             parts: [const { (Codes::Rows(&[]), 0) }; MOST_PAGES],
             count,
             near: None,
             next: None,
-            first: [page_line * side, first * side],
+            first: [page_line * side + i64::from(held * strip), first * side],
+            held: i64::from(held),
             limits: [-(first * side) as f32, (posts_across - 1 - first * side) as f32],
         };
         let page = |across: i64| {
@@ -75,7 +80,7 @@ impl<'a> Lines<'a> {
             PageId { level, px, py }
         };
         for part in 0..count {
-            let Some(codes) = pages.codes(page(first + part as i64), major)? else { return Ok(None) };
+            let Some(codes) = pages.codes(page(first + part as i64), major, strip)? else { return Ok(None) };
             lines.parts[part] = codes;
         }
         lines.near = lines.near(posts.ends.map(|post| post - first * side));
@@ -84,7 +89,7 @@ impl<'a> Lines<'a> {
             Some(lines.parts[(beside - first) as usize].clone())
         } else {
             // It may be of no group's business: nothing is read for it.
-            pages.known_codes(page(beside), major)
+            pages.known_codes(page(beside), major, strip)
         };
         lines.next = part.map(|part| (part, (posts.next - beside * side) as i32));
         Ok(Some(lines))
@@ -108,7 +113,7 @@ impl<'a> Lines<'a> {
     /// Whether these pages hold a line, in an apron or themselves.
     #[inline(always)]
     pub fn have(&self, line: i64) -> bool {
-        (-i64::from(APRON)..i64::from(PAGE_SIDE)).contains(&(line - self.first[0]))
+        (-i64::from(APRON)..self.held).contains(&(line - self.first[0]))
     }
 
     /// Codes at post positions `post` of `line` (both counted from `first`; −1 is the apron), interpolated between

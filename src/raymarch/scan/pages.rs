@@ -2,14 +2,14 @@
 
 use std::rc::Rc;
 
-use super::turned::{Columns, TurnedPages};
+use super::turned::{Columns, STRIP, Strip, TurnedPages};
 use crate::error::Result;
-use crate::voxel::{APRON, BoundsView, PageId, PageSource, PageView};
+use crate::voxel::{APRON, BoundsView, PAGE_SIDE, PageId, PageSource, PageView};
 
 /// Slots; a power of two. A task's planes touch some dozens of pages.
 const SLOTS: usize = 64;
 
-/// Height codes of a page, line by line across the planes.
+/// Height codes of lines of a page, one after the other.
 #[derive(Clone)]
 pub enum Codes<'a> {
     /// As they are stored: lines are rows.
@@ -29,16 +29,16 @@ impl Codes<'_> {
     }
 }
 
-/// A page, turned or not; `None`: it is absent.
-type Slot<T> = Option<(PageId, Option<T>)>;
+/// A page, or a strip of one, turned; `None`: it is absent.
+type Slot<K, T> = Option<(K, Option<T>)>;
 
 /// Looks pages up, and remembers some.
 pub struct Pages<'a> {
     source: &'a dyn PageSource,
     turned: &'a TurnedPages,
-    views: Vec<Slot<PageView<'a>>>,
-    bounds: Vec<Slot<BoundsView<'a>>>,
-    columns: Vec<Slot<Rc<Columns>>>,
+    views: Vec<Slot<PageId, PageView<'a>>>,
+    bounds: Vec<Slot<PageId, BoundsView<'a>>>,
+    columns: Vec<Slot<Strip, Rc<Columns>>>,
 }
 
 impl<'a> Pages<'a> {
@@ -56,59 +56,65 @@ impl<'a> Pages<'a> {
     /// A page; `None` where it is absent.
     #[inline]
     pub fn get(&mut self, id: PageId) -> Result<Option<PageView<'a>>> {
-        remember(&mut self.views, id, || self.source.page(id))
+        remember(&mut self.views[slot_of(id, 0)], id, || self.source.page(id))
     }
 
     /// A page's bounds; `None` where it is absent.
     #[inline]
     pub fn bounds(&mut self, id: PageId) -> Result<Option<BoundsView<'a>>> {
-        remember(&mut self.bounds, id, || self.source.bounds(id))
+        remember(&mut self.bounds[slot_of(id, 0)], id, || self.source.bounds(id))
     }
 
-    /// Height codes of a page for planes along axis `major`, and how many one line has; `None` where it is absent.
+    /// Height codes of a page's lines for planes along axis `major`, and how many one line has; `None` where it is absent. Those
+    /// along x are the lines of a strip.
     #[inline]
-    pub fn codes(&mut self, id: PageId, major: usize) -> Result<Option<(Codes<'a>, i32)>> {
+    pub fn codes(&mut self, id: PageId, major: usize, strip: u32) -> Result<Option<(Codes<'a>, i32)>> {
         if major == 1 {
             let view = self.get(id)?;
             return Ok(view.map(|view| (Codes::Rows(view.heights), (view.width + 2 * APRON) as i32)));
         }
-        let codes = remember(&mut self.columns, id, || Ok(self.turned.get(self.source, id)?.map(Rc::new)))?;
+        let find = || Ok(self.turned.get(self.source, (id, strip))?.map(Rc::new));
+        let codes = remember(&mut self.columns[slot_of(id, strip)], (id, strip), find)?;
         let size = self.source.header().grid.page_size(id);
         Ok(codes.zip(size).map(|(codes, (_, height))| (Codes::Columns(codes), (height + 2 * APRON) as i32)))
     }
 
     /// The same if the page was looked up lately.
     #[inline]
-    pub fn known_codes(&mut self, id: PageId, major: usize) -> Option<(Codes<'a>, i32)> {
-        let slot = slot_of(id);
+    pub fn known_codes(&mut self, id: PageId, major: usize, strip: u32) -> Option<(Codes<'a>, i32)> {
         let is_known = match major {
-            1 => self.views[slot].as_ref().is_some_and(|(known, _)| *known == id),
-            _ => self.columns[slot].as_ref().is_some_and(|(known, _)| *known == id),
+            1 => self.views[slot_of(id, 0)].as_ref().is_some_and(|(known, _)| *known == id),
+            _ => self.columns[slot_of(id, strip)].as_ref().is_some_and(|(known, _)| *known == (id, strip)),
         };
-        if is_known { self.codes(id, major).ok().flatten() } else { None }
+        if is_known { self.codes(id, major, strip).ok().flatten() } else { None }
     }
 }
 
-/// Where a page is remembered.
+/// Which lines of a page for planes along axis `major` come with a line of it: how many, and the number of their strip.
 #[inline]
-fn slot_of(id: PageId) -> usize {
-    let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
-    hash as usize % SLOTS
+pub fn together(major: usize, line: u32) -> (u32, u32) {
+    if major == 1 { (PAGE_SIDE, 0) } else { (STRIP, line / STRIP) }
 }
 
-/// What is in the page's slot, or else what `find` finds.
+/// Where a page, or a strip of it, is remembered.
 #[inline]
-fn remember<T: Clone>(
-    slots: &mut [Slot<T>],
-    id: PageId,
+fn slot_of(id: PageId, strip: u32) -> usize {
+    let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
+    (hash ^ strip.wrapping_mul(43)) as usize % SLOTS
+}
+
+/// What is in a slot under a key, or else what `find` finds.
+#[inline]
+fn remember<K: PartialEq, T: Clone>(
+    slot: &mut Slot<K, T>,
+    key: K,
     find: impl FnOnce() -> Result<Option<T>>,
 ) -> Result<Option<T>> {
-    let slot = &mut slots[slot_of(id)];
     match slot {
-        Some((known, found)) if *known == id => Ok(found.clone()),
+        Some((known, found)) if *known == key => Ok(found.clone()),
         _ => {
             let found = find()?;
-            *slot = Some((id, found.clone()));
+            *slot = Some((key, found.clone()));
             Ok(found)
         }
     }

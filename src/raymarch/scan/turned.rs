@@ -1,4 +1,4 @@
-//! Pages turned: what planes along x read side by side.
+//! Strips of pages turned: what planes along x read side by side.
 
 use std::sync::Arc;
 
@@ -9,7 +9,14 @@ use crate::voxel::{APRON, Bytes, Derived, PageId, PageSource};
 /// Bytes of turned pages that are kept.
 const BUDGET: usize = 512 << 20;
 
-/// Height codes of a page with apron, column by column.
+/// Lines of a strip: as many as the longest block of the march has, which so lies in one strip. Of a page that is seen at its rim or between
+/// hills, few are read.
+pub const STRIP: u32 = 64;
+
+/// Which strip: of a page, counted from its first column.
+pub type Strip = (PageId, u32);
+
+/// Height codes of a strip of columns of a page, and of the apron around it, column by column.
 #[derive(Debug, Clone)]
 pub struct Columns(Arc<Vec<u16>>);
 
@@ -27,11 +34,11 @@ impl Bytes for Columns {
     }
 }
 
-/// Height codes with rows and columns exchanged, kept for all frames of a database.
+/// Height codes of strips with rows and columns exchanged, kept for all frames of a database.
 ///
 /// Sixteen planes along x meet a line in as many rows of a page: sixteen cache lines a step instead of one or two.
 #[derive(Debug)]
-pub struct TurnedPages(Derived<PageId, Columns>);
+pub struct TurnedPages(Derived<Strip, Columns>);
 
 impl Default for TurnedPages {
     fn default() -> Self {
@@ -50,16 +57,21 @@ impl TurnedPages {
         self.0.begin_frame();
     }
 
-    /// Columns of a page, each of its height and two aprons; `None` where it is absent from `source`, also if they are known from another frame
-    /// that had it.
+    /// Columns of a strip and of two aprons, each of the page's height and two aprons; `None` where the page is absent from `source`, also if they are
+    /// known from another frame that had it.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn get(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Columns>> {
+    pub fn get(&self, source: &dyn PageSource, strip: Strip) -> Result<Option<Columns>> {
+        let (id, index) = strip;
         let turn = || {
             let view = source.page(id)?;
-            Ok(view.map(|view| Columns(Arc::new(turned(view.heights, (view.width + 2 * APRON) as usize)))))
+            Ok(view.map(|view| {
+                let (first, width) = (index * STRIP, view.width + 2 * APRON);
+                let columns = first as usize..width.min(first + STRIP + 2 * APRON) as usize;
+                Columns(Arc::new(turned(view.heights, width as usize, columns)))
+            }))
         };
-        if source.has(id) { self.0.get(id, turn) } else { turn() }
+        if source.has(id) { self.0.get(strip, turn) } else { turn() }
     }
 }

@@ -111,7 +111,10 @@ impl Finish for Weaving<'_> {
                 encode(simd, target, sums.means(simd, columns));
             }
         }
-        LineImage { texels: if major == 0 { turned(image, columns.count) } else { image.clone() }, row }
+        LineImage {
+            texels: if major == 0 { turned(image, columns.count, 0..columns.count) } else { image.clone() },
+            row,
+        }
     }
 }
 
