@@ -50,12 +50,15 @@ pub struct Footprint<'a> {
     bounds: Vec<Option<(PageId, Option<BoundsView<'a>>)>>,
     /// By level, the columns and rows of pages whose posts, and bounds, this wedge was found to need last, if all are there, and whether
     /// likely so.
-    noted: Vec<[Option<([[u32; 2]; 2], bool)>; 2]>,
+    noted: Vec<[Option<Noted>; 2]>,
     /// What is needed, and where first.
     parts: HashMap<PagePart, Place>,
     /// Wedges before this one.
     wedges: u32,
 }
+
+/// Columns and rows of pages, first and last, and whether they are likely to be touched.
+type Noted = ([[u32; 2]; 2], bool);
 
 /// Where a part of a page is needed first.
 #[derive(Debug, Clone, Copy)]
