@@ -12,7 +12,8 @@ use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
-    BoundsView, Grid, Header, MemPages, Metadata, PageId, PagePart, PageSource, PageView, build_in_memory,
+    BoundsView, Grid, Header, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource, PageView,
+    build_in_memory,
 };
 
 use random::Random;
@@ -77,9 +78,10 @@ impl PageSource for Watched<'_> {
     }
 }
 
-/// Parts of pages that were foreseen, and those touched.
+/// Parts of pages that were foreseen, how many of them are likely, and those touched.
 struct Seen {
     foreseen: Vec<PagePart>,
+    likely: usize,
     touched: BTreeSet<PagePart>,
 }
 
@@ -87,13 +89,15 @@ fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen
     let source = Watched { pages, is_absent, touched: Mutex::default() };
     let farm = Farm::new(1).unwrap();
     let renderer = Renderer::new(&source, &RenderOptions::default());
-    let foreseen = renderer.foresee(camera, &farm).unwrap().parts;
+    let PageNeeds { parts: mut foreseen, mut likely } = renderer.foresee(camera, &farm).unwrap();
     let read = std::mem::take(&mut *source.touched.lock().unwrap());
     renderer.picture(camera, &farm).unwrap();
     let mut touched = source.touched.into_inner().unwrap();
     // What was read to foresee is there.
     touched.retain(|part| !read.contains(part) || foreseen.contains(part));
-    Seen { foreseen: foreseen.into_iter().filter(|part| !is_absent(part.page())).collect(), touched }
+    likely -= foreseen[..likely].iter().filter(|part| is_absent(part.page())).count();
+    foreseen.retain(|part| !is_absent(part.page()));
+    Seen { foreseen, likely, touched }
 }
 
 /// Asserts that nothing was touched that was not foreseen.
@@ -188,6 +192,8 @@ fn what_stands_in_beside_corridors_is_foreseen() {
 #[test]
 fn most_of_what_is_foreseen_of_a_level_flight_is_touched() {
     let (mut foreseen, mut touched) = (0, 0);
+    // What is likely, and the rest.
+    let mut classes = [[0; 2]; 2];
     for frame in 0..40 {
         let place = DVec2::new(1000.0 + 100.0 * f64::from(frame), 900.0 + 90.0 * f64::from(frame));
         let attitude = Attitude { yaw: 48.0, pitch: -3.0, roll: 0.0 };
@@ -196,6 +202,16 @@ fn most_of_what_is_foreseen_of_a_level_flight_is_touched() {
         assert_recalled(&seen, &camera);
         foreseen += seen.foreseen.len();
         touched += seen.touched.len();
+        for (index, part) in seen.foreseen.iter().enumerate() {
+            let [all, of_these] = &mut classes[usize::from(index >= seen.likely)];
+            *all += 1;
+            *of_these += usize::from(seen.touched.contains(part));
+        }
     }
     assert!(touched * 10 >= foreseen * 7, "precision: {touched} of {foreseen}");
+    let [[likely, right], [others, wrong]] = classes;
+    assert!(
+        right * 10 >= likely * 8 && wrong * 2 < others,
+        "{right} of {likely} likely ones, {wrong} of {others} others"
+    );
 }

@@ -1,4 +1,4 @@
-//! What frames that never wait see, want and hold.
+//! What frames that never wait see, want and hold, and what others get where there is little room.
 
 use std::collections::VecDeque;
 
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use super::resident::Need;
 use super::sync::{Receiver, Sender, bounded};
 use super::{PageFile, PresentPages, ResidentPages};
-use crate::voxel::{Arrays, Grid, Metadata, PageId, PagePart, PageSource, write_arrays};
+use crate::voxel::{Arrays, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, write_arrays};
 
 /// Four by four pages of the finest level.
 const SIDE: u32 = 1024;
@@ -149,4 +149,28 @@ fn frames_far_ahead_make_room_behind_the_eye_only() {
     assert_eq!(site.bring(&[fine(5)], Need::Now(1, NOTHING_BEHIND)), [fine(5)]);
     site.pages.deliver(2);
     assert_eq!(site.bring(&[fine(5)], Need::Now(2, NOTHING_BEHIND)), []);
+}
+
+#[test]
+fn what_is_likely_to_be_read_has_room_before_what_may_be() {
+    let site = Site::new(2 * page_bytes());
+    let needs = |parts: &[u32], likely| PageNeeds {
+        parts: parts.iter().map(|number| fine(*number)).collect(),
+        likely,
+    };
+    let expect = |frame, needs: &PageNeeds| {
+        let expected = site.pages.expect(frame, needs, |_| false)?;
+        site.pages.read(&expected);
+        Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
+    };
+    // Far ahead nothing is done by halves; soon what is likely must do.
+    assert_eq!(expect(3, &needs(&[1, 2, 3], 2)), None);
+    assert_eq!(expect(2, &needs(&[1, 2, 3], 2)), Some(vec![fine(1), fine(2)]));
+    assert_eq!(expect(2, &needs(&[4, 1, 2], 3)), None, "three are too many before a frame is delivered");
+    // What may be read and is there gives way to what is likely.
+    site.pages.deliver(3);
+    assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![fine(4), fine(5)]));
+    // With room for all of it, all of it comes.
+    site.pages.deliver(4);
+    assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![fine(6), fine(7)]));
 }
