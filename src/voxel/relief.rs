@@ -59,7 +59,9 @@ const RELIEFS: usize = LANES * size_of::<Relief>();
 /// Reliefs of sixteen voxels.
 #[derive(Debug, Clone, Copy)]
 pub struct ReliefLanes<F> {
+    /// Mean slope eastward and northward less the level's own.
     correction: [F; 2],
+    /// `a`, `b` and `c` of the covariance's root, times √2: slopes.
     spread: [F; 3],
 }
 

@@ -71,17 +71,21 @@ struct Place {
     distance: f64,
 }
 
-/// Slopes below which nothing is seen behind a ring: for sure, and likely.
+/// Slopes below which nothing is seen behind a ring, metres of height per unit of major distance.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
+    /// That of the lowest surface that may be there.
     sure: f64,
+    /// That of a surface in the middle between the lowest and the highest.
     likely: f64,
 }
 
 /// Whether something of a ring is seen.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
+    /// It may rise above the sure horizon.
     may_be: bool,
+    /// And above the likely one.
     is_likely: bool,
 }
 
@@ -172,7 +176,8 @@ impl<'a> Footprint<'a> {
         Ok(())
     }
 
-    /// The parts of pages as planes come to them: wedge by wedge, and the nearest of each first.
+    /// The parts of pages as planes come to them: those that are likely to be touched, then the others; of both wedge by wedge, and the nearest of
+    /// each first.
     pub fn into_needs(self) -> PageNeeds {
         let mut parts: Vec<_> = self.parts.into_iter().collect();
         parts.sort_unstable_by(|(a, first), (b, second)| {
