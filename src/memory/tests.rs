@@ -167,7 +167,8 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
     assert_eq!(expect(3, &needs(&[1, 2, 3], 2)), None);
     assert_eq!(expect(2, &needs(&[1, 2, 3], 2)), Some(vec![fine(1), fine(2)]));
     assert_eq!(expect(2, &needs(&[4, 1, 2], 3)), None, "three are too many before a frame is delivered");
-    // What may be read and is there gives way to what is likely.
+    // What may be read and is there gives way to what is likely, also where the frame was asked for in vain before.
+    assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), None);
     site.pages.deliver(3);
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![fine(4), fine(5)]));
     // With room for all of it, all of it comes.

@@ -252,11 +252,11 @@ impl ResidentPages {
         if self.make_room(&mut ledger, bytes, &place) {
             missing.extend(more);
         } else {
-            if frame > ledger.delivered + SOON {
-                return None;
-            }
             for (index, until) in held_before {
                 ledger.needed_until[index] = until;
+            }
+            if frame > ledger.delivered + SOON {
+                return None;
             }
             if !self.make_room(&mut ledger, likely_bytes, &place) && frame > ledger.delivered {
                 return None;
