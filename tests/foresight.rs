@@ -12,8 +12,8 @@ use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
-    BoundsView, Grid, Header, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource, PageView,
-    build_in_memory,
+    BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource,
+    PageView, build_in_memory,
 };
 
 use random::Random;
@@ -61,8 +61,16 @@ impl PageSource for Watched<'_> {
         if (self.is_absent)(id) {
             return Ok(None);
         }
-        self.touched.lock().unwrap().insert(PagePart::Posts(id));
+        self.touched.lock().unwrap().extend(PagePart::posts(id));
         self.pages.page(id)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        if (self.is_absent)(id) {
+            return Ok(None);
+        }
+        self.touched.lock().unwrap().insert(PagePart::Heights(id));
+        self.pages.heights(id)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

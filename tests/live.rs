@@ -54,7 +54,8 @@ fn see<S: PageSource>(renderer: &Renderer<'_, S>, camera: &Camera, workers: usiz
 /// Brings a part of a page into memory.
 fn touch(pages: &ResidentPages, part: PagePart) {
     match part {
-        PagePart::Posts(id) => pages.page(id).map(drop).unwrap(),
+        PagePart::Heights(id) => pages.heights(id).map(drop).unwrap(),
+        PagePart::Paint(id) => pages.page(id).map(drop).unwrap(),
         PagePart::Bounds(id) => pages.bounds(id).map(drop).unwrap(),
     }
 }

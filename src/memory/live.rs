@@ -116,7 +116,7 @@ impl Thread<'_> {
         }
         let mut wanted: Vec<PagePart> = self.wanted.drain(..).collect();
         pages.take_wanted(&mut wanted);
-        wanted.sort_by_key(|part| std::cmp::Reverse(part.page().level));
+        wanted.sort_by_key(|part| (std::cmp::Reverse(part.page().level), part.page(), *part));
         self.wanted = wanted.into();
         let now = self.agenda.begun.saturating_sub(1);
         let is_behind = |page| foresight.is_behind(now, page);

@@ -18,7 +18,7 @@ use crate::voxel::{PageId, PagePart};
 /// What one frame needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct FrameNeeds {
-    /// Pages that it may touch; posts and bounds of one count as two, if it needs both.
+    /// Pages that it may touch.
     pub pages: u64,
     /// Bytes of them.
     pub bytes: u64,
@@ -55,6 +55,7 @@ impl PagePlan {
         let mut plan = Self::default();
         let mut last_needed = HashMap::new();
         let mut first_needed = HashMap::new();
+        let mut known = HashSet::new();
         // Bytes that come to be needed ahead of each frame, less those that no longer are.
         let mut changes = vec![0_i64; count as usize + 1];
         for frame in 0..count {
@@ -62,11 +63,12 @@ impl PagePlan {
                 return Err(Error::Interrupted("the flight was not planned to its end".into()));
             }
             let mut needs = FrameNeeds::default();
+            known.clear();
             for part in foresight.needs(frame)?.parts {
                 let Some(entry) = file.directory().get(part.page()) else { continue };
                 let bytes = file.store().part_bytes(part);
                 let before = last_needed.insert(part, frame);
-                needs.pages += 1;
+                needs.pages += u64::from(known.insert(part.page()));
                 needs.bytes += bytes;
                 // All of a page is read for its checksum, once.
                 let first = *first_needed.entry(part.page()).or_insert_with(|| {
@@ -131,7 +133,7 @@ impl PageFile {
         for together in extents.chunks(TOGETHER) {
             together.iter().for_each(|(_, extent)| store.announce(extent.clone()));
             for (id, extent) in together {
-                store.load(PagePart::Posts(*id))?;
+                store.load(PagePart::Heights(*id))?;
                 bytes += extent.len() as u64;
             }
             if begun.elapsed() > limit {
@@ -155,8 +157,8 @@ mod tests {
 
     impl Foresight for Columns {
         fn needs(&self, frame: u32) -> Result<PageNeeds> {
-            let page = |&px| PagePart::Posts(PageId { level: 0, px, py: 0 });
-            Ok(self.0[frame as usize].iter().map(page).collect::<Vec<_>>().into())
+            let posts = |&px| PagePart::posts(PageId { level: 0, px, py: 0 });
+            Ok(self.0[frame as usize].iter().flat_map(posts).collect::<Vec<_>>().into())
         }
 
         fn is_behind(&self, _: u32, _: PageId) -> bool {

@@ -6,7 +6,7 @@ use std::time::Duration;
 /// Counts since a database was opened, or between two moments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Paging {
-    /// Times that a worker touched a page that was not in memory.
+    /// Times that a worker touched a part of a page that was not in memory.
     pub demand_misses: u64,
     /// Times that a worker waited for a page that was on its way: of a frame that began before its pages were there, since no other was
     /// in flight.
@@ -16,18 +16,18 @@ pub struct Paging {
     pub demand_wait_ns: u64,
     /// Time that frames waited for their pages before they began, nanoseconds.
     pub frame_wait_ns: u64,
-    /// Pages brought into memory, ahead of need or on demand; posts and bounds of one count as two, if both are.
+    /// Parts of pages (heights, paint, bounds) brought into memory, ahead of need or on demand.
     pub pages_read: u64,
     /// Bytes that were read of these.
     pub bytes_read: u64,
-    /// Pages brought in that went again, or are there still, without having been touched.
+    /// Parts brought in that went again, or are there still, without having been touched.
     pub pages_unused: u64,
     /// Bytes that were read for these.
     #[serde(default)]
     pub bytes_unused: u64,
-    /// Pages that went to make room.
+    /// Parts that went to make room.
     pub pages_evicted: u64,
-    /// Pages that frames which do not wait asked for, and that were not in memory when they began; each frame counts them anew.
+    /// Parts that frames which do not wait asked for, and that were not in memory when they began; each frame counts them anew.
     #[serde(default)]
     pub pages_late: u64,
     /// Bytes of pages in memory.

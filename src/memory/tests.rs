@@ -64,13 +64,22 @@ fn page(number: u32) -> PageId {
     PageId { level: 0, px: number % 4, py: number / 4 }
 }
 
-fn fine(number: u32) -> PagePart {
-    PagePart::Posts(page(number))
+fn heights(number: u32) -> PagePart {
+    PagePart::Heights(page(number))
+}
+
+/// All parts of pages.
+fn fine(numbers: &[u32]) -> Vec<PagePart> {
+    numbers.iter().flat_map(|number| PagePart::posts(page(*number))).collect()
 }
 
 fn page_bytes() -> u64 {
     let site = Site::new(u64::MAX);
-    site.pages.file().store().part_bytes(fine(5))
+    fine(&[5]).into_iter().map(|part| site.pages.file().store().part_bytes(part)).sum()
+}
+
+fn heights_bytes() -> u64 {
+    Site::new(u64::MAX).pages.file().store().part_bytes(heights(5))
 }
 
 const NOTHING_BEHIND: &dyn Fn(PageId) -> bool = &|_| false;
@@ -78,56 +87,56 @@ const NOTHING_BEHIND: &dyn Fn(PageId) -> bool = &|_| false;
 #[test]
 fn a_frame_sees_what_was_there_when_it_began_and_wants_the_rest_once() {
     let site = Site::new(u64::MAX);
-    assert_eq!(site.bring(&[fine(1)], Need::Now(0, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[1]), Need::Now(0, NOTHING_BEHIND)), []);
     let before = site.pages.paging();
     let frame = site.present();
     assert!(frame.has(page(1)) && frame.page(page(1)).unwrap().is_some());
-    assert_eq!(frame.count(), 3, "posts and bounds of the coarsest page, posts of another");
+    assert_eq!(frame.count(), 5, "all parts of the coarsest page, both of another");
     for _ in 0..3 {
         assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
     }
     assert!(site.news.1.try_recv().is_ok(), "the memory thread was told");
-    assert_eq!(site.wanted(), [fine(2)]);
+    assert_eq!(site.wanted(), fine(&[2]));
     // What comes while it is rendered is not for it, but for the next one.
-    site.bring(&[fine(2)], Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[2]), Need::Now(0, NOTHING_BEHIND));
     assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
     assert_eq!(site.wanted(), []);
     assert!(site.present().page(page(2)).unwrap().is_some());
     // Nowhere and absent are not wanted.
     assert!(frame.page(PageId { level: 0, px: 99, py: 0 }).unwrap().is_none());
     let paging = site.pages.paging().since(&before);
-    assert_eq!((paging.demand_misses, paging.pages_late, paging.pages_read), (0, 1, 1));
+    assert_eq!((paging.demand_misses, paging.pages_late, paging.pages_read), (0, 2, 2));
     // Wanted in vain: it may be asked for again.
     frame.page(page(3)).unwrap();
     site.pages.forget_wanted(site.wanted().into_iter());
     frame.page(page(3)).unwrap();
-    assert_eq!(site.wanted(), [fine(3)]);
+    assert_eq!(site.wanted(), fine(&[3]));
 }
 
 #[test]
 fn what_a_frame_holds_leaves_when_it_ends() {
     let site = Site::new(2 * page_bytes());
-    site.bring(&[fine(5), fine(6)], Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[5, 6]), Need::Now(0, NOTHING_BEHIND));
     let full = site.bytes();
     let frame = site.present();
     // Both may go, but not before the frame ends: there is no room until then.
-    assert_eq!(site.bring(&[fine(9), fine(10)], Need::Now(0, NOTHING_BEHIND)), [fine(9), fine(10)]);
+    assert_eq!(site.bring(&fine(&[9, 10]), Need::Now(0, NOTHING_BEHIND)), fine(&[9, 10]));
     assert_eq!(site.bytes(), full);
     assert!(frame.has(page(5)) && !site.present().has(page(5)));
     drop(frame);
-    assert_eq!(site.bring(&[fine(9), fine(10)], Need::Now(0, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[9, 10]), Need::Now(0, NOTHING_BEHIND)), []);
     assert!(site.bytes() <= full && site.present().has(page(10)));
-    assert_eq!(site.pages.paging().pages_evicted, 2);
+    assert_eq!(site.pages.paging().pages_evicted, 4);
 }
 
 #[test]
 fn a_page_that_left_and_came_again_counts_once() {
     let site = Site::new(2 * page_bytes());
-    site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND));
+    site.bring(&fine(&[5]), Need::Now(0, NOTHING_BEHIND));
     let one = site.bytes();
     let frame = site.present();
-    site.pages.evict_now(fine(5));
-    assert_eq!(site.bring(&[fine(5)], Need::Now(0, NOTHING_BEHIND)), []);
+    fine(&[5]).into_iter().for_each(|part| site.pages.evict_now(part));
+    assert_eq!(site.bring(&fine(&[5]), Need::Now(0, NOTHING_BEHIND)), []);
     assert_eq!(site.bytes(), one);
     drop(frame);
     site.pages.let_go_all();
@@ -138,24 +147,24 @@ fn a_page_that_left_and_came_again_counts_once() {
 #[test]
 fn frames_far_ahead_make_room_behind_the_eye_only() {
     let site = Site::new(2 * page_bytes());
-    site.bring(&[fine(5), fine(6)], Need::Now(0, NOTHING_BEHIND));
-    let far = [fine(9)];
+    site.bring(&fine(&[5, 6]), Need::Now(0, NOTHING_BEHIND));
+    let far = fine(&[9]);
     assert_eq!(site.bring(&far, Need::Ahead(30, NOTHING_BEHIND)), far);
     assert_eq!(site.bring(&far, Need::Ahead(30, &|id| id == page(6))), []);
     assert!(site.present().has(page(5)) && !site.present().has(page(6)));
     // What the next frame needs takes the room, but not from what it needs itself.
-    site.pages.keep_for(1, &[fine(9), fine(10)].into());
-    assert_eq!(site.bring(&[fine(9), fine(10)], Need::Now(1, NOTHING_BEHIND)), []);
-    assert_eq!(site.bring(&[fine(5)], Need::Now(1, NOTHING_BEHIND)), [fine(5)]);
+    site.pages.keep_for(1, &fine(&[9, 10]).into());
+    assert_eq!(site.bring(&fine(&[9, 10]), Need::Now(1, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[5]), Need::Now(1, NOTHING_BEHIND)), fine(&[5]));
     site.pages.deliver(2);
-    assert_eq!(site.bring(&[fine(5)], Need::Now(2, NOTHING_BEHIND)), []);
+    assert_eq!(site.bring(&fine(&[5]), Need::Now(2, NOTHING_BEHIND)), []);
 }
 
 #[test]
 fn what_is_likely_to_be_read_has_room_before_what_may_be() {
-    let site = Site::new(2 * page_bytes());
+    let site = Site::new(2 * heights_bytes());
     let needs = |parts: &[u32], likely| PageNeeds {
-        parts: parts.iter().map(|number| fine(*number)).collect(),
+        parts: parts.iter().map(|number| heights(*number)).collect(),
         likely,
     };
     let expect = |frame, needs: &PageNeeds| {
@@ -165,13 +174,13 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
     };
     // Far ahead nothing is done by halves; soon what is likely must do.
     assert_eq!(expect(3, &needs(&[1, 2, 3], 2)), None);
-    assert_eq!(expect(2, &needs(&[1, 2, 3], 2)), Some(vec![fine(1), fine(2)]));
+    assert_eq!(expect(2, &needs(&[1, 2, 3], 2)), Some(vec![heights(1), heights(2)]));
     assert_eq!(expect(2, &needs(&[4, 1, 2], 3)), None, "three are too many before a frame is delivered");
     // What may be read and is there gives way to what is likely, also where the frame was asked for in vain before.
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), None);
     site.pages.deliver(3);
-    assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![fine(4), fine(5)]));
+    assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![heights(4), heights(5)]));
     // With room for all of it, all of it comes.
     site.pages.deliver(4);
-    assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![fine(6), fine(7)]));
+    assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![heights(6), heights(7)]));
 }

@@ -31,7 +31,8 @@ pub use directory::{Directory, PageEntry};
 pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
 pub use page::{
-    APRON, Attributes, BoundsView, EncodedPage, PageBuffer, PageNeeds, PagePart, PageView, RELIEF_APRON,
+    APRON, Attributes, BoundsView, EncodedPage, HeightsView, PageBuffer, PageNeeds, PagePart, PageView,
+    RELIEF_APRON,
 };
 pub use pyramid::{coarse_page, sparse_page};
 pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};

@@ -86,6 +86,15 @@ pub struct PageView<'a> {
     pub attributes: &'a [Attributes],
 }
 
+/// The heights of a page. Shape as in [`PageBuffer`].
+#[derive(Debug, Clone, Copy)]
+pub struct HeightsView<'a> {
+    /// Voxels eastward.
+    pub width: u32,
+    /// Mean height codes with apron, row stride `width + 12`.
+    pub heights: &'a [u16],
+}
+
 /// The planes of a page that bound what is finer. Shapes as in [`PageBuffer`].
 #[derive(Debug, Clone, Copy)]
 pub struct BoundsView<'a> {
@@ -100,8 +109,10 @@ pub struct BoundsView<'a> {
 /// Planes of a page that are read by the same readers, and are in memory together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PagePart {
-    /// What is seen of a surface: all planes but the bounds.
-    Posts(PageId),
+    /// Where a surface is.
+    Heights(PageId),
+    /// What it looks like and is made of: colours, relief and attributes.
+    Paint(PageId),
     /// What tells where it cannot be seen. Pages of level index 0 have none.
     Bounds(PageId),
 }
@@ -110,13 +121,29 @@ impl PagePart {
     /// Of which page.
     pub fn page(self) -> PageId {
         match self {
-            Self::Posts(page) | Self::Bounds(page) => page,
+            Self::Heights(page) | Self::Paint(page) | Self::Bounds(page) => page,
         }
     }
 
     /// The parts that a page has.
     pub fn all(page: PageId) -> impl Iterator<Item = Self> {
-        [Self::Posts(page), Self::Bounds(page)].into_iter().take(if page.level == 0 { 1 } else { 2 })
+        let parts = [Self::Heights(page), Self::Paint(page), Self::Bounds(page)];
+        parts.into_iter().take(if page.level == 0 { 2 } else { 3 })
+    }
+
+    /// What is seen of a page's surface.
+    pub fn posts(page: PageId) -> [Self; 2] {
+        [Self::Heights(page), Self::Paint(page)]
+    }
+
+    /// Where it lies in the `length` bytes of its page, of `width` × `height` voxels.
+    pub(super) fn range(self, (width, height): (u32, u32), length: usize) -> Range<usize> {
+        let layout = PageLayout::new(width, height, bounds_flag(self.page().level));
+        match self {
+            Self::Heights(_) => 0..layout.low.start,
+            Self::Bounds(_) => layout.low.start..layout.colours.start,
+            Self::Paint(_) => layout.colours.start..length,
+        }
     }
 }
 
@@ -182,12 +209,6 @@ pub(super) fn largest_page(level: u8, width: u32, height: u32) -> usize {
     PageLayout::new(width, height, bounds_flag(level)).length()
 }
 
-/// Where the bounds of a page of this size lie in its bytes; empty at level index 0.
-pub(super) fn bounds_bytes(level: u8, (width, height): (u32, u32)) -> Range<usize> {
-    let layout = PageLayout::new(width, height, bounds_flag(level));
-    layout.low.start..if layout.high.is_empty() { layout.low.start } else { layout.high.end }
-}
-
 fn bounds_flag(level: u8) -> u32 {
     if level > 0 { at::FLAG_BOUNDS } else { 0 }
 }
@@ -233,6 +254,10 @@ impl<'a> PageView<'a> {
             relief: plane(bytes, layout.relief)?,
             attributes: plane(bytes, layout.attributes)?,
         })
+    }
+
+    pub(super) fn heights(&self) -> HeightsView<'a> {
+        HeightsView { width: self.width, heights: self.heights }
     }
 
     pub(super) fn bounds(&self) -> BoundsView<'a> {

@@ -1,6 +1,6 @@
 //! Where pages come from.
 
-use super::{BoundsView, Header, PageId, PageView};
+use super::{BoundsView, Header, HeightsView, PageId, PageView};
 use crate::error::Result;
 
 /// Gives out pages. The marchers are generic over it.
@@ -14,8 +14,14 @@ pub trait PageSource: Sync {
     /// page reads all of it; later ones cost some tens of nanoseconds.
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>>;
 
-    /// The page's bounds, as [`Self::page`]; all planes but these are there. They are asked for apart, because who looks for what may be
-    /// seen at all reads nothing else of a page, and who looks at what is seen, not them.
+    /// The page's heights, as [`Self::page`]. Who looks for where a surface is reads nothing else of a page, and what it looks like may be
+    /// known from before. Those who have all of a page at once need not tell it apart.
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        Ok(self.page(id)?.map(|view| view.heights()))
+    }
+
+    /// The page's bounds, as [`Self::page`], where all planes but these are there. Who looks for what may be seen at all reads nothing
+    /// else of a page, and who looks at what is seen, not them.
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>>;
 
     /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.

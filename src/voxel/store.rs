@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::fixed_header::{DAMAGED, FixedHeader};
-use super::page::bounds_bytes;
 use super::{
     AlignedBytes, BoundsView, Damaged, Directory, Header, PageEntry, PageId, PagePart, PageSource, PageView,
     Trust, Verify,
@@ -155,31 +154,22 @@ impl<B: FileBytes> PageStore<B> {
         self.directory.get(id).and_then(|entry| self.page_bytes(entry)).map(|(range, _)| range)
     }
 
-    /// Where a part of a page lies in the file, bytes; the stretches are empty if the page is absent.
-    pub fn stretches(&self, part: PagePart) -> [Range<usize>; 2] {
-        let Some((_, entry, size)) = self.directory.locate(part.page()) else { return [0..0, 0..0] };
-        let start = entry.offset as usize;
-        let end = start + entry.length as usize;
-        let bounds = bounds_bytes(part.page().level, size);
-        let bounds = start + bounds.start..start + bounds.end;
-        match part {
-            PagePart::Bounds(_) => [bounds, end..end],
-            PagePart::Posts(_) if bounds.is_empty() => [start..end, end..end],
-            PagePart::Posts(_) => [start..bounds.start, bounds.end..end],
-        }
+    /// Where a part of a page lies in the file, bytes; empty if the page is absent.
+    pub fn stretch(&self, part: PagePart) -> Range<usize> {
+        let Some((_, entry, size)) = self.directory.locate(part.page()) else { return 0..0 };
+        let (start, range) = (entry.offset as usize, part.range(size, entry.length as usize));
+        start + range.start..start + range.end
     }
 
     /// Bytes of a part of a page; 0 if the page is absent.
     pub fn part_bytes(&self, part: PagePart) -> u64 {
-        self.stretches(part).iter().map(|stretch| stretch.len() as u64).sum()
+        self.stretch(part).len() as u64
     }
 
     /// What must be read of the file to have a part of a page, bytes: its checksum is that of all of the page.
-    pub fn needed_for(&self, part: PagePart) -> [Range<usize>; 2] {
-        match self.extent(part.page()).filter(|_| self.is_to_be_checked(part.page())) {
-            Some(extent) => [extent.clone(), extent.end..extent.end],
-            None => self.stretches(part),
-        }
+    pub fn needed_for(&self, part: PagePart) -> Range<usize> {
+        let whole = self.extent(part.page()).filter(|_| self.is_to_be_checked(part.page()));
+        whole.unwrap_or_else(|| self.stretch(part))
     }
 
     fn is_to_be_checked(&self, id: PageId) -> bool {
@@ -194,14 +184,13 @@ impl<B: FileBytes> PageStore<B> {
     /// Lets the memory of a part of a page go, as far as no other part shares it; whoever still reads it has it read again.
     pub fn forget(&self, part: PagePart) {
         let Some(extent) = self.extent(part.page()) else { return };
-        for stretch in self.stretches(part) {
-            let start = stretch.start.next_multiple_of(LEAST_MAPPED);
-            // Behind the page there is nothing.
-            let is_last = stretch.end == extent.end;
-            let end = if is_last { stretch.end } else { stretch.end / LEAST_MAPPED * LEAST_MAPPED };
-            if start < end {
-                self.bytes.forget(start..end);
-            }
+        let stretch = self.stretch(part);
+        let start = stretch.start.next_multiple_of(LEAST_MAPPED);
+        // Behind the page there is nothing.
+        let is_last = stretch.end == extent.end;
+        let end = if is_last { stretch.end } else { stretch.end / LEAST_MAPPED * LEAST_MAPPED };
+        if start < end {
+            self.bytes.forget(start..end);
         }
     }
 
@@ -213,11 +202,9 @@ impl<B: FileBytes> PageStore<B> {
     pub fn load(&self, part: PagePart) -> Result<bool> {
         let is_whole = self.is_to_be_checked(part.page());
         if self.page(part.page())?.is_some() && !is_whole {
-            for stretch in self.stretches(part) {
-                let bytes = self.bytes().get(stretch).unwrap_or_default();
-                let touched = bytes.iter().step_by(LEAST_MAPPED).chain(bytes.last());
-                std::hint::black_box(touched.fold(0, |sum, byte| sum ^ byte));
-            }
+            let bytes = self.bytes().get(self.stretch(part)).unwrap_or_default();
+            let touched = bytes.iter().step_by(LEAST_MAPPED).chain(bytes.last());
+            std::hint::black_box(touched.fold(0, |sum, byte| sum ^ byte));
         }
         Ok(is_whole)
     }

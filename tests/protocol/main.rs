@@ -63,8 +63,12 @@ fn in_many_orders(test: impl Fn() + Clone + Send + Sync + 'static) {
     run(PctScheduler::new_from_seed(seed, DEPTH, schedules.div_ceil(2)), test);
 }
 
-fn posts(level: u8, px: u32) -> PagePart {
-    PagePart::Posts(PageId { level, px, py: 0 })
+fn heights(level: u8, px: u32) -> PagePart {
+    PagePart::Heights(PageId { level, px, py: 0 })
+}
+
+fn paint(level: u8, px: u32) -> PagePart {
+    PagePart::Paint(PageId { level, px, py: 0 })
 }
 
 fn bounds(level: u8, px: u32) -> PagePart {
@@ -72,24 +76,33 @@ fn bounds(level: u8, px: u32) -> PagePart {
 }
 
 fn fine(px: u32) -> PagePart {
-    posts(0, px % PAGES)
+    heights(0, px % PAGES)
 }
 
 /// What no frame of a [`Plan`] needs.
-const BESIDE: PagePart = PagePart::Posts(PageId { level: 0, px: 4, py: 0 });
+const BESIDE: PagePart = PagePart::Heights(PageId { level: 0, px: 4, py: 0 });
 
 /// What a [`Plan`] reads itself.
 const FORESEEN_WITH: PagePart = PagePart::Bounds(PageId { level: 2, px: 0, py: 0 });
 
-/// Two fine pages, of which the next frame needs one, and in turn the parts of two coarse pages.
+/// Heights of two fine pages, of which the next frame needs one, and in turn parts of two coarse pages.
 fn view(frame: u32) -> Vec<PagePart> {
-    let coarse = [bounds(1, 0), posts(1, 0), posts(1, 1), bounds(1, 1)];
-    vec![posts(0, frame % 4), posts(0, (frame + 1) % 4), coarse[frame as usize % 4]]
+    let coarse = match frame % 4 {
+        0 => vec![bounds(1, 0)],
+        1 => vec![heights(1, 0)],
+        2 => vec![heights(1, 1), paint(1, 1)],
+        _ => vec![bounds(1, 1)],
+    };
+    [vec![fine(frame % 4), fine((frame + 1) % 4)], coarse].concat()
+}
+
+fn all_of(level: u8, px: u32) -> Vec<PagePart> {
+    PagePart::all(PageId { level, px, py: 0 }).collect()
 }
 
 /// All parts of pages but those that stay.
 fn everything() -> Vec<PagePart> {
-    let coarse = [(1, 0), (1, 1), (2, 0)].map(|(level, px)| [posts(level, px), bounds(level, px)]);
+    let coarse = [(1, 0), (1, 1), (2, 0)].map(|(level, px)| all_of(level, px));
     (0..PAGES).map(fine).chain(coarse.concat()).collect()
 }
 
@@ -123,7 +136,8 @@ impl Foresight for Blind {
 /// Whether a part of a page is there.
 fn touch(pages: &impl PageSource, part: PagePart) -> Result<bool> {
     match part {
-        PagePart::Posts(id) => pages.page(id).map(|page| page.is_some()),
+        PagePart::Heights(id) => pages.heights(id).map(|heights| heights.is_some()),
+        PagePart::Paint(id) => pages.page(id).map(|page| page.is_some()),
         PagePart::Bounds(id) => pages.bounds(id).map(|bounds| bounds.is_some()),
     }
 }
@@ -144,7 +158,7 @@ fn held_bytes() -> u64 {
 
 /// What is always in memory once it was asked for.
 fn kept_bytes(coarsest: u8) -> u64 {
-    (3..=coarsest).map(|level| bytes_of([posts(level, 0), bounds(level, 0)])).sum()
+    (3..=coarsest).map(|level| bytes_of(all_of(level, 0))).sum()
 }
 
 /// When all is quiet, what counts as in memory is there, and nothing else; and what frames may rely on was always there. What was asked for without
@@ -218,7 +232,7 @@ fn a_flight_may_end_whatever_the_memory_thread_is_doing() {
 
 #[test]
 fn a_page_is_read_once_whoever_asks_for_it() {
-    let parts = [fine(0), posts(1, 0), bounds(1, 0)];
+    let parts = [fine(0), heights(1, 0), paint(1, 0), bounds(1, 0)];
     in_many_orders(move || {
         let pages = open(None);
         sync::scope(|scope| {
@@ -323,6 +337,8 @@ fn a_flight_that_does_not_wait_may_end_at_any_time() {
 fn comes_by_itself(is_damaged: bool) {
     let file = PageFile::new(if is_damaged { &DAMAGED } else { &AREA });
     let expected = view(0).len() as u64 - u64::from(is_damaged);
+    // With heights comes the paint, and fine pages are asked for by their heights.
+    let reads = view(0).len() as u64 + 2 - 2 * u64::from(is_damaged);
     let pages = ResidentPages::new(file, None);
     let flown = pages.live(&Blind, |flight| {
         let before = pages.paging().pages_read;
@@ -332,7 +348,7 @@ fn comes_by_itself(is_damaged: bool) {
         assert_eq!(see_twice(&present, &view(0)), 0);
         let is_there = |_: &u32| {
             sync::yield_now();
-            pages.paging().pages_read == before + expected
+            pages.paging().pages_read == before + reads
         };
         assert!((0..PATIENCE).any(|turn| is_there(&turn)), "{:?}", pages.paging());
         drop(present);

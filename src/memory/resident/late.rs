@@ -16,9 +16,9 @@ use std::sync::atomic::Ordering;
 
 use super::super::leaving::Leaving;
 use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
-use super::{Claim, Ledger, ResidentPages, Tally, state};
+use super::{Claim, Expected, Ledger, ResidentPages, Tally, state};
 use crate::error::Result;
-use crate::voxel::{BoundsView, Header, PageId, PagePart, PageSource, PageView};
+use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView};
 
 /// Pages that are brought together before others may come first.
 const TOGETHER: usize = 4;
@@ -77,6 +77,13 @@ impl PresentPages<'_> {
         Ok(true)
     }
 
+    /// Whether a page's heights and paint are here: a surface is not painted with another level's colours. Both are wanted if both are absent.
+    #[inline]
+    fn has_posts(&self, id: PageId) -> Result<bool> {
+        let [heights, paint] = PagePart::posts(id).map(|part| self.touch(part));
+        Ok(heights? & paint?)
+    }
+
     /// Notes that a part was asked for that is not here. One that was found damaged is told.
     #[cold]
     fn want(&self, part: PagePart, index: usize) -> Result<()> {
@@ -112,7 +119,11 @@ impl PageSource for PresentPages<'_> {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
-        if self.touch(PagePart::Posts(id))? { self.pages.file.page(id) } else { Ok(None) }
+        if self.has_posts(id)? { self.pages.file.page(id) } else { Ok(None) }
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        if self.has_posts(id)? { self.pages.file.heights(id) } else { Ok(None) }
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
@@ -120,8 +131,8 @@ impl PageSource for PresentPages<'_> {
     }
 
     fn has(&self, id: PageId) -> bool {
-        self.pages.index(PagePart::Posts(id)).is_some_and(|index| self.is_here(index))
-            && self.pages.file.has(id)
+        let is_here = |part| self.pages.index(part).is_some_and(|index| self.is_here(index));
+        PagePart::posts(id).into_iter().all(is_here) && self.pages.file.has(id)
     }
 
     fn is_damaged(&self, id: PageId) -> bool {
@@ -205,23 +216,27 @@ impl ResidentPages {
             let mut ledger = self.ledger();
             self.let_go(&mut ledger);
             while coming.len() < TOGETHER
-                && let Some(&part) = parts.front()
+                && let Some(&first) = parts.front()
             {
-                let known = self.index(part);
+                // Heights are of no use without the paint.
+                let has_paint = parts.get(1) == Some(&PagePart::Paint(first.page()));
+                let count = if first == PagePart::Heights(first.page()) && has_paint { 2 } else { 1 };
+                let known = parts.range(..count).filter_map(|part| Some((*part, self.index(*part)?)));
                 let is_there = |index: usize| {
                     let there = state::RESIDENT | state::COMING | state::FAILED;
                     self.states[index].load(Ordering::Acquire) & there != 0
                 };
-                if let Some(index) = known.filter(|index| !is_there(*index)) {
-                    has_room = self.make_room_for(&mut ledger, part, need);
-                    if !has_room {
-                        break;
-                    }
+                let missing: Vec<Expected> = known.filter(|(_, index)| !is_there(*index)).collect();
+                has_room = missing.is_empty() || self.make_room_for(&mut ledger, &missing, need);
+                if !has_room {
+                    break;
+                }
+                for &(part, index) in &missing {
                     ledger.needed_from[index].get_or_insert(frame);
                     self.reserve(&mut ledger, part, index);
-                    coming.push((part, index));
                 }
-                parts.pop_front();
+                coming.extend(missing);
+                parts.drain(..count);
             }
         }
         self.announce(&coming);
@@ -232,9 +247,9 @@ impl ResidentPages {
         has_room
     }
 
-    /// Evicts what may go for a page; whether there is room for it now. What frames in flight hold leaves later.
-    fn make_room_for(&self, ledger: &mut Ledger, part: PagePart, need: Need<'_>) -> bool {
-        let length = self.file.store().part_bytes(part);
+    /// Evicts what may go for parts; whether there is room for them now. What frames in flight hold leaves later.
+    fn make_room_for(&self, ledger: &mut Ledger, parts: &[Expected], need: Need<'_>) -> bool {
+        let length = self.bytes_of(parts);
         self.make_room(ledger, length, &|page| need.against(page))
             && ledger.bytes.saturating_add(length) <= self.budget
     }

@@ -8,8 +8,8 @@
 //!      └────────────── evicted, when room is needed and no frame in flight or ahead needs it
 //! ```
 //!
-//! What comes and goes is a part of a page: its posts, or its bounds. A page's first part has all of it read, for its checksum; what
-//! nobody needs of it goes at once.
+//! What comes and goes is a part of a page: its heights, its paint, or its bounds. A page's first part has all of it read, for its
+//! checksum; what nobody needs of it goes at once.
 //!
 //! The database stays mapped whatever is resident: an eviction is advice to the system, and a view that outlives it reads the
 //! file again. What pictures show can therefore never depend on what is in memory.
@@ -30,7 +30,7 @@ use super::tally::Tally;
 use super::{PageFile, Paging};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::voxel::{BoundsView, Header, PageId, PageNeeds, PagePart, PageSource, PageView};
+use crate::voxel::{BoundsView, Header, HeightsView, PageId, PageNeeds, PagePart, PageSource, PageView};
 
 /// Level index from which on pages stay once they are there: voxels of 64 units, and coarser ones. All that is known of what may
 /// be hidden rests on their bounds.
@@ -43,6 +43,9 @@ const MIB: u64 = 1 << 20;
 
 /// Frames behind the last one delivered that begin soon: some are in flight already.
 const SOON: u32 = 2;
+
+/// Parts that a page may have.
+const PARTS: usize = 3;
 
 /// A part of a page that is to be read, and its number.
 pub(super) type Expected = (PagePart, usize);
@@ -59,7 +62,7 @@ mod state {
     pub const TOUCHED: u8 = 8;
     /// It was read for the page's checksum while it was coming.
     pub const READ: u8 = 16;
-    /// All of the page was read for it, and the other part let go.
+    /// All of the page was read for it, and some other part let go.
     pub const WHOLE: u8 = 128;
     /// A frame that does not wait asked for it.
     pub const WANTED: u8 = 32;
@@ -87,7 +90,7 @@ struct Ledger {
 pub struct ResidentPages {
     file: PageFile,
     budget: u64,
-    /// By part: posts by directory index, and bounds behind all of them.
+    /// By part: heights by directory index, paint behind all of them, and then bounds.
     states: Box<[AtomicU8]>,
     ledger: Mutex<Ledger>,
     came: Condvar,
@@ -100,7 +103,7 @@ pub struct ResidentPages {
 impl ResidentPages {
     /// Pages of `file`, at most `budget` bytes of them in memory besides what stays always; `None`: as many as there are.
     pub fn new(file: PageFile, budget: Option<u64>) -> Self {
-        let count = 2 * file.store().directory().len();
+        let count = PARTS * file.store().directory().len();
         let ledger =
             Ledger { needed_until: vec![0; count], needed_from: vec![None; count], ..Ledger::default() };
         Self {
@@ -156,14 +159,23 @@ impl ResidentPages {
     fn index(&self, part: PagePart) -> Option<usize> {
         let directory = self.file.store().directory();
         let page = directory.get(part.page()).and_then(|_| directory.index(part.page()))?;
-        Some(page + if let PagePart::Bounds(_) = part { directory.len() } else { 0 })
+        let before = match part {
+            PagePart::Heights(_) => 0,
+            PagePart::Paint(_) => 1,
+            PagePart::Bounds(_) => 2,
+        };
+        Some(before * directory.len() + page)
     }
 
     /// The part with a number.
     fn part(&self, index: usize) -> PagePart {
         let directory = self.file.store().directory();
         let page = directory.id(index % directory.len());
-        if index < directory.len() { PagePart::Posts(page) } else { PagePart::Bounds(page) }
+        match index / directory.len() {
+            0 => PagePart::Heights(page),
+            1 => PagePart::Paint(page),
+            _ => PagePart::Bounds(page),
+        }
     }
 
     /// Whether a part is in memory, or on its way.
@@ -175,9 +187,11 @@ impl ResidentPages {
     pub fn first_use(&self) -> Vec<(PageId, u32)> {
         let directory = self.file.store().directory();
         let ledger = self.ledger();
-        let (posts, bounds) = ledger.needed_from.split_at(directory.len());
-        let first = posts.iter().zip(bounds).map(|(posts, bounds)| posts.iter().chain(bounds).min());
-        first.enumerate().filter_map(|(index, frame)| Some((directory.id(index), *frame?))).collect()
+        let first = |page: usize| {
+            let parts = ledger.needed_from[page..].iter().step_by(directory.len());
+            Some((directory.id(page), parts.flatten().copied().min()?))
+        };
+        (0..directory.len()).filter_map(first).collect()
     }
 
     /// Bytes of all pages.
@@ -359,17 +373,22 @@ impl ResidentPages {
         outcome.map(drop)
     }
 
-    /// What becomes of a page's other part after all of it was read: it goes unless somebody waits for it. Returns its bytes, and
-    /// whether it stayed.
+    /// What becomes of a page's other parts after all of it was read: they go unless somebody waits for them. Returns their bytes, and
+    /// whether all stayed.
     fn take_along(&self, part: PagePart) -> (u64, bool) {
         let store = self.file.store();
-        let Some(other) = PagePart::all(part.page()).find(|other| *other != part) else { return (0, true) };
-        let waiting = self.index(other).filter(|index| self.is_here_or_coming(*index));
-        match waiting {
-            Some(index) => drop(self.states[index].fetch_or(state::READ, Ordering::Relaxed)),
-            None => store.forget(other),
+        let (mut bytes, mut kept) = (0, true);
+        for other in PagePart::all(part.page()).filter(|other| *other != part) {
+            match self.index(other).filter(|index| self.is_here_or_coming(*index)) {
+                Some(index) => drop(self.states[index].fetch_or(state::READ, Ordering::Relaxed)),
+                None => {
+                    store.forget(other);
+                    kept = false;
+                }
+            }
+            bytes += store.part_bytes(other);
         }
-        (store.part_bytes(other), waiting.is_some())
+        (bytes, kept)
     }
 
     /// Brings in a part that somebody touches, or waits for it if it is coming.
@@ -426,7 +445,12 @@ impl ResidentPages {
         if before & state::TOUCHED == 0 {
             Tally::add(&self.tally.pages_touched, 1);
             let (store, part) = (self.file.store(), self.part(index));
-            let parts = PagePart::all(part.page()).filter(|one| *one == part || before & state::WHOLE != 0);
+            // What was read with it and let go counts as its own.
+            let is_own = |one: &PagePart| {
+                let is_gone = || self.index(*one).is_some_and(|index| !self.is_here_or_coming(index));
+                *one == part || before & state::WHOLE != 0 && is_gone()
+            };
+            let parts = PagePart::all(part.page()).filter(is_own);
             Tally::add(&self.tally.bytes_touched, parts.map(|one| store.part_bytes(one)).sum());
         }
     }
@@ -443,8 +467,13 @@ impl PageSource for ResidentPages {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
-        self.touch(PagePart::Posts(id))?;
+        PagePart::posts(id).into_iter().try_for_each(|part| self.touch(part))?;
         self.file.page(id)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        self.touch(PagePart::Heights(id))?;
+        self.file.heights(id)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

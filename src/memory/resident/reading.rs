@@ -39,7 +39,7 @@ impl ResidentPages {
     /// Says what will be read, in stretches as long as they lie in the file.
     pub(super) fn announce(&self, parts: &[Expected]) {
         let store = self.file.store();
-        let needed = parts.iter().flat_map(|(part, _)| store.needed_for(*part));
+        let needed = parts.iter().map(|(part, _)| store.needed_for(*part));
         let mut extents: Vec<_> = needed.filter(|extent| !extent.is_empty()).collect();
         extents.sort_unstable_by_key(|extent| extent.start);
         let mut run: Option<std::ops::Range<usize>> = None;

@@ -51,7 +51,7 @@ pub struct Footprint<'a> {
     /// By level, the columns and rows of pages whose posts, and bounds, this wedge was found to need last, if all are there, and whether
     /// likely so.
     noted: Vec<[Option<Noted>; 2]>,
-    /// What is needed, and where first.
+    /// What is needed, and where first; heights stand for all posts.
     parts: HashMap<PagePart, Place>,
     /// Wedges before this one.
     wedges: u32,
@@ -184,8 +184,16 @@ impl<'a> Footprint<'a> {
             let places = first.is_doubtful.cmp(&second.is_doubtful).then(first.wedge.cmp(&second.wedge));
             places.then(first.distance.total_cmp(&second.distance)).then(a.cmp(b))
         });
-        let likely = parts.partition_point(|(_, place)| !place.is_doubtful);
-        PageNeeds { parts: parts.into_iter().map(|(part, _)| part).collect(), likely }
+        let all_of = |part: PagePart| {
+            let paint = matches!(part, PagePart::Heights(_)).then(|| PagePart::Paint(part.page()));
+            [Some(part), paint].into_iter().flatten()
+        };
+        let (likely, others) = parts.split_at(parts.partition_point(|(_, place)| !place.is_doubtful));
+        let [likely, others] = [likely, others].map(|parts| parts.iter().flat_map(|(part, _)| all_of(*part)));
+        let mut parts: Vec<_> = likely.collect();
+        let likely = parts.len();
+        parts.extend(others);
+        PageNeeds { parts, likely }
     }
 
     fn sweep(&mut self, eye: DVec3, wedge: &Wedge) -> Result<()> {
@@ -207,7 +215,7 @@ impl<'a> Footprint<'a> {
                 if sight.may_be || before.may_be {
                     let own = self.part_of_level(wedge, &ring, level);
                     let is_likely = sight.is_likely || before.is_likely;
-                    self.need(eye, wedge, &own, (level, PagePart::Posts, is_likely), [BEFORE, AROUND]);
+                    self.need(eye, wedge, &own, (level, PagePart::Heights, is_likely), [BEFORE, AROUND]);
                 }
             }
             // Whose bounds the march looks at.
@@ -345,7 +353,7 @@ impl<'a> Footprint<'a> {
         (level, part, is_likely): (u8, fn(PageId) -> PagePart, bool),
         margins: [f64; 2],
     ) {
-        let is_posts = matches!(part(PageId { level, px: 0, py: 0 }), PagePart::Posts(_));
+        let is_posts = matches!(part(PageId { level, px: 0, py: 0 }), PagePart::Heights(_));
         let units = margins.map(|voxels| voxels * f64::from(Grid::side_units(level)));
         let [x, y] =
             self.voxels(eye, wedge, ring, level, units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::turned::{Columns, STRIP, Strip, TurnedPages};
 use crate::error::Result;
-use crate::voxel::{APRON, BoundsView, PAGE_SIDE, PageId, PageSource, PageView};
+use crate::voxel::{APRON, BoundsView, HeightsView, PAGE_SIDE, PageId, PageSource};
 
 /// Slots; a power of two. A task's planes touch some dozens of pages.
 const SLOTS: usize = 64;
@@ -36,7 +36,7 @@ type Slot<K, T> = Option<(K, Option<T>)>;
 pub struct Pages<'a> {
     source: &'a dyn PageSource,
     turned: &'a TurnedPages,
-    views: Vec<Slot<PageId, PageView<'a>>>,
+    heights: Vec<Slot<PageId, HeightsView<'a>>>,
     bounds: Vec<Slot<PageId, BoundsView<'a>>>,
     columns: Vec<Slot<Strip, Rc<Columns>>>,
 }
@@ -44,8 +44,8 @@ pub struct Pages<'a> {
 impl<'a> Pages<'a> {
     /// Nothing is looked up yet.
     pub fn new(source: &'a dyn PageSource, turned: &'a TurnedPages) -> Self {
-        let (views, bounds, columns) = (vec![None; SLOTS], vec![None; SLOTS], vec![None; SLOTS]);
-        Self { source, turned, views, bounds, columns }
+        let (heights, bounds, columns) = (vec![None; SLOTS], vec![None; SLOTS], vec![None; SLOTS]);
+        Self { source, turned, heights, bounds, columns }
     }
 
     /// The database.
@@ -53,10 +53,10 @@ impl<'a> Pages<'a> {
         self.source
     }
 
-    /// A page; `None` where it is absent.
+    /// A page's heights; `None` where it is absent.
     #[inline]
-    pub fn get(&mut self, id: PageId) -> Result<Option<PageView<'a>>> {
-        remember(&mut self.views[slot_of(id, 0)], id, || self.source.page(id))
+    pub fn heights(&mut self, id: PageId) -> Result<Option<HeightsView<'a>>> {
+        remember(&mut self.heights[slot_of(id, 0)], id, || self.source.heights(id))
     }
 
     /// A page's bounds; `None` where it is absent.
@@ -70,7 +70,7 @@ impl<'a> Pages<'a> {
     #[inline]
     pub fn codes(&mut self, id: PageId, major: usize, strip: u32) -> Result<Option<(Codes<'a>, i32)>> {
         if major == 1 {
-            let view = self.get(id)?;
+            let view = self.heights(id)?;
             return Ok(view.map(|view| (Codes::Rows(view.heights), (view.width + 2 * APRON) as i32)));
         }
         let find = || Ok(self.turned.get(self.source, (id, strip))?.map(Rc::new));
@@ -83,7 +83,7 @@ impl<'a> Pages<'a> {
     #[inline]
     pub fn known_codes(&mut self, id: PageId, major: usize, strip: u32) -> Option<(Codes<'a>, i32)> {
         let is_known = match major {
-            1 => self.views[slot_of(id, 0)].as_ref().is_some_and(|(known, _)| *known == id),
+            1 => self.heights[slot_of(id, 0)].as_ref().is_some_and(|(known, _)| *known == id),
             _ => self.columns[slot_of(id, strip)].as_ref().is_some_and(|(known, _)| *known == (id, strip)),
         };
         if is_known { self.codes(id, major, strip).ok().flatten() } else { None }

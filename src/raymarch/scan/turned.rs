@@ -65,7 +65,7 @@ impl TurnedPages {
     pub fn get(&self, source: &dyn PageSource, strip: Strip) -> Result<Option<Columns>> {
         let (id, index) = strip;
         let turn = || {
-            let view = source.page(id)?;
+            let view = source.heights(id)?;
             Ok(view.map(|view| {
                 let (first, width) = (index * STRIP, view.width + 2 * APRON);
                 let columns = first as usize..width.min(first + STRIP + 2 * APRON) as usize;

@@ -8,7 +8,8 @@ use std::sync::atomic::Ordering;
 
 use hedgehop::Result;
 use hedgehop::voxel::{
-    AlignedBytes, BoundsView, Directory, FileBytes, Header, PageId, PagePart, PageSource, PageStore, PageView,
+    AlignedBytes, BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PagePart, PageSource,
+    PageStore, PageView,
 };
 
 use super::sync::AtomicU32;
@@ -122,8 +123,16 @@ impl PageSource for PageFile {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         let page = self.store.page(id)?;
-        page.iter().for_each(|_| self.store.look_at(PagePart::Posts(id)));
+        if page.is_some() {
+            PagePart::posts(id).into_iter().for_each(|part| self.store.look_at(part));
+        }
         Ok(page)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        let heights = self.store.heights(id)?;
+        heights.iter().for_each(|_| self.store.look_at(PagePart::Heights(id)));
+        Ok(heights)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
