@@ -77,6 +77,40 @@ fn planes_see_what_rays_see() {
     assert!(found.iter().zip(bounds).all(|(found, bound)| *found <= bound), "{found:?}");
 }
 
+/// Behind its outermost lines an area goes on for half a voxel, which may be all of it.
+#[test]
+fn areas_are_seen_whole_from_above() {
+    for (nx, ny) in [(1, 1), (2, 2), (1, 9), (5, 3), (16, 16)] {
+        let grid = Grid { nx, ny, spacing: 10.0, origin: DVec2::new(500_000.0, 4_000_000.0) };
+        let posts = (0..nx * ny).map(|post| (f64::from(post % nx), f64::from(post / nx)));
+        let heights: Vec<f64> =
+            posts.map(|(x, y)| 7.0 * (1.3 * x + y).sin() + 5.0 * (1.7 * y).cos()).collect();
+        let area =
+            build_in_memory(grid, &heights, &vec![[128; 3]; heights.len()], None, &Metadata::default());
+        let (area, farm) = (area.unwrap(), Farm::new(1).unwrap());
+        let fine = RenderOptions { detail: 50.0, ..options() };
+        let size = 10.0 * DVec2::new(f64::from(nx), f64::from(ny));
+        for (pitch, place) in
+            [(-90.0, (0.5, 0.5)), (-90.0, (0.02, 0.5)), (-80.0, (0.97, 0.99)), (-60.0, (0.5, 0.01))]
+        {
+            let eye = (grid.origin + size * DVec2::from(place)).extend(13.0 + size.max_element());
+            let camera = Camera::new(
+                Pose { eye, attitude: Attitude { yaw: 20.0, pitch, roll: 0.0 }, hfov: 70.0 },
+                160,
+                120,
+            );
+            let truth = render_reference(&area, &camera, &fine, &farm).unwrap().frame;
+            let found = Renderer::new(&area, &fine).frame(&camera, &farm).unwrap().frame;
+            let (errors, apart) = compare(&found, &truth);
+            let median = errors[errors.len() / 2];
+            assert!(
+                apart <= 0.004 && median <= 1e-3,
+                "{nx} x {ny}, pitch {pitch}, {place:?}: {apart} {median}"
+            );
+        }
+    }
+}
+
 /// With roll, the nearest of four looks counts at edges: a silhouette is off by up to half a pixel.
 #[test]
 fn rolled_planes_see_it_up_to_silhouettes() {

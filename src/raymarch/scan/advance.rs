@@ -11,10 +11,10 @@ use crate::simd::{Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
 
 /// Parts of a near stretch, times its distance in lines; the error falls with their square.
-const NEAR_PARTS: f32 = 64.0;
+pub(super) const NEAR_PARTS: f32 = 64.0;
 /// Most parts of a stretch between lines, near or steep.
-const MOST_NEAR_PARTS: f32 = 16.0;
-const MOST_STEEP_PARTS: f32 = 8.0;
+pub(super) const MOST_NEAR_PARTS: f32 = 16.0;
+pub(super) const MOST_STEEP_PARTS: f32 = 8.0;
 
 /// Rows that a stretch between neighbouring lines may rise over before the surface between its ends is looked at, and radians: lines
 /// are several pixels apart, which is a greater share of range the wider pixels are. From 0.7 mrad a pixel on radians are what counts.
@@ -138,7 +138,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Whether what is in sight of the stretch to a post rises more than `times` as high as it may.
     #[inline(always)]
-    fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
+    pub(super) fn is_steep(&self, post: &Post<V>, times: f32) -> bool {
         let simd = self.simd;
         let begin = self.crest.max(self.last);
         let [least, level] = self.steep.map(|steep| simd.splat(times * steep));
@@ -162,12 +162,17 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             parts = parts.max(least);
         }
+        // Planes leave the area, and enter it, at distances that all have in common: crests are found by many parts.
+        let at_edge = self.is_at_edge(to);
+        if at_edge {
+            parts = MOST_NEAR_PARTS;
+        }
         // Where a plane crosses a column of posts the surface has a crease, which may be a crest: half of the parts end there.
         let simd = self.simd;
         let (near, far) = (simd.splat(from), simd.splat(to));
         let Crease { crosses, share, .. } = self.ground.crease(lines, level, [near, far]);
         let half = simd.splat(0.5);
-        let crease = if rim { half } else { share.select(crosses, half) };
+        let crease = if rim || at_edge { half } else { share.select(crosses, half) };
         let halves = (parts as i32 / 2).max(i32::from(crosses.any()));
         for part in 1..2 * halves {
             let way = part as f32 / halves as f32;
@@ -195,22 +200,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         (z * inverse).max(self.simd.splat(NO_SLOPE)).min(self.simd.splat(-NO_SLOPE))
     }
 
-    /// Slopes at a major distance, none beside the area.
-    #[inline(always)]
-    pub(super) fn over_area(&self, slope: V::F, distance: f32) -> V::F {
-        if distance >= self.inner[0] && distance <= self.inner[1] {
-            return slope;
-        }
-        slope.select(self.is_over_area(distance), self.simd.splat(NO_SLOPE))
-    }
-
-    /// Planes that are over the area at a major distance.
-    #[inline(always)]
-    pub(super) fn is_over_area(&self, distance: f32) -> V::M {
-        let at = self.simd.splat(distance);
-        self.over[0].le(at) & at.le(self.over[1])
-    }
-
     /// Takes in the surface from where the march is to a post; none beside the area.
     #[inline(always)]
     pub(super) fn reach(&mut self, post: Post<V>) {
@@ -228,31 +217,5 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn join(&mut self, post: Post<V>) {
         self.profile.add(&post, self.crest.lt(post.slope).any());
         self.crest = self.crest.max(post.slope);
-    }
-
-    /// Where planes enter or leave the area before a post: the surface goes straight there.
-    #[cold]
-    fn pass_edges(&mut self, post: &Post<V>) {
-        let [_, inverse] = self.profile.last(self.simd);
-        let from = Post { slope: self.last, inverse, mark: Mark { distance: self.reached, ..post.mark } };
-        let (before, after) = (self.is_over_area(self.reached), self.is_over_area(post.mark.distance));
-        for (planes, edge) in [(before & !after, self.over[1]), (after & !before, self.over[0])] {
-            if planes.any() {
-                self.join(self.edge(planes, edge, &from, post));
-            }
-        }
-    }
-
-    /// Where `planes` cross the area's edge between two posts; the others stay where they are meanwhile.
-    #[inline(always)]
-    fn edge(&self, planes: V::M, distance: V::F, from: &Post<V>, to: &Post<V>) -> Post<V> {
-        let simd = self.simd;
-        let inverse = (self.ground.depth * distance.max(simd.splat(f32::MIN_POSITIVE))).recip();
-        let share = (distance - simd.splat(from.mark.distance))
-            * simd.splat(1.0 / (to.mark.distance - from.mark.distance));
-        let (near, far) = (from.slope / from.inverse, to.slope / to.inverse);
-        let slope = ((far - near).mul_add(share, near) * inverse).max(simd.splat(NO_SLOPE));
-        let [stays, stays_at] = self.profile.last(simd);
-        Post { slope: slope.select(planes, stays), inverse: inverse.select(planes, stays_at), mark: to.mark }
     }
 }

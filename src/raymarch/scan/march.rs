@@ -6,15 +6,12 @@ use super::blocks::{Block, Way};
 use super::bounds::highest_along;
 use super::ground::{Ground, NOTHING};
 use super::lines::{Lines, Posts};
-use super::profile::{Mark, NO_SLOPE, Post};
+use super::profile::{NO_SLOPE, Post};
 use super::strides::Stride;
 use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
 use crate::error::Result;
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{Grid, HeightCode, PageSource};
-
-/// Distances that differ by less than this, in sides of a voxel, are one and the same line.
-const SAME: f64 = 1.0e-3;
 
 /// Lines from the eye within which straight stretches from line to line are too coarse: near the ground,
 /// planes follow the bilinear surface itself there, which bends within a cell.
@@ -28,9 +25,6 @@ const LEAST_DISTANCE: f32 = 1.0e-6;
 
 /// Share of the way to the ceiling that is passed over: the rest is for rounding.
 const UNDER_CEILING: f32 = 0.999;
-
-/// Major distance at which no plane is over the area any more, per that at which the last one leaves it.
-const BEYOND: f32 = 1.0001;
 
 /// Voxels along a block whose bounds are looked at, at most.
 pub(super) const MOST_VOXELS: i64 = 4;
@@ -63,7 +57,7 @@ pub struct PlaneMarch<'a> {
     pub(super) pages: Pages<'a>,
     grid: Grid,
     heights: HeightCode,
-    level_count: u8,
+    pub(super) level_count: u8,
     /// Height that no surface reaches, metres above the datum.
     ceiling: f64,
     strides: Strides,
@@ -199,28 +193,12 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let mut way = self.way;
             let stride = self.march.strides.get(stride);
             let Some(block) = way.next(stride, self.reached.into()) else {
-                self.march_last_line(stride)?;
+                if let Some((lines, block)) = self.march_last_line(stride)? {
+                    self.pass_last_line(&lines, &block);
+                }
                 break;
             };
             self.way = way;
-            self.march_block(&block)?;
-        }
-        // What a plane sees between its last line and the edge of the area.
-        if self.is_begun {
-            let mark = Mark { distance: self.farthest * BEYOND, ..self.profile.last_mark() };
-            let [_, inverse] = self.profile.last(self.simd);
-            self.reach(Post { slope: self.last, inverse, mark });
-        }
-        Ok(())
-    }
-
-    /// Goes to the area's last line, if strides left it out: the surface goes on level behind it.
-    #[cold]
-    fn march_last_line(&mut self, stride: Stride) -> Result<()> {
-        let block = self.way.last_line(stride);
-        let level = stride.level;
-        let slack = SAME * f64::from(Grid::side_units(level));
-        if self.way.distance(level, block.first) > f64::from(self.reached) + slack {
             self.march_block(&block)?;
         }
         Ok(())
@@ -247,7 +225,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     }
 
     #[inline(always)]
-    fn march_block(&mut self, block: &Block) -> Result<()> {
+    pub(super) fn march_block(&mut self, block: &Block) -> Result<()> {
         if block.count == 0 {
             return Ok(());
         }
@@ -280,8 +258,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.reached = last as f32;
             return Ok(());
         }
-        let near = block.stride.lines == 1
-            && self.clearance.hypot(self.reached.into()) < NEAR * f64::from(Grid::side_units(level));
+        let near = block.stride.lines == 1 && self.is_near(level);
         // All heights first: reads that wait for nothing overlap. Most blocks end here.
         let mut slopes = [Sixteen::default(); MOST_LINES];
         let highest = self.slopes(&lines, block, &mut slopes);
@@ -296,6 +273,12 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.step(&lines, block, &post, near)?;
         }
         Ok(())
+    }
+
+    /// Whether straight stretches from line to line of a level are too coarse here.
+    #[inline(always)]
+    pub(super) fn is_near(&self, level: u8) -> bool {
+        self.clearance.hypot(self.reached.into()) < NEAR * f64::from(Grid::side_units(level))
     }
 
     /// Slopes of the surface along the lines of a block, also beside the area, and the greatest of each plane.
@@ -342,12 +325,6 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Post { slope: self.simd.load(&slope.0), inverse, mark }
     }
 
-    /// Whether some plane enters or leaves the area between here and a major distance.
-    #[inline(always)]
-    pub(super) fn is_at_edge(&self, distance: f32) -> bool {
-        self.reached < self.inner[0] || distance > self.inner[1]
-    }
-
     /// Marches a block of which a page is absent along lines of the next coarser level.
     #[cold]
     fn march_coarser(&mut self, block: &Block) -> Result<()> {
@@ -392,7 +369,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
 
     /// Whether all rays clear the highest surface from here to the end of a block.
     #[inline(always)]
-    fn is_hidden(&mut self, block: &Block) -> Result<bool> {
+    pub(super) fn is_hidden(&mut self, block: &Block) -> Result<bool> {
         let level = block.stride.skip_level().min(self.march.level_count - 1);
         // Where there are no voxels as long as the block, a few shorter ones.
         let voxels = block.side / i64::from(Grid::side_units(level));
@@ -424,7 +401,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Finds where the surface is one line before a block's first: nothing is known after blocks that
     /// were skipped, or at the start.
     #[inline(always)]
-    fn prime(&mut self, block: &Block) -> Result<()> {
+    pub(super) fn prime(&mut self, block: &Block) -> Result<()> {
         let level = block.stride.level;
         let before = self.way.distance(level, block.first - block.step);
         let start = f64::from(self.reached).max(before).max(0.0);
@@ -441,7 +418,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let z = self.surface_at(level, distance.into())?;
             let post = self.post(z, self.first_mark(block, distance.into()));
             // Where ground rises it comes into sight sooner.
-            let in_sight = self.simd.splat(self.field.tangents[0]).lt(self.over_area(post.slope, distance));
+            let in_sight = self.simd.splat(self.field.tangents[0]).lt(post.slope);
             if !in_sight.any() || distance <= LEAST_DISTANCE {
                 return self.begin(post);
             }

@@ -31,6 +31,9 @@
 mod advance;
 mod blocks;
 mod bounds;
+mod edge;
+#[cfg(test)]
+mod edge_tests;
 mod footprint;
 mod ground;
 mod group;

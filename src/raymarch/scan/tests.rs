@@ -12,9 +12,9 @@ use crate::voxel::{
 };
 
 /// Rows of a test's planes.
-const ROWS: usize = 48;
+pub(super) const ROWS: usize = 48;
 
-fn noise(x: f64, y: f64, seed: u32) -> f64 {
+pub(super) fn noise(x: f64, y: f64, seed: u32) -> f64 {
     let lattice = |i: i64, j: i64| {
         let mut bits = (i as u32).wrapping_mul(0x9E37_79B1)
             ^ (j as u32).wrapping_mul(0x85EB_CA77)
@@ -62,13 +62,13 @@ fn inverse_depth(profile: &Profile, lane: usize, tangent: f32) -> f32 {
     0.0
 }
 
-struct View {
-    eye: DVec3,
-    yaw: f64,
+pub(super) struct View {
+    pub eye: DVec3,
+    pub yaw: f64,
     /// Elevation angles of the lowest and the highest row, degrees.
-    elevations: [f64; 2],
+    pub elevations: [f64; 2],
     /// Angle between planes, radians.
-    pixel: f64,
+    pub pixel: f64,
 }
 
 impl View {
@@ -105,7 +105,7 @@ impl View {
     }
 
     /// Ranges of rows and planes; infinite: sky.
-    fn march(&self, source: &dyn PageSource, isa: Isa) -> Vec<[f64; LANES]> {
+    pub fn march(&self, source: &dyn PageSource, isa: Isa) -> Vec<[f64; LANES]> {
         let profile = self.profile(source, isa, 1.0);
         (0..ROWS)
             .map(|row| {
@@ -117,7 +117,7 @@ impl View {
             .collect()
     }
 
-    fn truth(&self, source: &MemPages) -> Vec<[f64; LANES]> {
+    pub fn truth(&self, source: &impl PageSource) -> Vec<[f64; LANES]> {
         let grid = source.header().grid;
         let mut marcher = Marcher::new(source, LevelBands::finest_only(), Surface::Smooth);
         (0..ROWS)
@@ -133,7 +133,7 @@ impl View {
 }
 
 /// Sorted relative range errors where both see ground, and the share of pixels where only one does.
-fn compare(found: &[[f64; LANES]], truth: &[[f64; LANES]]) -> (Vec<f64>, f64) {
+pub(super) fn compare(found: &[[f64; LANES]], truth: &[[f64; LANES]]) -> (Vec<f64>, f64) {
     let pairs = found.iter().flatten().zip(truth.iter().flatten());
     let mut errors = Vec::new();
     let mut disagree = 0;
@@ -267,12 +267,12 @@ fn instruction_sets_agree() {
 }
 
 /// A database of which some finer pages are absent: those whose indices are `hidden` modulo five, or all of them.
-struct Sparse<'s> {
-    all: &'s MemPages,
-    hidden: u32,
+pub(super) struct Sparse<'s> {
+    pub all: &'s MemPages,
+    pub hidden: u32,
 }
 
-const ALL: u32 = u32::MAX;
+pub(super) const ALL: u32 = u32::MAX;
 
 impl PageSource for Sparse<'_> {
     fn header(&self) -> &Header {
