@@ -182,6 +182,25 @@ fn holes_and_absent_pages_are_foreseen() {
     }
 }
 
+/// Behind an area's last lines planes look at these.
+#[test]
+fn views_from_above_edges_are_foreseen() {
+    let side = f64::from(SIDE) * SPACING;
+    let mut random = Random(14);
+    for flight in 0..200 {
+        let mut camera = random_camera(&mut random, &AREA);
+        let beside = random.between([-3.0, 3.0]) * SPACING;
+        let along = random.between([0.0, side]);
+        let [low, high] = [beside, side + beside];
+        let places = [(low, along), (high, along), (along, low), (along, high), (high, high)];
+        camera.pose.eye = above(&AREA, DVec2::from(places[flight % 5]), random.between([0.0, 8.5]).exp());
+        camera.pose.attitude.pitch = random.between([-90.0, -20.0]);
+        let is_absent: fn(PageId) -> bool =
+            if flight % 2 == 0 { |_| false } else { |id| id.level == 0 && id.px.is_multiple_of(3) };
+        assert_recalled(&see(&AREA, is_absent, &camera), &camera);
+    }
+}
+
 #[test]
 fn what_stands_in_beside_corridors_is_foreseen() {
     // Level 1 in two rows of pages, level 4 in the one that they lie in; and level 1 in a stair, level 4 everywhere.
