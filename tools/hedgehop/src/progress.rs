@@ -1,8 +1,8 @@
 //! Progress on standard error: a bar on a terminal, plain lines or JSON lines elsewhere.
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
@@ -33,8 +33,15 @@ const JSON_INTERVAL: Duration = Duration::from_secs(1);
 /// Tells the user what the library does, and the library when the user wants it to stop.
 #[derive(Debug)]
 pub struct Reporter {
-    mode: Mode,
     interrupt: Interrupt,
+    voice: Arc<Voice>,
+}
+
+/// What speaks on standard error; also the thread does that hears of Ctrl-C.
+#[derive(Debug)]
+struct Voice {
+    mode: Mode,
+    /// Whether it was told that the work stops.
     stopping: AtomicBool,
     stage: Mutex<Option<Stage>>,
 }
@@ -53,9 +60,14 @@ struct Stage {
 impl Reporter {
     /// A reporter for `mode`; `Auto` looks at standard error.
     pub fn new(mode: Mode, interrupt: &Interrupt) -> Self {
-        Self { mode, interrupt: interrupt.clone(), stopping: AtomicBool::new(false), stage: Mutex::new(None) }
+        let voice = Arc::new(Voice { mode, stopping: AtomicBool::new(false), stage: Mutex::new(None) });
+        let heard = voice.clone();
+        interrupt.tell_at_once(move || heard.tell_stopping());
+        Self { interrupt: interrupt.clone(), voice }
     }
+}
 
+impl Voice {
     fn draws_bar(&self) -> bool {
         self.mode == Mode::Auto && io::stderr().is_terminal()
     }
@@ -87,39 +99,6 @@ impl Reporter {
         // A panic elsewhere cannot leave a stage half-written.
         self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
-}
-
-impl Observer for Reporter {
-    fn begin(&self, name: &str, total: u64, unit: &str) {
-        let bar = self.draws_bar().then(|| bar(name, total, unit));
-        let now = Instant::now();
-        let stage =
-            Stage { name: name.into(), unit: unit.into(), total, done: 0, begun: now, told: now, bar };
-        if self.mode == Mode::Json {
-            self.tell(&stage, "begin");
-        }
-        *self.lock() = Some(stage);
-    }
-
-    fn advance(&self, count: u64) {
-        let mut lock = self.lock();
-        let Some(stage) = lock.as_mut() else { return };
-        stage.done += count;
-        if let Some(bar) = &stage.bar {
-            bar.inc(count);
-        } else if stage.told.elapsed() >= self.interval() {
-            stage.told = Instant::now();
-            self.tell(stage, "progress");
-        }
-    }
-
-    fn end(&self) {
-        let Some(stage) = self.lock().take() else { return };
-        match &stage.bar {
-            Some(bar) => bar.finish_and_clear(),
-            None => self.tell(&stage, "end"),
-        }
-    }
 
     fn note(&self, text: &str) {
         let lock = self.lock();
@@ -130,10 +109,55 @@ impl Observer for Reporter {
         }
     }
 
+    /// Says once what becomes of the work.
+    fn tell_stopping(&self) {
+        if !self.stopping.swap(true, Ordering::Relaxed) {
+            self.note("stopping after the work in hand; press Ctrl-C again to stop at once");
+        }
+    }
+}
+
+impl Observer for Reporter {
+    fn begin(&self, name: &str, total: u64, unit: &str) {
+        let voice = &self.voice;
+        let bar = voice.draws_bar().then(|| bar(name, total, unit));
+        let now = Instant::now();
+        let stage =
+            Stage { name: name.into(), unit: unit.into(), total, done: 0, begun: now, told: now, bar };
+        if voice.mode == Mode::Json {
+            voice.tell(&stage, "begin");
+        }
+        *voice.lock() = Some(stage);
+    }
+
+    fn advance(&self, count: u64) {
+        let mut lock = self.voice.lock();
+        let Some(stage) = lock.as_mut() else { return };
+        stage.done += count;
+        if let Some(bar) = &stage.bar {
+            bar.inc(count);
+        } else if stage.told.elapsed() >= self.voice.interval() {
+            stage.told = Instant::now();
+            self.voice.tell(stage, "progress");
+        }
+    }
+
+    fn end(&self) {
+        let Some(stage) = self.voice.lock().take() else { return };
+        match &stage.bar {
+            Some(bar) => bar.finish_and_clear(),
+            None => self.voice.tell(&stage, "end"),
+        }
+    }
+
+    fn note(&self, text: &str) {
+        self.voice.note(text);
+    }
+
     fn cancelled(&self) -> bool {
         let requested = self.interrupt.requested();
-        if requested && !self.stopping.swap(true, Ordering::Relaxed) {
-            self.note("stopping after the work in hand; press Ctrl-C again to stop at once");
+        if requested {
+            self.voice.tell_stopping();
         }
         requested
     }

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
@@ -462,6 +462,20 @@ mod unix {
     fn signal(child: &Child, name: &str) {
         let status = Command::new("kill").args(["-s", name, &child.id().to_string()]).status();
         assert!(status.expect("kill runs").success());
+    }
+
+    #[test]
+    fn ctrl_c_is_answered_while_a_frame_is_in_hand() {
+        let large = ["--engine=reference", "-j1", "--size=3000x2000", "-o", "f/####.png"];
+        let site = Site::built();
+        let mut child = site.spawn(&[&render_args()[..], &large].concat(), Stdio::null());
+        thread::sleep(Duration::from_secs(1));
+        signal(&child, "INT");
+        let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
+        assert!(said.any(|line| line.contains("press Ctrl-C again")));
+        assert!(child.try_wait().unwrap().is_none(), "the frame takes seconds");
+        signal(&child, "INT");
+        assert_code(&finish(child), 130);
     }
 
     #[test]
