@@ -12,8 +12,10 @@ mod reference;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod unserved;
 
 pub use foresight::{FlightPlan, LivePlan};
+pub use unserved::Unserved;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -286,15 +288,24 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// # Errors
     /// As of [`Farm::new`].
     pub fn engine_for(&self, camera: &Camera) -> Result<Engine> {
-        let serves =
-            self.takes_planes() && planes::View::serves(camera, &self.shared.screen, &Farm::new(1)?)?;
-        Ok(if serves { Engine::Planes } else { Engine::Reference })
+        let by_reference = self.options.engine == Engine::Reference || self.unserved(camera)?.is_some();
+        Ok(if by_reference { Engine::Reference } else { Engine::Planes })
+    }
+
+    /// Why scan planes would not serve what `camera` sees; `None`: they would.
+    ///
+    /// # Errors
+    /// As of [`Farm::new`].
+    pub fn unserved(&self, camera: &Camera) -> Result<Option<Unserved>> {
+        match Unserved::of(&self.options) {
+            Some(why) => Ok(Some(why)),
+            None => planes::View::unserved(camera, &self.shared.screen, &Farm::new(1)?),
+        }
     }
 
     /// Whether the options are for scan planes.
     fn takes_planes(&self) -> bool {
-        let RenderOptions { engine, surface, tile_world, .. } = self.options;
-        engine == Engine::Planes && surface == Surface::Smooth && !tile_world
+        self.options.engine == Engine::Planes && Unserved::of(&self.options).is_none()
     }
 
     /// How scan planes see what the camera sees; `None` where they do not serve.

@@ -5,13 +5,14 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::{Account, Rays, Rendered, Renderer, StageTimes};
+use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved};
 use crate::error::Result;
 use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneMarch, Profile, Shape, Strides, Upright,
+    Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneMarch, Profile, Refusal, Shape, Strides,
+    Upright,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
@@ -35,12 +36,19 @@ pub struct View<'c> {
 }
 
 impl<'c> View<'c> {
-    /// Whether planes serve a camera.
-    pub fn serves(camera: &Camera, screen: &LastScreen, farm: &Farm) -> Result<bool> {
-        match Upright::new(camera) {
-            Some(upright) => Ok(Shape::Upright(upright).fits()),
-            None => Ok(screen.directions(camera, farm)?.is_some()),
+    /// Why planes do not serve a camera; `None`: they do.
+    pub fn unserved(camera: &Camera, screen: &LastScreen, farm: &Farm) -> Result<Option<Unserved>> {
+        if let Some(upright) = Upright::new(camera) {
+            return Ok((!Shape::Upright(upright).fits()).then_some(Unserved::ManyPixels));
         }
+        if let Some(why) = Panorama::refuses(camera) {
+            return Ok(Some(match why {
+                Refusal::NoEye => Unserved::Orthographic,
+                Refusal::FinePixels => Unserved::FinePixels,
+                Refusal::ManyPixels => Unserved::ManyPixels,
+            }));
+        }
+        Ok(screen.directions(camera, farm)?.is_none().then_some(Unserved::Strewn))
     }
 
     /// `None`: planes do not serve this camera.
@@ -70,7 +78,7 @@ pub struct LastScreen(Mutex<Option<Arc<Directions>>>);
 impl LastScreen {
     /// The directions of a screen's pixels; `None` where planes do not serve it.
     fn directions(&self, camera: &Camera, farm: &Farm) -> Result<Option<Arc<Directions>>> {
-        if !Panorama::may_serve(camera) {
+        if Panorama::refuses(camera).is_some() {
             return Ok(None);
         }
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();

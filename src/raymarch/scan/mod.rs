@@ -54,7 +54,7 @@ pub use footprint::Footprint;
 pub use group::PlaneGroup;
 pub use march::{Field, PlaneMarch};
 pub use pages::Pages;
-pub use panorama::{Annulus, Between, Directions, Gaze, Panorama};
+pub use panorama::{Annulus, Between, Directions, Gaze, Panorama, Refusal};
 pub use profile::{Mark, NO_SLOPE, Post, Profile, Sight};
 pub use shape::{Kept, Shape};
 pub use strides::{Outlook, Strides};

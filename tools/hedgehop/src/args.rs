@@ -169,7 +169,8 @@ pub struct Instructions {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EngineName {
-    /// Sixteen vertical planes at a time; the reference for orthographic screens, areas that repeat, and blocks
+    /// Sixteen vertical planes at a time; the reference for orthographic screens, --tile-world, --surface blocks, pixels of less than 5 µrad,
+    /// planar pictures of more than 200 million pixels, steep ones and other screens of more than 67 million, and tables of rays that are strewn
     #[default]
     Planes,
     /// Ray by ray, exact

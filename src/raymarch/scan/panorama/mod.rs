@@ -90,6 +90,17 @@ pub struct Panorama {
     extent: Range<usize>,
 }
 
+/// Why planes at equal steps of azimuth cannot serve a camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refusal {
+    /// Its rays have no common origin.
+    NoEye,
+    /// They are closer than single precision can tell.
+    FinePixels,
+    /// They are too many for a table of them.
+    ManyPixels,
+}
+
 /// What sixteen pixels look along, and where in the fan.
 pub struct Gaze<V: Simd> {
     /// To the right of the screen's axis, radians.
@@ -101,11 +112,16 @@ pub struct Gaze<V: Simd> {
 }
 
 impl Panorama {
-    /// Whether the rays of `camera` have one origin, are not closer than single precision can tell and not too many.
-    pub fn may_serve(camera: &Camera) -> bool {
-        let pixels = camera.width as usize * camera.height as usize;
-        let has_one_eye = !matches!(camera.screen(), Screen::Orthographic { .. });
-        has_one_eye && fine_angle(camera) >= LEAST_STEP && pixels <= MOST_PIXELS
+    /// What of `camera` planes cannot have, before its rays are looked at.
+    pub fn refuses(camera: &Camera) -> Option<Refusal> {
+        if matches!(camera.screen(), Screen::Orthographic { .. }) {
+            Some(Refusal::NoEye)
+        } else if fine_angle(camera) < LEAST_STEP {
+            Some(Refusal::FinePixels)
+        } else {
+            let pixels = camera.width as usize * camera.height as usize;
+            (pixels > MOST_PIXELS).then_some(Refusal::ManyPixels)
+        }
     }
 
     /// Whether planes for the `directions` of `camera` are about as many as pixels.

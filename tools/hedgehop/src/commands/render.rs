@@ -1,5 +1,6 @@
 //! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,7 +11,7 @@ use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{RenderOptions, Renderer};
+use hedgehop::render::{Engine, RenderOptions, Renderer, Unserved};
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
@@ -293,20 +294,25 @@ fn check_combination(args: &Args) -> Result<()> {
     }
 }
 
-/// Says how many frames the engine that was asked for leaves to the reference marcher.
+/// Says how many frames the engine that was asked for leaves to the reference marcher, and why.
 fn note_reference(
     renderer: &Renderer<'_, ResidentPages>,
     options: &RenderOptions,
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
 ) -> Result<()> {
-    let mut count = 0;
-    for (_, camera) in cameras {
-        count += usize::from(renderer.engine_for(camera)? != options.engine);
+    if options.engine == Engine::Reference {
+        return Ok(());
     }
-    if count > 0 {
+    let mut counts: BTreeMap<Unserved, usize> = BTreeMap::new();
+    for (_, camera) in cameras {
+        if let Some(why) = renderer.unserved(camera)? {
+            *counts.entry(why).or_default() += 1;
+        }
+    }
+    for (why, count) in counts {
         reporter.note(&format!(
-            "scan planes do not serve {count} of {} frames; the reference, which is slower, renders these",
+            "scan planes do not serve {count} of {} frames, since {why}; the reference, which is slower, renders these",
             cameras.len()
         ));
     }
