@@ -22,6 +22,14 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_with(path, |file| file.write_all(bytes))
 }
 
+/// Whether a file could be written to `path` now, which stays as it is: known before the work that is to fill it. Missing folders are made.
+pub fn check_writable(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(Error::Configuration(format!("{} is a folder; name a file in it", path.display())));
+    }
+    temporary_for(path).map(drop)
+}
+
 /// As [`write_bytes`], for a writer that fills the file itself.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> Result<()> {
     let mut temporary = temporary_for(path)?;
@@ -44,7 +52,9 @@ pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
     if std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return Err(Error::Configuration(format!("{} is no regular file; write to one", path.display())));
     }
-    std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, "create the folder", source))?;
+    std::fs::create_dir_all(folder).map_err(|source| {
+        Error::io(path, format!("write it, since there can be no folder {}", folder.display()), source)
+    })?;
     let mut prefix = std::ffi::OsString::from(".");
     prefix.push(name);
     prefix.push(".");
@@ -58,7 +68,16 @@ pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
     if let Some(permissions) = usual_permissions() {
         builder.permissions(permissions);
     }
-    builder.tempfile_in(folder).map_err(|source| write_error(path, source))
+    builder.tempfile_in(folder).map_err(|source| write_error(path, own_words(source)))
+}
+
+/// What the system said, without the name of a temporary file, which nobody gave.
+fn own_words(error: io::Error) -> io::Error {
+    // The library that makes these files appends it, and keeps what is before it to itself.
+    match error.to_string().rsplit_once(" at path \"") {
+        Some((own, _)) => io::Error::new(error.kind(), own.to_owned()),
+        None => error,
+    }
 }
 
 /// Renames a finished temporary file to `path`.
@@ -137,10 +156,35 @@ mod tests {
         let (folder, path) = place("file");
         write_bytes(&path, b"").unwrap();
         let below_a_file = path.join("frame.png");
-        assert!(write_bytes(&below_a_file, b"x").unwrap_err().to_string().contains("create the folder"));
+        let message = write_bytes(&below_a_file, b"x").unwrap_err().to_string();
+        assert!(message.starts_with(&below_a_file.display().to_string()), "{message}");
+        assert!(message.contains("no folder"), "{message}");
         let message = write_bytes(folder.path(), b"x").unwrap_err().to_string();
         assert!(message.contains("rename"), "a folder is in the way: {message}");
         assert!(write_bytes(Path::new("/"), b"x").is_err());
+    }
+
+    #[test]
+    fn a_check_leaves_what_is_there() {
+        let (folder, path) = place("map.svg");
+        check_writable(&path).unwrap();
+        assert!(names(folder.path()).is_empty());
+        write_bytes(&path, b"old").unwrap();
+        check_writable(&path).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["map.svg"]);
+        assert!(check_writable(folder.path()).unwrap_err().to_string().contains("is a folder"));
+        assert!(check_writable(&path.join("x.svg")).is_err());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn names_of_temporary_files_are_not_told() {
+        let message = check_writable(Path::new("/proc/map.svg")).unwrap_err().to_string();
+        assert!(
+            message.starts_with("/proc/map.svg: cannot write it") && !message.contains(".part"),
+            "{message}"
+        );
     }
 
     #[cfg(unix)]

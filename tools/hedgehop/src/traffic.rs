@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use glam::DVec2;
-use hedgehop::frame::atomic::write_bytes;
+use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::space::Camera;
 use hedgehop::voxel::{Grid, Header, PageId};
 use hedgehop::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
+
+use crate::args::check_no_input;
 
 /// Pixels of a level's map, and of the band with the title.
 const SIDE: u32 = 520;
@@ -37,6 +39,18 @@ pub struct Traffic<'a> {
 }
 
 type Drawn<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Refuses before any work a map that could not be written, or that a file named otherwise would hold.
+pub fn check(map: &Path, inputs: &[&Path]) -> Result<()> {
+    check_no_input("--traffic", map, inputs)?;
+    if !map.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg")) {
+        return Err(Error::Configuration(format!(
+            "--traffic draws SVG; name its file {}",
+            map.with_extension("svg").display()
+        )));
+    }
+    check_writable(map)
+}
 
 impl Traffic<'_> {
     /// Writes the map.
@@ -134,6 +148,13 @@ fn colour(share: f64) -> RGBColor {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn maps_are_svg() {
+        let refusal = check(Path::new("a/map.png"), &[]).unwrap_err().to_string();
+        assert!(refusal.contains("a/map.svg"), "{refusal}");
+        assert!(!Path::new("a").exists(), "nothing is made for a map that is refused");
+    }
 
     #[test]
     fn the_ramp_goes_through_its_colours() {

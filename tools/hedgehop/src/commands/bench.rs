@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use hedgehop::frame::atomic::write_bytes;
+use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
@@ -150,7 +150,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let inputs: Vec<&Path> =
         std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path).collect();
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
-        file.iter().try_for_each(|file| check_no_input(flag, file, &inputs))?;
+        for file in file.iter().filter(|file| *file != Path::new("-")) {
+            check_no_input(flag, file, &inputs)?;
+            check_writable(file)?;
+        }
     }
     let file = PageFile::open_trusting(&args.area, args.trust.trust())?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);

@@ -20,7 +20,7 @@ use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames};
 use crate::progress::{Mode, Reporter};
 use crate::sequence::Product;
-use crate::traffic::Traffic;
+use crate::traffic::{self, Traffic};
 use crate::view::{FlightArgs, LookArgs};
 
 const EXAMPLE: &str = "\
@@ -154,7 +154,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if let Some(map) = &args.traffic {
         let mut inputs = vec![args.area.as_path()];
         inputs.extend(args.flight.path.as_deref());
-        check_no_input("--traffic", map, &inputs)?;
+        traffic::check(map, &inputs)?;
     }
     let file = PageFile::open(&args.area)?;
     let setup = args.flight.screen.setup()?;

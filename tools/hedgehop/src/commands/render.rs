@@ -26,7 +26,7 @@ use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
 use crate::screen::Setup;
 use crate::sequence::{Fineness, Product, Sequence};
-use crate::traffic::Traffic;
+use crate::traffic::{self, Traffic};
 use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
 
@@ -278,7 +278,7 @@ fn check_combination(args: &Args) -> Result<()> {
     if let Some(map) = &args.traffic {
         let mut inputs = vec![args.area.as_path()];
         inputs.extend(args.flight.path.as_deref());
-        check_no_input("--traffic", map, &inputs)?;
+        traffic::check(map, &inputs)?;
     }
     if is_stream && args.skip_existing {
         return Err(Error::Configuration(
