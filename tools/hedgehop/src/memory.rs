@@ -109,13 +109,36 @@ pub fn available() -> Option<u64> {
 }
 
 impl Memory {
+    /// So many bytes, of which pages come as they are needed.
+    pub fn of(bytes: u64) -> Self {
+        Self { memory: Some(bytes), preload: false }
+    }
+
     /// Loads the database if that was asked for.
     ///
     /// # Errors
     /// It does not fit; a page that is damaged; an interruption.
-    pub fn preload(self, pages: &ResidentPages, observer: &dyn Observer) -> Result<()> {
+    pub fn preload(
+        self,
+        pages: &ResidentPages,
+        shares: Option<Shares>,
+        observer: &dyn Observer,
+    ) -> Result<()> {
         if !self.preload {
             return Ok(());
+        }
+        if let (Some(memory), Some(shares)) = (self.memory, shares)
+            && let Some(missing) = pages.bytes().checked_sub(shares.pages).filter(|missing| *missing > 0)
+        {
+            return Err(Error::Configuration(format!(
+                "--preload needs {} for all pages of {}, and --memory {} leaves {} for pages; give --memory {}M, or leave out one of the \
+                 two",
+                amount(pages.bytes()),
+                pages.file().path().display(),
+                amount(memory),
+                amount(shares.pages),
+                (memory + missing * 100 / PAGES_SHARE).div_ceil(MIB) + 1
+            )));
         }
         if let Some(free) = available()
             && free < pages.bytes()
@@ -140,9 +163,9 @@ impl Memory {
         let least = frames.memory_for(LEAST);
         let Some(rest) = memory.checked_sub(least) else {
             return Err(Error::Configuration(format!(
-                "--memory of {} MiB is too little for {} frames of {} in flight; give at least {} MiB, a smaller --size \
+                "--memory of {} is too little for {} frames of {} in flight; give at least {} MiB, a smaller --size \
                  or --in-flight 1",
-                memory / MIB,
+                amount(memory),
                 frames.in_flight,
                 frames.size,
                 least.div_ceil(MIB)
@@ -153,22 +176,33 @@ impl Memory {
     }
 }
 
+/// Bytes as people read them: a small database has less than a MiB.
+pub fn amount(bytes: u64) -> String {
+    let mib = bytes as f64 / MIB as f64;
+    match bytes {
+        0..1024 => format!("{bytes} B"),
+        1024..MIB => format!("{:.0} KiB", 1024.0 * mib),
+        _ if mib < 10_000.0 && bytes.is_multiple_of(MIB) => format!("{mib:.0} MiB"),
+        _ if mib < 10_000.0 => format!("{mib:.1} MiB"),
+        _ => format!("{:.1} GiB", mib / 1024.0),
+    }
+}
+
 /// What paging cost, in a sentence.
 pub fn sentence(paging: &Paging) -> String {
-    let mib = |bytes: u64| bytes as f64 / MIB as f64;
     let late = match paging.pages_late {
         0 => String::new(),
         1 => ", 1 page late".into(),
         count => format!(", {count} pages late, added up over the frames"),
     };
     format!(
-        "pages: {} read ({:.1} MiB), {} of them unused ({:.1} MiB), {} evicted, at most {:.1} MiB in memory; {}{late}",
+        "pages: {} read ({}), {} of them unused ({}), {} evicted, at most {} in memory; {}{late}",
         paging.pages_read,
-        mib(paging.bytes_read),
+        amount(paging.bytes_read),
         paging.pages_unused,
-        mib(paging.bytes_unused),
+        amount(paging.bytes_unused),
         paging.pages_evicted,
-        mib(paging.resident_bytes_most),
+        amount(paging.resident_bytes_most),
         waits(paging),
     )
 }
@@ -258,6 +292,12 @@ mod tests {
             refusal.split("at least ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         assert!(refusal.contains("--memory of 64 MiB"), "{refusal}");
         assert!(shares(least, 2).is_ok() && shares(least - 1, 2).is_err());
+    }
+
+    #[test]
+    fn little_is_not_told_as_nothing() {
+        let told = [1, 13 << 10, 64 * MIB, 3 * MIB / 2, 20_000 * MIB].map(amount);
+        assert_eq!(told, ["1 B", "13 KiB", "64 MiB", "1.5 MiB", "19.5 GiB"]);
     }
 
     #[test]

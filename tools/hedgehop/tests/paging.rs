@@ -109,6 +109,18 @@ fn the_memory_that_a_plan_names_is_enough() {
 }
 
 #[test]
+fn a_plan_says_what_a_budget_holds() {
+    let site = Site::built();
+    let plan = |memory: &str| site.fly("plan", &["--no-timing", "-j", "2", "--memory", memory]);
+    let enough = plan("500M");
+    assert!(enough.status.success(), "{}", said(&enough));
+    assert!(said(&enough).contains("--memory 500 MiB holds 30 frames ahead"), "{}", said(&enough));
+    let little = plan("8M");
+    assert_eq!(little.status.code(), Some(2), "{}", said(&little));
+    assert!(said(&little).contains("--memory of 8 MiB is too little"), "{}", said(&little));
+}
+
+#[test]
 fn a_preloaded_database_is_read_once_and_before() {
     let site = Site::built();
     let rendered = site.fly("render", &["-o", "frames/####.png", "--preload"]);

@@ -164,7 +164,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         args.memory.shares(Frames { size: setup.size, product: Product::Picture, in_flight, encoders: 0 })?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
-    args.memory.preload(&source, &reporter)?;
+    args.memory.preload(&source, shares, &reporter)?;
     let report = measure(args, &source, shares, setup.size, &cameras, &reporter)?;
     trust::sentence(&args.area, &source.file().damaged()).iter().for_each(|sentence| reporter.note(sentence));
     if let Some(file) = &args.svg {

@@ -14,10 +14,10 @@ use hedgehop::{Error, Result};
 use serde::Serialize;
 
 use crate::area;
-use crate::args::{Overlap, Workers, check_no_input};
+use crate::args::{self, Overlap, Workers};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::memory::{self, Frames};
+use crate::memory::{self, Frames, Memory, amount};
 use crate::progress::{Mode, Reporter};
 use crate::sequence::Product;
 use crate::traffic::{self, Traffic};
@@ -29,7 +29,7 @@ Examples:
   hedgehop plan area.hop --path track.csv --size 1920x1080 --fps 60 --traffic pages.svg
   hedgehop plan area.hop --path track.csv --json";
 
-const MIB: f64 = 1_048_576.0;
+const MIB: u64 = 1 << 20;
 
 /// How long the disk is timed.
 const TIMED: Duration = Duration::from_secs(1);
@@ -60,6 +60,10 @@ pub struct Args {
     /// Draw a map of the pages by the first frame that needs them
     #[arg(long, value_name = "MAP.svg")]
     traffic: Option<PathBuf>,
+
+    /// Say what becomes of the flight with so much memory, as `render --memory`: bytes with suffix K, M or G
+    #[arg(long, value_name = "BYTES", value_parser = args::bytes)]
+    memory: Option<u64>,
 
     /// Do not read from the disk to see how fast it is
     #[arg(long)]
@@ -127,11 +131,13 @@ struct Report {
     /// What must be read later if all is kept, and if only what is known to be needed is.
     later_bytes: u64,
     later_bytes_least_memory: u64,
-    /// The most that a second of the flight reads, bytes.
+    /// The most that a second of the flight reads with the least memory, bytes.
     second_bytes_most: u64,
     /// `--memory` that holds the fullest 30 frames, and the fullest single one.
     memory_bytes: u64,
     memory_bytes_least: u64,
+    /// The `--memory` that was asked about; null if none was.
+    memory_bytes_given: Option<u64>,
     levels: Vec<LevelNeeds>,
     machine: Machine,
     /// Why this machine cannot fly it without waiting; empty if it can.
@@ -173,6 +179,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         in_flight: farm.in_flight(args.overlap.in_flight),
         encoders: 1,
     };
+    if let Some(memory) = args.memory {
+        Memory::of(memory).shares(frames)?;
+    }
     let report = report(args, &file, &cameras, &planned, frames)?;
     let text = if args.json {
         format!(
@@ -247,6 +256,7 @@ fn report(
         second_bytes_most: plan.read_within(second),
         memory_bytes: frames.memory_for(ahead),
         memory_bytes_least: frames.memory_for(view),
+        memory_bytes_given: args.memory,
         levels: levels(file, cameras, &needed),
         machine: Machine {
             memory_bytes: memory::available(),
@@ -296,13 +306,21 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
 impl Report {
     fn obstacles(&self) -> Vec<String> {
         let mut obstacles = Vec::new();
+        let wanted = self.memory_bytes_given.map_or(self.memory_bytes, |given| given.min(self.memory_bytes));
+        if let Some(given) = self.memory_bytes_given.filter(|given| *given < self.memory_bytes_least) {
+            obstacles.push(format!(
+                "the fullest frame does not fit into --memory {}: it meets demand misses; give {}M, or a smaller --size",
+                amount(given),
+                mib_up(self.memory_bytes_least)
+            ));
+        }
         if let Some(free) = self.machine.memory_bytes
-            && free < self.memory_bytes
+            && free < wanted
         {
             obstacles.push(format!(
                 "it needs {} of memory and {} is free: a smaller --size, or frames will wait for the disk",
-                bytes(self.memory_bytes),
-                bytes(free)
+                amount(wanted),
+                amount(free)
             ));
         }
         if let Some(rate) = self.machine.disk_bytes_per_s
@@ -310,8 +328,8 @@ impl Report {
         {
             obstacles.push(format!(
                 "it reads up to {}/s and the disk gives {}/s: copy the database to a faster disk, fly slower, or render without a clock",
-                bytes(self.second_bytes_most),
-                bytes(rate as u64)
+                amount(self.second_bytes_most),
+                amount(rate as u64)
             ));
         }
         obstacles
@@ -332,9 +350,9 @@ impl Report {
                 format!("{} frames: the reference marcher renders them", self.frames_by_reference),
             );
         }
-        line("one view", format!("up to {}", bytes(self.view_bytes_most)));
-        line("with ahead", format!("up to {} for {LOOKAHEAD} frames more", bytes(self.ahead_bytes_most)));
-        line("the flight", format!("{} in all", bytes(self.flight_bytes)));
+        line("one view", format!("up to {}", amount(self.view_bytes_most)));
+        line("with ahead", format!("up to {} for {LOOKAHEAD} frames more", amount(self.ahead_bytes_most)));
+        line("the flight", format!("{} in all", amount(self.flight_bytes)));
         line(
             "memory",
             format!(
@@ -346,31 +364,41 @@ impl Report {
         line(
             "disk",
             format!(
-                "{} before the first frame, then up to {} a second ({} in all; {} with the least memory)",
-                bytes(self.first_frame_bytes),
-                bytes(self.second_bytes_most),
-                bytes(self.later_bytes),
-                bytes(self.later_bytes_least_memory)
+                "{} before the first frame, then {} in all; with the least memory {}, up to {} in a second",
+                amount(self.first_frame_bytes),
+                amount(self.later_bytes),
+                amount(self.later_bytes_least_memory),
+                amount(self.second_bytes_most)
             ),
         );
+        if let Some(given) = self.memory_bytes_given {
+            let holds = if given >= self.memory_bytes {
+                format!("holds {LOOKAHEAD} frames ahead")
+            } else if given >= self.memory_bytes_least {
+                format!("holds every frame, but not always {LOOKAHEAD} ahead")
+            } else {
+                "does not hold the fullest frame".into()
+            };
+            line("given", format!("--memory {} {holds}", amount(given)));
+        }
         for level in self.levels.iter().filter(|level| level.pages > 0) {
             line(
                 &format!("level {}", level.level),
                 format!(
                     "{} pages, {} of {}, {:.1} km², up to {:.1} km from the path",
                     level.pages,
-                    bytes(level.bytes),
-                    bytes(level.bytes_stored),
+                    amount(level.bytes),
+                    amount(level.bytes_stored),
                     level.area_km2,
                     level.reach_m / 1000.0
                 ),
             );
         }
         let machine = [
-            self.machine.memory_bytes.map(|free| format!("{} of memory free", bytes(free))),
+            self.machine.memory_bytes.map(|free| format!("{} of memory free", amount(free))),
             self.machine
                 .disk_bytes_per_s
-                .map(|rate| format!("reads {}/s of these pages", bytes(rate as u64))),
+                .map(|rate| format!("reads {}/s of these pages", amount(rate as u64))),
         ];
         line("this machine", machine.into_iter().flatten().collect::<Vec<_>>().join(", "));
         match self.obstacles.as_slice() {
@@ -381,11 +409,6 @@ impl Report {
     }
 }
 
-fn bytes(bytes: u64) -> String {
-    let mib = bytes as f64 / MIB;
-    if mib < 10_000.0 { format!("{mib:.1} MiB") } else { format!("{:.1} GiB", mib / 1024.0) }
-}
-
 fn mib_up(bytes: u64) -> u64 {
-    bytes.div_ceil(MIB as u64)
+    bytes.div_ceil(MIB)
 }

@@ -195,7 +195,6 @@ impl Done {
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
-    let begun = Instant::now();
     check_combination(args)?;
     let setup = args.flight.screen.setup()?;
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
@@ -222,7 +221,9 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     note_reference(&renderer, &options, &cameras, reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
-    args.memory.preload(source, reporter)?;
+    args.memory.preload(source, shares, reporter)?;
+    // Pages that are loaded before take no frame's time.
+    let begun = Instant::now();
     let sequence = Sequence {
         pages: source,
         renderer: &renderer,
