@@ -154,7 +154,7 @@ fn frames_that_never_wait_say_how_much_was_late() {
     assert!(rendered.status.success(), "{}", said(&rendered));
     let told = said(&rendered);
     assert!(
-        told.contains("came late or are not stored; most in frame")
+        told.contains("since its pages came late; most in frame")
             && told.contains(" late, added up over the frames"),
         "{told}"
     );

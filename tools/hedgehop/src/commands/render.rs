@@ -18,6 +18,7 @@ use hedgehop::voxel::{PageId, PageSource};
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
+use crate::area;
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
 use crate::interrupt::Interrupt;
@@ -125,6 +126,8 @@ pub struct Done {
     damaged: Vec<(PageId, u64)>,
     /// How finely ground was seen.
     fineness: Fineness,
+    /// Whether the database stores all pages of all levels.
+    is_whole: bool,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -137,7 +140,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
     reporter.note(&memory::sentence(&done.paging));
     trust::sentence(&args.area, &done.damaged).iter().for_each(|sentence| reporter.note(sentence));
-    if let Some(note) = coarser_note(&done.fineness, args.late) {
+    if let Some(note) = coarser_note(&done.fineness, args.late, done.is_whole) {
         reporter.note(&note);
     }
     if args.output.is_standard_output() {
@@ -149,7 +152,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 /// Says how much was seen more coarsely than it should be, if anything was.
-fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late) -> Option<String> {
+fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late, is_whole: bool) -> Option<String> {
     let (number, most) = coarsest.filter(|(_, most)| *most > 0.0)?;
     let percent = 100.0 * rays.coarser_share();
     Some(match late {
@@ -159,8 +162,8 @@ fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late) -> Option<St
             )
         }
         Late::Coarser => format!(
-            "{percent:.3} % of the rays met ground that is coarser than they ask for, since its pages came late or are not stored; most in frame \
-             {number}: {:.3} %",
+            "{percent:.3} % of the rays met ground that is coarser than they ask for, since its pages came late{}; most in frame {number}: {:.3} %",
+            if is_whole { "" } else { ", or are not stored, outside of corridors" },
             100.0 * most
         ),
     })
@@ -260,6 +263,9 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         size: setup.size,
         rendered,
         fineness,
+        is_whole: area::shares(source.header(), source.file().directory())
+            .iter()
+            .all(|share| share.stored == share.all),
         paging: source.paging().since(&before),
         damaged: source.file().damaged(),
         kept: cameras.len() - rendered,
