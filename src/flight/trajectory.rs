@@ -96,7 +96,7 @@ impl Trajectory {
         let mut spline = Spline::through(times.clone(), points);
         if let Some(lifted) = ground::lift(&spline, &least_heights(track, options.clearance), ground) {
             spline = lifted.spline;
-            notes.push(format!("The path was raised over the ground by up to {:.1} m.", lifted.most));
+            notes.push(format!("The path was raised over the ground by up to {:.1} m: it keeps its height above hills between fixes, too.", lifted.most));
         }
         let attitude = if let (Some(yaw), Some(pitch), Some(roll)) = (&given.yaw, &given.pitch, &given.roll) {
             let at = |time| Attitude { yaw: yaw.at(time), pitch: pitch.at(time), roll: roll.at(time) };

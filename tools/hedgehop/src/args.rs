@@ -93,9 +93,21 @@ fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], String
         .ok_or_else(|| format!("want {N} numbers with commas between, such as {example}"))
 }
 
+/// Farthest that a place may be from the origin, metres, as in path files.
+const FARTHEST: f64 = 1.0e9;
+
 /// `x,y,z`.
 pub fn position(text: &str) -> Result<[f64; 3], String> {
-    numbers(text, "500120,4180300,850")
+    let position: [f64; 3] = numbers(text, "500120,4180300,850")?;
+    if position.iter().any(|value| value.abs() > FARTHEST) {
+        return Err("want metres, at most 10⁹ from the origin".into());
+    }
+    Ok(position)
+}
+
+/// A finite number that is not below zero.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|value| *value >= 0.0).ok_or_else(|| "want a number of at least 0".into())
 }
 
 /// Ten turns, degrees: more is an error of units, as in path files, and loses the direction to rounding in the end.
@@ -360,6 +372,7 @@ mod tests {
             assert!(attitude(wrong).is_err(), "{wrong}");
         }
         assert!(sun("180,40").is_ok() && sun("1e300,40").is_err());
-        assert!(position("1,2,inf").is_err());
+        assert!(position("1,2,inf").is_err() && position("1e308,0,0").is_err());
+        assert!(not_negative("0").is_ok() && not_negative("-10").is_err());
     }
 }

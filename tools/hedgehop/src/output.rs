@@ -177,7 +177,7 @@ impl<W: Write> Stream<W> {
     pub fn new(target: W, name: &Path, size: Size, rate: FrameRate) -> Result<Self> {
         Y4mWriter::new(target, (size.width, size.height), rate, Chroma::default())
             .map(|writer| Self { writer: Mutex::new(writer), name: name.to_owned() })
-            .map_err(|error| Error::io(name, "write it", error))
+            .map_err(|error| refused(name, error))
     }
 
     /// Appends one frame.
@@ -191,8 +191,19 @@ impl<W: Write> Stream<W> {
             }
         };
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
-        writer.write(picture).map_err(|error| Error::io(&self.name, "write it", error))
+        writer.write(picture).map_err(|error| refused(&self.name, error))
     }
+}
+
+/// The sentence for a stream that could not be written.
+fn refused(name: &Path, error: io::Error) -> Error {
+    let action = match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "write it; free some space and repeat the command, or write frames, of which --skip-existing keeps those that are finished"
+        }
+        _ => "write it",
+    };
+    Error::io(name, action, error)
 }
 
 /// Standard output without a buffer that keeps the end of a frame, and an error, to itself.

@@ -52,7 +52,7 @@ pub struct FlightArgs {
     pub level: bool,
 
     /// Least height above ground, metres; lower parts of the path are raised [default: as the path says]
-    #[arg(long, value_name = "METRES", value_parser = args::number, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", value_parser = args::not_negative, allow_negative_numbers = true)]
     pub clearance: Option<f64>,
 
     #[command(flatten)]
