@@ -192,11 +192,11 @@ pub fn amount(bytes: u64) -> String {
 pub fn sentence(paging: &Paging) -> String {
     let late = match paging.pages_late {
         0 => String::new(),
-        1 => ", 1 page late".into(),
-        count => format!(", {count} pages late, added up over the frames"),
+        1 => ", 1 part late".into(),
+        count => format!(", {count} parts late, added up over the frames"),
     };
     format!(
-        "pages: {} read ({}), {} of them unused ({}), {} evicted, at most {} in memory; {}{late}",
+        "parts of pages: {} read ({}), {} of them unused ({}), {} evicted, at most {} in memory; {}{late}",
         paging.pages_read,
         amount(paging.bytes_read),
         paging.pages_unused,
