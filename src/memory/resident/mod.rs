@@ -60,9 +60,9 @@ mod state {
     pub const USED: u8 = 4;
     /// It was touched since it came.
     pub const TOUCHED: u8 = 8;
-    /// It was read for the page's checksum while it was coming.
+    /// It was read for the page's checksum when another part came.
     pub const READ: u8 = 16;
-    /// All of the page was read for it, and some other part let go.
+    /// All of the page was read when it came.
     pub const WHOLE: u8 = 128;
     /// A frame that does not wait asked for it.
     pub const WANTED: u8 = 32;
@@ -355,15 +355,19 @@ impl ResidentPages {
         let mut ledger = self.ledger();
         if let Ok(is_whole) = outcome {
             Tally::add(&self.tally.pages_read, 1);
-            let was_read = self.states[index].load(Ordering::Relaxed) & state::READ != 0;
-            let own = if was_read { 0 } else { store.part_bytes(part) };
-            let (along, kept) = if is_whole { self.take_along(part) } else { (0, true) };
-            Tally::add(&self.tally.bytes_read, own + along);
+            let how = match self.states[index].load(Ordering::Relaxed) & state::READ {
+                0 if is_whole => state::WHOLE,
+                other => other,
+            };
+            // Of two that come at once, both of which read the page, one does.
+            if how == state::WHOLE {
+                self.take_along(part);
+            }
+            Tally::add(&self.tally.bytes_read, self.bytes_read_for(part, how));
             if self.budget < u64::MAX {
                 ledger.clock.add(index as u32);
             }
-            self.states[index]
-                .store(state::RESIDENT | if kept { 0 } else { state::WHOLE }, Ordering::Release);
+            self.states[index].store(state::RESIDENT | how, Ordering::Release);
         } else {
             ledger.bytes -= store.part_bytes(part);
             self.states[index].store(state::FAILED, Ordering::Release);
@@ -373,22 +377,24 @@ impl ResidentPages {
         outcome.map(drop)
     }
 
-    /// What becomes of a page's other parts after all of it was read: they go unless somebody waits for them. Returns their bytes, and
-    /// whether all stayed.
-    fn take_along(&self, part: PagePart) -> (u64, bool) {
-        let store = self.file.store();
-        let (mut bytes, mut kept) = (0, true);
+    /// What becomes of a page's other parts after all of it was read: they go unless somebody waits for them.
+    fn take_along(&self, part: PagePart) {
         for other in PagePart::all(part.page()).filter(|other| *other != part) {
             match self.index(other).filter(|index| self.is_here_or_coming(*index)) {
                 Some(index) => drop(self.states[index].fetch_or(state::READ, Ordering::Relaxed)),
-                None => {
-                    store.forget(other);
-                    kept = false;
-                }
+                None => self.file.store().forget(other),
             }
-            bytes += store.part_bytes(other);
         }
-        (bytes, kept)
+    }
+
+    /// Bytes that were read when a part came, whose state says `how`: a page's checksum is that of all its parts.
+    fn bytes_read_for(&self, part: PagePart, how: u8) -> u64 {
+        let bytes = |part| self.file.store().part_bytes(part);
+        match how & (state::WHOLE | state::READ) {
+            0 => bytes(part),
+            state::WHOLE => PagePart::all(part.page()).map(bytes).sum(),
+            _ => 0,
+        }
     }
 
     /// Brings in a part that somebody touches, or waits for it if it is coming.
@@ -444,14 +450,8 @@ impl ResidentPages {
         let before = self.states[index].fetch_or(state::USED | state::TOUCHED, Ordering::Relaxed);
         if before & state::TOUCHED == 0 {
             Tally::add(&self.tally.pages_touched, 1);
-            let (store, part) = (self.file.store(), self.part(index));
-            // What was read with it and let go counts as its own.
-            let is_own = |one: &PagePart| {
-                let is_gone = || self.index(*one).is_some_and(|index| !self.is_here_or_coming(index));
-                *one == part || before & state::WHOLE != 0 && is_gone()
-            };
-            let parts = PagePart::all(part.page()).filter(is_own);
-            Tally::add(&self.tally.bytes_touched, parts.map(|one| store.part_bytes(one)).sum());
+            let bytes = self.bytes_read_for(self.part(index), before);
+            Tally::add(&self.tally.bytes_touched, bytes);
         }
     }
 
