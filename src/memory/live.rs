@@ -116,6 +116,7 @@ impl Thread<'_> {
         }
         let mut wanted: Vec<PagePart> = self.wanted.drain(..).collect();
         pages.take_wanted(&mut wanted);
+        // Workers ask in any order: heights come next to their paint.
         wanted.sort_by_key(|part| (std::cmp::Reverse(part.page().level), part.page(), *part));
         self.wanted = wanted.into();
         let now = self.agenda.begun.saturating_sub(1);
