@@ -20,7 +20,7 @@ use crate::voxel::{PageId, PagePart};
 pub struct FrameNeeds {
     /// Pages that it may touch.
     pub pages: u64,
-    /// Bytes of them.
+    /// Bytes of those parts of them that it may touch.
     pub bytes: u64,
     /// Bytes that are read for what no frame before needed: of pages of which nothing was, all.
     pub first_bytes: u64,
