@@ -60,7 +60,7 @@ mod state {
     pub const USED: u8 = 4;
     /// It was touched since it came.
     pub const TOUCHED: u8 = 8;
-    /// It was read for the page's checksum when another part came.
+    /// It came along when the page was read for the checksum of another part.
     pub const READ: u8 = 16;
     /// All of the page was read when it came.
     pub const WHOLE: u8 = 128;
@@ -348,40 +348,50 @@ impl ResidentPages {
         self.leave(ledger, index);
     }
 
-    /// Reads a part that was reserved.
+    /// Reads a part that was reserved, unless it came along with another since.
     fn fetch(&self, part: PagePart, index: usize) -> Result<()> {
+        if !self.is_coming(index) {
+            return Ok(());
+        }
         let store = self.file.store();
         let outcome = store.load(part);
         let mut ledger = self.ledger();
-        if let Ok(is_whole) = outcome {
-            Tally::add(&self.tally.pages_read, 1);
-            let how = match self.states[index].load(Ordering::Relaxed) & state::READ {
-                0 if is_whole => state::WHOLE,
-                other => other,
-            };
-            // Of two that come at once, both of which read the page, one does.
-            if how == state::WHOLE {
-                self.take_along(part);
+        if self.is_coming(index) {
+            if let Ok(is_whole) = outcome {
+                self.land(&mut ledger, part, index, if is_whole { state::WHOLE } else { 0 });
+                if is_whole {
+                    self.take_along(&mut ledger, part);
+                }
+            } else {
+                ledger.bytes -= store.part_bytes(part);
+                self.states[index].store(state::FAILED, Ordering::Release);
             }
-            Tally::add(&self.tally.bytes_read, self.bytes_read_for(part, how));
-            if self.budget < u64::MAX {
-                ledger.clock.add(index as u32);
-            }
-            self.states[index].store(state::RESIDENT | how, Ordering::Release);
-        } else {
-            ledger.bytes -= store.part_bytes(part);
-            self.states[index].store(state::FAILED, Ordering::Release);
         }
         drop(ledger);
         self.came.notify_all();
         outcome.map(drop)
     }
 
-    /// What becomes of a page's other parts after all of it was read: they go unless somebody waits for them.
-    fn take_along(&self, part: PagePart) {
+    fn is_coming(&self, index: usize) -> bool {
+        self.states[index].load(Ordering::Acquire) & state::COMING != 0
+    }
+
+    /// A part is in memory from now on; `how` says what was read for it.
+    fn land(&self, ledger: &mut Ledger, part: PagePart, index: usize, how: u8) {
+        Tally::add(&self.tally.pages_read, 1);
+        Tally::add(&self.tally.bytes_read, self.bytes_read_for(part, how));
+        if self.budget < u64::MAX {
+            ledger.clock.add(index as u32);
+        }
+        self.states[index].store(state::RESIDENT | how, Ordering::Release);
+    }
+
+    /// What becomes of a page's other parts after all of it was read: those that are expected are there, the others go.
+    fn take_along(&self, ledger: &mut Ledger, part: PagePart) {
         for other in PagePart::all(part.page()).filter(|other| *other != part) {
             match self.index(other).filter(|index| self.is_here_or_coming(*index)) {
-                Some(index) => drop(self.states[index].fetch_or(state::READ, Ordering::Relaxed)),
+                Some(index) if self.is_coming(index) => self.land(ledger, other, index, state::READ),
+                Some(_) => {}
                 None => self.file.store().forget(other),
             }
         }
