@@ -127,7 +127,7 @@ impl PageFile {
         const TOGETHER: usize = 64;
         let store = self.store();
         let extents: Vec<_> = pages.iter().filter_map(|id| store.extent(*id).map(|at| (*id, at))).collect();
-        pages.iter().flat_map(|id| PagePart::all(*id)).for_each(|part| store.forget(part));
+        pages.iter().flat_map(|id| PagePart::all(*id)).for_each(|part| store.forget(part, |_| false));
         let begun = Instant::now();
         let mut bytes = 0;
         for together in extents.chunks(TOGETHER) {

@@ -181,14 +181,25 @@ impl<B: FileBytes> PageStore<B> {
         self.bytes.will_need(range);
     }
 
-    /// Lets the memory of a part of a page go, as far as no other part shares it; whoever still reads it has it read again.
-    pub fn forget(&self, part: PagePart) {
+    /// Lets the memory of a part of a page go, but for what it shares with parts that stay; whoever still reads it has it read again.
+    pub fn forget(&self, part: PagePart, stays: impl Fn(PagePart) -> bool) {
         let Some(extent) = self.extent(part.page()) else { return };
         let stretch = self.stretch(part);
-        let start = stretch.start.next_multiple_of(LEAST_MAPPED);
-        // Behind the page there is nothing.
-        let is_last = stretch.end == extent.end;
-        let end = if is_last { stretch.end } else { stretch.end / LEAST_MAPPED * LEAST_MAPPED };
+        if stretch.is_empty() {
+            return;
+        }
+        let up = |byte: usize| byte.next_multiple_of(LEAST_MAPPED);
+        let down = |byte: usize| byte / LEAST_MAPPED * LEAST_MAPPED;
+        // Pages share nothing with one another.
+        let (mut start, mut end) = (down(stretch.start), up(stretch.end).min(extent.end));
+        for other in PagePart::all(part.page()).filter(|other| *other != part && stays(*other)) {
+            let other = self.stretch(other);
+            if other.end <= stretch.start && other.end > start {
+                start = up(stretch.start);
+            } else if other.start >= stretch.end && other.start < end {
+                end = down(stretch.end);
+            }
+        }
         if start < end {
             self.bytes.forget(start..end);
         }

@@ -266,6 +266,11 @@ impl ResidentPages {
         self.let_go(ledger);
     }
 
+    /// Whether a part was evicted that frames may still read.
+    pub(super) fn is_leaving(&self, index: usize) -> bool {
+        self.late.leaving().waiting().any(|waiting| waiting as usize == index)
+    }
+
     /// A part comes that frames may still hold from before: it is in memory once and counts once. Whether it is so.
     pub(super) fn come_back(&self, index: usize) -> bool {
         self.late.leaving().come_back(index as u32)
@@ -282,7 +287,7 @@ impl ResidentPages {
         for index in std::iter::from_fn(next).map(|index| index as usize) {
             let part = self.part(index);
             ledger.bytes -= store.part_bytes(part);
-            store.forget(part);
+            self.forget(part);
         }
     }
 

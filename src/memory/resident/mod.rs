@@ -392,9 +392,17 @@ impl ResidentPages {
             match self.index(other).filter(|index| self.is_here_or_coming(*index)) {
                 Some(index) if self.is_coming(index) => self.land(ledger, other, index, state::READ),
                 Some(_) => {}
-                None => self.file.store().forget(other),
+                None => self.forget(other),
             }
         }
+    }
+
+    /// Lets the memory of a part go that is not in memory any more.
+    fn forget(&self, part: PagePart) {
+        let stays = |other| {
+            self.index(other).is_some_and(|index| self.is_here_or_coming(index) || self.is_leaving(index))
+        };
+        self.file.store().forget(part, stays);
     }
 
     /// Bytes that were read when a part came, whose state says `how`: a page's checksum is that of all its parts.

@@ -4,7 +4,7 @@ use super::{Expected, MIB, ResidentPages};
 
 /// Bytes that the system is asked for at once: so many that the disk reads long stretches, and so few that what is needed first
 /// comes first.
-const ANNOUNCED: u64 = 24 * MIB;
+const ANNOUNCED: usize = 24 * MIB as usize;
 
 /// Pages of a database begin at multiples of this in their file.
 const ALIGNMENT: usize = 4096;
@@ -12,10 +12,13 @@ const ALIGNMENT: usize = 4096;
 impl ResidentPages {
     /// Brings parts into memory that were expected, in order.
     pub(in crate::memory) fn read(&self, expected: &[Expected]) {
-        let bytes_of = |part| self.file.store().part_bytes(part);
         let mut bytes = 0;
+        let mut latest = 0..0;
         let batches = expected.chunk_by(|(part, _), _| {
-            bytes += bytes_of(*part);
+            // A page's parts follow one another, and its checksum takes all of them at once.
+            let needed = self.file.store().needed_for(*part);
+            bytes += if needed == latest { 0 } else { needed.len() };
+            latest = needed;
             let goes_on = bytes < ANNOUNCED;
             bytes = if goes_on { bytes } else { 0 };
             goes_on

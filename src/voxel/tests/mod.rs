@@ -1,6 +1,7 @@
 //! Tests of the whole layer; those of one file are at its end.
 
 mod damage;
+mod forgetting;
 mod sparse;
 mod verifying;
 

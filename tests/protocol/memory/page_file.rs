@@ -68,7 +68,7 @@ impl Store {
     }
 
     /// As [`PageStore::forget`], and noted.
-    pub fn forget(&self, part: PagePart) {
+    pub fn forget(&self, part: PagePart, _: impl Fn(PagePart) -> bool) {
         self.seen.lock().unwrap().here.remove(&part);
     }
 
