@@ -22,7 +22,7 @@ const STEEP_ROWS: f32 = 5.0;
 const STEEP_ANGLE: f32 = 0.0035;
 
 /// Share of that from which lines are read that a stride leaves out: they hold what nothing between its ends tells.
-const DIVIDE: f32 = 0.6;
+pub(super) const DIVIDE: f32 = 0.6;
 
 impl Field {
     /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
@@ -74,7 +74,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     pub(super) fn first_mark(&self, block: &Block, distance: f64) -> Mark {
         let (line, share) = self.way.line_at(block.stride.level, distance);
         let (distance, share) = (distance as f32, share as f32);
-        Mark { distance, share, span: 1, begins: true, ..self.mark(block, line) }
+        Mark { distance, share, begins: true, ..self.mark(block, line) }
     }
 
     /// The surface along a line.
