@@ -31,12 +31,15 @@ struct Flown {
     total: Paging,
 }
 
-fn fly(path: &Path, budget: Option<u64>, workers: usize) -> Flown {
+/// Light may be computed ahead of need if the flight `is_lit`.
+fn fly(path: &Path, budget: Option<u64>, workers: usize, is_lit: bool) -> Flown {
     let pages = ResidentPages::new(PageFile::open(path).unwrap(), budget);
-    let renderer = Renderer::new(&pages, &RenderOptions::default()).with_memory(32 << 20);
+    let renderer = Renderer::new(&pages, &RenderOptions::default()).with_memory(2 << 20);
     let farm = Farm::new(workers).unwrap();
     let cameras = cameras();
-    let plan = FlightPlan { renderer: &renderer, farm: &farm, cameras: &cameras };
+    let plan = FlightPlan::new(&renderer, &farm, &cameras);
+    let plan = if is_lit { plan.of_pictures() } else { plan };
+    let plan = if is_lit { plan.of_pictures() } else { plan };
     let frames: Vec<_> =
         (0..).zip(&cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
     let mut pictures = Vec::new();
@@ -66,12 +69,12 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("area.hop");
     write_hills(&path);
-    let free = fly(&path, None, 1);
+    let free = fly(&path, None, 1, true);
     assert_eq!((free.total.demand_misses, free.total.pages_evicted), (0, 0));
     assert!(free.total.resident_bytes_most == free.total.resident_bytes);
     let budgets = [free.total.resident_bytes, free.total.resident_bytes * 3 / 4, 1 << 20];
     for (budget, workers) in budgets.into_iter().flat_map(|budget| [(budget, 1), (budget, 2)]) {
-        let flown = fly(&path, Some(budget), workers);
+        let flown = fly(&path, Some(budget), workers, true);
         assert!(flown.pictures == free.pictures, "{budget} bytes, {workers} workers");
         if budget < 2 << 20 {
             // Too little for a frame: it is rendered all the same.
@@ -84,6 +87,21 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
         assert!(flown.total.bytes_read <= free.total.bytes_read * 13 / 10, "{:?}", flown.total);
         assert!(budget == budgets[0] || flown.total.pages_evicted > 0);
     }
+}
+
+#[test]
+fn views_that_are_more_than_the_budget_are_lit_ahead() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    write_hills(&path);
+    let free = fly(&path, None, 1, true);
+    let budget = free.total.resident_bytes * 7 / 16;
+    let [dark, lit] = [false, true].map(|is_lit| fly(&path, Some(budget), 2, is_lit));
+    assert!(dark.pictures == free.pictures && lit.pictures == free.pictures);
+    let misses = |flown: &Flown| flown.later.iter().map(|frame| frame.demand_misses).sum::<u64>();
+    assert!(misses(&dark) > 0 && misses(&lit) <= misses(&dark), "{:?}, {:?}", dark.total, lit.total);
+    // Paint comes for what is lit, and goes.
+    assert!(lit.total.pages_evicted > 2 * dark.total.pages_evicted, "{:?}", lit.total);
 }
 
 #[test]

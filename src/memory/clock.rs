@@ -27,6 +27,11 @@ impl Clock {
         self.hand = (self.hand + 1) % self.ring.len();
     }
 
+    /// All pages, in no order.
+    pub fn pages(&self) -> impl Iterator<Item = u32> {
+        self.ring.iter().copied()
+    }
+
     /// Takes the next page out that may go. `claim` is asked once a round, and forgets that a page was used when it says so: two
     /// rounds look for one that nothing speaks for, which a page that was used may be in the second; the third takes any but needed
     /// ones.

@@ -16,9 +16,10 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::lit::Lamp;
 use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
 use super::tally::Tally;
-use super::{Paging, ResidentPages};
+use super::{Lighting, Paging, ResidentPages};
 use crate::error::{Error, Result};
 use crate::voxel::{PageId, PageNeeds};
 
@@ -35,6 +36,11 @@ pub trait Foresight: Sync {
 
     /// Whether a page lies behind the eye at a frame.
     fn is_behind(&self, frame: u32, page: PageId) -> bool;
+
+    /// What computes the light of these frames ahead of need, if that can be done.
+    fn lighting(&self) -> Option<&dyn Lighting> {
+        None
+    }
 }
 
 /// A flight on its way, as those see it who render.
@@ -99,8 +105,19 @@ impl Flight<'_> {
         self.frames.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
     }
 
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Acquire)
+    }
+
+    /// Frames below this number have been delivered, and need nothing any more.
+    pub(super) fn done(&self) -> u32 {
+        let done = self.delivered.load(Ordering::Acquire);
+        self.pages.deliver(done);
+        done
+    }
+
     /// Frames below number `frames` may begin.
-    fn let_begin(&self, frames: u32) {
+    pub(super) fn let_begin(&self, frames: u32) {
         self.ready().frames = frames;
         self.changed.notify_all();
     }
@@ -113,15 +130,20 @@ impl Flight<'_> {
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
-        while next < count && !self.stopped.load(Ordering::Acquire) {
-            let done = self.delivered.load(Ordering::Acquire);
-            self.pages.deliver(done);
+        while next < count && !self.is_stopped() {
+            let done = self.done();
             if next < done + LOOKAHEAD {
                 // Who renders the frame meets the same error.
                 let foreseen = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
-                if let Some(expected) =
-                    self.pages.expect(next, foreseen, |page| foresight.is_behind(done, page))
+                // What the first frame lights itself is not lit twice.
+                if done > 0
+                    && let Some(lighting) = foresight.lighting()
+                    && self.pages.needs_no_paint(&foreseen.parts)
                 {
+                    return Lamp { flight: self, foresight, lighting, news }.look_ahead(next, count);
+                }
+                let expected = self.pages.expect(next, foreseen, |page| foresight.is_behind(done, page));
+                if let Some(expected) = expected {
                     needs = None;
                     if next == done {
                         // Nothing else is in flight: it may begin with what comes first.

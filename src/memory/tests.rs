@@ -1,13 +1,16 @@
 //! What frames that never wait see, want and hold, and what others get where there is little room.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec2;
 use tempfile::TempDir;
 
 use super::resident::Need;
 use super::sync::{Receiver, Sender, bounded};
-use super::{PageFile, PresentPages, ResidentPages};
+use super::{Foresight, Lighting, PageFile, PresentPages, ResidentPages};
+use crate::error::Result;
 use crate::voxel::{Arrays, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, write_arrays};
 
 /// Four by four pages of the finest level.
@@ -183,4 +186,83 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
     // With room for all of it, all of it comes.
     site.pages.deliver(4);
     assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![heights(6), heights(7)]));
+}
+
+/// Frames that need heights and paint of four pages each, two of which are new in every frame, and paint of four others that nobody looks at.
+struct Dim<'p> {
+    site: &'p Site,
+    lit: Mutex<HashSet<PageId>>,
+    lent: AtomicU64,
+}
+
+impl Dim<'_> {
+    fn pages(frame: u32) -> impl Iterator<Item = PageId> {
+        (0..4).map(move |number| page((2 * frame + number) % 16))
+    }
+}
+
+impl Foresight for Dim<'_> {
+    fn needs(&self, frame: u32) -> Result<PageNeeds> {
+        let others = Self::pages(frame + 2).map(PagePart::Paint);
+        Ok(Self::pages(frame).flat_map(PagePart::posts).chain(others).collect::<Vec<_>>().into())
+    }
+
+    fn is_behind(&self, _: u32, _: PageId) -> bool {
+        false
+    }
+
+    fn lighting(&self) -> Option<&dyn Lighting> {
+        Some(self)
+    }
+}
+
+impl Lighting for Dim<'_> {
+    fn lend(&self, bytes: u64) {
+        self.lent.store(bytes, Ordering::Relaxed);
+    }
+
+    fn borrowed(&self) -> u64 {
+        0
+    }
+
+    fn unlit(&self, frame: u32) -> Result<(PageNeeds, Vec<PageId>)> {
+        let heights: Vec<_> = Self::pages(frame).map(PagePart::Heights).collect();
+        let lit = self.lit.lock().unwrap();
+        Ok((heights.into(), Self::pages(frame).filter(|page| !lit.contains(page)).collect()))
+    }
+
+    fn light(&self, page: PageId) -> Result<()> {
+        assert!(self.site.present().has(page), "{page:?} is not in memory");
+        assert!(self.lit.lock().unwrap().insert(page), "{page:?} is lit twice");
+        Ok(())
+    }
+}
+
+#[test]
+fn where_a_view_has_no_room_its_light_is_computed_ahead_and_paint_goes() {
+    let frames = 7;
+    // A view takes eight pages but for heights of four.
+    for (room, is_lit) in [(5 * page_bytes(), true), (10 * page_bytes(), false)] {
+        let site = Site::new(room);
+        let dim = Dim { site: &site, lit: Mutex::default(), lent: AtomicU64::new(0) };
+        let later = site.pages.ahead_of(frames, &dim, |flight| {
+            for frame in 0..frames {
+                flight.begin(frame);
+                for page in Dim::pages(frame) {
+                    site.pages.heights(page).unwrap();
+                    if !dim.lit.lock().unwrap().contains(&page) {
+                        site.pages.page(page).unwrap();
+                        dim.lit.lock().unwrap().insert(page);
+                    }
+                }
+                flight.deliver(frame);
+            }
+            flight.frames()[1..].to_vec()
+        });
+        let misses: u64 = later.unwrap().iter().map(|frame| frame.demand_misses).sum();
+        assert_eq!(misses, 0, "{room} bytes");
+        assert_eq!(dim.lent.load(Ordering::Relaxed) > 0, is_lit);
+        let paging = site.pages.paging();
+        assert!(paging.resident_bytes_most <= site.pages.budget(), "{paging:?}");
+    }
 }

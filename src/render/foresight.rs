@@ -4,10 +4,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::DVec2;
 
-use super::Renderer;
+use super::ahead::Ahead;
+use super::{Renderer, Shared};
 use crate::error::Result;
 use crate::flight::Extrapolation;
-use crate::memory::Foresight;
+use crate::memory::{Foresight, Lighting};
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
 use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PageSource};
@@ -15,12 +16,51 @@ use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PageSource};
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
 pub struct FlightPlan<'a, S> {
-    /// Who renders.
-    pub renderer: &'a Renderer<'a, S>,
-    /// Workers that tables of directions may be computed by.
-    pub farm: &'a Farm,
-    /// What sees each frame, in order.
-    pub cameras: &'a [(u64, Camera)],
+    renderer: &'a Renderer<'a, S>,
+    farm: &'a Farm,
+    cameras: &'a [(u64, Camera)],
+    /// Lights frames ahead, if they are pictures.
+    ahead: Option<Mutex<Ahead>>,
+}
+
+impl<'a, S: PageSource> FlightPlan<'a, S> {
+    /// Frames that `renderer` is to render are seen by `cameras`, in order; workers of `farm` may compute tables of directions.
+    pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm, cameras: &'a [(u64, Camera)]) -> Self {
+        Self { renderer, farm, cameras, ahead: None }
+    }
+
+    /// The frames are [pictures](Renderer::picture) alone: nothing but their light looks at paint, and that may be computed ahead.
+    #[must_use]
+    pub fn of_pictures(self) -> Self {
+        Self { ahead: Some(Mutex::default()), ..self }
+    }
+
+    fn ahead(&self) -> Option<MutexGuard<'_, Ahead>> {
+        self.ahead.as_ref().map(|ahead| ahead.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl<S: PageSource> Lighting for FlightPlan<'_, S> {
+    fn lend(&self, bytes: u64) {
+        self.renderer.shared.radiance.lend(usize::try_from(bytes).unwrap_or(usize::MAX));
+    }
+
+    fn borrowed(&self) -> u64 {
+        let Shared { radiance, turned, .. } = &*self.renderer.shared;
+        // Strips come and go, and leave holes between them.
+        (radiance.borrowed() * 5 / 4 + turned.borrowed()) as u64
+    }
+
+    fn unlit(&self, frame: u32) -> Result<(PageNeeds, Vec<PageId>)> {
+        match (self.cameras.get(frame as usize), self.ahead()) {
+            (Some((_, camera)), Some(mut ahead)) => ahead.unlit(self.renderer, camera, self.farm),
+            _ => Ok(Default::default()),
+        }
+    }
+
+    fn light(&self, page: PageId) -> Result<()> {
+        self.ahead().map_or(Ok(()), |mut ahead| ahead.light(self.renderer, page))
+    }
 }
 
 impl<S: PageSource> Foresight for FlightPlan<'_, S> {
@@ -34,6 +74,10 @@ impl<S: PageSource> Foresight for FlightPlan<'_, S> {
     fn is_behind(&self, frame: u32, page: PageId) -> bool {
         let camera = self.cameras.get(frame as usize);
         camera.is_none_or(|(_, camera)| lies_behind(&self.renderer.source.header().grid, &camera.pose, page))
+    }
+
+    fn lighting(&self) -> Option<&dyn Lighting> {
+        self.ahead.is_some().then_some(self)
     }
 }
 

@@ -6,6 +6,7 @@
 //!                                        frame ◀── haze, sky ◀── merge ◀─┘
 //! ```
 
+mod ahead;
 mod foresight;
 mod planes;
 mod reference;
@@ -34,6 +35,7 @@ use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
 use crate::voxel::{Header, PageNeeds, PageSource};
+use ahead::Threads;
 
 /// How a frame is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -273,6 +275,15 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         match self.planes(camera, farm)? {
             Some(view) => planes::footprint(self, &view),
             None => Ok(PageNeeds::default()),
+        }
+    }
+
+    /// As [`Self::foresee`], and the lines that planes may see.
+    fn foresee_threads(&self, camera: &Camera, farm: &Farm) -> Result<(PageNeeds, Vec<Threads>)> {
+        self.options.check(camera)?;
+        match self.planes(camera, farm)? {
+            Some(view) => planes::footprint_and_threads(self, &view),
+            None => Ok(Default::default()),
         }
     }
 

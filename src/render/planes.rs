@@ -5,16 +5,17 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
+use super::ahead::Threads;
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Above, Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneMarch, Profile, Refusal, Shape, Strides,
-    Upright,
+    Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneGroup, PlaneMarch, Profile, Refusal, Shape,
+    Stretch, Strides, Upright,
 };
-use crate::sensor::radiance::{LineSampler, RadiancePages};
+use crate::sensor::radiance::{LineSampler, RadiancePages, Weaves};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
@@ -279,20 +280,53 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result
 
 /// Parts of pages that planes may touch, in the order of need.
 pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<PageNeeds> {
-    let header = renderer.source.header();
     let (strides, _) = strides(renderer, view)?;
-    let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
-    let bend = renderer.options.curvature.inverse_diameter;
-    let groups: Vec<_> = (0..view.shape.groups())
-        .map(|index| (index, view.shape.kept(index)))
-        .filter(|(_, kept)| !kept.filled.is_empty())
-        .map(|(index, kept)| {
-            (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &ladder, &kept))
-        })
-        .collect();
     let mut footprint = Footprint::new(renderer.source, strides);
+    let (_, groups): (Vec<_>, Vec<_>) = groups(renderer, view).unzip();
     footprint.add(view.eye, &groups)?;
     Ok(footprint.into_needs())
+}
+
+/// The same, and the lines that they may see.
+pub fn footprint_and_threads<S: PageSource>(
+    renderer: &Renderer<'_, S>,
+    view: &View<'_>,
+) -> Result<(PageNeeds, Vec<Threads>)> {
+    let (strides, above_ground) = strides(renderer, view)?;
+    let mut footprint = Footprint::new(renderer.source, strides).with_stretches();
+    let (indices, groups): (Vec<_>, Vec<_>) = groups(renderer, view).unzip();
+    footprint.add(view.eye, &groups)?;
+    let (angle, spacing) = (view.camera.pixel_angle(), renderer.source.header().grid.spacing);
+    let weaves: Vec<_> = indices
+        .into_iter()
+        .zip(&groups)
+        .map(|(index, (group, _))| {
+            let above = Above { eye: view.eye, spacing, height: above_ground };
+            Weaves::of(&above.planes(group, view.shape.plane_angle(index, angle)))
+        })
+        .collect();
+    let with_weaves = |stretch: Stretch| {
+        let [first, end] = stretch.groups;
+        let all = weaves[first..end].iter().copied().reduce(Weaves::or);
+        Some((stretch, all?, groups[first].0.major))
+    };
+    let threads = footprint.take_stretches().into_iter().filter_map(with_weaves).collect();
+    Ok((footprint.into_needs(), threads))
+}
+
+/// Groups of planes that see something, each with its index, and what they are to see.
+fn groups<S: PageSource>(
+    renderer: &Renderer<'_, S>,
+    view: &View<'_>,
+) -> impl Iterator<Item = (usize, (PlaneGroup, Field))> {
+    let header = renderer.source.header();
+    let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
+    let bend = renderer.options.curvature.inverse_diameter;
+    let seeing = (0..view.shape.groups()).map(|index| (index, view.shape.kept(index)));
+    seeing.filter(|(_, kept)| !kept.filled.is_empty()).map(move |(index, kept)| {
+        let group = view.shape.group(index, &header.grid, view.eye, bend);
+        (index, (group, field(renderer, &ladder, &kept)))
+    })
 }
 
 /// What a group of planes is to see.
@@ -334,9 +368,7 @@ fn see<S: PageSource>(
         painter: Painter {
             sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.shared.radiance)),
             air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
-            eye: view.eye,
-            spacing: header.grid.spacing,
-            height: above_ground,
+            above: Above { eye: view.eye, spacing: header.grid.spacing, height: above_ground },
         },
         profile: Profile::default(),
         lights: Vec::new(),

@@ -16,9 +16,11 @@
 
 mod late;
 mod reading;
+mod room;
 
 pub(super) use late::Need;
 pub use late::PresentPages;
+pub(super) use room::Held;
 
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -83,6 +85,8 @@ struct Ledger {
     needed_from: Vec<Option<u32>>,
     /// Frames below this number have been delivered.
     delivered: u32,
+    /// Bytes of the budget that others use.
+    lent: u64,
 }
 
 /// The pages of a database file, some of them in memory.
@@ -149,6 +153,7 @@ impl ResidentPages {
         ledger.needed_until.fill(0);
         ledger.needed_from.fill(None);
         ledger.delivered = 0;
+        ledger.lent = 0;
     }
 
     fn ledger(&self) -> MutexGuard<'_, Ledger> {
@@ -245,107 +250,6 @@ impl ResidentPages {
     /// Frames below number `delivered` need nothing any more.
     pub(super) fn deliver(&self, delivered: u32) {
         self.ledger().delivered = delivered;
-    }
-
-    /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
-    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. For a frame that begins soon, what it
-    /// is likely to read must do; one that begins now gets as much as there is room for.
-    pub(super) fn expect(
-        &self,
-        frame: u32,
-        needs: &PageNeeds,
-        behind: impl Fn(PageId) -> bool,
-    ) -> Option<Vec<Expected>> {
-        let mut ledger = self.ledger();
-        let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
-        let (likely, others) = needs.parts.split_at(needs.likely);
-        let mut missing = self.hold(&mut ledger, frame, likely).0;
-        let likely_bytes = self.bytes_of(&missing);
-        let (more, held_before) = self.hold(&mut ledger, frame, others);
-        let bytes = likely_bytes + self.bytes_of(&more);
-        if self.make_room(&mut ledger, bytes, &place) {
-            missing.extend(more);
-        } else {
-            for (index, until) in held_before {
-                ledger.needed_until[index] = until;
-            }
-            if frame > ledger.delivered + SOON {
-                return None;
-            }
-            if !self.make_room(&mut ledger, likely_bytes, &place) && frame > ledger.delivered {
-                return None;
-            }
-        }
-        let mut room = self.budget.saturating_sub(ledger.bytes);
-        missing.retain(|&(part, index)| {
-            let length = self.file.store().part_bytes(part);
-            let fits = length <= room;
-            if fits {
-                room -= length;
-                self.reserve(&mut ledger, part, index);
-            }
-            fits
-        });
-        Some(missing)
-    }
-
-    /// Notes that a frame needs parts. Returns those that are neither here nor coming, and until when each was held before.
-    fn hold(
-        &self,
-        ledger: &mut Ledger,
-        frame: u32,
-        parts: &[PagePart],
-    ) -> (Vec<Expected>, Vec<(usize, u32)>) {
-        let (mut missing, mut before) = (Vec::new(), Vec::new());
-        for &part in parts {
-            let Some(index) = self.index(part) else { continue };
-            before.push((index, ledger.needed_until[index]));
-            ledger.needed_until[index] = frame + 1;
-            ledger.needed_from[index].get_or_insert(frame);
-            if !self.is_here_or_coming(index) {
-                missing.push((part, index));
-            }
-        }
-        (missing, before)
-    }
-
-    fn bytes_of(&self, parts: &[Expected]) -> u64 {
-        parts.iter().map(|(part, _)| self.file.store().part_bytes(*part)).sum()
-    }
-
-    fn reserve(&self, ledger: &mut Ledger, part: PagePart, index: usize) {
-        self.states[index].store(state::COMING, Ordering::Relaxed);
-        ledger.bytes += if self.come_back(index) { 0 } else { self.file.store().part_bytes(part) };
-        ledger.most = ledger.most.max(ledger.bytes);
-    }
-
-    /// Evicts until `bytes` more fit, now or when frames in flight have ended; whether they do. `place` is what a page's place speaks for.
-    fn make_room(&self, ledger: &mut Ledger, bytes: u64, place: &dyn Fn(PageId) -> Claim) -> bool {
-        while ledger.bytes.saturating_add(bytes) > self.budget.saturating_add(self.leaving_bytes()) {
-            let Ledger { clock, needed_until, delivered, .. } = ledger;
-            let victim = clock.victim(|index| {
-                let index = index as usize;
-                let id = self.part(index).page();
-                if id.level >= KEPT_LEVEL || needed_until[index] > *delivered {
-                    return Claim::Needed;
-                }
-                let place = place(id);
-                if place == Claim::Needed {
-                    return place;
-                }
-                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
-                if before & state::USED != 0 { Claim::Used } else { place }
-            });
-            let Some(index) = victim else { return false };
-            self.evict(ledger, index as usize);
-        }
-        true
-    }
-
-    fn evict(&self, ledger: &mut Ledger, index: usize) {
-        self.states[index].store(0, Ordering::Release);
-        Tally::add(&self.tally.pages_evicted, 1);
-        self.leave(ledger, index);
     }
 
     /// Reads a part that was reserved, unless it came along with another since.

@@ -95,6 +95,21 @@ impl Radiance {
         self.images.begin_frame();
     }
 
+    /// So many bytes more than the budget may be kept.
+    pub fn lend(&self, bytes: usize) {
+        self.images.lend(bytes);
+    }
+
+    /// Bytes beyond the budget that are kept.
+    pub fn borrowed(&self) -> usize {
+        self.images.borrowed()
+    }
+
+    /// Whether a strip is known; if so, it stays for the frames that memory looks ahead.
+    pub fn keep(&self, strip: Strip) -> bool {
+        self.images.keep(Key::Lines(strip))
+    }
+
     /// What is known under the key of a page's image, or else what `make` finds. A page that `source` does not have is absent, also if its
     /// image is known from another frame that had it: pictures are the same whatever was rendered before.
     fn image(
@@ -134,6 +149,23 @@ impl Radiance {
             Some(Image::Lines(lines)) => Ok(Some(lines)),
             _ => Ok(None),
         }
+    }
+}
+
+/// Lights strips ahead of the frames that look at them.
+#[derive(Debug, Default)]
+pub struct Lighter(Loom);
+
+impl Lighter {
+    /// Lights a strip of a page that is in memory. It stays for the frames that memory looks ahead.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn light(&mut self, source: &dyn PageSource, radiance: &Radiance, strip: Strip) -> Result<()> {
+        if radiance.lines(source, strip, &mut self.0)?.is_some() {
+            radiance.keep(strip);
+        }
+        Ok(())
     }
 }
 

@@ -28,8 +28,8 @@ mod seam_tests;
 mod tests;
 mod window;
 
-pub use cache::{Radiance, RadiancePages};
+pub use cache::{Lighter, Radiance, RadiancePages, Strip};
 pub use facing::Facing;
 pub use lines::{LineImage, Weave};
 pub use page::RadiancePage;
-pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS};
+pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS, Weaves};

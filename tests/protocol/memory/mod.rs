@@ -8,6 +8,8 @@ mod clock;
 mod flight;
 #[path = "../../../src/memory/leaving.rs"]
 mod leaving;
+#[path = "../../../src/memory/lit.rs"]
+mod lit;
 #[path = "../../../src/memory/live.rs"]
 mod live;
 mod page_file;
@@ -17,7 +19,8 @@ pub mod sync;
 #[path = "../../../src/memory/tally.rs"]
 mod tally;
 
-pub use flight::Foresight;
+pub use flight::{Flight, Foresight};
+pub use lit::Lighting;
 pub use page_file::PageFile;
 pub use resident::{PresentPages, ResidentPages};
 pub use tally::Paging;

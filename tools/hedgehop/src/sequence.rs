@@ -168,7 +168,8 @@ impl Sequence<'_> {
                 (numbers.zip(flight.frames()).collect(), end)
             })
         } else {
-            let plan = FlightPlan { renderer: self.renderer, farm: self.farm, cameras };
+            let plan = FlightPlan::new(self.renderer, self.farm, cameras);
+            let plan = if self.product == Product::Picture { plan.of_pictures() } else { plan };
             self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
                     flight.begin(frame);

@@ -304,7 +304,7 @@ impl Job<'_> {
         let frames: Vec<_> =
             (0..).zip(self.cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
         let batch = Batch { frames: &frames, in_flight, observer: self.reporter };
-        let plan = FlightPlan { renderer: &self.renderer, farm, cameras: self.cameras };
+        let plan = FlightPlan::new(&self.renderer, farm, self.cameras).of_pictures();
         let flown = self.pages.ahead_of(frames.len() as u32, &plan, |flight| {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {

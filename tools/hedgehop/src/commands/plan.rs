@@ -219,7 +219,7 @@ fn planned(
         ));
     }
     let farm = Farm::new(1)?;
-    let foresight = FlightPlan { renderer: &renderer, farm: &farm, cameras };
+    let foresight = FlightPlan::new(&renderer, &farm, cameras);
     let plan = PagePlan::new(file, cameras.len() as u32, &foresight, reporter)?;
     Ok(Planned { plan, by_reference })
 }
