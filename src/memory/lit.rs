@@ -57,9 +57,15 @@ pub(super) struct Lamp<'a, 'p> {
 
 impl Lamp<'_, '_> {
     /// As of [`Flight::look_ahead`], from frame number `next` on.
-    pub fn look_ahead(&self, mut next: u32, count: u32) {
+    pub fn look_ahead(&self, next: u32, count: u32) {
+        self.lighting.lend(self.flight.pages.budget() / 10 * LENT_TENTHS);
+        self.prepare(next, count);
+        // What the last frames will look at is kept for them.
+        self.lighting.lend(0);
+    }
+
+    fn prepare(&self, mut next: u32, count: u32) {
         let pages = self.flight.pages;
-        self.lighting.lend(pages.budget() / 10 * LENT_TENTHS);
         let (mut foreseen, mut lent) = (None, 0);
         while next < count && !self.flight.is_stopped() {
             let done = self.flight.done();

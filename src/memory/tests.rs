@@ -192,6 +192,7 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
 struct Dim<'p> {
     site: &'p Site,
     lit: Mutex<HashSet<PageId>>,
+    /// The most that light was lent.
     lent: AtomicU64,
 }
 
@@ -218,7 +219,7 @@ impl Foresight for Dim<'_> {
 
 impl Lighting for Dim<'_> {
     fn lend(&self, bytes: u64) {
-        self.lent.store(bytes, Ordering::Relaxed);
+        self.lent.fetch_max(bytes, Ordering::Relaxed);
     }
 
     fn borrowed(&self) -> u64 {

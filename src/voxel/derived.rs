@@ -79,7 +79,7 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
         }
     }
 
-    /// Whether something is kept under a key. If so, it stays for [`AHEAD`] frames.
+    /// Whether something is kept under a key. If so, it stays for the frames that memory looks ahead.
     pub fn keep(&self, key: K) -> bool {
         let until = self.frame.load(Ordering::Relaxed) + AHEAD;
         let entries = self.entries.read().unwrap_or_else(PoisonError::into_inner);

@@ -121,10 +121,7 @@ impl ResidentPages {
 
     pub(super) fn reserve(&self, ledger: &mut Ledger, part: PagePart, index: usize) {
         self.states[index].store(state::COMING, Ordering::Relaxed);
-        if !self.come_back(index) {
-            let bytes = self.file.store().part_bytes(part);
-            ledger.bytes += bytes;
-        }
+        ledger.bytes += if self.come_back(index) { 0 } else { self.file.store().part_bytes(part) };
         ledger.most = ledger.most.max(ledger.bytes);
     }
 
