@@ -2,7 +2,7 @@
 
 mod hills;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
@@ -11,6 +11,7 @@ use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Batch, Farm};
 use hills::write_hills;
+use tempfile::TempDir;
 
 const FRAMES: u32 = 24;
 
@@ -29,6 +30,14 @@ struct Flown {
     /// Since the first frame was delivered.
     later: Vec<Paging>,
     total: Paging,
+}
+
+/// A database of hills, and the folder that it goes with.
+fn hills() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    write_hills(&path);
+    (folder, path)
 }
 
 /// Light may be computed ahead of need if the flight `is_lit`.
@@ -66,9 +75,7 @@ fn fly(path: &Path, budget: Option<u64>, workers: usize, is_lit: bool) -> Flown 
 
 #[test]
 fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("area.hop");
-    write_hills(&path);
+    let (_folder, path) = hills();
     let free = fly(&path, None, 1, true);
     assert_eq!((free.total.demand_misses, free.total.pages_evicted), (0, 0));
     assert!(free.total.resident_bytes_most == free.total.resident_bytes);
@@ -91,9 +98,7 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
 
 #[test]
 fn views_that_are_more_than_the_budget_are_lit_ahead() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("area.hop");
-    write_hills(&path);
+    let (_folder, path) = hills();
     let free = fly(&path, None, 1, true);
     let budget = free.total.resident_bytes * 7 / 16;
     let [dark, lit] = [false, true].map(|is_lit| fly(&path, Some(budget), 2, is_lit));
@@ -106,9 +111,7 @@ fn views_that_are_more_than_the_budget_are_lit_ahead() {
 
 #[test]
 fn a_whole_database_is_loaded_only_where_it_fits() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("area.hop");
-    write_hills(&path);
+    let (_folder, path) = hills();
     let open = |budget| ResidentPages::new(PageFile::open(&path).unwrap(), budget);
     let whole = open(None);
     whole.load_all(&Silent).unwrap();
