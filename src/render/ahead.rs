@@ -31,7 +31,8 @@ pub struct Ahead {
     lighter: Lighter,
     /// By page, what of the light of the frame that was asked about last is not known.
     unlit: HashMap<PageId, Unlit>,
-    rises: HashMap<(PageId, bool, bool), Rises>,
+    /// By page, and by axis and sense of the planes.
+    rises: HashMap<(PageId, usize, bool), Rises>,
 }
 
 /// What is not known of a page's light.
@@ -42,8 +43,8 @@ struct Unlit {
     doubts: Vec<Threads>,
 }
 
-/// Lines that a group of planes may see, as they are woven for it, and the axis of the planes.
-pub type Threads = (Stretch, Weaves, usize);
+/// Lines that a group of planes may see, as they are woven for it.
+pub type Threads = (Stretch, Weaves);
 
 impl Ahead {
     /// Parts of pages that a frame may touch if light is computed ahead: no paint; and the pages whose paint that takes, in the order of need.
@@ -72,7 +73,7 @@ impl Ahead {
 
     /// Notes what is not known of the light of some lines on a page.
     fn collect<S: PageSource>(&mut self, thread: &Threads, page: PageId, seen: &mut Seen<'_, S>) {
-        let (stretch, weaves, major) = thread;
+        let (stretch, weaves) = thread;
         let mut note = |log: usize| {
             strips(thread, page, log, |strip| {
                 if !seen.is_known(strip) {
@@ -84,7 +85,7 @@ impl Ahead {
         if stretch.shorter().next().is_none() {
             return;
         }
-        let rises = self.rises.get(&(page, *major == 0, weaves.forward));
+        let rises = self.rises.get(&(page, weaves.major, weaves.forward));
         match rises.and_then(|rises| rises.may_divide(stretch, stretch.on(page))) {
             Some(false) => {}
             Some(true) => stretch.shorter().for_each(note),
@@ -106,9 +107,9 @@ impl Ahead {
             }
             let mut known: HashSet<_> = wanted.iter().copied().collect();
             for thread in &doubts {
-                let (stretch, weaves, major) = thread;
-                let rises = self.rises.entry((page, *major == 0, weaves.forward)).or_default();
-                rises.measure(stretch, &view, *major, weaves.forward);
+                let (stretch, weaves) = thread;
+                let rises = self.rises.entry((page, weaves.major, weaves.forward)).or_default();
+                rises.measure(stretch, &view, weaves.major, weaves.forward);
                 if rises.may_divide(stretch, stretch.on(page)) == Some(true) {
                     let mut add = |strip| wanted.extend(known.insert(strip).then_some(strip));
                     stretch.shorter().for_each(|log| strips(thread, page, log, &mut add));
@@ -145,7 +146,7 @@ impl<S: PageSource> Seen<'_, S> {
 }
 
 /// Strips of a page's lines of which one stands for `1 << log`.
-fn strips((stretch, weaves, major): &Threads, page: PageId, log: usize, tell: impl FnMut(Strip)) {
-    let lines = stretch.on(page)[*major].map(|line| line.min(PAGE_SIDE - 1));
+fn strips((stretch, weaves): &Threads, page: PageId, log: usize, tell: impl FnMut(Strip)) {
+    let lines = stretch.on(page)[weaves.major].map(|line| line.min(PAGE_SIDE - 1));
     weaves.strips(page, 1 << log, lines, stretch.distances, tell);
 }

@@ -307,8 +307,7 @@ pub fn footprint_and_threads<S: PageSource>(
         .collect();
     let with_weaves = |stretch: Stretch| {
         let [first, end] = stretch.groups;
-        let all = weaves[first..end].iter().copied().reduce(Weaves::or);
-        Some((stretch, all?, groups[first].0.major))
+        Some((stretch, weaves[first..end].iter().copied().reduce(Weaves::or)?))
     };
     let threads = footprint.take_stretches().into_iter().filter_map(with_weaves).collect();
     Ok((footprint.into_needs(), threads))

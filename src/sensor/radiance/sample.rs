@@ -266,7 +266,8 @@ impl Run {
 /// How lines are woven for groups of planes that look the same way.
 #[derive(Debug, Clone, Copy)]
 pub struct Weaves {
-    major: usize,
+    /// Axis along which the planes run: 0 east, 1 north.
+    pub major: usize,
     /// Up the axis.
     pub forward: bool,
     /// Least and greatest height of the eye above the ground about, units of major distance.
@@ -324,7 +325,9 @@ impl Weaves {
 struct Rule {
     major: usize,
     forward: bool,
+    /// Height of the eye above the ground about, units of major distance.
     height: f64,
+    /// Width of a pixel's footprint per unit of major distance, units.
     pixel: f64,
 }
 

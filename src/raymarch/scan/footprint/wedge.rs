@@ -12,6 +12,7 @@ pub struct Wedge {
     pub forward: f64,
     /// Units across per unit of major distance, least and greatest.
     pub minor: [f64; 2],
+    /// Curvature's drop per squared unit of major distance, metres, least and greatest.
     pub drop: [f64; 2],
     /// Ground distance per unit of major distance, metres.
     pub ground: [f64; 2],
