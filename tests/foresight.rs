@@ -7,9 +7,8 @@ use std::sync::{LazyLock, Mutex};
 
 use glam::{DVec2, DVec3};
 use hedgehop::Result;
-use hedgehop::memory::Foresight;
 use hedgehop::raymarch::ground_height;
-use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
+use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
@@ -109,26 +108,6 @@ fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen
     Seen { foreseen, likely, touched }
 }
 
-/// As [`see`], with all that may be looked at lit before.
-fn see_lit(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen {
-    let source = Watched { pages, is_absent, touched: Mutex::default() };
-    let farm = Farm::new(1).unwrap();
-    let renderer = Renderer::new(&source, &RenderOptions::default());
-    let cameras = [(0, camera.clone())];
-    let plan = FlightPlan::new(&renderer, &farm, &cameras).of_pictures();
-    let lighting = plan.lighting().unwrap();
-    let (PageNeeds { parts: mut foreseen, likely }, unlit) = lighting.unlit(0).unwrap();
-    let read = std::mem::take(&mut *source.touched.lock().unwrap());
-    unlit.iter().for_each(|page| lighting.light(*page).unwrap());
-    source.touched.lock().unwrap().clear();
-    renderer.picture(camera, &farm).unwrap();
-    let mut touched = source.touched.into_inner().unwrap();
-    touched.retain(|part| !read.contains(part) || foreseen.contains(part));
-    foreseen.retain(|part| !is_absent(part.page()));
-    assert!(!foreseen.iter().any(|part| matches!(part, PagePart::Paint(_))));
-    Seen { foreseen, likely, touched }
-}
-
 /// Asserts that nothing was touched that was not foreseen.
 fn assert_recalled(seen: &Seen, camera: &Camera) {
     let foreseen: BTreeSet<PagePart> = seen.foreseen.iter().copied().collect();
@@ -200,24 +179,6 @@ fn holes_and_absent_pages_are_foreseen() {
             _ => |id| id.level == 0 && !(id.px + id.py).is_multiple_of(3),
         };
         assert_recalled(&see(&holed, is_absent, &camera), &camera);
-    }
-}
-
-#[test]
-fn frames_that_are_lit_ahead_need_no_paint() {
-    let holed = area(true);
-    let mut random = Random(15);
-    for flight in 0..240 {
-        let pages = if flight % 4 == 0 { &holed } else { &*AREA };
-        let camera = random_camera(&mut random, pages);
-        // Strides that are divided where ground is steep, and not where it is flat, take narrow pixels.
-        let camera = Camera::with_screen(camera.pose, camera.screen().clone(), 256, 480);
-        let is_absent: fn(PageId) -> bool = match flight % 8 {
-            1 => |id| id.level == 0 && !(id.px + id.py).is_multiple_of(3),
-            3 => |id| id.level == 0 && id.px.abs_diff(id.py) > 1,
-            _ => |_| false,
-        };
-        assert_recalled(&see_lit(pages, is_absent, &camera), &camera);
     }
 }
 

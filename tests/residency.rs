@@ -2,14 +2,18 @@
 
 mod hills;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use glam::DVec3;
+use hedgehop::Result;
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Silent;
 use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Batch, Farm};
+use hedgehop::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView};
 use hills::write_hills;
 use tempfile::TempDir;
 
@@ -40,15 +44,14 @@ fn hills() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Light may be computed ahead of need if the flight `is_lit`.
-fn fly(path: &Path, budget: Option<u64>, workers: usize, is_lit: bool) -> Flown {
+/// Where there is no room paint may be left out of what comes ahead of need, if the flight `brings` it.
+fn fly(path: &Path, budget: Option<u64>, workers: usize, brings: bool) -> Flown {
     let pages = ResidentPages::new(PageFile::open(path).unwrap(), budget);
     let renderer = Renderer::new(&pages, &RenderOptions::default()).with_memory(2 << 20);
     let farm = Farm::new(workers).unwrap();
     let cameras = cameras();
     let plan = FlightPlan::new(&renderer, &farm, &cameras);
-    let plan = if is_lit { plan.of_pictures() } else { plan };
-    let plan = if is_lit { plan.of_pictures() } else { plan };
+    let plan = if brings { plan.of_pictures() } else { plan };
     let frames: Vec<_> =
         (0..).zip(&cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
     let mut pictures = Vec::new();
@@ -97,16 +100,100 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
 }
 
 #[test]
-fn views_that_are_more_than_the_budget_are_lit_ahead() {
+fn where_views_have_no_room_paint_comes_once_it_is_in_sight() {
     let (_folder, path) = hills();
     let free = fly(&path, None, 1, true);
-    let budget = free.total.resident_bytes * 7 / 16;
-    let [dark, lit] = [false, true].map(|is_lit| fly(&path, Some(budget), 2, is_lit));
-    assert!(dark.pictures == free.pictures && lit.pictures == free.pictures);
+    assert_eq!(free.total.pages_in_sight, 0, "{:?}", free.total);
     let misses = |flown: &Flown| flown.later.iter().map(|frame| frame.demand_misses).sum::<u64>();
-    assert!(misses(&dark) > 0 && misses(&lit) <= misses(&dark), "{:?}, {:?}", dark.total, lit.total);
-    // Paint comes for what is lit, and goes.
-    assert!(lit.total.pages_evicted > 2 * dark.total.pages_evicted, "{:?}", lit.total);
+    for (sixteenths, most) in [(7, u64::MAX), (8, 0), (10, 0)] {
+        let budget = free.total.resident_bytes * sixteenths / 16;
+        let [ahead, in_sight] = [false, true].map(|brings| fly(&path, Some(budget), 2, brings));
+        assert!(ahead.pictures == free.pictures && in_sight.pictures == free.pictures);
+        assert!(in_sight.total.pages_in_sight > ahead.total.pages_in_sight, "{:?}", in_sight.total);
+        assert!(misses(&in_sight) <= most.min(misses(&ahead)), "{:?}, {:?}", ahead.total, in_sight.total);
+        assert!(most > 0 || in_sight.total.resident_bytes_most <= budget, "{:?}", in_sight.total);
+    }
+}
+
+/// A database of which nothing is at hand before it was brought.
+struct Distant<'p> {
+    pages: &'p PageFile,
+    brought: Mutex<HashSet<PageId>>,
+    /// Pages whose paint was read before they were brought, and that were announced.
+    early: Mutex<HashSet<PageId>>,
+    announced: Mutex<Vec<PageId>>,
+}
+
+impl<'p> Distant<'p> {
+    fn new(pages: &'p PageFile) -> Self {
+        Self { pages, brought: Mutex::default(), early: Mutex::default(), announced: Mutex::default() }
+    }
+}
+
+impl PageSource for Distant<'_> {
+    fn header(&self) -> &Header {
+        self.pages.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        // The height above ground is that above a coarse level.
+        if id.level < 3 && !self.is_at_hand(id) {
+            self.early.lock().unwrap().insert(id);
+        }
+        self.pages.page(id)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        self.pages.heights(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        self.pages.bounds(id)
+    }
+
+    fn has(&self, id: PageId) -> bool {
+        self.pages.has(id)
+    }
+
+    fn is_at_hand(&self, id: PageId) -> bool {
+        self.brought.lock().unwrap().contains(&id)
+    }
+
+    fn announce(&self, id: PageId) {
+        self.announced.lock().unwrap().push(id);
+    }
+
+    fn bring(&self, pages: &[PageId]) {
+        let mut brought = self.brought.lock().unwrap();
+        for page in pages {
+            assert!(brought.insert(*page), "{page} is brought twice");
+        }
+    }
+}
+
+#[test]
+fn frames_wait_only_for_pages_whose_paint_they_have_in_sight() {
+    let (_folder, path) = hills();
+    let pages = PageFile::open(&path).unwrap();
+    let plain = Renderer::new(&pages, &RenderOptions::default());
+    let distant = Distant::new(&pages);
+    let renderer = Renderer::new(&distant, &RenderOptions::default());
+    let mut seen = 0;
+    for (index, (_, camera)) in cameras().iter().enumerate().step_by(6) {
+        let farm = Farm::new(1 + index % 3).unwrap();
+        let picture = renderer.picture(camera, &farm).unwrap().0;
+        assert!(picture == plain.picture(camera, &farm).unwrap().0, "frame {index}");
+        assert_eq!(*distant.early.lock().unwrap(), HashSet::new(), "frame {index}");
+        let mut announced = std::mem::take(&mut *distant.announced.lock().unwrap());
+        let brought = distant.brought.lock().unwrap().len();
+        announced.sort_unstable();
+        announced.dedup();
+        assert_eq!(announced.len(), brought - seen, "frame {index}: each is announced, and nothing else");
+        seen = brought;
+    }
+    let foreseen = plain.foresee(&cameras()[0].1, &Farm::new(1).unwrap()).unwrap();
+    let paint = foreseen.parts.iter().filter(|part| matches!(part, PagePart::Paint(_))).count();
+    assert!(seen > 10 && paint > 10, "{seen} {paint}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //!     what does it need?                                  told by the caller, from the pose
 //!     evict what no frame in flight or ahead needs; announce what is missing; wait until it is there
 //!     the frame may begin; before its pages are there if no other is in flight: its workers then wait for each as they come to it
+//! room for a few frames only:  paint, which is most of it, is left out from then on; who renders has it brought once it is in sight
 //! no room, or far enough ahead:  wait until a frame is delivered
 //! ```
 //!
@@ -16,15 +17,17 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::lit::Lamp;
 use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
 use super::tally::Tally;
-use super::{Lighting, Paging, ResidentPages};
+use super::{Paging, ResidentPages};
 use crate::error::{Error, Result};
 use crate::voxel::{PageId, PageNeeds};
 
 /// Frames that are looked ahead.
 pub const LOOKAHEAD: u32 = 30;
+
+/// Frames that must have room with all their paint for it to come ahead of need.
+const LEAST_AHEAD: u32 = LOOKAHEAD / 2;
 
 /// What a flight's frames need.
 pub trait Foresight: Sync {
@@ -37,9 +40,10 @@ pub trait Foresight: Sync {
     /// Whether a page lies behind the eye at a frame.
     fn is_behind(&self, frame: u32, page: PageId) -> bool;
 
-    /// What computes the light of these frames ahead of need, if that can be done.
-    fn lighting(&self) -> Option<&dyn Lighting> {
-        None
+    /// Whether frames have paint [brought](crate::voxel::PageSource::bring) where it is in sight and not at hand: it may be left out of what comes
+    /// ahead of need.
+    fn brings_paint(&self) -> bool {
+        false
     }
 }
 
@@ -79,6 +83,7 @@ impl Flight<'_> {
             ready = self.changed.wait(ready).unwrap_or_else(PoisonError::into_inner);
         }
         drop(ready);
+        self.pages.begin(frame);
         Tally::add_time(&self.pages.tally().frame_wait_ns, begun.elapsed());
     }
 
@@ -105,19 +110,8 @@ impl Flight<'_> {
         self.frames.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
     }
 
-    pub(super) fn is_stopped(&self) -> bool {
-        self.stopped.load(Ordering::Acquire)
-    }
-
-    /// Frames below this number have been delivered, and need nothing any more.
-    pub(super) fn done(&self) -> u32 {
-        let done = self.delivered.load(Ordering::Acquire);
-        self.pages.deliver(done);
-        done
-    }
-
     /// Frames below number `frames` may begin.
-    pub(super) fn let_begin(&self, frames: u32) {
+    fn let_begin(&self, frames: u32) {
         self.ready().frames = frames;
         self.changed.notify_all();
     }
@@ -130,19 +124,22 @@ impl Flight<'_> {
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
-        while next < count && !self.is_stopped() {
-            let done = self.done();
+        let mut paint_in_sight = false;
+        while next < count && !self.stopped.load(Ordering::Acquire) {
+            let done = self.delivered.load(Ordering::Acquire);
+            self.pages.deliver(done);
             if next < done + LOOKAHEAD {
                 // Who renders the frame meets the same error.
-                let foreseen = needs.get_or_insert_with(|| foresight.needs(next).unwrap_or_default());
-                // What the first frame lights itself is not lit twice.
-                if done > 0
-                    && let Some(lighting) = foresight.lighting()
-                    && self.pages.needs_no_paint(&foreseen.parts)
-                {
-                    return Lamp { flight: self, foresight, lighting, news }.look_ahead(next, count);
-                }
-                let expected = self.pages.expect(next, foreseen, |page| foresight.is_behind(done, page));
+                let foreseen = needs.get_or_insert_with(|| {
+                    let needs = foresight.needs(next).unwrap_or_default();
+                    if paint_in_sight { needs.without_paint() } else { needs }
+                });
+                let is_behind = |page| foresight.is_behind(done, page);
+                let expected = if paint_in_sight {
+                    self.pages.expect_without_paint(next, foreseen, is_behind)
+                } else {
+                    self.pages.expect(next, foreseen, is_behind)
+                };
                 if let Some(expected) = expected {
                     needs = None;
                     if next == done {
@@ -152,6 +149,12 @@ impl Flight<'_> {
                     self.pages.read(&expected);
                     next += 1;
                     self.let_begin(next);
+                    continue;
+                }
+                if !paint_in_sight && next < done + LEAST_AHEAD && foresight.brings_paint() {
+                    paint_in_sight = true;
+                    self.pages.leave_paint();
+                    needs = needs.map(PageNeeds::without_paint);
                     continue;
                 }
             }

@@ -23,7 +23,6 @@ mod guard;
 #[path = "unguarded.rs"]
 mod guard;
 mod leaving;
-mod lit;
 mod live;
 mod page_file;
 mod plan;
@@ -35,7 +34,6 @@ mod tests;
 
 pub use flight::{Flight, Foresight, LOOKAHEAD};
 pub use guard::guard_mapped_files;
-pub use lit::Lighting;
 pub use live::LiveFlight;
 pub use page_file::PageFile;
 pub use plan::{FrameNeeds, PagePlan};

@@ -27,6 +27,9 @@ pub struct Paging {
     pub bytes_unused: u64,
     /// Parts that went to make room.
     pub pages_evicted: u64,
+    /// Parts that were brought in once a frame had them in sight: it went on elsewhere, and waited for them in the end.
+    #[serde(default)]
+    pub pages_in_sight: u64,
     /// Parts that frames which do not wait asked for, and that were not in memory when they began; each frame counts them anew.
     #[serde(default)]
     pub pages_late: u64,
@@ -49,6 +52,7 @@ impl Paging {
             pages_unused: self.pages_unused.saturating_sub(before.pages_unused),
             bytes_unused: self.bytes_unused.saturating_sub(before.bytes_unused),
             pages_evicted: self.pages_evicted - before.pages_evicted,
+            pages_in_sight: self.pages_in_sight - before.pages_in_sight,
             pages_late: self.pages_late - before.pages_late,
             resident_bytes: self.resident_bytes,
             resident_bytes_most: self.resident_bytes_most,
@@ -69,6 +73,7 @@ pub(super) struct Tally {
     /// Bytes that were read for what was touched.
     pub bytes_touched: AtomicU64,
     pub pages_evicted: AtomicU64,
+    pub pages_in_sight: AtomicU64,
     pub pages_late: AtomicU64,
 }
 
@@ -94,6 +99,7 @@ impl Tally {
             pages_unused: of(&self.pages_read).saturating_sub(of(&self.pages_touched)),
             bytes_unused: of(&self.bytes_read).saturating_sub(of(&self.bytes_touched)),
             pages_evicted: of(&self.pages_evicted),
+            pages_in_sight: of(&self.pages_in_sight),
             pages_late: of(&self.pages_late),
             ..Paging::default()
         }

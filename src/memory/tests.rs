@@ -1,16 +1,13 @@
 //! What frames that never wait see, want and hold, and what others get where there is little room.
 
-use std::collections::{HashSet, VecDeque};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::collections::VecDeque;
 
 use glam::DVec2;
 use tempfile::TempDir;
 
 use super::resident::Need;
 use super::sync::{Receiver, Sender, bounded};
-use super::{Foresight, Lighting, PageFile, PresentPages, ResidentPages};
-use crate::error::Result;
+use super::{PageFile, PresentPages, ResidentPages};
 use crate::voxel::{Arrays, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, write_arrays};
 
 /// Four by four pages of the finest level.
@@ -188,82 +185,64 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
     assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![heights(6), heights(7)]));
 }
 
-/// Frames that need heights and paint of four pages each, two of which are new in every frame, and paint of four others that nobody looks at.
-struct Dim<'p> {
-    site: &'p Site,
-    lit: Mutex<HashSet<PageId>>,
-    /// The most that light was lent.
-    lent: AtomicU64,
-}
-
-impl Dim<'_> {
-    fn pages(frame: u32) -> impl Iterator<Item = PageId> {
-        (0..4).map(move |number| page((2 * frame + number) % 16))
-    }
-}
-
-impl Foresight for Dim<'_> {
-    fn needs(&self, frame: u32) -> Result<PageNeeds> {
-        let others = Self::pages(frame + 2).map(PagePart::Paint);
-        Ok(Self::pages(frame).flat_map(PagePart::posts).chain(others).collect::<Vec<_>>().into())
-    }
-
-    fn is_behind(&self, _: u32, _: PageId) -> bool {
-        false
-    }
-
-    fn lighting(&self) -> Option<&dyn Lighting> {
-        Some(self)
-    }
-}
-
-impl Lighting for Dim<'_> {
-    fn lend(&self, bytes: u64) {
-        self.lent.fetch_max(bytes, Ordering::Relaxed);
-    }
-
-    fn borrowed(&self) -> u64 {
-        0
-    }
-
-    fn unlit(&self, frame: u32) -> Result<(PageNeeds, Vec<PageId>)> {
-        let heights: Vec<_> = Self::pages(frame).map(PagePart::Heights).collect();
-        let lit = self.lit.lock().unwrap();
-        Ok((heights.into(), Self::pages(frame).filter(|page| !lit.contains(page)).collect()))
-    }
-
-    fn light(&self, page: PageId) -> Result<()> {
-        assert!(self.site.present().has(page), "{page:?} is not in memory");
-        assert!(self.lit.lock().unwrap().insert(page), "{page:?} is lit twice");
-        Ok(())
-    }
+#[test]
+fn what_is_in_sight_is_brought_and_stays_for_the_frame() {
+    let site = Site::new(2 * page_bytes());
+    site.pages.begin(4);
+    site.pages.deliver(4);
+    assert!(!site.pages.is_at_hand(page(1)));
+    site.pages.bring(&[page(1)]);
+    assert!(site.pages.is_at_hand(page(1)) && !site.pages.is_at_hand(page(2)));
+    assert_eq!(site.pages.paging().pages_in_sight, 2);
+    site.pages.bring(&[page(1)]);
+    assert_eq!(site.pages.paging().pages_in_sight, 2, "it is there");
+    // Others have no room while frame 4 is in flight.
+    let expect = |frame, parts: &[PagePart]| {
+        let expected = site.pages.expect(frame, &PageNeeds::from(parts.to_vec()), NOTHING_BEHIND)?;
+        site.pages.read(&expected);
+        Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
+    };
+    assert_eq!(expect(8, &fine(&[5, 6])), None);
+    assert!(site.pages.is_at_hand(page(1)));
+    site.pages.deliver(5);
+    assert_eq!(expect(8, &fine(&[5, 6])), Some(fine(&[5, 6])));
+    assert!(!site.pages.is_at_hand(page(1)));
+    // A frame needs what it needs, also where others have all the room.
+    assert!(site.bytes() <= site.pages.budget());
+    site.pages.begin(5);
+    site.pages.bring(&[page(2)]);
+    assert!(site.pages.is_at_hand(page(2)) && site.pages.is_at_hand(page(5)));
 }
 
 #[test]
-fn where_a_view_has_no_room_its_light_is_computed_ahead_and_paint_goes() {
-    let frames = 7;
-    // A view takes eight pages but for heights of four.
-    for (room, is_lit) in [(5 * page_bytes(), true), (10 * page_bytes(), false)] {
-        let site = Site::new(room);
-        let dim = Dim { site: &site, lit: Mutex::default(), lent: AtomicU64::new(0) };
-        let later = site.pages.ahead_of(frames, &dim, |flight| {
-            for frame in 0..frames {
-                flight.begin(frame);
-                for page in Dim::pages(frame) {
-                    site.pages.heights(page).unwrap();
-                    if !dim.lit.lock().unwrap().contains(&page) {
-                        site.pages.page(page).unwrap();
-                        dim.lit.lock().unwrap().insert(page);
-                    }
-                }
-                flight.deliver(frame);
-            }
-            flight.frames()[1..].to_vec()
-        });
-        let misses: u64 = later.unwrap().iter().map(|frame| frame.demand_misses).sum();
-        assert_eq!(misses, 0, "{room} bytes");
-        assert_eq!(dim.lent.load(Ordering::Relaxed) > 0, is_lit);
-        let paging = site.pages.paging();
-        assert!(paging.resident_bytes_most <= site.pages.budget(), "{paging:?}");
-    }
+fn frames_ahead_leave_room_for_paint_that_is_in_sight() {
+    let site = Site::new(3 * page_bytes());
+    let [all, soon] = [9, 2].map(|frame| {
+        let heights: Vec<_> = (0..6).map(heights).collect();
+        site.pages.expect_without_paint(frame, &heights.into(), NOTHING_BEHIND)
+    });
+    assert!(all.is_none() && soon.is_some(), "six pages' heights are more than three fifths of three pages");
+    let needs = PageNeeds { parts: fine(&[1, 2, 3]), likely: 4 }.without_paint();
+    assert_eq!(needs, PageNeeds { parts: [1, 2, 3].map(heights).to_vec(), likely: 2 });
+}
+
+#[test]
+fn paint_that_was_read_for_a_checksum_stays_while_nobody_else_has_use_for_its_room() {
+    let site = Site::new(2 * page_bytes());
+    let other = Site::new(2 * page_bytes());
+    let is_here = |site: &Site, number| {
+        site.pages.heights(page(number)).unwrap().is_some() && site.pages.is_at_hand(page(number))
+    };
+    assert!(!is_here(&other, 1), "what comes ahead of need comes for itself");
+    site.pages.leave_paint();
+    let touch = |number| site.pages.heights(page(number)).unwrap().is_some();
+    assert!(touch(1) && touch(2));
+    assert!(site.pages.is_at_hand(page(1)) && site.pages.is_at_hand(page(2)));
+    let read = site.pages.paging().bytes_read;
+    assert!(site.pages.page(page(1)).unwrap().is_some());
+    assert_eq!(site.pages.paging().bytes_read, read, "it was read with the heights");
+    // What frames need is not given up for it.
+    site.pages.keep_for(9, &fine(&[1, 2]).into());
+    assert!(touch(3) && !site.pages.is_at_hand(page(3)));
+    assert!(site.pages.is_at_hand(page(1)) && site.pages.is_at_hand(page(2)));
 }

@@ -4,11 +4,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::DVec2;
 
-use super::ahead::Ahead;
-use super::{Renderer, Shared};
+use super::Renderer;
 use crate::error::Result;
 use crate::flight::Extrapolation;
-use crate::memory::{Foresight, Lighting};
+use crate::memory::Foresight;
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
 use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PageSource};
@@ -19,47 +18,19 @@ pub struct FlightPlan<'a, S> {
     renderer: &'a Renderer<'a, S>,
     farm: &'a Farm,
     cameras: &'a [(u64, Camera)],
-    /// Lights frames ahead, if they are pictures.
-    ahead: Option<Mutex<Ahead>>,
+    is_of_pictures: bool,
 }
 
 impl<'a, S: PageSource> FlightPlan<'a, S> {
     /// Frames that `renderer` is to render are seen by `cameras`, in order; workers of `farm` may compute tables of directions.
     pub fn new(renderer: &'a Renderer<'a, S>, farm: &'a Farm, cameras: &'a [(u64, Camera)]) -> Self {
-        Self { renderer, farm, cameras, ahead: None }
+        Self { renderer, farm, cameras, is_of_pictures: false }
     }
 
-    /// The frames are [pictures](Renderer::picture) alone: nothing but their light looks at paint, and that may be computed ahead.
+    /// The frames are [pictures](Renderer::picture) alone: nothing but their light looks at paint.
     #[must_use]
     pub fn of_pictures(self) -> Self {
-        Self { ahead: Some(Mutex::default()), ..self }
-    }
-
-    fn ahead(&self) -> Option<MutexGuard<'_, Ahead>> {
-        self.ahead.as_ref().map(|ahead| ahead.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-impl<S: PageSource> Lighting for FlightPlan<'_, S> {
-    fn lend(&self, bytes: u64) {
-        self.renderer.shared.radiance.lend(usize::try_from(bytes).unwrap_or(usize::MAX));
-    }
-
-    fn borrowed(&self) -> u64 {
-        let Shared { radiance, turned, .. } = &*self.renderer.shared;
-        // Strips come and go, and leave holes between them.
-        (radiance.borrowed() * 5 / 4 + turned.borrowed()) as u64
-    }
-
-    fn unlit(&self, frame: u32) -> Result<(PageNeeds, Vec<PageId>)> {
-        match (self.cameras.get(frame as usize), self.ahead()) {
-            (Some((_, camera)), Some(mut ahead)) => ahead.unlit(self.renderer, camera, self.farm),
-            _ => Ok(Default::default()),
-        }
-    }
-
-    fn light(&self, page: PageId) -> Result<()> {
-        self.ahead().map_or(Ok(()), |mut ahead| ahead.light(self.renderer, page))
+        Self { is_of_pictures: true, ..self }
     }
 }
 
@@ -76,8 +47,8 @@ impl<S: PageSource> Foresight for FlightPlan<'_, S> {
         camera.is_none_or(|(_, camera)| lies_behind(&self.renderer.source.header().grid, &camera.pose, page))
     }
 
-    fn lighting(&self) -> Option<&dyn Lighting> {
-        self.ahead.is_some().then_some(self)
+    fn brings_paint(&self) -> bool {
+        self.is_of_pictures
     }
 }
 

@@ -6,7 +6,6 @@
 //!                                        frame ◀── haze, sky ◀── merge ◀─┘
 //! ```
 
-mod ahead;
 mod foresight;
 mod planes;
 mod reference;
@@ -27,15 +26,14 @@ use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::raymarch::scan::TurnedPages;
+use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::raymarch::{LevelBands, Surface};
 use crate::sensor::radiance::Radiance;
 use crate::sensor::{Sun, VisualSensor};
 use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
-use crate::voxel::{Header, PageNeeds, PageSource};
-use ahead::Threads;
+use crate::voxel::{Header, PageNeeds, PageSource, Used};
 
 /// How a frame is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -188,8 +186,10 @@ struct Shared {
     radiance: Radiance,
     turned: TurnedPages,
     screen: planes::LastScreen,
-    fans: planes::Used<planes::Fan>,
-    pictures: planes::Used<Vec<u8>>,
+    fans: Used<planes::Fan>,
+    pictures: Used<Vec<u8>>,
+    profiles: Used<Profile>,
+    lighting: Used<planes::Lighting>,
 }
 
 impl Shared {
@@ -199,8 +199,10 @@ impl Shared {
             radiance,
             turned,
             screen: planes::LastScreen::default(),
-            fans: planes::Used::default(),
-            pictures: planes::Used::default(),
+            fans: Used::default(),
+            pictures: Used::default(),
+            profiles: Used::default(),
+            lighting: Used::default(),
         }
     }
 }
@@ -275,15 +277,6 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         match self.planes(camera, farm)? {
             Some(view) => planes::footprint(self, &view),
             None => Ok(PageNeeds::default()),
-        }
-    }
-
-    /// As [`Self::foresee`], and the lines that planes may see.
-    fn foresee_threads(&self, camera: &Camera, farm: &Farm) -> Result<(PageNeeds, Vec<Threads>)> {
-        self.options.check(camera)?;
-        match self.planes(camera, farm)? {
-            Some(view) => planes::footprint_and_threads(self, &view),
-            None => Ok(Default::default()),
         }
     }
 

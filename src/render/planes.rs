@@ -1,25 +1,25 @@
 //! A frame through scan planes: march, then the image stage.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::ahead::Threads;
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved};
 use crate::error::Result;
-use crate::frame::stage::{Above, Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
     Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneGroup, PlaneMarch, Profile, Refusal, Shape,
-    Stretch, Strides, Upright,
+    Strides, Upright,
 };
-use crate::sensor::radiance::{LineSampler, RadiancePages, Weaves};
+use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
-use crate::voxel::{Header, PageNeeds, PageSource};
+use crate::voxel::{Header, Lent, PageId, PageNeeds, PageSource};
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
 /// one each.
@@ -106,20 +106,6 @@ impl LastScreen {
 pub struct Fan {
     cells: Vec<Cell>,
     inverse: Vec<Sixteen>,
-}
-
-/// Memory that no frame in flight uses any more, for the next: what is new must be cleared by the system page by page.
-#[derive(Debug, Default)]
-pub struct Used<T>(Mutex<Vec<T>>);
-
-impl<T: Default> Used<T> {
-    fn take(&self) -> T {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
-    }
-
-    pub fn give_back(&self, memory: T) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
-    }
 }
 
 /// Time that tasks took, added up by all workers.
@@ -229,6 +215,18 @@ struct Task<'f> {
     inverse: &'f mut [Sixteen],
 }
 
+impl<'f> Task<'f> {
+    /// Its groups that see something.
+    fn looks(self) -> impl Iterator<Item = Look<'f>> {
+        let Self { first, groups, mut cells, mut inverse } = self;
+        let looks = (first..).zip(groups).map(move |(index, kept)| {
+            let (cells, inverse) = (first_part(&mut cells, kept.rows), first_part(&mut inverse, kept.rows));
+            Look { index, kept, cells, inverse }
+        });
+        looks.filter(|look| !look.kept.filled.is_empty())
+    }
+}
+
 impl<'f> Seen<'f> {
     /// Tasks of so many groups.
     fn tasks(self, per_task: usize) -> Vec<Task<'f>> {
@@ -280,52 +278,20 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result
 
 /// Parts of pages that planes may touch, in the order of need.
 pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<PageNeeds> {
-    let (strides, _) = strides(renderer, view)?;
-    let mut footprint = Footprint::new(renderer.source, strides);
-    let (_, groups): (Vec<_>, Vec<_>) = groups(renderer, view).unzip();
-    footprint.add(view.eye, &groups)?;
-    Ok(footprint.into_needs())
-}
-
-/// The same, and the lines that they may see.
-pub fn footprint_and_threads<S: PageSource>(
-    renderer: &Renderer<'_, S>,
-    view: &View<'_>,
-) -> Result<(PageNeeds, Vec<Threads>)> {
-    let (strides, above_ground) = strides(renderer, view)?;
-    let mut footprint = Footprint::new(renderer.source, strides).with_stretches();
-    let (indices, groups): (Vec<_>, Vec<_>) = groups(renderer, view).unzip();
-    footprint.add(view.eye, &groups)?;
-    let (angle, spacing) = (view.camera.pixel_angle(), renderer.source.header().grid.spacing);
-    let weaves: Vec<_> = indices
-        .into_iter()
-        .zip(&groups)
-        .map(|(index, (group, _))| {
-            let above = Above { eye: view.eye, spacing, height: above_ground };
-            Weaves::of(&above.planes(group, view.shape.plane_angle(index, angle)))
-        })
-        .collect();
-    let with_weaves = |stretch: Stretch| {
-        let [first, end] = stretch.groups;
-        Some((stretch, weaves[first..end].iter().copied().reduce(Weaves::or)?))
-    };
-    let threads = footprint.take_stretches().into_iter().filter_map(with_weaves).collect();
-    Ok((footprint.into_needs(), threads))
-}
-
-/// Groups of planes that see something, each with its index, and what they are to see.
-fn groups<S: PageSource>(
-    renderer: &Renderer<'_, S>,
-    view: &View<'_>,
-) -> impl Iterator<Item = (usize, (PlaneGroup, Field))> {
     let header = renderer.source.header();
+    let (strides, _) = strides(renderer, view)?;
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
     let bend = renderer.options.curvature.inverse_diameter;
-    let seeing = (0..view.shape.groups()).map(|index| (index, view.shape.kept(index)));
-    seeing.filter(|(_, kept)| !kept.filled.is_empty()).map(move |(index, kept)| {
-        let group = view.shape.group(index, &header.grid, view.eye, bend);
-        (index, (group, field(renderer, &ladder, &kept)))
-    })
+    let groups: Vec<_> = (0..view.shape.groups())
+        .map(|index| (index, view.shape.kept(index)))
+        .filter(|(_, kept)| !kept.filled.is_empty())
+        .map(|(index, kept)| {
+            (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &ladder, &kept))
+        })
+        .collect();
+    let mut footprint = Footprint::new(renderer.source, strides);
+    footprint.add(view.eye, &groups)?;
+    Ok(footprint.into_needs())
 }
 
 /// What a group of planes is to see.
@@ -339,12 +305,36 @@ fn field<S>(renderer: &Renderer<'_, S>, ladder: &Ladder, kept: &Kept) -> Field {
 struct Worker<'a> {
     march: PlaneMarch<'a>,
     painter: Painter<'a>,
-    profile: Profile,
+    profile: Lent<'a, Profile>,
+    light: Lent<'a, Lighting>,
+}
+
+/// What light is computed in.
+#[derive(Debug, Default)]
+pub struct Lighting {
     lights: Vec<Light>,
     sums: Sums,
 }
 
+/// A group of planes, and the fan's memory of it.
+struct Look<'f> {
+    index: usize,
+    kept: &'f Kept,
+    cells: &'f mut [Cell],
+    inverse: &'f mut [Sixteen],
+}
+
+/// Groups that have marched and cannot be painted yet.
+#[derive(Default)]
+struct Unpainted<'f> {
+    looks: Vec<(Look<'f>, Profile)>,
+    /// What must be brought for them.
+    pages: BTreeSet<PageId>,
+}
+
 /// Has groups of planes look.
+///
+/// Where a surface is in sight tells what paint it takes: groups for which it is not at hand stand back until it has been brought for all of them.
 fn see<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
@@ -361,53 +351,92 @@ fn see<S: PageSource>(
     let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
     let scale = seen.scale;
     let rays = Mutex::new(Rays::default());
+    let unpainted = Mutex::new(Unpainted::default());
     // What a worker looked up serves all of its tasks.
-    let worker = || Worker {
-        march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone()),
-        painter: Painter {
-            sampler: LineSampler::new(RadiancePages::new(renderer.source, &renderer.shared.radiance)),
-            air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
-            above: Above { eye: view.eye, spacing: header.grid.spacing, height: above_ground },
-        },
-        profile: Profile::default(),
-        lights: Vec::new(),
-        sums: Sums::new(),
-    };
-    farm.each_with(Stage::March, seen.tasks(per_task), worker, |worker, _, task| {
-        let Worker { march, painter, profile, lights, sums } = worker;
-        let Task { first, groups, mut cells, mut inverse } = task;
-        for (index, kept) in (first..).zip(groups) {
-            let (cells, inverse) = (first_part(&mut cells, kept.rows), first_part(&mut inverse, kept.rows));
-            if kept.filled.is_empty() {
-                continue;
-            }
-            let group = view.shape.group(index, &header.grid, view.eye, bend);
-            let squares = view.shape.squares(index);
-            let field = field(renderer, &ladder, kept);
-            marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
-            let rows = kept.first..kept.first + kept.filled.len();
-            let seen = Rays {
-                all: (rows.len() * LANES) as u64,
-                coarser: profile.rows_stood_in(&ladder.centres[rows]),
-            };
-            *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
-            shading.time(|| {
-                let angle = view.shape.plane_angle(index, angle);
-                painter.paint(renderer.isa, &group, profile, angle, &squares, lights)?;
-                let inverse = inverse.get_mut(kept.filled.clone()).unwrap_or_default();
-                let rows = Rows {
-                    ladder: &ladder,
-                    first: kept.first,
-                    cells: &mut cells[kept.filled.clone()],
-                    scale,
-                    inverse: &mut *inverse,
-                };
-                rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
-                view.shape.finish(index, inverse);
-                Result::Ok(())
-            })?;
+    let worker = |waits: bool| {
+        let light = RadiancePages::new(renderer.source, &renderer.shared.radiance);
+        Worker {
+            march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone()),
+            painter: Painter {
+                sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
+                air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
+                eye: view.eye,
+                spacing: header.grid.spacing,
+                height: above_ground,
+            },
+            profile: renderer.shared.profiles.lend(),
+            light: renderer.shared.lighting.lend(),
         }
-        Ok(())
-    })?;
+    };
+    let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
+    // Returns pages that are missing: nothing is painted then.
+    let paint = |painter: &mut Painter<'_>,
+                 Lighting { lights, sums }: &mut Lighting,
+                 group: &PlaneGroup,
+                 look: &mut Look<'_>,
+                 profile: &Profile| {
+        let Look { index, kept, cells, inverse } = look;
+        let squares = view.shape.squares(*index);
+        let angle = view.shape.plane_angle(*index, angle);
+        painter.paint(renderer.isa, group, profile, angle, &squares, lights)?;
+        let missing = painter.sampler.take_missing();
+        if missing.is_empty() {
+            let inverse = inverse.get_mut(kept.filled.clone()).unwrap_or_default();
+            let rows = Rows {
+                ladder: &ladder,
+                first: kept.first,
+                cells: &mut cells[kept.filled.clone()],
+                scale,
+                inverse: &mut *inverse,
+            };
+            rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
+            view.shape.finish(*index, inverse);
+        }
+        Result::Ok(missing)
+    };
+    farm.each_with(
+        Stage::March,
+        seen.tasks(per_task),
+        || worker(false),
+        |worker, _, task| {
+            for mut look in task.looks() {
+                let kept = look.kept;
+                let (group, field) = (group(look.index), field(renderer, &ladder, kept));
+                let Worker { march, painter, profile, light } = worker;
+                marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
+                let rows = kept.first..kept.first + kept.filled.len();
+                let seen = Rays {
+                    all: (rows.len() * LANES) as u64,
+                    coarser: profile.rows_stood_in(&ladder.centres[rows]),
+                };
+                *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
+                let missing = shading.time(|| paint(painter, light, &group, &mut look, profile))?;
+                if !missing.is_empty() {
+                    let mut unpainted = unpainted.lock().unwrap_or_else(PoisonError::into_inner);
+                    unpainted.looks.push((look, profile.compact()));
+                    for page in missing {
+                        if unpainted.pages.insert(page) {
+                            renderer.source.announce(page);
+                        }
+                    }
+                }
+            }
+            Ok(())
+        },
+    )?;
+    let Unpainted { looks, pages } = unpainted.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if !looks.is_empty() {
+        renderer.source.bring(&Vec::from_iter(pages));
+        farm.each_with(
+            Stage::March,
+            looks,
+            || worker(true),
+            |worker, _, (mut look, profile)| {
+                let Worker { painter, light, .. } = worker;
+                let group = group(look.index);
+                shading.time(|| paint(painter, light, &group, &mut look, &profile)).map(drop)
+            },
+        )?;
+    }
     Ok(rays.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

@@ -2,13 +2,10 @@
 
 use std::collections::HashMap;
 use std::hash::Hash;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{PoisonError, RwLock};
 
 use crate::error::Result;
-
-/// Frames for which something is kept that was asked for ahead of need: those that memory looks ahead, and some in flight.
-const AHEAD: u64 = 40;
 
 /// Something that takes memory.
 pub trait Bytes {
@@ -19,7 +16,7 @@ pub trait Bytes {
 #[derive(Debug)]
 struct Entry<V> {
     value: V,
-    /// Frame in which it was last looked up, or up to which it is kept.
+    /// Frame in which it was last looked up.
     used: AtomicU64,
 }
 
@@ -27,8 +24,6 @@ struct Entry<V> {
 #[derive(Debug)]
 pub struct Derived<K, V> {
     budget: usize,
-    /// Bytes beyond it.
-    lent: AtomicUsize,
     frame: AtomicU64,
     entries: RwLock<HashMap<K, Entry<V>>>,
 }
@@ -36,7 +31,7 @@ pub struct Derived<K, V> {
 impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
     /// Nothing yet, and at most `budget` bytes besides what the latest frames used.
     pub fn new(budget: usize) -> Self {
-        Self { budget, lent: AtomicUsize::new(0), frame: AtomicU64::new(0), entries: RwLock::default() }
+        Self { budget, frame: AtomicU64::new(0), entries: RwLock::default() }
     }
 
     /// Bytes that are kept.
@@ -45,23 +40,12 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
         entries.values().map(|entry| entry.value.bytes()).sum()
     }
 
-    /// Bytes beyond the budget that are kept.
-    pub fn borrowed(&self) -> usize {
-        self.bytes().saturating_sub(self.budget)
-    }
-
-    /// So many bytes more than the budget may be kept.
-    pub fn lend(&self, bytes: usize) {
-        self.lent.store(bytes, Ordering::Relaxed);
-    }
-
     /// A new frame begins: drops what was not used for longest if there is more than the budget allows.
     pub fn begin_frame(&self) {
         let now = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
         let mut entries = self.entries.write().unwrap_or_else(PoisonError::into_inner);
         let mut bytes: usize = entries.values().map(|entry| entry.value.bytes()).sum();
-        let budget = self.budget.saturating_add(self.lent.load(Ordering::Relaxed));
-        if bytes <= budget {
+        if bytes <= self.budget {
             return;
         }
         // Frames in flight beside this one may still need theirs.
@@ -72,22 +56,11 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
             .collect();
         old.sort_unstable();
         for (_, key) in old {
-            if bytes <= budget {
+            if bytes <= self.budget {
                 break;
             }
             bytes -= entries.remove(&key).map_or(0, |entry| entry.value.bytes());
         }
-    }
-
-    /// Whether something is kept under a key. If so, it stays for the frames that memory looks ahead.
-    pub fn keep(&self, key: K) -> bool {
-        let until = self.frame.load(Ordering::Relaxed) + AHEAD;
-        let entries = self.entries.read().unwrap_or_else(PoisonError::into_inner);
-        let known = entries.get(&key);
-        if let Some(entry) = known {
-            entry.used.fetch_max(until, Ordering::Relaxed);
-        }
-        known.is_some()
     }
 
     /// What is kept under a key, or else what `make` finds, outside of any lock: two workers may make the same, and find
@@ -99,8 +72,8 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
         let now = self.frame.load(Ordering::Relaxed);
         if let Some(entry) = self.entries.read().unwrap_or_else(PoisonError::into_inner).get(&key) {
             // Written once a frame: a write takes the line from all other workers.
-            if entry.used.load(Ordering::Relaxed) < now {
-                entry.used.fetch_max(now, Ordering::Relaxed);
+            if entry.used.load(Ordering::Relaxed) != now {
+                entry.used.store(now, Ordering::Relaxed);
             }
             return Ok(Some(entry.value.clone()));
         }

@@ -19,6 +19,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 mod trust;
+mod used;
 mod verify;
 mod window;
 mod writer;
@@ -40,6 +41,7 @@ pub use shelf::Shelf;
 pub use source::PageSource;
 pub use store::{FileBytes, MemPages, PageStore, Touched};
 pub use trust::{Damaged, Trust, Verify};
+pub use used::{Lent, Used};
 
 pub use verify::{Problem, VerifyReport, verify};
 pub use window::{FinerPages, StandIn, VoxelBlock};

@@ -156,6 +156,18 @@ pub struct PageNeeds {
     pub likely: usize,
 }
 
+impl PageNeeds {
+    /// The same but for paint.
+    #[must_use]
+    pub fn without_paint(self) -> Self {
+        let Self { mut parts, likely } = self;
+        let is_paint = |part: &mut PagePart| matches!(part, PagePart::Paint(_));
+        let likely = likely - parts.extract_if(..likely, is_paint).count();
+        parts.extract_if(likely.., is_paint).for_each(drop);
+        Self { parts, likely }
+    }
+}
+
 impl From<Vec<PagePart>> for PageNeeds {
     /// All of them are likely.
     fn from(parts: Vec<PagePart>) -> Self {

@@ -29,6 +29,24 @@ pub trait PageSource: Sync {
         !matches!(self.page(id), Ok(None))
     }
 
+    /// Whether what is seen of a page, heights and paint, can be read without waiting for the disk. Who has other work does that first, and
+    /// then has the page [brought](Self::bring).
+    fn is_at_hand(&self, id: PageId) -> bool {
+        let _ = id;
+        true
+    }
+
+    /// A page that is not at hand will be brought soon: the disk may begin.
+    fn announce(&self, id: PageId) {
+        let _ = id;
+    }
+
+    /// Brings what is seen of pages to hand, and waits until it is there. A page that is damaged is left to
+    /// whoever reads it.
+    fn bring(&self, pages: &[PageId]) {
+        let _ = pages;
+    }
+
     /// Whether the page was touched, found damaged and left out, so that a coarser level stands in for it.
     fn is_damaged(&self, id: PageId) -> bool {
         let _ = id;

@@ -109,6 +109,23 @@ fn everything() -> Vec<PagePart> {
 /// Frames need their view; to know it takes the bounds of a coarse page.
 struct Plan<'a>(&'a ResidentPages);
 
+/// The same, of frames that have paint brought once it is in sight.
+struct Sighted<'a>(Plan<'a>);
+
+impl Foresight for Sighted<'_> {
+    fn needs(&self, frame: u32) -> Result<PageNeeds> {
+        self.0.needs(frame)
+    }
+
+    fn is_behind(&self, frame: u32, page: PageId) -> bool {
+        self.0.is_behind(frame, page)
+    }
+
+    fn brings_paint(&self) -> bool {
+        true
+    }
+}
+
 impl Foresight for Plan<'_> {
     fn needs(&self, frame: u32) -> Result<PageNeeds> {
         touch(self.0, FORESEEN_WITH)?;
@@ -153,7 +170,13 @@ fn bytes_of(parts: impl IntoIterator<Item = PagePart>) -> u64 {
 
 /// The most that frames in flight hold together.
 fn held_bytes() -> u64 {
-    (0..FRAMES).map(|frame| bytes_of([view(frame), view(frame + 1)].concat())).max().unwrap_or_default()
+    held_by(IN_FLIGHT as u32)
+}
+
+/// The most that so many neighbouring frames need together.
+fn held_by(frames: u32) -> u64 {
+    let together = |first: u32| bytes_of((first..first + frames).flat_map(view));
+    (0..FRAMES).map(together).max().unwrap_or_default()
 }
 
 /// What is always in memory once it was asked for.
@@ -173,12 +196,26 @@ fn check_account(pages: &ResidentPages) {
 
 /// Frames that wait for their pages, two of them at a time; `beside`: each also asks for a page that nobody foresaw.
 fn fly(pages: &ResidentPages, frames: u32, beside: Option<PagePart>) {
+    fly_by(&Plan(pages), pages, frames, beside);
+}
+
+fn fly_by(plan: &dyn Foresight, pages: &ResidentPages, frames: u32, beside: Option<PagePart>) {
     let render = |frame: u32| {
-        for part in view(frame).into_iter().chain(beside) {
+        let (paint, others): (Vec<_>, Vec<_>) =
+            view(frame).into_iter().chain(beside).partition(|part| matches!(part, PagePart::Paint(_)));
+        for part in others {
+            assert!(touch(pages, part).expect("no damage"), "{part:?}");
+        }
+        let missing = paint.iter().map(|part| part.page()).filter(|page| !pages.is_at_hand(*page));
+        let missing: Vec<_> = missing.inspect(|page| pages.announce(*page)).collect();
+        if !missing.is_empty() && plan.brings_paint() {
+            pages.bring(&missing);
+        }
+        for part in paint {
             assert!(touch(pages, part).expect("no damage"), "{part:?}");
         }
     };
-    let flown = pages.ahead_of(FRAMES, &Plan(pages), |flight| {
+    let flown = pages.ahead_of(FRAMES, plan, |flight| {
         sync::scope(|scope| {
             let mut in_flight = VecDeque::new();
             for frame in 0..frames {
@@ -207,6 +244,19 @@ fn what_was_foreseen_is_there_within_the_budget() {
         assert_eq!(paging.demand_misses, 0, "{paging:?}");
         assert!(paging.resident_bytes_most <= budget, "{paging:?}");
     });
+}
+
+#[test]
+fn what_is_in_sight_is_brought_whatever_the_memory() {
+    for budget in [0, held_bytes() / 2, held_bytes(), u64::MAX] {
+        in_many_orders(move || {
+            let pages = open(Some(budget));
+            fly_by(&Sighted(Plan(&pages)), &pages, FRAMES, None);
+            // What was brought stays until the latest frame that had begun then is delivered.
+            let most = budget.max(held_by(IN_FLIGHT as u32 + 1) + bytes_of([FORESEEN_WITH]));
+            assert!(pages.paging().resident_bytes_most <= most, "{:?}, not {most}", pages.paging());
+        });
+    }
 }
 
 #[test]

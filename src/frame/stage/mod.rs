@@ -28,5 +28,5 @@ pub use band::Band;
 pub use cell::{Cell, Scale};
 pub use fan::Planes;
 pub use ladder::Ladder;
-pub use paint::{Above, Light, Painter};
+pub use paint::{Light, Painter};
 pub use rows::{Rows, Sums};

@@ -21,33 +21,12 @@ pub struct Painter<'a> {
     pub sampler: LineSampler<'a>,
     /// Haze and sky.
     pub air: Air,
-    /// From where it is seen.
-    pub above: Above,
-}
-
-/// An eye above ground.
-#[derive(Debug, Clone, Copy)]
-pub struct Above {
     /// The eye: units, units, metres.
     pub eye: DVec3,
     /// Metres per unit.
     pub spacing: f64,
     /// Height above the ground about, metres.
     pub height: f64,
-}
-
-impl Above {
-    /// How lines lie under a group of planes; `angle` lies between neighbouring ones, seen along the ground, radians.
-    pub fn planes(&self, group: &PlaneGroup, angle: f64) -> Planes {
-        Planes {
-            major: group.major,
-            forward: group.forward > 0.0,
-            height: self.height / group.ground,
-            eye: self.eye[1 - group.major],
-            minor: group.minor,
-            pixel: group.ground * angle / self.spacing,
-        }
-    }
 }
 
 impl Painter<'_> {
@@ -83,7 +62,14 @@ impl Kernel for Painting<'_, '_> {
     fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { painter, group, profile, angle, squares, lights } = self;
         let (squares, depth) = (simd.load(squares), simd.load(&group.depth));
-        let planes = painter.above.planes(group, angle);
+        let planes = Planes {
+            major: group.major,
+            forward: group.forward > 0.0,
+            height: painter.height / group.ground,
+            eye: painter.eye[1 - group.major],
+            minor: group.minor,
+            pixel: group.ground * angle / painter.spacing,
+        };
         let mut crossings = painter.sampler.under(simd, &planes);
         let (air, forward) = (painter.air, group.forward as i64);
         let sights = profile.sights();

@@ -251,7 +251,7 @@ impl ResidentPages {
     fn make_room_for(&self, ledger: &mut Ledger, parts: &[Expected], need: Need<'_>) -> bool {
         let length = self.bytes_of(parts);
         self.make_room(ledger, length, &|page| need.against(page))
-            && ledger.bytes.saturating_add(length) <= self.limit(ledger)
+            && ledger.bytes.saturating_add(length) <= self.budget
     }
 
     /// Bytes that will be free when frames in flight have ended.

@@ -20,7 +20,6 @@ mod room;
 
 pub(super) use late::Need;
 pub use late::PresentPages;
-pub(super) use room::Held;
 
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -85,8 +84,10 @@ struct Ledger {
     needed_from: Vec<Option<u32>>,
     /// Frames below this number have been delivered.
     delivered: u32,
-    /// Bytes of the budget that others use.
-    lent: u64,
+    /// Frames from this number on have not begun.
+    begun: u32,
+    /// Paint is left out of what comes ahead of need.
+    leaves_paint: bool,
 }
 
 /// The pages of a database file, some of them in memory.
@@ -153,7 +154,8 @@ impl ResidentPages {
         ledger.needed_until.fill(0);
         ledger.needed_from.fill(None);
         ledger.delivered = 0;
-        ledger.lent = 0;
+        ledger.begun = 0;
+        ledger.leaves_paint = false;
     }
 
     fn ledger(&self) -> MutexGuard<'_, Ledger> {
@@ -247,6 +249,17 @@ impl ResidentPages {
         self.bytes() <= self.budget && parts.all(is_here)
     }
 
+    /// A frame begins.
+    pub(super) fn begin(&self, frame: u32) {
+        let mut ledger = self.ledger();
+        ledger.begun = ledger.begun.max(frame + 1);
+    }
+
+    /// Paint is left out of what is expected from now on: it is brought once it is in sight.
+    pub(super) fn leave_paint(&self) {
+        self.ledger().leaves_paint = true;
+    }
+
     /// Frames below number `delivered` need nothing any more.
     pub(super) fn deliver(&self, delivered: u32) {
         self.ledger().delivered = delivered;
@@ -296,7 +309,14 @@ impl ResidentPages {
             match self.index(other).filter(|index| self.is_here_or_coming(*index)) {
                 Some(index) if self.is_coming(index) => self.land(ledger, other, index, state::READ),
                 Some(_) => {}
-                None => self.forget(other),
+                None => match self.index(other) {
+                    // It is likely to be in sight soon, and has been read.
+                    Some(index) if self.has_room_for_paint(ledger, other) => {
+                        self.reserve(ledger, other, index);
+                        self.land(ledger, other, index, state::READ);
+                    }
+                    _ => self.forget(other),
+                },
             }
         }
     }
@@ -405,6 +425,23 @@ impl PageSource for ResidentPages {
 
     fn has(&self, id: PageId) -> bool {
         self.file.has(id)
+    }
+
+    fn is_at_hand(&self, id: PageId) -> bool {
+        let is_here = |index: usize| self.states[index].load(Ordering::Acquire) & state::RESIDENT != 0;
+        PagePart::posts(id).into_iter().all(|part| self.index(part).is_none_or(is_here))
+    }
+
+    fn announce(&self, id: PageId) {
+        let is_to_come =
+            |part: &PagePart| self.index(*part).is_some_and(|index| !self.is_here_or_coming(index));
+        for part in PagePart::posts(id).into_iter().filter(is_to_come) {
+            self.file.store().announce(self.file.store().needed_for(part));
+        }
+    }
+
+    fn bring(&self, pages: &[PageId]) {
+        self.bring_in_sight(pages);
     }
 
     fn is_damaged(&self, id: PageId) -> bool {

@@ -1,30 +1,18 @@
 //! Room for what is to come.
 
+use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 use super::super::clock::Claim;
 use super::super::tally::Tally;
 use super::{Expected, KEPT_LEVEL, Ledger, ResidentPages, SOON, state};
 use crate::voxel::{PageId, PageNeeds, PagePart};
 
-/// Of the budget, what but paint is in memory may take so many fifths where light is computed ahead of need: light takes much of the rest, and
-/// there must be room for some paint.
-const OTHERS_FIFTHS: u64 = 2;
-
-/// Parts that are needed, by number, and before which frame they were needed no more until then.
-pub(in crate::memory) type Held = Vec<(usize, u32)>;
+/// Of the budget, what frames ahead need may take so many parts of a hundred where their paint is brought once it is in sight; that has the others.
+const AHEAD_SHARE: u64 = 50;
 
 impl ResidentPages {
-    /// Others use so many bytes of the budget.
-    pub(in crate::memory) fn lend(&self, bytes: u64) {
-        self.ledger().lent = bytes;
-    }
-
-    /// Bytes that pages may take now.
-    pub(super) fn limit(&self, ledger: &Ledger) -> u64 {
-        self.budget.saturating_sub(ledger.lent)
-    }
-
     /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
     /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. For a frame that begins soon, what it
     /// is likely to read must do; one that begins now gets as much as there is room for.
@@ -44,7 +32,9 @@ impl ResidentPages {
         if self.make_room(&mut ledger, bytes, &place) {
             missing.extend(more);
         } else {
-            release(&mut ledger, held_before);
+            for (index, until) in held_before {
+                ledger.needed_until[index] = until;
+            }
             if frame > ledger.delivered + SOON {
                 return None;
             }
@@ -52,56 +42,71 @@ impl ResidentPages {
                 return None;
             }
         }
-        let mut room = self.limit(&ledger).saturating_sub(ledger.bytes);
-        missing.retain(|&(part, index)| {
-            let length = self.file.store().part_bytes(part);
-            let fits = length <= room;
-            if fits {
-                room -= length;
-                self.reserve(&mut ledger, part, index);
-            }
-            fits
-        });
+        self.reserve_what_fits(&mut ledger, &mut missing);
         Some(missing)
     }
 
-    /// As [`Self::expect`], all of it or, if there is no room for it now, nothing; and what it was that is needed besides from now on.
-    pub(in crate::memory) fn expect_all(
+    /// As [`Self::expect`], of a frame whose paint is [left out](Self::leave_paint) of its needs, and has room beside them.
+    pub(in crate::memory) fn expect_without_paint(
         &self,
         frame: u32,
-        parts: &[PagePart],
+        needs: &PageNeeds,
         behind: impl Fn(PageId) -> bool,
-    ) -> Option<(Vec<Expected>, Held)> {
+    ) -> Option<Vec<Expected>> {
+        let is_soon = frame <= self.ledger().delivered + SOON;
+        if is_soon || self.leaves_room_for_paint(&needs.parts) {
+            self.expect(frame, needs, behind)
+        } else {
+            None
+        }
+    }
+
+    /// Whether what is needed, with `parts`, leaves room for paint.
+    fn leaves_room_for_paint(&self, parts: &[PagePart]) -> bool {
+        let ledger = self.ledger();
+        let is_needed = |index: usize| ledger.needed_until[index] > ledger.delivered;
+        let is_kept = |index: usize| self.part(index).page().level >= KEPT_LEVEL;
+        let held = ledger.clock.pages().map(|index| index as usize);
+        let held = held.filter(|index| is_needed(*index) || is_kept(*index)).map(|index| self.part(index));
+        let more =
+            parts.iter().copied().filter(|part| self.index(*part).is_some_and(|index| !is_needed(index)));
+        let bytes: u64 = held.chain(more).map(|part| self.file.store().part_bytes(part)).sum();
+        bytes <= self.budget / 100 * AHEAD_SHARE
+    }
+
+    /// Brings what is seen of pages, heights and paint, for a frame that has begun, and waits until it is there.
+    pub(super) fn bring_in_sight(&self, pages: &[PageId]) {
+        let begun = Instant::now();
+        let parts: Vec<_> = pages.iter().flat_map(|page| PagePart::posts(*page)).collect();
         let mut ledger = self.ledger();
-        let (missing, before) = self.hold(&mut ledger, frame, parts);
+        // The latest of those in flight, for one of which it is.
+        let frame = ledger.begun.saturating_sub(1);
+        let (missing, before) = self.hold(&mut ledger, frame, &parts);
+        for (index, until) in before {
+            ledger.needed_until[index] = ledger.needed_until[index].max(until);
+        }
         let bytes = self.bytes_of(&missing);
-        let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
-        if !self.has_room(&ledger, bytes) || !self.make_room(&mut ledger, bytes, &place) {
-            release(&mut ledger, before);
-            return None;
+        // With nothing to spare the budget gives way: a frame needs what it needs.
+        self.make_room(&mut ledger, bytes, &|_| Claim::None);
+        missing.iter().for_each(|(part, index)| self.reserve(&mut ledger, *part, *index));
+        drop(ledger);
+        Tally::add(&self.tally.pages_in_sight, missing.len() as u64);
+        self.read(&missing);
+        let mut ledger = self.ledger();
+        while parts.iter().any(|part| self.index(*part).is_some_and(|index| self.is_coming(index))) {
+            ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
         }
-        for &(part, index) in &missing {
-            self.reserve(&mut ledger, part, index);
-        }
-        Some((missing, before))
-    }
-
-    /// Whether all that a frame needs is more than may be in memory together, and leaves enough room without its paint.
-    pub(in crate::memory) fn needs_no_paint(&self, parts: &[PagePart]) -> bool {
-        let bytes = |parts: &mut dyn Iterator<Item = &PagePart>| -> u64 {
-            parts.map(|part| self.file.store().part_bytes(*part)).sum()
-        };
-        let mut others = parts.iter().filter(|part| !matches!(part, PagePart::Paint(_)));
-        bytes(&mut parts.iter()) > self.budget && bytes(&mut others) <= self.budget / 5 * OTHERS_FIFTHS
-    }
-
-    /// What was held is needed no longer than before.
-    pub(in crate::memory) fn let_go_of(&self, held: Held) {
-        release(&mut self.ledger(), held);
+        drop(ledger);
+        Tally::add_time(&self.tally.frame_wait_ns, begun.elapsed());
     }
 
     /// Notes that a frame needs parts. Returns those that are neither here nor coming, and until when each was held before.
-    fn hold(&self, ledger: &mut Ledger, frame: u32, parts: &[PagePart]) -> (Vec<Expected>, Held) {
+    fn hold(
+        &self,
+        ledger: &mut Ledger,
+        frame: u32,
+        parts: &[PagePart],
+    ) -> (Vec<Expected>, Vec<(usize, u32)>) {
         let (mut missing, mut before) = (Vec::new(), Vec::new());
         for &part in parts {
             let Some(index) = self.index(part) else { continue };
@@ -119,6 +124,20 @@ impl ResidentPages {
         parts.iter().map(|(part, _)| self.file.store().part_bytes(*part)).sum()
     }
 
+    /// Reserves parts in order, as far as there is room, and leaves the others out.
+    fn reserve_what_fits(&self, ledger: &mut Ledger, parts: &mut Vec<Expected>) {
+        let mut room = self.budget.saturating_sub(ledger.bytes);
+        parts.retain(|&(part, index)| {
+            let length = self.file.store().part_bytes(part);
+            let fits = length <= room;
+            if fits {
+                room -= length;
+                self.reserve(ledger, part, index);
+            }
+            fits
+        });
+    }
+
     pub(super) fn reserve(&self, ledger: &mut Ledger, part: PagePart, index: usize) {
         self.states[index].store(state::COMING, Ordering::Relaxed);
         ledger.bytes += if self.come_back(index) { 0 } else { self.file.store().part_bytes(part) };
@@ -127,24 +146,24 @@ impl ResidentPages {
 
     /// Evicts until `bytes` more fit, now or when frames in flight have ended; whether they do. `place` is what a page's place speaks for.
     pub(super) fn make_room(&self, ledger: &mut Ledger, bytes: u64, place: &dyn Fn(PageId) -> Claim) -> bool {
-        while ledger.bytes.saturating_add(bytes) > self.limit(ledger).saturating_add(self.leaving_bytes()) {
-            let Ledger { clock, needed_until, delivered, lent, .. } = ledger;
+        self.evict_until(ledger, bytes, |index, is_needed| {
+            let place = if is_needed { Claim::Needed } else { place(self.part(index).page()) };
+            if place == Claim::Needed {
+                return place;
+            }
+            let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
+            if before & state::USED != 0 { Claim::Used } else { place }
+        })
+    }
+
+    /// Evicts until `bytes` more fit. `claim` is what speaks for a part, which may be needed.
+    fn evict_until(&self, ledger: &mut Ledger, bytes: u64, claim: impl Fn(usize, bool) -> Claim) -> bool {
+        while ledger.bytes.saturating_add(bytes) > self.budget.saturating_add(self.leaving_bytes()) {
+            let Ledger { clock, needed_until, delivered, .. } = ledger;
             let victim = clock.victim(|index| {
                 let index = index as usize;
-                let id = self.part(index).page();
-                if id.level >= KEPT_LEVEL || needed_until[index] > *delivered {
-                    return Claim::Needed;
-                }
-                // Where memory is lent to light, what is lit already needs no paint.
-                if *lent > 0 && matches!(self.part(index), PagePart::Paint(_)) {
-                    return Claim::None;
-                }
-                let place = place(id);
-                if place == Claim::Needed {
-                    return place;
-                }
-                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
-                if before & state::USED != 0 { Claim::Used } else { place }
+                let is_kept = self.part(index).page().level >= KEPT_LEVEL;
+                claim(index, is_kept || needed_until[index] > *delivered)
             });
             let Some(index) = victim else { return false };
             self.evict(ledger, index as usize);
@@ -152,26 +171,20 @@ impl ResidentPages {
         true
     }
 
-    /// Whether so many bytes more fit if all goes that nobody needs.
-    fn has_room(&self, ledger: &Ledger, bytes: u64) -> bool {
-        let goes = |index: usize| {
-            self.part(index).page().level < KEPT_LEVEL && ledger.needed_until[index] <= ledger.delivered
-        };
-        let parts = ledger.clock.pages().map(|index| index as usize).filter(|index| goes(*index));
-        let most: u64 = parts.map(|index| self.file.store().part_bytes(self.part(index))).sum();
-        ledger.bytes.saturating_sub(most).saturating_add(bytes)
-            <= self.limit(ledger).saturating_add(self.leaving_bytes())
+    /// Whether a part is paint that fits if parts go that nobody needs or has used lately.
+    pub(super) fn has_room_for_paint(&self, ledger: &mut Ledger, part: PagePart) -> bool {
+        let bytes = self.file.store().part_bytes(part);
+        ledger.leaves_paint
+            && matches!(part, PagePart::Paint(_))
+            && self.evict_until(ledger, bytes, |index, is_needed| {
+                let is_used = self.states[index].load(Ordering::Relaxed) & state::USED != 0;
+                if is_needed || is_used { Claim::Needed } else { Claim::None }
+            })
     }
 
     pub(super) fn evict(&self, ledger: &mut Ledger, index: usize) {
         self.states[index].store(0, Ordering::Release);
         Tally::add(&self.tally.pages_evicted, 1);
         self.leave(ledger, index);
-    }
-}
-
-fn release(ledger: &mut Ledger, held: Held) {
-    for (index, until) in held.into_iter().rev() {
-        ledger.needed_until[index] = until;
     }
 }

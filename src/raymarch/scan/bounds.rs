@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Pages;
 use crate::error::Result;
-use crate::voxel::{BoundsView, PAGE_SIDE, PageId, RADIX};
+use crate::voxel::{PAGE_SIDE, PageId, RADIX};
 
 /// The greatest of [`highest_code`] for some places along the axis.
 pub fn highest_along(
@@ -54,21 +54,4 @@ pub fn highest_code(
         first = last + 1;
     }
     Ok(highest)
-}
-
-/// What of a range of voxels, first and last, lies on a page.
-pub fn part_on_page([first, last]: [u32; 2], page: u32) -> [u32; 2] {
-    [first.max(page * PAGE_SIDE), last.min(page * PAGE_SIDE + PAGE_SIDE - 1)]
-}
-
-/// Least lower and greatest upper bound of voxels of a page, first and last along each axis; `None` where there are none.
-pub fn bounds_on_page(view: &BoundsView<'_>, [x, y]: [[u32; 2]; 2]) -> Option<[u16; 2]> {
-    let mut bounds = [u16::MAX, u16::MIN];
-    for row in y[0]..=y[1] {
-        let row = (row * view.width + x[0]) as usize..=(row * view.width + x[1]) as usize;
-        let (low, high) = (view.low.get(row.clone())?, view.high.get(row)?);
-        bounds[0] = low.iter().fold(bounds[0], |least, code| least.min(*code));
-        bounds[1] = high.iter().fold(bounds[1], |most, code| most.max(*code));
-    }
-    Some(bounds)
 }

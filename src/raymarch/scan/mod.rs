@@ -44,7 +44,6 @@ mod panorama;
 mod profile;
 mod rims;
 mod shape;
-mod stretch;
 mod strides;
 #[cfg(test)]
 mod tests;
@@ -58,7 +57,6 @@ pub use pages::Pages;
 pub use panorama::{Annulus, Between, Directions, Gaze, Panorama, Refusal};
 pub use profile::{Mark, NO_SLOPE, Post, Profile, Sight};
 pub use shape::{Kept, Shape};
-pub use stretch::{Rises, Stretch};
 pub use strides::{Outlook, Strides};
 pub use turned::TurnedPages;
 pub use upright::{LevelRow, Look, Upright};

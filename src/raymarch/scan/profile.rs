@@ -93,6 +93,13 @@ impl Profile {
         rows + run.map_or(0, |first| below(&crest) - first)
     }
 
+    /// A copy without room for more.
+    #[must_use]
+    pub fn compact(&self) -> Self {
+        let end = self.sights.len().min(self.count + 1);
+        Self { sights: self.sights[..end].to_vec(), count: self.count, is_joined: self.is_joined }
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.count = 0;

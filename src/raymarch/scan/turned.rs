@@ -57,11 +57,6 @@ impl TurnedPages {
         self.0.begin_frame();
     }
 
-    /// Bytes beyond the budget that are kept.
-    pub fn borrowed(&self) -> usize {
-        self.0.borrowed()
-    }
-
     /// Columns of a strip and of two aprons, each of the page's height and two aprons; `None` where the page is absent from `source`, also if they are
     /// known from another frame that had it.
     ///

@@ -8,7 +8,7 @@ use super::{Facing, LineImage, RadiancePage, Weave};
 use crate::error::Result;
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
-use crate::voxel::{Bytes, Derived, PageId, PageSource};
+use crate::voxel::{Bytes, Derived, Lent, PageId, PageSource, Used};
 
 /// Bytes of radiance that are kept unless told otherwise.
 const DEFAULT_BUDGET: usize = 1 << 30;
@@ -72,6 +72,7 @@ enum Key {
 pub struct Radiance {
     sensor: VisualSensor,
     images: Derived<Key, Image>,
+    looms: Used<Loom>,
 }
 
 impl Radiance {
@@ -82,7 +83,7 @@ impl Radiance {
 
     /// The same with another limit in bytes. What the latest frames used is kept beyond it.
     pub fn with_budget(sensor: VisualSensor, budget: usize) -> Self {
-        Self { sensor, images: Derived::new(budget) }
+        Self { sensor, images: Derived::new(budget), looms: Used::default() }
     }
 
     /// Bytes of radiance that are kept.
@@ -93,21 +94,6 @@ impl Radiance {
     /// A new frame begins: drops what was not used for longest if there is more than the budget allows.
     pub fn begin_frame(&self) {
         self.images.begin_frame();
-    }
-
-    /// So many bytes more than the budget may be kept.
-    pub fn lend(&self, bytes: usize) {
-        self.images.lend(bytes);
-    }
-
-    /// Bytes beyond the budget that are kept.
-    pub fn borrowed(&self) -> usize {
-        self.images.borrowed()
-    }
-
-    /// Whether a strip is known; if so, it stays for the frames that memory looks ahead.
-    pub fn keep(&self, strip: Strip) -> bool {
-        self.images.keep(Key::Lines(strip))
     }
 
     /// What is known under the key of a page's image, or else what `make` finds. A page that `source` does not have is absent, also if its
@@ -133,13 +119,18 @@ impl Radiance {
         }
     }
 
+    /// What is not known is computed if it `may_weave`, which is asked then only.
     fn lines(
         &self,
         source: &dyn PageSource,
         strip: Strip,
         loom: &mut Loom,
+        may_weave: impl FnOnce() -> bool,
     ) -> Result<Option<Arc<LineImage>>> {
         let weave_lines = || {
+            if !may_weave() {
+                return Ok(None);
+            }
             let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
             let lines =
                 LineImage::bake(source, (strip.page, part), &self.sensor, strip.weave, (loom, Isa::best()))?;
@@ -149,23 +140,6 @@ impl Radiance {
             Some(Image::Lines(lines)) => Ok(Some(lines)),
             _ => Ok(None),
         }
-    }
-}
-
-/// Lights strips ahead of the frames that look at them.
-#[derive(Debug, Default)]
-pub struct Lighter(Loom);
-
-impl Lighter {
-    /// Lights a strip of a page that is in memory. It stays for the frames that memory looks ahead.
-    ///
-    /// # Errors
-    /// A page that is damaged.
-    pub fn light(&mut self, source: &dyn PageSource, radiance: &Radiance, strip: Strip) -> Result<()> {
-        if radiance.lines(source, strip, &mut self.0)?.is_some() {
-            radiance.keep(strip);
-        }
-        Ok(())
     }
 }
 
@@ -180,13 +154,30 @@ pub struct RadiancePages<'a> {
     source: &'a dyn PageSource,
     radiance: &'a Radiance,
     slots: Vec<Slot>,
-    loom: Loom,
+    loom: Lent<'a, Loom>,
+    /// Pages that were missing, unless they are waited for.
+    missing: Option<Vec<PageId>>,
+    /// Stands for their lines.
+    dark: Arc<LineImage>,
 }
 
 impl<'a> RadiancePages<'a> {
     /// None is looked up yet.
     pub fn new(source: &'a dyn PageSource, radiance: &'a Radiance) -> Self {
-        Self { source, radiance, slots: vec![None; SLOTS], loom: Loom::default() }
+        let dark = Arc::new(LineImage::dark());
+        Self { source, radiance, slots: vec![None; SLOTS], loom: radiance.looms.lend(), missing: None, dark }
+    }
+
+    /// Waits for no page: lines that are not known are dark where their page is not [at hand](PageSource::is_at_hand), which is
+    /// [missing](Self::take_missing) then.
+    #[must_use]
+    pub fn without_waiting(self) -> Self {
+        Self { missing: Some(Vec::new()), ..self }
+    }
+
+    /// Pages that were missing since this was asked last, some of them several times.
+    pub fn take_missing(&mut self) -> Vec<PageId> {
+        self.missing.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// The database.
@@ -214,9 +205,20 @@ impl<'a> RadiancePages<'a> {
             ^ u32::from(page.level).wrapping_mul(17)
             ^ u32::from(weave.span | weave.shift << 3).wrapping_mul(37)
             ^ index.wrapping_mul(41);
-        let slot = &mut self.slots[hash as usize % SLOTS];
+        let Self { source, radiance, slots, loom, missing, dark } = self;
+        let slot = &mut slots[hash as usize % SLOTS];
         if slot.as_ref().is_none_or(|(known, _)| *known != strip) {
-            *slot = Some((strip, self.radiance.lines(self.source, strip, &mut self.loom)?));
+            let mut is_missing = false;
+            let may_weave = || {
+                is_missing = missing.is_some() && !source.is_at_hand(page);
+                !is_missing
+            };
+            let lines = radiance.lines(*source, strip, loom, may_weave)?;
+            if is_missing {
+                missing.get_or_insert_default().push(page);
+                return Ok(Some(Arc::clone(dark)));
+            }
+            *slot = Some((strip, lines));
         }
         Ok(slot.as_ref().and_then(|(_, lines)| lines.clone()))
     }

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::tests::{Holey, bake, rough, sensor};
 use super::*;
-use crate::voxel::PageId;
+use crate::error::Result;
+use crate::voxel::{BoundsView, Header, PageId, PageSource, PageView};
 
 #[test]
 fn what_was_not_used_for_longest_makes_room_and_comes_again() {
@@ -28,6 +29,61 @@ fn what_was_not_used_for_longest_makes_room_and_comes_again() {
     assert_eq!(source.asked.load(Ordering::Relaxed), before, "what was used last is kept");
     assert!(page(&radiance, 0) == first[0]);
     assert!(source.asked.load(Ordering::Relaxed) > before, "what was dropped is computed again");
+}
+
+/// A database of which a page is not at hand.
+struct Far(Holey<fn(PageId) -> bool>, PageId);
+
+impl PageSource for Far {
+    fn header(&self) -> &Header {
+        self.0.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        self.0.page(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        self.0.bounds(id)
+    }
+
+    fn has(&self, id: PageId) -> bool {
+        self.0.has(id)
+    }
+
+    fn is_at_hand(&self, id: PageId) -> bool {
+        id != self.1
+    }
+}
+
+#[test]
+fn light_that_must_wait_is_dark_and_its_page_missing_until_it_is_known() {
+    let whole = Holey {
+        whole: rough(512, 256, 0),
+        absent: (|_| false) as fn(PageId) -> bool,
+        asked: AtomicU32::new(0),
+    };
+    let id = |px| PageId { level: 0, px, py: 0 };
+    let far = Far(whole, id(1));
+    let radiance = Radiance::new(sensor());
+    let weave = Weave { facing: Facing::down(1), shift: 0, span: 1 };
+    let strip = |px| super::cache::Strip::with(id(px), weave, 40);
+    let mut patient = RadiancePages::new(&far, &radiance).without_waiting();
+    let near = patient.lines(strip(0)).unwrap().unwrap();
+    assert!(near.texels.iter().any(|texel| *texel > 0) && patient.take_missing().is_empty());
+    let asked = || far.0.asked.load(Ordering::Relaxed);
+    let before = asked();
+    for _ in 0..2 {
+        let dark = patient.lines(strip(1)).unwrap().unwrap();
+        assert!(dark.texels.iter().all(|texel| *texel == 0));
+        assert_eq!(patient.take_missing(), [id(1)]);
+    }
+    assert_eq!(asked(), before, "nothing was read of it");
+    // Who waits has its light, and from then on all have.
+    let light = RadiancePages::new(&far, &radiance).lines(strip(1)).unwrap().unwrap();
+    assert!(light.texels.iter().any(|texel| *texel > 0));
+    assert_eq!(patient.lines(strip(1)).unwrap().unwrap(), light);
+    assert!(patient.take_missing().is_empty());
 }
 
 #[test]

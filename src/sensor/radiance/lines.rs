@@ -56,6 +56,12 @@ impl LineImage {
         isa.run(Baking { source, id, part, sensor, facing: &weave.facing, window, finish })
     }
 
+    /// A line without light.
+    pub fn dark() -> Self {
+        let row = 2 * LANES;
+        Self { texels: vec![0; row], row }
+    }
+
     /// Where line `index` begins, the last one's if it is beyond.
     #[inline(always)]
     pub fn start_of(&self, index: usize) -> usize {

@@ -28,8 +28,8 @@ mod seam_tests;
 mod tests;
 mod window;
 
-pub use cache::{Lighter, Radiance, RadiancePages, Strip};
+pub use cache::{Radiance, RadiancePages};
 pub use facing::Facing;
 pub use lines::{LineImage, Weave};
 pub use page::RadiancePage;
-pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS, Weaves};
+pub use sample::{Crossings, Line, LineSampler, Place, Planes, UNITS};

@@ -96,10 +96,13 @@ pub struct Place {
 /// What finds images under planes.
 struct Search<'s, 'a> {
     sampler: &'s mut LineSampler<'a>,
-    rule: Rule,
+    major: usize,
+    forward: bool,
+    height: f64,
     eye: f64,
     /// `minor` of the outermost planes, the lesser first.
     ends: [f64; 2],
+    pixel: f64,
 }
 
 /// Images side by side, where they are, and which lines they serve.
@@ -134,16 +137,22 @@ impl<'a> LineSampler<'a> {
         Self { grid: header.grid, level_count: header.level_count, pages }
     }
 
+    /// As of [`RadiancePages::take_missing`].
+    pub fn take_missing(&mut self) -> Vec<PageId> {
+        self.pages.take_missing()
+    }
+
     /// Where planes cross lines.
     #[inline(always)]
     pub fn under<V: Simd>(&mut self, simd: V, planes: &Planes) -> Crossings<'_, 'a, V> {
         let ends = planes.minor.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &minor| {
             [low.min(f64::from(minor)), high.max(f64::from(minor))]
         });
+        let Planes { major, forward, height, eye, pixel, .. } = *planes;
         Crossings {
             simd,
             minor: simd.load(&planes.minor),
-            search: Search { sampler: self, rule: Weaves::of(planes).rule(), eye: planes.eye, ends },
+            search: Search { sampler: self, major, forward, height, eye, ends, pixel },
             runs: Vec::new(),
             latest: [usize::MAX; SPANS],
         }
@@ -263,121 +272,26 @@ impl Run {
     }
 }
 
-/// How lines are woven for groups of planes that look the same way.
-#[derive(Debug, Clone, Copy)]
-pub struct Weaves {
-    /// Axis along which the planes run: 0 east, 1 north.
-    pub major: usize,
-    /// Up the axis.
-    pub forward: bool,
-    /// Least and greatest height of the eye above the ground about, units of major distance.
-    height: [f64; 2],
-    /// Least and greatest width of a pixel's footprint per unit of major distance, units.
-    pixel: [f64; 2],
-}
-
-impl Weaves {
-    /// For `planes`.
-    pub fn of(planes: &Planes) -> Self {
-        let Planes { major, forward, height, pixel, .. } = *planes;
-        Self { major, forward, height: [height; 2], pixel: [pixel; 2] }
-    }
-
-    /// For all planes that either is for.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        let both = |[low, high]: [f64; 2], [least, most]: [f64; 2]| [low.min(least), high.max(most)];
-        Self { height: both(self.height, other.height), pixel: both(self.pixel, other.pixel), ..self }
-    }
-
-    /// Strips of a page that planes may look at between two major distances, of its lines `lines`, first and last, counted from the page's first, of
-    /// which one stands for `span`.
-    pub fn strips(
-        &self,
-        page: PageId,
-        span: u8,
-        lines: [u32; 2],
-        [from, to]: [f64; 2],
-        mut tell: impl FnMut(Strip),
-    ) {
-        let rule =
-            |wide: usize| Rule { height: self.height[1 - wide], pixel: self.pixel[wide], ..self.rule() };
-        // From afar and with wide pixels texels are wide, from afar and from low down views are flat.
-        let shifts = [(0, from), (1, to)].map(|(wide, at)| rule(wide).shift(page.level, at));
-        let inclines = [(1, to), (0, from)].map(|(wide, at)| rule(wide).incline(at));
-        for shift in shifts[0]..=shifts[1] {
-            for incline in inclines[0]..=inclines[1] {
-                let weave = self.rule().weave(page.level, span, shift, incline);
-                let [first, last] = lines.map(|line| Strip::with(page, weave, line));
-                (first.index..=last.index).for_each(|index| tell(Strip { index, ..first }));
-            }
-        }
-    }
-
-    fn rule(&self) -> Rule {
-        let Self { major, forward, height: [height, _], pixel: [pixel, _] } = *self;
-        Rule { major, forward, height, pixel }
-    }
-}
-
-/// How lines are woven for planes.
-#[derive(Debug, Clone, Copy)]
-struct Rule {
-    major: usize,
-    forward: bool,
-    /// Height of the eye above the ground about, units of major distance.
-    height: f64,
-    /// Width of a pixel's footprint per unit of major distance, units.
-    pixel: f64,
-}
-
-impl Rule {
-    /// Major distances from which the next texels serve, since a footprint is so wide.
-    fn wider(&self, level: u8) -> [f64; 2] {
-        let voxel = f64::from(Grid::side_units(level));
-        WIDER.map(|voxels| voxels * voxel / self.pixel)
-    }
-
-    /// Major distances up to which the eye looks down so steeply.
-    fn steeper(&self) -> [f64; 2] {
-        STEEPER.map(|steeper| self.height / steeper)
-    }
-
-    /// log₂ of posts across a texel at a major distance.
-    fn shift(&self, level: u8, distance: f64) -> usize {
-        self.wider(level).iter().filter(|&&from| from <= distance).count()
-    }
-
-    fn incline(&self, distance: f64) -> usize {
-        self.steeper().iter().filter(|&&until| distance < until).count()
-    }
-
-    fn weave(&self, level: u8, span: u8, shift: usize, incline: usize) -> Weave {
-        let is_post = level == 0 && shift == 0 && span == 1;
-        let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
-        let facing = if is_post { Facing::down(facing.major) } else { facing };
-        Weave { facing, shift: shift as u8, span }
-    }
-}
-
 impl Search<'_, '_> {
     /// Images for a line and those near it; `None` if one is absent.
     #[inline(never)]
     fn run(&mut self, line: &Line) -> Result<Option<Run>> {
         let (level, distance) = (line.level, f64::from(line.distance));
         let voxel = f64::from(Grid::side_units(level));
-        let (shift, incline) = (self.rule.shift(level, distance), self.rule.incline(distance));
-        let wider = self.rule.wider(level);
+        // Where a footprint is so wide that the next texels serve.
+        let wider = WIDER.map(|voxels| voxels * voxel / self.pixel);
+        let shift = wider.iter().filter(|&&from| from <= distance).count();
         let mut near = if shift > 0 { wider[shift - 1] } else { 0.0 };
         let mut far = wider.get(shift).copied().unwrap_or(f64::INFINITY);
-        for until in self.rule.steeper() {
-            if distance < until {
-                far = far.min(until);
-            } else {
-                near = near.max(until);
-            }
-        }
-        let weave = self.rule.weave(level, line.span, shift, incline);
+        // And where the eye looks down at another incline.
+        let inclines = STEEPER.map(|steeper| self.height / steeper);
+        let incline = inclines.iter().filter(|&&until| distance < until).count();
+        near = inclines.iter().filter(|&&until| distance >= until).fold(near, |near, &until| near.max(until));
+        far = inclines.iter().filter(|&&until| distance < until).fold(far, |far, &until| far.min(until));
+        let is_post = level == 0 && shift == 0 && line.span == 1;
+        let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
+        let facing = if is_post { Facing::down(facing.major) } else { facing };
+        let weave = Weave { facing, shift: shift as u8, span: line.span };
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);
         let pages = self.ends.map(|end| {
@@ -389,14 +303,14 @@ impl Search<'_, '_> {
         });
         let dims = self.sampler.grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
-        let along = line.index.div_euclid(i64::from(PAGE_SIDE)).clamp(0, dims[self.rule.major] - 1);
+        let along = line.index.div_euclid(i64::from(PAGE_SIDE)).clamp(0, dims[self.major] - 1);
         let first_line = along * i64::from(PAGE_SIDE);
         let post = (line.index - first_line).clamp(0, i64::from(PAGE_SIDE) - 1) as u32;
-        let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.rule.major] - 1));
+        let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
         let strip = Strip::with(PageId { level, px: 0, py: 0 }, weave, post);
         let mut images = [const { None }; MOST_PAGES];
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
-            let (px, py) = if self.rule.major == 0 { (along, first + part) } else { (first + part, along) };
+            let (px, py) = if self.major == 0 { (along, first + part) } else { (first + part, along) };
             let id = PageId { level, px: px as u32, py: py as u32 };
             let Some(image) = self.sampler.pages.lines(Strip { page: id, ..strip })? else { return Ok(None) };
             images[part as usize] = Some(image);

@@ -8,8 +8,6 @@ mod clock;
 mod flight;
 #[path = "../../../src/memory/leaving.rs"]
 mod leaving;
-#[path = "../../../src/memory/lit.rs"]
-mod lit;
 #[path = "../../../src/memory/live.rs"]
 mod live;
 mod page_file;
@@ -19,8 +17,7 @@ pub mod sync;
 #[path = "../../../src/memory/tally.rs"]
 mod tally;
 
-pub use flight::{Flight, Foresight};
-pub use lit::Lighting;
+pub use flight::Foresight;
 pub use page_file::PageFile;
 pub use resident::{PresentPages, ResidentPages};
 pub use tally::Paging;

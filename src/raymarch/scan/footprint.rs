@@ -12,24 +12,18 @@
 //! horizon is never above its crest, and what this passes over the march passes over too. Rings begin and end where
 //! blocks of the march do. What is read to know what to read are bounds of levels from 16 on, most of which the march needs too.
 
-mod stretches;
-mod wedge;
-
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::bounds::{bounds_on_page, part_on_page};
 use super::march::MOST_VOXELS;
-use super::{Field, PlaneGroup, Stretch, Strides};
+use super::{Field, PlaneGroup, Strides};
 use crate::error::Result;
+use crate::simd::LANES;
 use crate::voxel::{BoundsView, Grid, HeightCode, PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource, RADIX};
-use wedge::Wedge;
 
 /// Groups of planes that are looked at together: two would take three fifths of the time and name 4 to 6 % more bytes.
 const WEDGE: usize = 1;
-/// The same where light is foreseen too: a fifth of the time, and what is named needlessly is heights, which take little.
-const LIT_WEDGE: usize = 4;
 
 /// Lines before a ring that are read where a segment or a stride begins, and posts around it that interpolation takes.
 const BEFORE: f64 = 5.0;
@@ -61,8 +55,6 @@ pub struct Footprint<'a> {
     parts: HashMap<PagePart, Place>,
     /// Wedges before this one.
     wedges: u32,
-    /// Lines that planes may see, if somebody asks.
-    stretches: Option<Vec<Stretch>>,
 }
 
 /// Columns and rows of pages, first and last, and whether they are likely to be touched.
@@ -95,8 +87,24 @@ struct Sight {
     may_be: bool,
     /// And above the likely one.
     is_likely: bool,
-    /// Height of the lowest surface, metres above the datum.
-    low: f64,
+}
+
+/// Groups side by side.
+struct Wedge {
+    major: usize,
+    forward: f64,
+    /// Units across per unit of major distance, least and greatest.
+    minor: [f64; 2],
+    drop: [f64; 2],
+    /// Ground distance per unit of major distance, metres.
+    ground: [f64; 2],
+    /// Major distances between which some plane lies over the area, and between which all do.
+    over: [f64; 2],
+    inner: [f64; 2],
+    /// Metres of height per unit of major distance: below the lowest rows, and above the highest.
+    slopes: [f64; 2],
+    /// Major distance before which all rays are above the highest surface.
+    begin: f64,
 }
 
 /// Voxels of a level.
@@ -147,19 +155,7 @@ impl<'a> Footprint<'a> {
             noted: vec![[None; 2]; usize::from(header.level_count)],
             parts: HashMap::new(),
             wedges: 0,
-            stretches: None,
         }
-    }
-
-    /// Collects also which lines planes may see.
-    #[must_use]
-    pub fn with_stretches(self) -> Self {
-        Self { stretches: Some(Vec::new()), ..self }
-    }
-
-    /// Those lines, group by group.
-    pub fn take_stretches(&mut self) -> Vec<Stretch> {
-        self.stretches.take().unwrap_or_default()
     }
 
     /// Adds what groups of planes, neighbours in order, may touch from `eye` (units, units, metres).
@@ -170,14 +166,11 @@ impl<'a> Footprint<'a> {
         let is_same = |a: &(PlaneGroup, Field), b: &(PlaneGroup, Field)| {
             a.0.major == b.0.major && a.0.forward == b.0.forward
         };
-        let count = if self.stretches.is_some() { LIT_WEDGE } else { WEDGE };
-        let mut first = 0;
         for side in groups.chunk_by(is_same) {
-            for groups in side.chunks(count) {
-                let wedge = Wedge::new(groups, self.ceiling - eye.z, first);
+            for groups in side.chunks(WEDGE) {
+                let wedge = Wedge::new(groups, self.ceiling - eye.z);
                 self.sweep(eye, &wedge)?;
                 self.wedges += 1;
-                first += groups.len();
             }
         }
         Ok(())
@@ -209,7 +202,7 @@ impl<'a> Footprint<'a> {
         let top = wedge.slopes[1];
         let mut horizon = Horizon { sure: wedge.slopes[0], likely: wedge.slopes[0] };
         let mut at = nearest;
-        let mut before = self.unknown();
+        let mut before = Sight { may_be: true, is_likely: true };
         self.noted.fill([None; 2]);
         while at < farthest {
             if horizon.sure >= top || horizon.sure >= 0.0 && ceiling < horizon.sure * at {
@@ -223,7 +216,6 @@ impl<'a> Footprint<'a> {
                     let own = self.part_of_level(wedge, &ring, level);
                     let is_likely = sight.is_likely || before.is_likely;
                     self.need(eye, wedge, &own, (level, PagePart::Heights, is_likely), [BEFORE, AROUND]);
-                    self.stretch(eye, wedge, &own, level, (sight.low.min(before.low), horizon.sure));
                 }
             }
             // Whose bounds the march looks at.
@@ -246,11 +238,11 @@ impl<'a> Footprint<'a> {
 
     /// Whether something in a ring may rise above the horizon, and whether it is likely to, seen with the march's own bounds.
     fn sight(&mut self, eye: DVec3, wedge: &Wedge, ring: &Ring, horizon: Horizon) -> Result<Sight> {
-        let unknown = self.unknown();
+        let unknown = Sight { may_be: true, is_likely: true };
         if ring.side > MOST_VOXELS as f64 * f64::from(Grid::side_units(ring.skip_level)) {
             return Ok(unknown);
         }
-        let Some([low, high]) = self.bounds_over(eye, wedge, ring, ring.skip_level)? else {
+        let Some([_, high]) = self.bounds_over(eye, wedge, ring, ring.skip_level)? else {
             return Ok(unknown);
         };
         let z = self.height(high) - eye.z;
@@ -258,13 +250,7 @@ impl<'a> Footprint<'a> {
             let above = |distance: f64| z - wedge.drop[0] * distance * distance >= horizon * distance;
             high != HeightCode::EMPTY && (above(ring.from) || above(ring.to))
         };
-        let low = if low == HeightCode::EMPTY { unknown.low } else { self.height(low) };
-        Ok(Sight { may_be: rises(horizon.sure), is_likely: rises(horizon.likely), low })
-    }
-
-    /// What is known of a ring of which nothing is.
-    fn unknown(&self) -> Sight {
-        Sight { may_be: true, is_likely: true, low: self.height(HeightCode::EMPTY) }
+        Ok(Sight { may_be: rises(horizon.sure), is_likely: rises(horizon.likely) })
     }
 
     /// The horizon behind a ring: the lowest surface of each strip of some lines stands before it, and likely one in the middle between lowest and
@@ -448,5 +434,57 @@ impl Sides {
     fn new(grid: &Grid, level: u8) -> Self {
         let (nx, ny) = grid.dims(level);
         Self { per_unit: 1.0 / f64::from(Grid::side_units(level)), last: [nx - 1, ny - 1] }
+    }
+}
+
+/// What of a range of voxels, first and last, lies on a page.
+fn part_on_page([first, last]: [u32; 2], page: u32) -> [u32; 2] {
+    [first.max(page * PAGE_SIDE), last.min(page * PAGE_SIDE + PAGE_SIDE - 1)]
+}
+
+/// Least lower and greatest upper bound of voxels of a page, first and last along each axis; `None` where there are none.
+fn bounds_on_page(view: &BoundsView<'_>, [x, y]: [[u32; 2]; 2]) -> Option<[u16; 2]> {
+    let mut bounds = [u16::MAX, u16::MIN];
+    for row in y[0]..=y[1] {
+        let row = (row * view.width + x[0]) as usize..=(row * view.width + x[1]) as usize;
+        let (low, high) = (view.low.get(row.clone())?, view.high.get(row)?);
+        bounds[0] = low.iter().fold(bounds[0], |least, code| least.min(*code));
+        bounds[1] = high.iter().fold(bounds[1], |most, code| most.max(*code));
+    }
+    Some(bounds)
+}
+
+impl Wedge {
+    /// `ceiling`: height of the highest surface, metres above the eye.
+    fn new(groups: &[(PlaneGroup, Field)], ceiling: f64) -> Self {
+        let extremes = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                [low.min(value), high.max(value)]
+            })
+        };
+        let lanes = |of: &dyn Fn(&PlaneGroup) -> [f32; LANES]| {
+            extremes(&mut groups.iter().flat_map(|(group, _)| of(group)).map(f64::from))
+        };
+        let enter = lanes(&|group| group.over[0]);
+        let leave = lanes(&|group| group.over[1]);
+        let slopes = groups.iter().flat_map(|(group, field)| {
+            group.depth.map(|depth| field.tangents.map(|tangent| f64::from(tangent) * f64::from(depth)))
+        });
+        let slopes = slopes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [least, most]| {
+            [low.min(least), high.max(most)]
+        });
+        let begin = groups.iter().map(|(group, field)| f64::from(field.begin(group, ceiling)));
+        let first = &groups[0].0;
+        Self {
+            major: first.major,
+            forward: first.forward,
+            minor: lanes(&|group| group.minor),
+            drop: lanes(&|group| group.drop),
+            ground: extremes(&mut groups.iter().map(|(group, _)| group.ground)),
+            over: [enter[0], leave[1]],
+            inner: [enter[1], leave[0]],
+            slopes,
+            begin: begin.fold(f64::INFINITY, f64::min),
+        }
     }
 }
