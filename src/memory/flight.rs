@@ -138,7 +138,8 @@ impl Flight<'_> {
                 let expected = if paint_in_sight {
                     self.pages.expect_without_paint(next, foreseen, is_behind)
                 } else {
-                    self.pages.expect(next, foreseen, is_behind)
+                    // Rather no paint than half of it, and half of that in vain.
+                    self.pages.expect(next, foreseen, foresight.brings_paint(), is_behind)
                 };
                 if let Some(expected) = expected {
                     needs = None;

@@ -168,7 +168,7 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
         likely,
     };
     let expect = |frame, needs: &PageNeeds| {
-        let expected = site.pages.expect(frame, needs, |_| false)?;
+        let expected = site.pages.expect(frame, needs, false, |_| false)?;
         site.pages.read(&expected);
         Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
     };
@@ -180,6 +180,8 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), None);
     site.pages.deliver(3);
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![heights(4), heights(5)]));
+    // Unless it must be whole.
+    assert_eq!(site.pages.expect(4, &needs(&[1, 2, 3], 2), true, |_| false), None);
     // With room for all of it, all of it comes.
     site.pages.deliver(4);
     assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![heights(6), heights(7)]));
@@ -198,7 +200,7 @@ fn what_is_in_sight_is_brought_and_stays_for_the_frame() {
     assert_eq!(site.pages.paging().pages_in_sight, 2, "it is there");
     // Others have no room while frame 4 is in flight.
     let expect = |frame, parts: &[PagePart]| {
-        let expected = site.pages.expect(frame, &PageNeeds::from(parts.to_vec()), NOTHING_BEHIND)?;
+        let expected = site.pages.expect(frame, &PageNeeds::from(parts.to_vec()), false, NOTHING_BEHIND)?;
         site.pages.read(&expected);
         Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
     };
@@ -245,4 +247,14 @@ fn paint_that_was_read_for_a_checksum_stays_while_nobody_else_has_use_for_its_ro
     site.pages.keep_for(9, &fine(&[1, 2]).into());
     assert!(touch(3) && !site.pages.is_at_hand(page(3)));
     assert!(site.pages.is_at_hand(page(1)) && site.pages.is_at_hand(page(2)));
+}
+
+#[test]
+fn beside_a_flight_what_is_brought_is_not_held() {
+    let site = Site::new(2 * page_bytes());
+    for number in [1, 2, 3] {
+        site.pages.bring(&[page(number)]);
+        assert!(site.pages.is_at_hand(page(number)) && site.bytes() <= site.pages.budget());
+    }
+    assert!(!site.pages.is_at_hand(page(1)));
 }

@@ -229,7 +229,7 @@ impl ResidentPages {
             }
             let parts = together.iter().flat_map(|(_, id)| PagePart::all(*id));
             let needs = PageNeeds::from(parts.collect::<Vec<_>>());
-            self.read(&self.expect(0, &needs, |_| true).unwrap_or_default());
+            self.read(&self.expect(0, &needs, false, |_| true).unwrap_or_default());
             // Says what is wrong with a page that did not come.
             needs.parts.iter().try_for_each(|part| store.load(*part).map(drop))?;
             observer.advance(together.len() as u64);

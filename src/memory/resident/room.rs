@@ -14,12 +14,13 @@ const AHEAD_SHARE: u64 = 50;
 
 impl ResidentPages {
     /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
-    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. For a frame that begins soon, what it
-    /// is likely to read must do; one that begins now gets as much as there is room for.
+    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. Unless it must be `whole`, what it is
+    /// likely to read must do for a frame that begins soon; one that begins now gets as much as there is room for.
     pub(in crate::memory) fn expect(
         &self,
         frame: u32,
         needs: &PageNeeds,
+        whole: bool,
         behind: impl Fn(PageId) -> bool,
     ) -> Option<Vec<Expected>> {
         let mut ledger = self.ledger();
@@ -35,7 +36,7 @@ impl ResidentPages {
             for (index, until) in held_before {
                 ledger.needed_until[index] = until;
             }
-            if frame > ledger.delivered + SOON {
+            if whole || frame > ledger.delivered + SOON {
                 return None;
             }
             if !self.make_room(&mut ledger, likely_bytes, &place) && frame > ledger.delivered {
@@ -55,7 +56,7 @@ impl ResidentPages {
     ) -> Option<Vec<Expected>> {
         let is_soon = frame <= self.ledger().delivered + SOON;
         if is_soon || self.leaves_room_for_paint(&needs.parts) {
-            self.expect(frame, needs, behind)
+            self.expect(frame, needs, false, behind)
         } else {
             None
         }
@@ -74,16 +75,21 @@ impl ResidentPages {
         bytes <= self.budget / 100 * AHEAD_SHARE
     }
 
-    /// Brings what is seen of pages, heights and paint, for a frame that has begun, and waits until it is there.
+    /// Brings what is seen of pages, heights and paint, for a frame that has begun, and waits until it is there. It stays for all frames that have.
     pub(super) fn bring_in_sight(&self, pages: &[PageId]) {
         let begun = Instant::now();
         let parts: Vec<_> = pages.iter().flat_map(|page| PagePart::posts(*page)).collect();
         let mut ledger = self.ledger();
-        // The latest of those in flight, for one of which it is.
-        let frame = ledger.begun.saturating_sub(1);
-        let (missing, before) = self.hold(&mut ledger, frame, &parts);
-        for (index, until) in before {
+        // It is for one of the frames in flight; beside a flight nothing says when it is needed no more.
+        let (delivered, until) = (ledger.delivered, ledger.begun);
+        let mut missing = Vec::new();
+        for &part in &parts {
+            let Some(index) = self.index(part) else { continue };
             ledger.needed_until[index] = ledger.needed_until[index].max(until);
+            ledger.needed_from[index].get_or_insert(delivered);
+            if !self.is_here_or_coming(index) {
+                missing.push((part, index));
+            }
         }
         let bytes = self.bytes_of(&missing);
         // With nothing to spare the budget gives way: a frame needs what it needs.

@@ -163,11 +163,13 @@ impl Memory {
         let Some(memory) = self.memory else { return Ok(None) };
         let least = frames.memory_for(LEAST);
         let Some(rest) = memory.checked_sub(least) else {
+            let (count, remedy) = match frames.in_flight {
+                1 => ("one frame".into(), " or a smaller --size"),
+                count => (format!("{count} frames"), ", a smaller --size or --in-flight 1"),
+            };
             return Err(Error::Configuration(format!(
-                "--memory of {} is too little for {} frames of {} in flight; give at least {} MiB, a smaller --size \
-                 or --in-flight 1",
+                "--memory of {} is too little for {count} of {} in flight; give at least {} MiB{remedy}",
                 amount(memory),
-                frames.in_flight,
                 frames.size,
                 least.div_ceil(MIB)
             )));
@@ -198,10 +200,10 @@ pub fn sentence(paging: &Paging) -> String {
     };
     let in_sight = match paging.pages_in_sight {
         0 => String::new(),
-        count => format!(", {count} once in sight"),
+        count => format!(", {count} brought once they were in sight"),
     };
     format!(
-        "parts of pages: {} read ({}){in_sight}, {} of them unused ({}), {} evicted, at most {} in memory; {}{late}",
+        "parts of pages: {} read ({}), {} of them unused ({}), {} evicted{in_sight}, at most {} in memory; {}{late}",
         paging.pages_read,
         amount(paging.bytes_read),
         paging.pages_unused,
@@ -295,7 +297,9 @@ mod tests {
         let refusal = shares(64, 2).unwrap_err().to_string();
         let least: u64 =
             refusal.split("at least ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-        assert!(refusal.contains("--memory of 64 MiB"), "{refusal}");
+        assert!(refusal.contains("--memory of 64 MiB") && refusal.contains("--in-flight 1"), "{refusal}");
+        let alone = shares(64, 1).unwrap_err().to_string();
+        assert!(alone.contains("one frame") && !alone.contains("--in-flight"), "{alone}");
         assert!(shares(least, 2).is_ok() && shares(least - 1, 2).is_err());
     }
 
