@@ -22,7 +22,7 @@ const STEEP_ROWS: f32 = 5.0;
 const STEEP_ANGLE: f32 = 0.0035;
 
 /// Share of that from which lines are read that a stride leaves out: they hold what nothing between its ends tells.
-pub(super) const DIVIDE: f32 = 0.6;
+const DIVIDE: f32 = 0.6;
 
 impl Field {
     /// Tangents that a stretch may rise over before the surface between its ends is looked at: anywhere, and at level sight, from
