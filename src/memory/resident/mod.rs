@@ -303,20 +303,20 @@ impl ResidentPages {
         self.states[index].store(state::RESIDENT | how, Ordering::Release);
     }
 
-    /// What becomes of a page's other parts after all of it was read: those that are expected are there, the others go.
+    /// What becomes of a page's other parts after all of it was read: those that are expected are there, and paint for which there is room where it
+    /// is left out of what is expected; the others go.
     fn take_along(&self, ledger: &mut Ledger, part: PagePart) {
         for other in PagePart::all(part.page()).filter(|other| *other != part) {
-            match self.index(other).filter(|index| self.is_here_or_coming(*index)) {
-                Some(index) if self.is_coming(index) => self.land(ledger, other, index, state::READ),
-                Some(_) => {}
-                None => match self.index(other) {
-                    // It is likely to be in sight soon, and has been read.
-                    Some(index) if self.has_room_for_paint(ledger, other) => {
-                        self.reserve(ledger, other, index);
-                        self.land(ledger, other, index, state::READ);
-                    }
-                    _ => self.forget(other),
-                },
+            let Some(index) = self.index(other) else { continue };
+            let is_new = !self.is_here_or_coming(index);
+            // It is likely to be in sight soon, and has been read.
+            if is_new && self.has_room_for_paint(ledger, other) {
+                self.reserve(ledger, other, index);
+            }
+            if self.is_coming(index) {
+                self.land(ledger, other, index, state::READ);
+            } else if is_new {
+                self.forget(other);
             }
         }
     }
