@@ -14,7 +14,7 @@ const COARSE: PageId = PageId { level: 1, px: 0, py: 0 };
 fn pages(criterion: &mut Criterion) {
     let area = terrain::area(terrain::ROUGHNESS[1].1);
     let grid = area.header().grid;
-    let buffer: PageBuffer = area.page(FINEST).unwrap().expect("a whole grid").to_buffer();
+    let buffer: PageBuffer = area.whole_page(FINEST).unwrap().expect("a whole grid").to_buffer();
     let bytes = buffer.encode(FINEST).bytes.len() as u64;
 
     let mut group = criterion.benchmark_group("page");
@@ -31,7 +31,7 @@ fn pages(criterion: &mut Criterion) {
         );
     });
     group.bench_function("decode to a buffer", |bencher| {
-        bencher.iter(|| area.page(FINEST).unwrap().map(|view| view.to_buffer()));
+        bencher.iter(|| area.whole_page(FINEST).unwrap().map(|view| view.to_buffer()));
     });
     group.bench_function("encode", |bencher| bencher.iter(|| black_box(&buffer).encode(FINEST)));
     group.throughput(Throughput::Elements(u64::from(terrain::SIDE).pow(2)));

@@ -154,7 +154,6 @@ impl Flight<'_> {
                 }
                 if !paint_in_sight && next < done + LEAST_AHEAD && foresight.brings_paint() {
                     paint_in_sight = true;
-                    self.pages.leave_paint();
                     needs = needs.map(PageNeeds::without_paint);
                     continue;
                 }

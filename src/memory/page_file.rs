@@ -2,7 +2,7 @@
 //!
 //! Reads go through the page cache without a copy, and many renderers of one machine share it. The
 //! mapping is advised as random: read-ahead of the kernel (up to megabytes) would load neighbours in the file that are no
-//! neighbours in the picture. Instead each page is announced as a whole before its checksum touches it.
+//! neighbours in the picture. Instead each part of a page is announced as a whole before its checksum touches it.
 
 #![expect(
     unsafe_code,
@@ -22,8 +22,8 @@ use super::guard::Watch;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    BoundsView, Directory, FileBytes, Header, PageId, PageSource, PageStore, PageView, Touched, Trust,
-    VerifyReport, verify,
+    BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView, Touched,
+    Trust, VerifyReport, verify,
 };
 
 /// What to do about a database that changed under its readers.
@@ -202,6 +202,10 @@ impl PageSource for PageFile {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.store.page(id)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        self.store.heights(id)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

@@ -54,7 +54,6 @@ impl PagePlan {
         observer.begin("plan", u64::from(count), "frames");
         let mut plan = Self::default();
         let mut last_needed = HashMap::new();
-        let mut first_needed = HashMap::new();
         let mut known = HashSet::new();
         // Bytes that come to be needed ahead of each frame, less those that no longer are.
         let mut changes = vec![0_i64; count as usize + 1];
@@ -65,23 +64,19 @@ impl PagePlan {
             let mut needs = FrameNeeds::default();
             known.clear();
             for part in foresight.needs(frame)?.parts {
-                let Some(entry) = file.directory().get(part.page()) else { continue };
+                if file.directory().get(part.page()).is_none() {
+                    continue;
+                }
                 let bytes = file.store().part_bytes(part);
                 let before = last_needed.insert(part, frame);
                 needs.pages += u64::from(known.insert(part.page()));
                 needs.bytes += bytes;
-                // All of a page is read for its checksum, once.
-                let first = *first_needed.entry(part.page()).or_insert_with(|| {
-                    needs.first_bytes += u64::from(entry.length);
-                    frame
-                });
-                let read = if first == frame { 0 } else { bytes };
                 if before.is_none() {
-                    needs.first_bytes += read;
+                    needs.first_bytes += bytes;
                     plan.first_use.push((part, frame));
                 }
                 if before.is_some_and(|before| frame - before > LOOKAHEAD) {
-                    needs.read_bytes += read;
+                    needs.read_bytes += bytes;
                 }
                 let known_from = frame.saturating_sub(LOOKAHEAD);
                 let from = before.map_or(known_from, |before| known_from.max(before + 1));

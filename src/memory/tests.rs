@@ -229,27 +229,6 @@ fn frames_ahead_leave_room_for_paint_that_is_in_sight() {
 }
 
 #[test]
-fn paint_that_was_read_for_a_checksum_stays_while_nobody_else_has_use_for_its_room() {
-    let site = Site::new(2 * page_bytes());
-    let other = Site::new(2 * page_bytes());
-    let is_here = |site: &Site, number| {
-        site.pages.heights(page(number)).unwrap().is_some() && site.pages.is_at_hand(page(number))
-    };
-    assert!(!is_here(&other, 1), "what comes ahead of need comes for itself");
-    site.pages.leave_paint();
-    let touch = |number| site.pages.heights(page(number)).unwrap().is_some();
-    assert!(touch(1) && touch(2));
-    assert!(site.pages.is_at_hand(page(1)) && site.pages.is_at_hand(page(2)));
-    let read = site.pages.paging().bytes_read;
-    assert!(site.pages.page(page(1)).unwrap().is_some());
-    assert_eq!(site.pages.paging().bytes_read, read, "it was read with the heights");
-    // What frames need is not given up for it.
-    site.pages.keep_for(9, &fine(&[1, 2]).into());
-    assert!(touch(3) && !site.pages.is_at_hand(page(3)));
-    assert!(site.pages.is_at_hand(page(1)) && site.pages.is_at_hand(page(2)));
-}
-
-#[test]
 fn beside_a_flight_what_is_brought_is_not_held() {
     let site = Site::new(2 * page_bytes());
     for number in [1, 2, 3] {

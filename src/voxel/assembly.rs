@@ -8,10 +8,10 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use super::fixed_header::{FixedHeader, Section};
 use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, header as at};
-use super::page::largest_page;
+use super::page::{Planes, largest_page};
 use super::{
     AlignedBytes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageEntry,
-    PageId, PageView,
+    PageId, PagePart, PageView,
 };
 use crate::error::{Error, Result};
 
@@ -241,10 +241,11 @@ impl PageReadback {
         let read = storage.read_at(entry.offset, scratch.as_mut_slice());
         read.map_err(|error| Error::io(path, format!("read {id} back"), error))?;
         let refuse = |what: &str| Error::invalid(path, format!("{id} at byte {}: {what}", entry.offset));
-        if crc32fast::hash(scratch.as_slice()) != entry.crc {
+        let planes = Planes::new(scratch.as_slice(), id.level, size).map_err(|what| refuse(&what))?;
+        if PagePart::all(id).any(|part| planes.crc(part) != entry.crc[part.number()]) {
             return Err(refuse("read back with a wrong checksum; check the disk, and build again"));
         }
-        PageView::decode(scratch.as_slice(), id, size).map(Some).map_err(|what| refuse(&what))
+        planes.whole().map(Some).map_err(|what| refuse(&what))
     }
 }
 

@@ -1,7 +1,8 @@
 //! Where each page lies in a file.
 
-use super::format::{self, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
-use super::{Grid, PAGE_SIDE, PageId};
+use super::format::{Field, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
+use super::page::is_page_length;
+use super::{Grid, PAGE_SIDE, PageId, PagePart};
 
 /// Place and checksums of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -10,11 +11,14 @@ pub struct PageEntry {
     pub offset: u64,
     /// Bytes.
     pub length: u32,
-    /// CRC-32 of them.
-    pub crc: u32,
-    /// First 16 bytes of their BLAKE3.
+    /// CRC-32 of each of its parts, in the order of their [numbers](PagePart::number).
+    pub crc: [u32; PagePart::COUNT],
+    /// First 16 bytes of BLAKE3 of the page.
     pub hash: [u8; 16],
 }
+
+/// Where an entry has the checksums of a page's parts.
+pub(super) const CRC: [Field; PagePart::COUNT] = [entry::HEIGHTS_CRC, entry::BOUNDS_CRC, entry::PAINT_CRC];
 
 impl PageEntry {
     /// Whether there is no such page; all fields are zero then.
@@ -26,7 +30,7 @@ impl PageEntry {
         Self {
             offset: entry::OFFSET.u64(record),
             length: entry::LENGTH.u32(record),
-            crc: entry::CRC.u32(record),
+            crc: CRC.map(|field| field.u32(record)),
             hash: entry::HASH.array(record),
         }
     }
@@ -34,7 +38,7 @@ impl PageEntry {
     fn encode(&self, record: &mut [u8]) {
         entry::OFFSET.put(record, &self.offset.to_le_bytes());
         entry::LENGTH.put(record, &self.length.to_le_bytes());
-        entry::CRC.put(record, &self.crc.to_le_bytes());
+        CRC.iter().zip(self.crc).for_each(|(field, crc)| field.put(record, &crc.to_le_bytes()));
         entry::HASH.put(record, &self.hash);
     }
 }
@@ -99,13 +103,15 @@ impl Directory {
     }
 
     fn check(&self, id: PageId, pages_end: u64) -> Result<(), String> {
-        let Some(entry) = self.get(id) else {
+        let Some((_, entry, size)) = self.locate(id) else {
             let coarsest = usize::from(id.level) + 1 == self.levels.len();
             return if coarsest { Err("the coarsest level must be complete".into()) } else { Ok(()) };
         };
         let end = entry.offset.checked_add(u64::from(entry.length));
         let inside = entry.offset >= PAGE_ALIGNMENT && end.is_some_and(|end| end <= pages_end);
-        if !inside || !entry.offset.is_multiple_of(PAGE_ALIGNMENT) || entry.length < format::page::SIZE as u32
+        if !inside
+            || !entry.offset.is_multiple_of(PAGE_ALIGNMENT)
+            || !is_page_length(id.level, size, entry.length as usize)
         {
             return Err(format!("no page can lie at byte {}, length {}", entry.offset, entry.length));
         }
@@ -142,6 +148,18 @@ impl Directory {
         let size = ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE));
         let entry = &self.entries[index];
         (!entry.is_absent()).then_some((index, entry, size))
+    }
+
+    /// Number of a page's part, below [`PagePart::COUNT`] times [`Self::len`]; `None` if the page is absent.
+    #[inline]
+    pub fn part_index(&self, part: PagePart) -> Option<usize> {
+        let (page, ..) = self.locate(part.page())?;
+        Some(part.number() * self.len() + page)
+    }
+
+    /// The part with this number.
+    pub fn part(&self, index: usize) -> PagePart {
+        PagePart::numbered(index / self.len(), self.id(index % self.len()))
     }
 
     pub(super) fn set(&mut self, index: usize, entry: PageEntry) {

@@ -9,7 +9,7 @@ compile_error!(
 /// ends or cleared the eighth bit.
 pub(super) const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
 /// Version of the format that is written, and the only one that is read.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 /// Pages begin at multiples of this, so that each can be mapped and advised alone.
 pub(super) const PAGE_ALIGNMENT: u64 = 4096;
 /// Planes begin at multiples of this within their page, and the directory within the file.
@@ -110,11 +110,13 @@ pub(super) mod entry {
 
     pub const OFFSET: Field = Field::first(8);
     pub const LENGTH: Field = OFFSET.then(4);
-    pub const CRC: Field = LENGTH.then(4);
-    pub const HASH: Field = CRC.then(16);
+    pub const HEIGHTS_CRC: Field = LENGTH.then(4);
+    pub const BOUNDS_CRC: Field = HEIGHTS_CRC.then(4);
+    pub const PAINT_CRC: Field = BOUNDS_CRC.then(4);
+    pub const HASH: Field = PAINT_CRC.then(16);
     /// Bytes of an entry.
     pub const SIZE: usize = HASH.end();
-    const _: () = assert!(SIZE == 32);
+    const _: () = assert!(SIZE == 40);
 }
 
 /// The header of a page.
@@ -199,7 +201,9 @@ mod tests {
             &[
                 ("offset", entry::OFFSET),
                 ("length", entry::LENGTH),
-                ("crc", entry::CRC),
+                ("heights_crc", entry::HEIGHTS_CRC),
+                ("bounds_crc", entry::BOUNDS_CRC),
+                ("paint_crc", entry::PAINT_CRC),
                 ("hash", entry::HASH),
             ],
         );

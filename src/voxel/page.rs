@@ -60,8 +60,8 @@ pub struct EncodedPage {
     pub id: PageId,
     /// Bytes as stored.
     pub bytes: Vec<u8>,
-    /// CRC-32 of `bytes`.
-    pub crc: u32,
+    /// CRC-32 of each part of them, in the order of [numbers](PagePart::number).
+    pub crc: [u32; PagePart::COUNT],
     /// First 16 bytes of BLAKE3 of `bytes`.
     pub hash: [u8; 16],
 }
@@ -75,7 +75,8 @@ pub struct PageView<'a> {
     pub height: u32,
     /// Mean height codes with apron, row stride `width + 12`.
     pub heights: &'a [u16],
-    /// Lower and upper bounds; others than those who keep databases ask [`super::PageSource::bounds`] for them.
+    /// Lower bounds, and upper bounds below: of a page as a whole alone, and not at level index 0. Others ask
+    /// [`super::PageSource::bounds`] for them.
     pub(super) low: &'a [u16],
     pub(super) high: &'a [u16],
     /// sRGB-encoded colours with apron, row stride `width + 12`.
@@ -118,10 +119,33 @@ pub enum PagePart {
 }
 
 impl PagePart {
+    /// Parts that a page may have.
+    pub const COUNT: usize = 3;
+
     /// Of which page.
     pub fn page(self) -> PageId {
         match self {
             Self::Heights(page) | Self::Paint(page) | Self::Bounds(page) => page,
+        }
+    }
+
+    /// Which of a page's parts, 0 to 2, in the order in which they lie in the file.
+    #[inline]
+    pub fn number(self) -> usize {
+        match self {
+            Self::Heights(_) => 0,
+            Self::Bounds(_) => 1,
+            Self::Paint(_) => 2,
+        }
+    }
+
+    /// The part of a page with a number.
+    #[inline]
+    pub fn numbered(number: usize, page: PageId) -> Self {
+        match number {
+            0 => Self::Heights(page),
+            1 => Self::Bounds(page),
+            _ => Self::Paint(page),
         }
     }
 
@@ -137,8 +161,8 @@ impl PagePart {
     }
 
     /// Where it lies in the `length` bytes of its page, of `width` × `height` voxels.
-    pub(super) fn range(self, (width, height): (u32, u32), length: usize) -> Range<usize> {
-        let layout = PageLayout::new(width, height, bounds_flag(self.page().level));
+    pub(super) fn range(self, size: (u32, u32), length: usize) -> Range<usize> {
+        let layout = PageLayout::new(size, bounds_flag(self.page().level));
         match self {
             Self::Heights(_) => 0..layout.low.start,
             Self::Bounds(_) => layout.low.start..layout.colours.start,
@@ -187,7 +211,7 @@ struct PageLayout {
 
 impl PageLayout {
     /// Of a page of `width` × `height` voxels (both at most PAGE_SIDE).
-    fn new(width: u32, height: u32, flags: u32) -> Self {
+    fn new((width, height): (u32, u32), flags: u32) -> Self {
         let voxels = width as usize * height as usize;
         let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
         let samples = with_apron(APRON);
@@ -211,6 +235,12 @@ impl PageLayout {
         }
     }
 
+    /// Of a page of `length` bytes; `None`: no page is so long.
+    fn of_length(level: u8, size: (u32, u32), length: usize) -> Option<Self> {
+        let flags = [bounds_flag(level) | at::FLAG_UNIFORM, bounds_flag(level)];
+        flags.into_iter().map(|flags| Self::new(size, flags)).find(|layout| layout.length() == length)
+    }
+
     fn length(&self) -> usize {
         self.attributes.end
     }
@@ -218,20 +248,36 @@ impl PageLayout {
 
 /// The most bytes that a page of this size can take.
 pub(super) fn largest_page(level: u8, width: u32, height: u32) -> usize {
-    PageLayout::new(width, height, bounds_flag(level)).length()
+    PageLayout::new((width, height), bounds_flag(level)).length()
+}
+
+/// Whether a page of a level and a size can have so many bytes.
+pub(super) fn is_page_length(level: u8, size: (u32, u32), length: usize) -> bool {
+    PageLayout::of_length(level, size, length).is_some()
 }
 
 fn bounds_flag(level: u8) -> u32 {
     if level > 0 { at::FLAG_BOUNDS } else { 0 }
 }
 
-impl<'a> PageView<'a> {
-    /// The planes of page `id`, of `width` × `height` voxels as the grid says, from its bytes, which begin
-    /// at a multiple of 64 in memory. An error names what contradicts.
-    pub(super) fn decode(bytes: &'a [u8], id: PageId, (width, height): (u32, u32)) -> Result<Self, String> {
-        let Some((record, _)) = bytes.split_at_checked(at::SIZE) else {
-            return Err(format!("{} bytes hold no page", bytes.len()));
-        };
+/// Where the planes lie in a page's bytes, which begin at a multiple of 64 in memory.
+pub(super) struct Planes<'a> {
+    bytes: &'a [u8],
+    size: (u32, u32),
+    layout: PageLayout,
+}
+
+impl<'a> Planes<'a> {
+    /// Of a page of a level and of `size` voxels, as the grid says. An error says why there is no such page.
+    pub fn new(bytes: &'a [u8], level: u8, size: (u32, u32)) -> Result<Self, String> {
+        let layout = PageLayout::of_length(level, size, bytes.len())
+            .ok_or_else(|| format!("{} bytes hold no page of {} x {} voxels", bytes.len(), size.0, size.1))?;
+        Ok(Self { bytes, size, layout })
+    }
+
+    /// Whether the page's header agrees with what the directory and the grid say of page `id`; an error names what contradicts.
+    pub fn check_header(&self, id: PageId) -> Result<(), String> {
+        let record = &self.bytes[..at::SIZE];
         let stated = (at::LEVEL.u32(record), at::PX.u32(record), at::PY.u32(record));
         if stated != (u32::from(id.level), id.px, id.py) {
             return Err(format!(
@@ -240,10 +286,10 @@ impl<'a> PageView<'a> {
             ));
         }
         let size = (at::WIDTH.u32(record), at::HEIGHT.u32(record));
-        if size != (width, height) {
+        if size != self.size {
             return Err(format!(
-                "a page of {} x {} voxels, but the grid says {width} x {height}",
-                size.0, size.1
+                "a page of {} x {} voxels, but the grid says {} x {}",
+                size.0, size.1, self.size.0, self.size.1
             ));
         }
         let flags = at::FLAGS.u32(record);
@@ -252,28 +298,62 @@ impl<'a> PageView<'a> {
         {
             return Err(format!("a page with unknown planes (flags {flags})"));
         }
-        let layout = PageLayout::new(width, height, flags);
-        if bytes.len() != layout.length() {
-            return Err(format!("a page of {} bytes instead of {}", bytes.len(), layout.length()));
+        let length = PageLayout::new(size, flags).length();
+        if self.bytes.len() != length {
+            return Err(format!("a page of {} bytes instead of {length}", self.bytes.len()));
         }
-        Ok(Self {
+        Ok(())
+    }
+
+    /// CRC-32 of a part.
+    pub fn crc(&self, part: PagePart) -> u32 {
+        part_crc(self.bytes, part, self.size)
+    }
+
+    fn plane<T: bytemuck::AnyBitPattern>(&self, range: &Range<usize>) -> Result<&'a [T], String> {
+        bytemuck::try_cast_slice(&self.bytes[range.clone()])
+            .map_err(|error| format!("a page that cannot be mapped here ({error})"))
+    }
+
+    pub fn heights(&self) -> Result<HeightsView<'a>, String> {
+        Ok(HeightsView { width: self.size.0, heights: self.plane(&self.layout.heights)? })
+    }
+
+    pub fn bounds(&self) -> Result<BoundsView<'a>, String> {
+        let (low, high) = (self.plane(&self.layout.low)?, self.plane(&self.layout.high)?);
+        Ok(BoundsView { width: self.size.0, low, high })
+    }
+
+    /// Heights and paint.
+    pub fn posts(&self) -> Result<PageView<'a>, String> {
+        let (width, height) = self.size;
+        Ok(PageView {
             width,
             height,
-            heights: plane(bytes, layout.heights)?,
-            low: plane(bytes, layout.low)?,
-            high: plane(bytes, layout.high)?,
-            colours: plane(bytes, layout.colours)?,
-            relief: plane(bytes, layout.relief)?,
-            attributes: plane(bytes, layout.attributes)?,
+            heights: self.plane(&self.layout.heights)?,
+            low: &[],
+            high: &[],
+            colours: self.plane(&self.layout.colours)?,
+            relief: self.plane(&self.layout.relief)?,
+            attributes: self.plane(&self.layout.attributes)?,
         })
     }
 
+    /// All of them.
+    pub fn whole(&self) -> Result<PageView<'a>, String> {
+        let BoundsView { low, high, .. } = self.bounds()?;
+        Ok(PageView { low, high, ..self.posts()? })
+    }
+}
+
+/// CRC-32 of a part of a page of `size` voxels, from the page's bytes.
+fn part_crc(bytes: &[u8], part: PagePart, size: (u32, u32)) -> u32 {
+    crc32fast::hash(&bytes[part.range(size, bytes.len())])
+}
+
+impl<'a> PageView<'a> {
     pub(super) fn heights(&self) -> HeightsView<'a> {
         HeightsView { width: self.width, heights: self.heights }
-    }
-
-    pub(super) fn bounds(&self) -> BoundsView<'a> {
-        BoundsView { width: self.width, low: self.low, high: self.high }
     }
 
     /// Place of voxel (x, y) in the planes of heights and colours.
@@ -308,11 +388,6 @@ impl<'a> PageView<'a> {
     }
 }
 
-fn plane<T: bytemuck::AnyBitPattern>(bytes: &[u8], range: Range<usize>) -> Result<&[T], String> {
-    bytemuck::try_cast_slice(&bytes[range])
-        .map_err(|error| format!("a page that cannot be mapped here ({error})"))
-}
-
 impl PageBuffer {
     /// The page's bytes and checksums, ready to be appended.
     ///
@@ -322,7 +397,8 @@ impl PageBuffer {
     pub fn encode(&self, id: PageId) -> EncodedPage {
         let uniform = self.attributes.iter().all(|attributes| *attributes == self.attributes[0]);
         let flags = bounds_flag(id.level) | if uniform { at::FLAG_UNIFORM } else { 0 };
-        let layout = PageLayout::new(self.width, self.height, flags);
+        let size = (self.width, self.height);
+        let layout = PageLayout::new(size, flags);
         let mut bytes = vec![0; layout.length()];
         for (field, value) in [
             (at::LEVEL, u32::from(id.level)),
@@ -341,7 +417,9 @@ impl PageBuffer {
         bytes[layout.colours].copy_from_slice(bytemuck::cast_slice(&self.colours));
         bytes[layout.relief].copy_from_slice(bytemuck::cast_slice(&self.relief));
         bytes[layout.attributes].copy_from_slice(bytemuck::cast_slice(attributes));
-        EncodedPage { id, crc: crc32fast::hash(&bytes), hash: page_hash(&bytes), bytes }
+        let mut crc = [0; PagePart::COUNT];
+        PagePart::all(id).for_each(|part| crc[part.number()] = part_crc(&bytes, part, size));
+        EncodedPage { id, crc, hash: page_hash(&bytes), bytes }
     }
 
     /// The planes, borrowed.

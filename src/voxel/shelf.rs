@@ -17,7 +17,7 @@
 use std::fs::File;
 
 use super::assembly::Storage;
-use super::{EncodedPage, PageId, PageWriter};
+use super::{EncodedPage, PageId, PagePart, PageWriter};
 use crate::error::Result;
 
 /// Pages along the side of a block, a power of two.
@@ -29,7 +29,7 @@ struct Kept {
     id: PageId,
     offset: u64,
     length: usize,
-    crc: u32,
+    crc: [u32; PagePart::COUNT],
     hash: [u8; 16],
 }
 

@@ -10,8 +10,8 @@ pub trait PageSource: Sync {
 
     /// The page, `None` where it is absent (stored at a coarser level only, or outside the area).
     /// A page whose checksum or shape is wrong is an error, every time it is asked for, unless such pages are to be left out
-    /// ([`super::Damaged::Coarser`]). The first touch of a
-    /// page reads all of it; later ones cost some tens of nanoseconds.
+    /// ([`super::Damaged::Coarser`]). The first touch of a page's heights or paint
+    /// reads all of that part; later ones cost some tens of nanoseconds.
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>>;
 
     /// The page's heights, as [`Self::page`]. Who looks for where a surface is reads nothing else of a page, and what it looks like may be

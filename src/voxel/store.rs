@@ -1,17 +1,19 @@
 //! A database's bytes, wherever they lie, as a page source.
 //!
-//! Each page is *unchecked* until it is touched; then its checksum is taken once, and it is *good* from
-//! then on. A bad page is never remembered as anything: it is checked again, and refused again; unless damaged pages are to be
-//! left out ([`Damaged::Coarser`]), when it is *damaged* from then on, and absent.
+//! Each part of a page is *unchecked* until it is touched; then its checksum is taken once, and it is *good* from
+//! then on. A bad part is never remembered as anything: it is checked again, and refused again; unless damaged pages are to be
+//! left out ([`Damaged::Coarser`]), when all of a page is checked at once, and is *damaged* from then on, and absent. Otherwise what
+//! is left out would depend on which part of a page is asked for first.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::fixed_header::{DAMAGED, FixedHeader};
+use super::page::Planes;
 use super::{
-    AlignedBytes, BoundsView, Damaged, Directory, Header, PageEntry, PageId, PagePart, PageSource, PageView,
-    Trust, Verify,
+    AlignedBytes, BoundsView, Damaged, Directory, Header, HeightsView, PageEntry, PageId, PagePart,
+    PageSource, PageView, Trust, Verify,
 };
 use crate::error::{Error, Result};
 
@@ -57,19 +59,19 @@ const LEAST_MAPPED: usize = 4096;
 /// What has been touched so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Touched {
-    /// Pages that were asked for at least once and found good.
+    /// Pages of which a part was asked for at least once and found good.
     pub pages: u64,
-    /// Bytes of them.
+    /// Bytes of those parts.
     pub bytes: u64,
 }
 
-/// What is known of a page.
+/// What is known of a page's part.
 mod state {
     /// Nothing yet.
     pub const UNCHECKED: u8 = 0;
     /// It was checked, and is good.
     pub const GOOD: u8 = 1;
-    /// It is damaged, and left out.
+    /// The page is damaged, and left out.
     pub const DAMAGED: u8 = 2;
 }
 
@@ -81,8 +83,8 @@ pub struct PageStore<B> {
     header: Header,
     directory: Directory,
     trust: Trust,
-    /// By directory index. Nothing is published through these, the bytes never change:
-    /// relaxed order is enough, and two threads that check the same page at once find the same.
+    /// By [part](Directory::part_index). Nothing is published through these, the bytes never change:
+    /// relaxed order is enough, and two threads that check the same part at once find the same.
     states: Box<[AtomicU8]>,
 }
 
@@ -97,13 +99,14 @@ impl PageStore<AlignedBytes> {
 }
 
 impl<B: FileBytes> PageStore<B> {
-    /// Reads and checks header, metadata and directory; pages are checked when they are touched.
+    /// Reads and checks header, metadata and directory; parts of pages are checked when they are touched.
     pub fn new(name: impl Into<PathBuf>, bytes: B) -> Result<Self> {
         let path = name.into();
         let parsed = FixedHeader::parse(&path, bytes.bytes());
         bytes.intact(&path)?;
         let (header, directory) = parsed?;
-        let states = (0..directory.len()).map(|_| AtomicU8::new(state::UNCHECKED)).collect();
+        let parts = PagePart::COUNT * directory.len();
+        let states = (0..parts).map(|_| AtomicU8::new(state::UNCHECKED)).collect();
         Ok(Self { path, bytes, header, directory, trust: Trust::default(), states })
     }
 
@@ -113,13 +116,20 @@ impl<B: FileBytes> PageStore<B> {
         Self { trust, ..self }
     }
 
-    fn is(&self, id: PageId, state: u8) -> bool {
-        self.directory.index(id).is_some_and(|index| self.states[index].load(Ordering::Relaxed) == state)
+    fn is(&self, part: PagePart, state: u8) -> bool {
+        let index = self.directory.part_index(part);
+        index.is_some_and(|index| self.states[index].load(Ordering::Relaxed) == state)
+    }
+
+    fn set(&self, part: PagePart, state: u8) {
+        if let Some(index) = self.directory.part_index(part) {
+            self.states[index].store(state, Ordering::Relaxed);
+        }
     }
 
     /// Pages that were found damaged so far and are left out, in the order of the directory, and where each begins in the file.
     pub fn damaged(&self) -> Vec<(PageId, u64)> {
-        let present = self.directory.present().filter(|(id, _)| self.is(*id, state::DAMAGED));
+        let present = self.directory.present().filter(|(id, _)| self.is_damaged(*id));
         present.map(|(id, entry)| (id, entry.offset)).collect()
     }
 
@@ -138,20 +148,21 @@ impl<B: FileBytes> PageStore<B> {
         &self.directory
     }
 
-    /// Pages touched since the database was opened.
+    /// What was touched since the database was opened.
     pub fn touched(&self) -> Touched {
         let mut touched = Touched::default();
-        for (id, entry) in self.directory.present() {
-            let good = self.is(id, state::GOOD);
-            touched.pages += u64::from(good);
-            touched.bytes += if good { u64::from(entry.length) } else { 0 };
+        for (id, _) in self.directory.present() {
+            let good = PagePart::all(id).filter(|part| self.is(*part, state::GOOD));
+            let bytes: u64 = good.map(|part| self.part_bytes(part)).sum();
+            touched.pages += u64::from(bytes > 0);
+            touched.bytes += bytes;
         }
         touched
     }
 
     /// Where a page lies in the file, bytes; `None` if it is absent.
     pub fn extent(&self, id: PageId) -> Option<Range<usize>> {
-        self.directory.get(id).and_then(|entry| self.page_bytes(entry)).map(|(range, _)| range)
+        self.directory.get(id).and_then(extent_of)
     }
 
     /// Where a part of a page lies in the file, bytes; empty if the page is absent.
@@ -166,14 +177,14 @@ impl<B: FileBytes> PageStore<B> {
         self.stretch(part).len() as u64
     }
 
-    /// What must be read of the file to have a part of a page, bytes: its checksum is that of all of the page.
+    /// What must be read of the file to have a part of a page, bytes: all of a page that may be left out is checked at once.
     pub fn needed_for(&self, part: PagePart) -> Range<usize> {
-        let whole = self.extent(part.page()).filter(|_| self.is_to_be_checked(part.page()));
-        whole.unwrap_or_else(|| self.stretch(part))
+        let is_whole = self.trust.damaged == Damaged::Coarser && self.is_to_be_checked(part);
+        self.extent(part.page()).filter(|_| is_whole).unwrap_or_else(|| self.stretch(part))
     }
 
-    fn is_to_be_checked(&self, id: PageId) -> bool {
-        self.trust.verify == Verify::FirstTouch && !self.is(id, state::GOOD)
+    fn is_to_be_checked(&self, part: PagePart) -> bool {
+        self.trust.verify == Verify::FirstTouch && !self.is(part, state::GOOD)
     }
 
     /// Says that pages in a part of the file will all be read soon.
@@ -205,70 +216,112 @@ impl<B: FileBytes> PageStore<B> {
         }
     }
 
-    /// Waits until all of a part of a page is in memory, and checks the page if that was never done, of which all is read then. Returns
-    /// whether it was.
+    /// Waits until all of a part of a page is in memory, and checks it if that was never done. Returns how many bytes were read for that.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn load(&self, part: PagePart) -> Result<bool> {
-        let is_whole = self.is_to_be_checked(part.page());
-        if self.page(part.page())?.is_some() && !is_whole {
+    pub fn load(&self, part: PagePart) -> Result<u64> {
+        let needed = self.needed_for(part).len() as u64;
+        let is_read_for_checksum = self.is_to_be_checked(part);
+        let found = self.or_left_out(part.page(), self.checked(part.page(), [part]))?;
+        if found.is_some() && !is_read_for_checksum {
             let bytes = self.bytes().get(self.stretch(part)).unwrap_or_default();
             let touched = bytes.iter().step_by(LEAST_MAPPED).chain(bytes.last());
             std::hint::black_box(touched.fold(0, |sum, byte| sum ^ byte));
         }
-        Ok(is_whole)
+        Ok(needed)
+    }
+
+    /// All planes of a page, its bounds, too. As [`PageSource::page`] otherwise.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn whole_page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        self.or_left_out(id, self.checked_page(id))
     }
 
     /// The page's bytes as they lie; `None` only if the directory's check has been bypassed.
-    pub(super) fn page_bytes(&self, entry: &PageEntry) -> Option<(Range<usize>, &[u8])> {
-        let start = usize::try_from(entry.offset).ok()?;
-        let range = start..start.checked_add(entry.length as usize)?;
-        Some((range.clone(), self.bytes().get(range)?))
+    pub(super) fn page_bytes(&self, entry: &PageEntry) -> Option<&[u8]> {
+        self.bytes().get(extent_of(entry)?)
     }
 
-    /// A page after its checks, or what is wrong with it.
-    #[inline]
+    /// All of a page after its checks, or what is wrong with it.
     pub(super) fn checked_page(&self, id: PageId) -> Result<Option<PageView<'_>>, String> {
-        let Some((index, entry, size)) = self.directory.locate(id) else {
-            return Ok(None);
-        };
-        let Some((range, bytes)) = self.page_bytes(entry) else {
+        self.checked(id, PagePart::all(id))?.map(|planes| planes.whole()).transpose()
+    }
+
+    /// A page's planes after parts of it were checked, or what is wrong with them.
+    #[inline]
+    fn checked(
+        &self,
+        id: PageId,
+        parts: impl IntoIterator<Item = PagePart>,
+    ) -> Result<Option<Planes<'_>>, String> {
+        let Some((index, entry, size)) = self.directory.locate(id) else { return Ok(None) };
+        let Some(bytes) = self.page_bytes(entry) else {
             return Err("beyond the end".into());
         };
         if self.bytes.has_failed() {
             return Err("the file cannot be read".into());
         }
-        match self.states[index].load(Ordering::Relaxed) {
-            state::GOOD => return PageView::decode(bytes, id, size).map(Some),
-            state::DAMAGED => return Err("damaged".into()),
-            _ if self.trust.verify == Verify::FirstTouch => self.bytes.will_need(range),
-            _ => {}
+        let planes = Planes::new(bytes, id.level, size)?;
+        for part in parts {
+            let known = &self.states[part.number() * self.directory.len() + index];
+            match known.load(Ordering::Relaxed) {
+                state::GOOD => {}
+                state::DAMAGED => return Err("damaged".into()),
+                _ => self.check(part, entry, &planes)?,
+            }
         }
-        if self.trust.verify == Verify::FirstTouch && crc32fast::hash(bytes) != entry.crc {
-            return Err("wrong checksum".into());
+        Ok(Some(planes))
+    }
+
+    /// Checks a part of a page for the first time.
+    #[cold]
+    fn check(&self, part: PagePart, entry: &PageEntry, planes: &Planes<'_>) -> Result<(), String> {
+        if self.trust.verify == Verify::FirstTouch {
+            self.bytes.will_need(self.needed_for(part));
         }
-        let view = PageView::decode(bytes, id, size)?;
-        self.states[index].store(state::GOOD, Ordering::Relaxed);
-        Ok(Some(view))
+        let is_whole = self.trust.damaged == Damaged::Coarser;
+        let parts = || PagePart::all(part.page()).filter(|other| is_whole || *other == part);
+        for part in parts() {
+            if self.trust.verify == Verify::FirstTouch && planes.crc(part) != entry.crc[part.number()] {
+                return Err("wrong checksum".into());
+            }
+            if let PagePart::Heights(id) = part {
+                planes.check_header(id)?;
+            }
+        }
+        parts().chain([part]).for_each(|part| self.set(part, state::GOOD));
+        Ok(())
+    }
+
+    fn or_left_out<T>(&self, id: PageId, found: Result<Option<T>, String>) -> Result<Option<T>> {
+        found.or_else(|what| self.leave_out(id, &what).map(|()| None))
     }
 
     /// What becomes of a page with which something is wrong: nothing if another level is to stand in for it.
     #[cold]
     fn leave_out(&self, id: PageId, what: &str) -> Result<()> {
-        if self.is(id, state::DAMAGED) {
+        if self.is_damaged(id) {
             return Ok(());
         }
         // What failed explains more than what its zeros look like.
         self.bytes.intact(&self.path)?;
         let can_go = self.trust.damaged == Damaged::Coarser && id.level + 1 < self.header.level_count;
-        if can_go && let Some(index) = self.directory.index(id) {
-            self.states[index].store(state::DAMAGED, Ordering::Relaxed);
+        if can_go {
+            PagePart::all(id).for_each(|part| self.set(part, state::DAMAGED));
             return Ok(());
         }
         let byte = self.directory.get(id).map_or(0, |entry| entry.offset);
         Err(Error::invalid(&self.path, format!("{id} at byte {byte}: {what}; {DAMAGED}")))
     }
+}
+
+/// Where a page lies in the file, bytes.
+fn extent_of(entry: &PageEntry) -> Option<Range<usize>> {
+    let start = usize::try_from(entry.offset).ok()?;
+    Some(start..start.checked_add(entry.length as usize)?)
 }
 
 impl<B: FileBytes> PageSource for PageStore<B> {
@@ -277,19 +330,26 @@ impl<B: FileBytes> PageSource for PageStore<B> {
     }
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
-        self.checked_page(id).or_else(|what| self.leave_out(id, &what).map(|()| None))
+        let planes = self.checked(id, PagePart::posts(id));
+        self.or_left_out(id, planes.and_then(|planes| planes.map(|planes| planes.posts()).transpose()))
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        let planes = self.checked(id, [PagePart::Heights(id)]);
+        self.or_left_out(id, planes.and_then(|planes| planes.map(|planes| planes.heights()).transpose()))
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
-        Ok(self.page(id)?.map(|view| view.bounds()))
+        let planes = self.checked(id, [PagePart::Bounds(id)]);
+        self.or_left_out(id, planes.and_then(|planes| planes.map(|planes| planes.bounds()).transpose()))
     }
 
     fn has(&self, id: PageId) -> bool {
-        self.directory.get(id).is_some() && !self.is(id, state::DAMAGED)
+        self.directory.get(id).is_some() && !self.is_damaged(id)
     }
 
     fn is_damaged(&self, id: PageId) -> bool {
-        self.is(id, state::DAMAGED)
+        self.is(PagePart::Heights(id), state::DAMAGED)
     }
 
     fn intact(&self) -> Result<()> {

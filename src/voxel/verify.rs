@@ -143,7 +143,7 @@ fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
 
 fn check_hash<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Option<String> {
     let entry = store.directory().get(id)?;
-    let (_, bytes) = store.page_bytes(entry)?;
+    let bytes = store.page_bytes(entry)?;
     (page_hash(bytes) != entry.hash).then(|| "its hash is not that of the directory".into())
 }
 

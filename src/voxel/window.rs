@@ -12,8 +12,8 @@ use std::ops::Range;
 
 use super::relief::half_steps;
 use super::{
-    APRON, AlignedBytes, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageReadback,
-    PageSource, PageView, RADIX,
+    APRON, AlignedBytes, Attributes, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId,
+    PageReadback, PageStore, PageView, RADIX,
 };
 use crate::error::Result;
 
@@ -29,9 +29,9 @@ impl FinerPages for PageReadback {
     }
 }
 
-impl<S: PageSource> FinerPages for S {
+impl<B: FileBytes> FinerPages for PageStore<B> {
     fn finer_page<'a>(&'a self, id: PageId, _: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
-        self.page(id)
+        self.whole_page(id)
     }
 }
 

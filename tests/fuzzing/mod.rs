@@ -19,7 +19,7 @@ const DIRECTORY_CRC: usize = 152;
 const METADATA_CRC: usize = 156;
 const FILE_LENGTH: usize = 160;
 const HEADER: usize = 256;
-const ENTRY: usize = 32;
+const ENTRY: usize = 40;
 
 /// Does all of it with the bytes as they are, and with all checksums made right, so that what lies behind them is met too.
 pub fn exercise(bytes: &[u8]) {
@@ -45,19 +45,36 @@ fn part(bytes: &[u8], offset: u64, length: u64) -> std::ops::Range<usize> {
     within(offset)..within(offset.saturating_add(length))
 }
 
+/// Where the parts of a page end, as far as its header tells.
+fn parts(page: &[u8]) -> [usize; 3] {
+    let number =
+        |at: usize| page.get(at..at + 4).map_or(0, |n| u32::from_le_bytes(n.try_into().expect("four")));
+    let [level, width, height] = [0, 12, 16].map(|at| u64::from(number(at)));
+    let plane = |from: u64, samples: u64| {
+        from.saturating_add(samples.saturating_mul(2)).checked_next_multiple_of(64).unwrap_or(u64::MAX)
+    };
+    let heights = plane(64, (width + 12).saturating_mul(height + 12));
+    let voxels = if level > 0 { width * height } else { 0 };
+    let bounds = plane(plane(heights, voxels), voxels);
+    let within = |end: u64| usize::try_from(end).unwrap_or(page.len()).min(page.len());
+    [within(heights), within(bounds), page.len()]
+}
+
 /// Makes magic, version, length and all checksums right.
 pub fn seal(bytes: &mut [u8]) {
     put(bytes, 0, &MAGIC);
-    put(bytes, VERSION, &2_u32.to_le_bytes());
+    put(bytes, VERSION, &3_u32.to_le_bytes());
     put(bytes, FILE_LENGTH, &(bytes.len() as u64).to_le_bytes());
     let directory = part(bytes, u64_at(bytes, DIRECTORY_OFFSET), u64_at(bytes, DIRECTORY_LENGTH));
     for start in directory.clone().step_by(ENTRY) {
         if start + ENTRY <= directory.end {
             let length = u32::from_le_bytes(bytes[start + 8..start + 12].try_into().expect("four bytes"));
             let page = part(bytes, u64_at(bytes, start), u64::from(length));
-            let crc = crc32fast::hash(&bytes[page]);
-            if length > 0 {
-                put(bytes, start + 12, &crc.to_le_bytes());
+            let ends = parts(&bytes[page.clone()]);
+            let starts = [0, ends[0], ends[1]];
+            for (number, (from, to)) in starts.into_iter().zip(ends).enumerate().filter(|_| length > 0) {
+                let crc = crc32fast::hash(&bytes[page.start + from..page.start + to]);
+                put(bytes, start + 12 + 4 * number, &crc.to_le_bytes());
             }
         }
     }
@@ -75,7 +92,7 @@ fn read(bytes: &[u8]) {
     verify(&pages, &Silent).expect("problems are listed");
     for id in pages.directory().ids() {
         // Refused or read.
-        let _ = pages.page(id).map(|view| view.map(|view| view.to_buffer()));
+        let _ = pages.whole_page(id).map(|view| view.map(|view| view.to_buffer()));
     }
     for trust in [
         Trust { verify: Verify::FirstTouch, damaged: Damaged::Coarser },

@@ -90,7 +90,7 @@ impl PresentPages<'_> {
         let known = &self.pages.states[index];
         let before = known.load(Ordering::Acquire);
         if before & state::FAILED != 0 {
-            return self.pages.file.page(part.page()).map(drop);
+            return self.pages.file.store().load(part).map(drop);
         }
         let bit = 1 << (index % 64);
         if self.missed[index / 64].fetch_or(bit, Ordering::Relaxed) & bit == 0 {

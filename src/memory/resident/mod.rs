@@ -8,8 +8,7 @@
 //!      └────────────── evicted, when room is needed and no frame in flight or ahead needs it
 //! ```
 //!
-//! What comes and goes is a part of a page: its heights, its paint, or its bounds. A page's first part has all of it read, for its
-//! checksum; what nobody needs of it goes at once.
+//! What comes and goes is a part of a page: its heights, its paint, or its bounds.
 //!
 //! The database stays mapped whatever is resident: an eviction is advice to the system, and a view that outlives it reads the
 //! file again. What pictures show can therefore never depend on what is in memory.
@@ -45,9 +44,6 @@ const MIB: u64 = 1 << 20;
 /// Frames behind the last one delivered that begin soon: some are in flight already.
 const SOON: u32 = 2;
 
-/// Parts that a page may have.
-const PARTS: usize = 3;
-
 /// A part of a page that is to be read, and its number.
 pub(super) type Expected = (PagePart, usize);
 
@@ -61,10 +57,6 @@ mod state {
     pub const USED: u8 = 4;
     /// It was touched since it came.
     pub const TOUCHED: u8 = 8;
-    /// It came along when the page was read for the checksum of another part.
-    pub const READ: u8 = 16;
-    /// All of the page was read when it came.
-    pub const WHOLE: u8 = 128;
     /// A frame that does not wait asked for it.
     pub const WANTED: u8 = 32;
     /// It was read, and is damaged.
@@ -86,8 +78,6 @@ struct Ledger {
     delivered: u32,
     /// Frames from this number on have not begun.
     begun: u32,
-    /// Paint is left out of what comes ahead of need.
-    leaves_paint: bool,
 }
 
 /// The pages of a database file, some of them in memory.
@@ -95,7 +85,7 @@ struct Ledger {
 pub struct ResidentPages {
     file: PageFile,
     budget: u64,
-    /// By part: heights by directory index, paint behind all of them, and then bounds.
+    /// By [part](crate::voxel::Directory::part_index).
     states: Box<[AtomicU8]>,
     ledger: Mutex<Ledger>,
     came: Condvar,
@@ -108,7 +98,7 @@ pub struct ResidentPages {
 impl ResidentPages {
     /// Pages of `file`, at most `budget` bytes of them in memory besides what stays always; `None`: as many as there are.
     pub fn new(file: PageFile, budget: Option<u64>) -> Self {
-        let count = PARTS * file.store().directory().len();
+        let count = PagePart::COUNT * file.store().directory().len();
         let ledger =
             Ledger { needed_until: vec![0; count], needed_from: vec![None; count], ..Ledger::default() };
         Self {
@@ -155,7 +145,6 @@ impl ResidentPages {
         ledger.needed_from.fill(None);
         ledger.delivered = 0;
         ledger.begun = 0;
-        ledger.leaves_paint = false;
     }
 
     fn ledger(&self) -> MutexGuard<'_, Ledger> {
@@ -164,25 +153,12 @@ impl ResidentPages {
 
     /// Number of a part of a page; `None` where the page is absent.
     fn index(&self, part: PagePart) -> Option<usize> {
-        let directory = self.file.store().directory();
-        let page = directory.get(part.page()).and_then(|_| directory.index(part.page()))?;
-        let before = match part {
-            PagePart::Heights(_) => 0,
-            PagePart::Paint(_) => 1,
-            PagePart::Bounds(_) => 2,
-        };
-        Some(before * directory.len() + page)
+        self.file.store().directory().part_index(part)
     }
 
     /// The part with a number.
     fn part(&self, index: usize) -> PagePart {
-        let directory = self.file.store().directory();
-        let page = directory.id(index % directory.len());
-        match index / directory.len() {
-            0 => PagePart::Heights(page),
-            1 => PagePart::Paint(page),
-            _ => PagePart::Bounds(page),
-        }
+        self.file.store().directory().part(index)
     }
 
     /// Whether a part is in memory, or on its way.
@@ -255,31 +231,29 @@ impl ResidentPages {
         ledger.begun = ledger.begun.max(frame + 1);
     }
 
-    /// Paint is left out of what is expected from now on: it is brought once it is in sight.
-    pub(super) fn leave_paint(&self) {
-        self.ledger().leaves_paint = true;
-    }
-
     /// Frames below number `delivered` need nothing any more.
     pub(super) fn deliver(&self, delivered: u32) {
         self.ledger().delivered = delivered;
     }
 
-    /// Reads a part that was reserved, unless it came along with another since.
+    /// Reads a part that was reserved.
     fn fetch(&self, part: PagePart, index: usize) -> Result<()> {
-        if !self.is_coming(index) {
-            return Ok(());
-        }
         let store = self.file.store();
         let outcome = store.load(part);
         let mut ledger = self.ledger();
-        if self.is_coming(index) {
-            if let Ok(is_whole) = outcome {
-                self.land(&mut ledger, part, index, if is_whole { state::WHOLE } else { 0 });
-                if is_whole {
-                    self.take_along(&mut ledger, part);
+        match &outcome {
+            Ok(bytes) => {
+                Tally::add(&self.tally.pages_read, 1);
+                Tally::add(&self.tally.bytes_read, *bytes);
+                if self.budget < u64::MAX {
+                    ledger.clock.add(index as u32);
                 }
-            } else {
+                self.states[index].store(state::RESIDENT, Ordering::Release);
+                if *bytes > store.part_bytes(part) {
+                    self.forget_others(part);
+                }
+            }
+            Err(_) => {
                 ledger.bytes -= store.part_bytes(part);
                 self.states[index].store(state::FAILED, Ordering::Release);
             }
@@ -293,32 +267,11 @@ impl ResidentPages {
         self.states[index].load(Ordering::Acquire) & state::COMING != 0
     }
 
-    /// A part is in memory from now on; `how` says what was read for it.
-    fn land(&self, ledger: &mut Ledger, part: PagePart, index: usize, how: u8) {
-        Tally::add(&self.tally.pages_read, 1);
-        Tally::add(&self.tally.bytes_read, self.bytes_read_for(part, how));
-        if self.budget < u64::MAX {
-            ledger.clock.add(index as u32);
-        }
-        self.states[index].store(state::RESIDENT | how, Ordering::Release);
-    }
-
-    /// What becomes of a page's other parts after all of it was read: those that are expected are there, and paint for which there is room where it
-    /// is left out of what is expected; the others go.
-    fn take_along(&self, ledger: &mut Ledger, part: PagePart) {
-        for other in PagePart::all(part.page()).filter(|other| *other != part) {
-            let Some(index) = self.index(other) else { continue };
-            let is_new = !self.is_here_or_coming(index);
-            // It is likely to be in sight soon, and has been read.
-            if is_new && self.has_room_for_paint(ledger, other) {
-                self.reserve(ledger, other, index);
-            }
-            if self.is_coming(index) {
-                self.land(ledger, other, index, state::READ);
-            } else if is_new {
-                self.forget(other);
-            }
-        }
+    /// Lets go what was read of a page only because all of it was checked.
+    fn forget_others(&self, part: PagePart) {
+        let is_new =
+            |other: &PagePart| self.index(*other).is_some_and(|index| !self.is_here_or_coming(index));
+        PagePart::all(part.page()).filter(is_new).for_each(|other| self.forget(other));
     }
 
     /// Lets the memory of a part go that is not in memory any more.
@@ -327,16 +280,6 @@ impl ResidentPages {
             self.index(other).is_some_and(|index| self.is_here_or_coming(index) || self.is_leaving(index))
         };
         self.file.store().forget(part, stays);
-    }
-
-    /// Bytes that were read when a part came, whose state says `how`: a page's checksum is that of all its parts.
-    fn bytes_read_for(&self, part: PagePart, how: u8) -> u64 {
-        let bytes = |part| self.file.store().part_bytes(part);
-        match how & (state::WHOLE | state::READ) {
-            0 => bytes(part),
-            state::WHOLE => PagePart::all(part.page()).map(bytes).sum(),
-            _ => 0,
-        }
     }
 
     /// Brings in a part that somebody touches, or waits for it if it is coming.
@@ -359,6 +302,7 @@ impl ResidentPages {
                 self.reserve(&mut ledger, part, index);
                 drop(ledger);
                 is_miss = true;
+                self.announce(&[(part, index)]);
                 break self.fetch(part, index);
             }
             ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
@@ -392,8 +336,7 @@ impl ResidentPages {
         let before = self.states[index].fetch_or(state::USED | state::TOUCHED, Ordering::Relaxed);
         if before & state::TOUCHED == 0 {
             Tally::add(&self.tally.pages_touched, 1);
-            let bytes = self.bytes_read_for(self.part(index), before);
-            Tally::add(&self.tally.bytes_touched, bytes);
+            Tally::add(&self.tally.bytes_touched, self.file.store().part_bytes(self.part(index)));
         }
     }
 

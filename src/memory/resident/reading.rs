@@ -15,7 +15,7 @@ impl ResidentPages {
         let mut bytes = 0;
         let mut latest = 0..0;
         let batches = expected.chunk_by(|(part, _), _| {
-            // A page's parts follow one another, and its checksum takes all of them at once.
+            // Of a page that may be left out all is checked at once, and its parts follow one another.
             let needed = self.file.store().needed_for(*part);
             bytes += if needed == latest { 0 } else { needed.len() };
             latest = needed;

@@ -152,40 +152,23 @@ impl ResidentPages {
 
     /// Evicts until `bytes` more fit, now or when frames in flight have ended; whether they do. `place` is what a page's place speaks for.
     pub(super) fn make_room(&self, ledger: &mut Ledger, bytes: u64, place: &dyn Fn(PageId) -> Claim) -> bool {
-        self.evict_until(ledger, bytes, |index, is_needed| {
-            let place = if is_needed { Claim::Needed } else { place(self.part(index).page()) };
-            if place == Claim::Needed {
-                return place;
-            }
-            let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
-            if before & state::USED != 0 { Claim::Used } else { place }
-        })
-    }
-
-    /// Evicts until `bytes` more fit. `claim` is what speaks for a part, which may be needed.
-    fn evict_until(&self, ledger: &mut Ledger, bytes: u64, claim: impl Fn(usize, bool) -> Claim) -> bool {
         while ledger.bytes.saturating_add(bytes) > self.budget.saturating_add(self.leaving_bytes()) {
             let Ledger { clock, needed_until, delivered, .. } = ledger;
             let victim = clock.victim(|index| {
                 let index = index as usize;
-                let is_kept = self.part(index).page().level >= KEPT_LEVEL;
-                claim(index, is_kept || needed_until[index] > *delivered)
+                let page = self.part(index).page();
+                let is_needed = page.level >= KEPT_LEVEL || needed_until[index] > *delivered;
+                let place = if is_needed { Claim::Needed } else { place(page) };
+                if place == Claim::Needed {
+                    return place;
+                }
+                let before = self.states[index].fetch_and(!state::USED, Ordering::Relaxed);
+                if before & state::USED != 0 { Claim::Used } else { place }
             });
             let Some(index) = victim else { return false };
             self.evict(ledger, index as usize);
         }
         true
-    }
-
-    /// Whether a part is paint that fits if parts go that nobody needs or has used lately.
-    pub(super) fn has_room_for_paint(&self, ledger: &mut Ledger, part: PagePart) -> bool {
-        let bytes = self.file.store().part_bytes(part);
-        ledger.leaves_paint
-            && matches!(part, PagePart::Paint(_))
-            && self.evict_until(ledger, bytes, |index, is_needed| {
-                let is_used = self.states[index].load(Ordering::Relaxed) & state::USED != 0;
-                if is_needed || is_used { Claim::Needed } else { Claim::None }
-            })
     }
 
     pub(super) fn evict(&self, ledger: &mut Ledger, index: usize) {

@@ -115,7 +115,7 @@ fn corridors_hold_what_the_whole_database_does() {
     let finest: Vec<PageId> = present(&area).into_iter().filter(|id| id.level == 0).collect();
     assert!(finest.len() > 25, "{finest:?}");
     for id in finest {
-        let page = |area: &Area| area.pages.page(id).unwrap().unwrap().to_buffer();
+        let page = |area: &Area| area.pages.whole_page(id).unwrap().unwrap().to_buffer();
         assert_eq!(page(&area), page(&whole), "{id}");
     }
 }
@@ -294,7 +294,7 @@ fn a_corridor_as_wide_as_the_area_is_the_whole_of_it() {
     assert_eq!(present(&all).len(), all.pages.directory().len());
     let whole = built(rasters(), vec![], |_| {});
     for id in present(&all) {
-        let page = |area: &Area| area.pages.page(id).unwrap().unwrap().to_buffer();
+        let page = |area: &Area| area.pages.whole_page(id).unwrap().unwrap().to_buffer();
         assert_eq!(page(&all), page(&whole), "{id}");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::super::directory::CRC;
 use super::super::format::{Field, entry, header as at, page};
 use super::*;
 
@@ -16,7 +17,7 @@ fn small() -> (MemPages, Vec<u8>) {
 /// Everything that can be read from a database.
 fn content(bytes: &[u8]) -> crate::Result<(Header, Vec<Option<PageBuffer>>)> {
     let pages = MemPages::from_bytes("damaged.hop", bytes)?;
-    let read = |id| Ok(pages.page(id)?.map(|view| view.to_buffer()));
+    let read = |id| Ok(pages.whole_page(id)?.map(|view| view.to_buffer()));
     let read = pages.directory().ids().map(read).collect::<crate::Result<_>>()?;
     Ok((pages.header().clone(), read))
 }
@@ -51,8 +52,8 @@ fn every_flipped_byte_is_refused_or_changes_nothing() {
     assert!(harmless < 255 * bytes.len(), "something must have been refused");
 }
 
-/// Makes all checksums right again, as far as the file says where things are.
-fn reseal(bytes: &mut [u8]) {
+/// Makes all checksums right again, as far as the file says where things are, of a grid as `sound` has it.
+fn reseal(bytes: &mut [u8], sound: &Directory) {
     let range = |offset: Field, length: Field, record: &[u8], limit: usize| {
         let start = usize::try_from(offset.u64(record)).unwrap_or(limit).min(limit);
         let length = if length.size == 4 { u64::from(length.u32(record)) } else { length.u64(record) };
@@ -66,8 +67,18 @@ fn reseal(bytes: &mut [u8]) {
     let directory = range(at::DIRECTORY_OFFSET, at::DIRECTORY_LENGTH, bytes, limit);
     for start in directory.clone().step_by(entry::SIZE) {
         let Some(record) = bytes.get(start..start + entry::SIZE) else { break };
-        let crc = crc32fast::hash(&bytes[range(entry::OFFSET, entry::LENGTH, record, limit)]);
-        entry::CRC.put(&mut bytes[start..start + entry::SIZE], &crc.to_le_bytes());
+        let page = range(entry::OFFSET, entry::LENGTH, record, limit);
+        let index = (start - directory.start) / entry::SIZE;
+        let Some((id, (.., size))) = sound.ids().nth(index).and_then(|id| Some((id, sound.locate(id)?)))
+        else {
+            break;
+        };
+        for (part, field) in PagePart::all(id).map(|part| (part, CRC[part.number()])) {
+            let at = part.range(size, page.len());
+            let bytes_of_part = bytes.get(page.start + at.start..page.start + at.end).unwrap_or_default();
+            let crc = crc32fast::hash(bytes_of_part);
+            field.put(&mut bytes[start..start + entry::SIZE], &crc.to_le_bytes());
+        }
     }
     let crc = crc32fast::hash(&bytes[directory]);
     at::DIRECTORY_CRC.put(bytes, &crc.to_le_bytes());
@@ -94,7 +105,7 @@ fn hostile_numbers_with_right_checksums_never_panic() {
             let mut hostile = bytes.clone();
             let end = (position + value.len()).min(bytes.len());
             hostile[position..end].copy_from_slice(&value[..end - position]);
-            reseal(&mut hostile);
+            reseal(&mut hostile, pages.directory());
             match content(&hostile) {
                 Ok((header, _)) => {
                     read += 1;
@@ -124,8 +135,8 @@ fn refusals_name_file_place_and_remedy() {
         (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),
         (refusal(&|b| b[0] = b'P'), "not a hedgehop database (byte 0); make one with `hedgehop build"),
         (
-            refusal(&|b| b[at::VERSION.offset] = 3),
-            "newer version of hedgehop: format 3, and this one reads 2; update",
+            refusal(&|b| b[at::VERSION.offset] = 4),
+            "newer version of hedgehop: format 4, and this one reads 3; update",
         ),
         (refusal(&|b| b.truncate(9000)), "truncated at byte 9000 of "),
         (refusal(&|b| b.push(0)), "more bytes follow its end"),
@@ -148,4 +159,54 @@ fn a_bad_page_is_refused_at_every_touch_and_others_are_read() {
         assert!(pages.page(PageId { level: 1, ..bad }).unwrap().is_some());
     }
     assert_eq!(pages.touched().pages, 1);
+}
+
+/// The bytes with a bit of each of these parts turned.
+fn damaged(pages: &MemPages, parts: &[PagePart]) -> Vec<u8> {
+    let mut bytes = pages.bytes().to_vec();
+    parts.iter().for_each(|part| bytes[pages.stretch(*part).end - 1] ^= 1);
+    bytes
+}
+
+#[test]
+fn a_damaged_part_is_refused_and_the_others_are_read() {
+    let (pages, _) = small();
+    for id in pages.directory().ids() {
+        for bad in PagePart::all(id) {
+            let store = MemPages::from_bytes("damaged.hop", &damaged(&pages, &[bad])).unwrap();
+            assert_eq!(store.heights(id).is_err(), bad == PagePart::Heights(id), "{bad:?}");
+            assert_eq!(store.bounds(id).is_err(), bad == PagePart::Bounds(id), "{bad:?}");
+            assert_eq!(store.page(id).is_err(), bad != PagePart::Bounds(id), "{bad:?}");
+            assert!(store.whole_page(id).is_err(), "{bad:?}");
+            for part in PagePart::all(id) {
+                let expected = if part == bad { None } else { Some(pages.part_bytes(part)) };
+                assert_eq!(store.load(part).ok(), expected, "{part:?} beside {bad:?}");
+            }
+            let good: u64 =
+                PagePart::all(id).filter(|part| *part != bad).map(|part| pages.part_bytes(part)).sum();
+            assert_eq!(store.touched(), Touched { pages: 1, bytes: good }, "{bad:?}");
+        }
+    }
+}
+
+#[test]
+fn a_page_is_left_out_whichever_of_its_parts_is_damaged_and_whichever_is_asked_for() {
+    let (pages, _) = small();
+    let id = PageId { level: 1, px: 0, py: 0 };
+    for bad in PagePart::all(id) {
+        let bytes = damaged(&pages, &[bad]);
+        let ask: [&dyn Fn(&MemPages) -> bool; 3] = [
+            &|store| store.heights(id).unwrap().is_none(),
+            &|store| store.bounds(id).unwrap().is_none(),
+            &|store| store.page(id).unwrap().is_none(),
+        ];
+        for first in ask {
+            let coarser = Trust { verify: Verify::FirstTouch, damaged: Damaged::Coarser };
+            let store = MemPages::from_bytes("damaged.hop", &bytes).unwrap().trusting(coarser);
+            assert!(store.has(id) && !store.is_damaged(id));
+            assert_eq!(store.needed_for(bad), store.extent(id).unwrap(), "all of it is checked at once");
+            assert!(first(&store) && ask.iter().all(|ask| ask(&store)), "{bad:?}");
+            assert!(!store.has(id) && store.is_damaged(id));
+        }
+    }
 }

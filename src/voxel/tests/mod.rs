@@ -111,7 +111,7 @@ impl LevelSurface {
 /// Mean, low and high of a voxel of a level.
 fn voxel(pages: &MemPages, level: u8, x: u32, y: u32) -> (u16, u16, u16) {
     let id = PageId { level, px: x / PAGE_SIDE, py: y / PAGE_SIDE };
-    let view = pages.page(id).unwrap().unwrap();
+    let view = pages.whole_page(id).unwrap().unwrap();
     let (x, y) = (x % PAGE_SIDE, y % PAGE_SIDE);
     let aproned = view.sample(x, y);
     let own = (y * view.width + x) as usize;
@@ -226,7 +226,7 @@ fn pages_lie_along_the_curve_whatever_their_order_in_a_band() {
     for level in 0..header.level_count {
         let mut shelf = Shelf::new(&mut writer).unwrap();
         for id in ids.iter().rev().filter(|id| id.level == level) {
-            shelf.take(&sound.page(*id).unwrap().unwrap().to_buffer().encode(*id)).unwrap();
+            shelf.take(&sound.whole_page(*id).unwrap().unwrap().to_buffer().encode(*id)).unwrap();
         }
         shelf.empty().unwrap();
     }
@@ -250,7 +250,7 @@ fn means_are_of_voxels_with_a_surface() {
     terrain.colours[9] = [10, 20, 30];
     let pages = terrain.pages();
     let code = pages.header().heights;
-    let view = pages.page(PageId { level: 1, px: 0, py: 0 }).unwrap().unwrap();
+    let view = pages.whole_page(PageId { level: 1, px: 0, py: 0 }).unwrap().unwrap();
     assert_eq!((view.width, view.height), (2, 2));
     assert!((code.decode(view.heights[view.sample(0, 0)]).unwrap() - 150.0).abs() <= code.scale);
     assert_eq!(view.colours[view.sample(0, 0)], [10, 20, 30]);
@@ -296,10 +296,13 @@ fn identity_does_not_depend_on_the_order_of_pages() {
     let mut ids: Vec<_> = pages.directory().ids().collect();
     ids.reverse();
     for id in ids {
-        let page = pages.page(id).unwrap().unwrap().to_buffer();
+        let page = pages.whole_page(id).unwrap().unwrap().to_buffer();
         writer.append(&page.encode(id)).unwrap();
         assert_eq!(writer.readback().page(id).unwrap(), Some(page));
-        assert!(writer.append(&pages.page(id).unwrap().unwrap().to_buffer().encode(id)).is_err(), "twice");
+        assert!(
+            writer.append(&pages.whole_page(id).unwrap().unwrap().to_buffer().encode(id)).is_err(),
+            "twice"
+        );
     }
     let (hash, _) = writer.finish(&Metadata::default(), header.height_range).unwrap();
     assert_eq!(hash, header.content_hash);

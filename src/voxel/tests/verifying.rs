@@ -15,7 +15,7 @@ fn assert_found(id: PageId, change: &dyn Fn(&mut PageBuffer), expected: &str) {
     let header = sound.header();
     let mut writer = PageWriter::create(&path, header.grid, header.heights, false).unwrap();
     for other in sound.directory().ids() {
-        let mut page = sound.page(other).unwrap().unwrap().to_buffer();
+        let mut page = sound.whole_page(other).unwrap().unwrap().to_buffer();
         if other == id {
             change(&mut page);
         }
@@ -60,7 +60,7 @@ fn codes_outside_the_range_are_found() {
     let header = sound.header();
     let mut writer = PageWriter::create(&path, header.grid, header.heights, false).unwrap();
     for id in sound.directory().ids() {
-        writer.append(&sound.page(id).unwrap().unwrap().to_buffer().encode(id)).unwrap();
+        writer.append(&sound.whole_page(id).unwrap().unwrap().to_buffer().encode(id)).unwrap();
     }
     writer.finish(&header.metadata, (100.0, 101.0)).unwrap();
     let report =

@@ -60,11 +60,10 @@ impl Deref for Store {
 
 impl Store {
     /// As [`PageStore::load`], and noted.
-    pub fn load(&self, part: PagePart) -> Result<bool> {
-        let is_whole = self.pages.load(part)?;
-        let parts = PagePart::all(part.page()).filter(|one| is_whole || *one == part);
-        self.seen.lock().unwrap().here.extend(parts);
-        Ok(is_whole)
+    pub fn load(&self, part: PagePart) -> Result<u64> {
+        let bytes = self.pages.load(part)?;
+        self.seen.lock().unwrap().here.insert(part);
+        Ok(bytes)
     }
 
     /// As [`PageStore::forget`], and noted.
