@@ -44,7 +44,7 @@ fn hills() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Where there is no room paint may be left out of what comes ahead of need, if the flight `brings` it.
+/// Within a budget paint is left out of what comes ahead of need, if the flight `brings` it.
 fn fly(path: &Path, budget: Option<u64>, workers: usize, brings: bool) -> Flown {
     let pages = ResidentPages::new(PageFile::open(path).unwrap(), budget);
     let renderer = Renderer::new(&pages, &RenderOptions::default()).with_memory(2 << 20);
@@ -82,7 +82,7 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
     let free = fly(&path, None, 1, true);
     assert_eq!((free.total.demand_misses, free.total.pages_evicted), (0, 0));
     assert!(free.total.resident_bytes_most == free.total.resident_bytes);
-    let budgets = [free.total.resident_bytes, free.total.resident_bytes * 3 / 4, 1 << 20];
+    let budgets = [free.total.resident_bytes, free.total.resident_bytes * 5 / 8, 1 << 20];
     for (budget, workers) in budgets.into_iter().flat_map(|budget| [(budget, 1), (budget, 2)]) {
         let flown = fly(&path, Some(budget), workers, true);
         assert!(flown.pictures == free.pictures, "{budget} bytes, {workers} workers");
@@ -94,13 +94,14 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
         let misses: u64 = flown.later.iter().map(|frame| frame.demand_misses).sum();
         assert_eq!(misses, 0, "{budget} bytes, {workers} workers: {:?}", flown.total);
         assert!(flown.total.resident_bytes_most <= budget, "{:?}", flown.total);
-        assert!(flown.total.bytes_read <= free.total.bytes_read * 13 / 10, "{:?}", flown.total);
+        let touched = flown.total.bytes_read - flown.total.bytes_unused;
+        assert!(flown.total.bytes_read <= touched * 13 / 10, "{:?}", flown.total);
         assert!(budget == budgets[0] || flown.total.pages_evicted > 0);
     }
 }
 
 #[test]
-fn where_views_have_no_room_paint_comes_once_it_is_in_sight() {
+fn within_a_budget_paint_comes_once_it_is_in_sight() {
     let (_folder, path) = hills();
     let free = fly(&path, None, 1, true);
     assert_eq!(free.total.pages_in_sight, 0, "{:?}", free.total);

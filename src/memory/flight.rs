@@ -5,7 +5,7 @@
 //!     what does it need?                                  told by the caller, from the pose
 //!     evict what no frame in flight or ahead needs; announce what is missing; wait until it is there
 //!     the frame may begin; before its pages are there if no other is in flight: its workers then wait for each as they come to it
-//! room for a few frames only:  paint, which is most of it, is left out from then on; who renders has it brought once it is in sight
+//! memory is limited:  paint, which is most of it, is left out; who renders has it brought once it is in sight
 //! no room, or far enough ahead:  wait until a frame is delivered
 //! ```
 //!
@@ -26,9 +26,6 @@ use crate::voxel::{PageId, PageNeeds};
 /// Frames that are looked ahead.
 pub const LOOKAHEAD: u32 = 30;
 
-/// Frames that must have room with all their paint for it to come ahead of need.
-const LEAST_AHEAD: u32 = LOOKAHEAD / 2;
-
 /// What a flight's frames need.
 pub trait Foresight: Sync {
     /// Parts of pages that a frame may touch. Bounds of coarse pages may be read for it.
@@ -40,8 +37,8 @@ pub trait Foresight: Sync {
     /// Whether a page lies behind the eye at a frame.
     fn is_behind(&self, frame: u32, page: PageId) -> bool;
 
-    /// Whether frames have paint [brought](crate::voxel::PageSource::bring) where it is in sight and not at hand: it may be left out of what comes
-    /// ahead of need.
+    /// Whether frames have paint [brought](crate::voxel::PageSource::bring) where it is in sight and not at hand: it is left out of what comes
+    /// ahead of need where memory is limited.
     fn brings_paint(&self) -> bool {
         false
     }
@@ -124,7 +121,7 @@ impl Flight<'_> {
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
-        let mut paint_in_sight = false;
+        let leaves_paint = self.pages.budget() < u64::MAX && foresight.brings_paint();
         while next < count && !self.stopped.load(Ordering::Acquire) {
             let done = self.delivered.load(Ordering::Acquire);
             self.pages.deliver(done);
@@ -132,16 +129,10 @@ impl Flight<'_> {
                 // Who renders the frame meets the same error.
                 let foreseen = needs.get_or_insert_with(|| {
                     let needs = foresight.needs(next).unwrap_or_default();
-                    if paint_in_sight { needs.without_paint() } else { needs }
+                    if leaves_paint { needs.without_paint() } else { needs }
                 });
                 let is_behind = |page| foresight.is_behind(done, page);
-                let expected = if paint_in_sight {
-                    self.pages.expect_without_paint(next, foreseen, is_behind)
-                } else {
-                    // Rather no paint than half of it, and half of that in vain.
-                    self.pages.expect(next, foreseen, foresight.brings_paint(), is_behind)
-                };
-                if let Some(expected) = expected {
+                if let Some(expected) = self.pages.expect(next, foreseen, leaves_paint, is_behind) {
                     needs = None;
                     if next == done {
                         // Nothing else is in flight: it may begin with what comes first.
@@ -150,11 +141,6 @@ impl Flight<'_> {
                     self.pages.read(&expected);
                     next += 1;
                     self.let_begin(next);
-                    continue;
-                }
-                if !paint_in_sight && next < done + LEAST_AHEAD && foresight.brings_paint() {
-                    paint_in_sight = true;
-                    needs = needs.map(PageNeeds::without_paint);
                     continue;
                 }
             }

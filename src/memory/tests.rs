@@ -180,8 +180,6 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), None);
     site.pages.deliver(3);
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![heights(4), heights(5)]));
-    // Unless it must be whole.
-    assert_eq!(site.pages.expect(4, &needs(&[1, 2, 3], 2), true, |_| false), None);
     // With room for all of it, all of it comes.
     site.pages.deliver(4);
     assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![heights(6), heights(7)]));
@@ -221,7 +219,7 @@ fn frames_ahead_leave_room_for_paint_that_is_in_sight() {
     let site = Site::new(3 * page_bytes());
     let [all, soon] = [9, 2].map(|frame| {
         let heights: Vec<_> = (0..6).map(heights).collect();
-        site.pages.expect_without_paint(frame, &heights.into(), NOTHING_BEHIND)
+        site.pages.expect(frame, &heights.into(), true, NOTHING_BEHIND)
     });
     assert!(all.is_none() && soon.is_some(), "six pages' heights are more than three fifths of three pages");
     let needs = PageNeeds { parts: fine(&[1, 2, 3]), likely: 4 }.without_paint();

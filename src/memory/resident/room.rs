@@ -14,16 +14,21 @@ const AHEAD_SHARE: u64 = 50;
 
 impl ResidentPages {
     /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
-    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. Unless it must be `whole`, what it is
-    /// likely to read must do for a frame that begins soon; one that begins now gets as much as there is room for.
+    /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. What it is
+    /// likely to read must do for a frame that begins soon; one that begins now gets as much as there is room for. Frames that are far ahead leave room
+    /// for paint if it is `beside` what they need.
     pub(in crate::memory) fn expect(
         &self,
         frame: u32,
         needs: &PageNeeds,
-        whole: bool,
+        beside: bool,
         behind: impl Fn(PageId) -> bool,
     ) -> Option<Vec<Expected>> {
         let mut ledger = self.ledger();
+        let is_soon = frame <= ledger.delivered + SOON;
+        if beside && !is_soon && !self.leaves_room_for_paint(&ledger, &needs.parts) {
+            return None;
+        }
         let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
         let (likely, others) = needs.parts.split_at(needs.likely);
         let mut missing = self.hold(&mut ledger, frame, likely).0;
@@ -36,7 +41,7 @@ impl ResidentPages {
             for (index, until) in held_before {
                 ledger.needed_until[index] = until;
             }
-            if whole || frame > ledger.delivered + SOON {
+            if !is_soon {
                 return None;
             }
             if !self.make_room(&mut ledger, likely_bytes, &place) && frame > ledger.delivered {
@@ -47,24 +52,8 @@ impl ResidentPages {
         Some(missing)
     }
 
-    /// As [`Self::expect`], of a frame whose paint is [left out](Self::leave_paint) of its needs, and has room beside them.
-    pub(in crate::memory) fn expect_without_paint(
-        &self,
-        frame: u32,
-        needs: &PageNeeds,
-        behind: impl Fn(PageId) -> bool,
-    ) -> Option<Vec<Expected>> {
-        let is_soon = frame <= self.ledger().delivered + SOON;
-        if is_soon || self.leaves_room_for_paint(&needs.parts) {
-            self.expect(frame, needs, false, behind)
-        } else {
-            None
-        }
-    }
-
     /// Whether what is needed, with `parts`, leaves room for paint.
-    fn leaves_room_for_paint(&self, parts: &[PagePart]) -> bool {
-        let ledger = self.ledger();
+    fn leaves_room_for_paint(&self, ledger: &Ledger, parts: &[PagePart]) -> bool {
         let is_needed = |index: usize| ledger.needed_until[index] > ledger.delivered;
         let is_kept = |index: usize| self.part(index).page().level >= KEPT_LEVEL;
         let held = ledger.clock.pages().map(|index| index as usize);
