@@ -17,6 +17,7 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::resident::Sights;
 use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
 use super::tally::Tally;
 use super::{Paging, ResidentPages};
@@ -121,18 +122,25 @@ impl Flight<'_> {
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
+        let mut in_sight = Sights::new();
         let leaves_paint = self.pages.budget() < u64::MAX && foresight.brings_paint();
         while next < count && !self.stopped.load(Ordering::Acquire) {
             let done = self.delivered.load(Ordering::Acquire);
             self.pages.deliver(done);
+            in_sight.retain(|(frame, _)| *frame >= done);
             if next < done + LOOKAHEAD {
                 // Who renders the frame meets the same error.
                 let foreseen = needs.get_or_insert_with(|| {
-                    let needs = foresight.needs(next).unwrap_or_default();
-                    if leaves_paint { needs.without_paint() } else { needs }
+                    let mut needs = foresight.needs(next).unwrap_or_default();
+                    if leaves_paint {
+                        in_sight.push((next, needs.take_paint()));
+                    }
+                    needs
                 });
                 let is_behind = |page| foresight.is_behind(done, page);
-                if let Some(expected) = self.pages.expect(next, foreseen, leaves_paint, is_behind) {
+                if let Some(expected) =
+                    self.pages.expect(next, foreseen, leaves_paint.then_some(&in_sight), is_behind)
+                {
                     needs = None;
                     if next == done {
                         // Nothing else is in flight: it may begin with what comes first.

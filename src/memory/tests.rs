@@ -168,7 +168,7 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
         likely,
     };
     let expect = |frame, needs: &PageNeeds| {
-        let expected = site.pages.expect(frame, needs, false, |_| false)?;
+        let expected = site.pages.expect(frame, needs, None, |_| false)?;
         site.pages.read(&expected);
         Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
     };
@@ -198,7 +198,7 @@ fn what_is_in_sight_is_brought_and_stays_for_the_frame() {
     assert_eq!(site.pages.paging().pages_in_sight, 2, "it is there");
     // Others have no room while frame 4 is in flight.
     let expect = |frame, parts: &[PagePart]| {
-        let expected = site.pages.expect(frame, &PageNeeds::from(parts.to_vec()), false, NOTHING_BEHIND)?;
+        let expected = site.pages.expect(frame, &PageNeeds::from(parts.to_vec()), None, NOTHING_BEHIND)?;
         site.pages.read(&expected);
         Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
     };
@@ -215,15 +215,32 @@ fn what_is_in_sight_is_brought_and_stays_for_the_frame() {
 }
 
 #[test]
-fn frames_ahead_leave_room_for_paint_that_is_in_sight() {
+fn frames_leave_room_for_paint_that_will_be_in_sight() {
     let site = Site::new(3 * page_bytes());
-    let [all, soon] = [9, 2].map(|frame| {
-        let heights: Vec<_> = (0..6).map(heights).collect();
-        site.pages.expect(frame, &heights.into(), true, NOTHING_BEHIND)
-    });
-    assert!(all.is_none() && soon.is_some(), "six pages' heights are more than three fifths of three pages");
-    let needs = PageNeeds { parts: fine(&[1, 2, 3]), likely: 4 }.without_paint();
+    let heights =
+        |numbers: &[u32]| PageNeeds::from(numbers.iter().map(|number| heights(*number)).collect::<Vec<_>>());
+    let expect = |frame, needs: &PageNeeds, paint: &[PagePart]| {
+        let paint = vec![(frame, paint.to_vec())];
+        let expected = site.pages.expect(frame, needs, Some(&paint), NOTHING_BEHIND);
+        expected.inspect(|expected| site.pages.read(expected)).is_some()
+    };
+    let six = heights(&[0, 1, 2, 3, 4, 5]);
+    assert!(!expect(9, &six, &[]), "six pages' heights are more than half of three pages");
+    let paint = |count| (0..count).map(|number| PagePart::Paint(page(number))).collect::<Vec<_>>();
+    assert!(expect(2, &six, &paint(1)), "soon they may be, beside little paint");
+    // While another frame is in flight that holds them, a view elsewhere has no room for what it will have in sight.
+    let elsewhere = heights(&[8]);
+    assert!(!expect(2, &elsewhere, &paint(4)) && expect(2, &elsewhere, &[]));
+    site.pages.deliver(2);
+    assert!(expect(2, &elsewhere, &paint(14)), "it begins with what there is");
+}
+
+#[test]
+fn paint_is_taken_out_of_what_is_needed() {
+    let mut needs = PageNeeds { parts: fine(&[1, 2, 3]), likely: 3 };
+    let paint = needs.take_paint();
     assert_eq!(needs, PageNeeds { parts: [1, 2, 3].map(heights).to_vec(), likely: 2 });
+    assert_eq!(paint, [1, 2, 3].map(|number| PagePart::Paint(page(number))));
 }
 
 #[test]

@@ -181,14 +181,13 @@ pub struct PageNeeds {
 }
 
 impl PageNeeds {
-    /// The same but for paint.
-    #[must_use]
-    pub fn without_paint(self) -> Self {
-        let Self { mut parts, likely } = self;
+    /// Takes paint out, and returns it.
+    pub fn take_paint(&mut self) -> Vec<PagePart> {
         let is_paint = |part: &mut PagePart| matches!(part, PagePart::Paint(_));
-        let likely = likely - parts.extract_if(..likely, is_paint).count();
-        parts.extract_if(likely.., is_paint).for_each(drop);
-        Self { parts, likely }
+        let mut paint: Vec<_> = self.parts.extract_if(..self.likely, is_paint).collect();
+        self.likely -= paint.len();
+        paint.extend(self.parts.extract_if(self.likely.., is_paint));
+        paint
     }
 }
 

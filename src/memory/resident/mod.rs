@@ -19,6 +19,7 @@ mod room;
 
 pub(super) use late::Need;
 pub use late::PresentPages;
+pub(super) use room::Sights;
 
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -205,7 +206,7 @@ impl ResidentPages {
             }
             let parts = together.iter().flat_map(|(_, id)| PagePart::all(*id));
             let needs = PageNeeds::from(parts.collect::<Vec<_>>());
-            self.read(&self.expect(0, &needs, false, |_| true).unwrap_or_default());
+            self.read(&self.expect(0, &needs, None, |_| true).unwrap_or_default());
             // Says what is wrong with a page that did not come.
             needs.parts.iter().try_for_each(|part| store.load(*part).map(drop))?;
             observer.advance(together.len() as u64);

@@ -1,5 +1,6 @@
 //! Room for what is to come.
 
+use std::collections::HashSet;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -12,21 +13,29 @@ use crate::voxel::{PageId, PageNeeds, PagePart};
 /// Of the budget, what frames ahead need may take so many parts of a hundred where their paint is brought once it is in sight; that has the others.
 const AHEAD_SHARE: u64 = 50;
 
+/// Of the paint that is foreseen of a view that is new, so many parts of a hundred are in sight, about.
+const IN_SIGHT_SHARE: u64 = 75;
+
+/// Paint that frames which are not delivered yet may have in sight, with their numbers.
+pub(in crate::memory) type Sights = Vec<(u32, Vec<PagePart>)>;
+
 impl ResidentPages {
     /// Makes room for what frame `frame` needs, ahead of it or as it begins, and returns what of it must be [read](Self::read): whoever
     /// touches that waits for it from now on. `None`: there is no room before frames in flight are delivered. What it is
-    /// likely to read must do for a frame that begins soon; one that begins now gets as much as there is room for. Frames that are far ahead leave room
-    /// for paint if it is `beside` what they need.
+    /// likely to read must do for a frame that begins soon; one that begins now gets as much as there is room for. `paint` that this frame and those in flight
+    /// have left out of what they need, because it is brought once it is in sight, has room beside that.
     pub(in crate::memory) fn expect(
         &self,
         frame: u32,
         needs: &PageNeeds,
-        beside: bool,
+        paint: Option<&Sights>,
         behind: impl Fn(PageId) -> bool,
     ) -> Option<Vec<Expected>> {
         let mut ledger = self.ledger();
         let is_soon = frame <= ledger.delivered + SOON;
-        if beside && !is_soon && !self.leaves_room_for_paint(&ledger, &needs.parts) {
+        if frame > ledger.delivered
+            && paint.is_some_and(|paint| !self.leaves_room(&ledger, needs, paint, is_soon))
+        {
             return None;
         }
         let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
@@ -52,16 +61,24 @@ impl ResidentPages {
         Some(missing)
     }
 
-    /// Whether what is needed, with `parts`, leaves room for paint.
-    fn leaves_room_for_paint(&self, ledger: &Ledger, parts: &[PagePart]) -> bool {
+    /// Whether what is held, and what a frame needs, leaves room for `paint`: of frames that are in flight or soon are, or else of any.
+    fn leaves_room(&self, ledger: &Ledger, needs: &PageNeeds, paint: &Sights, is_soon: bool) -> bool {
         let is_needed = |index: usize| ledger.needed_until[index] > ledger.delivered;
         let is_kept = |index: usize| self.part(index).page().level >= KEPT_LEVEL;
         let held = ledger.clock.pages().map(|index| index as usize);
         let held = held.filter(|index| is_needed(*index) || is_kept(*index)).map(|index| self.part(index));
         let more =
-            parts.iter().copied().filter(|part| self.index(*part).is_some_and(|index| !is_needed(index)));
-        let bytes: u64 = held.chain(more).map(|part| self.file.store().part_bytes(part)).sum();
-        bytes <= self.budget / 100 * AHEAD_SHARE
+            needs.parts.iter().filter(|part| self.index(**part).is_some_and(|index| !is_needed(index)));
+        let bytes = |part| self.file.store().part_bytes(part);
+        let held: u64 = held.chain(more.copied()).map(bytes).sum();
+        if !is_soon {
+            return held <= self.budget / 100 * AHEAD_SHARE;
+        }
+        let paint: HashSet<_> = paint.iter().flat_map(|(_, paint)| paint).copied().collect();
+        let is_missing =
+            |part: &PagePart| self.index(*part).is_some_and(|index| !self.is_here_or_coming(index));
+        let missing: u64 = paint.into_iter().filter(is_missing).map(bytes).sum();
+        held + missing / 100 * IN_SIGHT_SHARE <= self.budget
     }
 
     /// Brings what is seen of pages, heights and paint, for a frame that has begun, and waits until it is there. It stays for all frames that have.
