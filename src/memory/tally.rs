@@ -22,7 +22,7 @@ pub struct Paging {
     pub bytes_read: u64,
     /// Parts brought in that went again, or are there still, without having been touched.
     pub pages_unused: u64,
-    /// Bytes that were read for these, and for the checksums of pages that may be left out if they are damaged.
+    /// Bytes that were read for these.
     #[serde(default)]
     pub bytes_unused: u64,
     /// Parts that went to make room.

@@ -246,6 +246,8 @@ impl ResidentPages {
             Ok(bytes) => {
                 Tally::add(&self.tally.pages_read, 1);
                 Tally::add(&self.tally.bytes_read, *bytes);
+                // What is read for a checksum alone is of use.
+                Tally::add(&self.tally.bytes_touched, *bytes - store.part_bytes(part));
                 if self.budget < u64::MAX {
                     ledger.clock.add(index as u32);
                 }

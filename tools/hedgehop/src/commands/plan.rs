@@ -296,7 +296,8 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
                 .map(|entry| u64::from(entry.length))
                 .sum(),
             bytes_stored: stored[usize::from(level)].bytes,
-            area_km2: squares().map(|[low, high]| (high - low).element_product()).sum::<f64>() / 1e6,
+            // The sum of nothing is −0.
+            area_km2: squares().map(|[low, high]| (high - low).element_product()).sum::<f64>() / 1e6 + 0.0,
             reach_m: reach.fold(0.0, f64::max),
         }
     };
@@ -309,7 +310,8 @@ impl Report {
         let wanted = self.memory_bytes_given.map_or(self.memory_bytes, |given| given.min(self.memory_bytes));
         if let Some(given) = self.memory_bytes_given.filter(|given| *given < self.memory_bytes_least) {
             obstacles.push(format!(
-                "the fullest frame does not fit into --memory {}: it meets demand misses; give {}M, or a smaller --size",
+                "all that the fullest frame may have in sight does not fit into --memory {}: it may wait, or meet demand misses; \
+                 give {}M, or a smaller --size",
                 amount(given),
                 mib_up(self.memory_bytes_least)
             ));
@@ -356,7 +358,7 @@ impl Report {
         line(
             "memory",
             format!(
-                "--memory {}M looks {LOOKAHEAD} frames ahead, {}M is the least without a wait in a frame",
+                "--memory {}M looks {LOOKAHEAD} frames ahead, {}M holds all that the fullest frame may have in sight",
                 mib_up(self.memory_bytes),
                 mib_up(self.memory_bytes_least)
             ),
