@@ -11,7 +11,8 @@ use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
-    Arrays, Attributes, Damaged, Grid, MemPages, Metadata, PageId, PageSource, Trust, Verify, write_arrays,
+    Arrays, Attributes, Damaged, Grid, MemPages, Metadata, PageId, PagePart, PageSource, Trust, Verify,
+    write_arrays,
 };
 
 const SIDE: u32 = 1200;
@@ -88,6 +89,16 @@ fn frame(
 
 fn stand_ins(frame: &Frame) -> usize {
     frame.id.iter().filter(|id| **id != u32::MAX && **id as u8 & Attributes::STAND_IN != 0).count()
+}
+
+#[test]
+fn the_height_of_ground_is_known_without_its_paint() {
+    let sound = MemPages::from_bytes("area.hop", &area()).unwrap();
+    let mut bytes = sound.bytes().to_vec();
+    bytes[sound.stretch(PagePart::Paint(PageId { level: 0, px: 0, py: 0 })).end - 1] ^= 1;
+    let damaged = MemPages::from_bytes("area.hop", &bytes).unwrap();
+    let at = DVec2::new(101.0, 77.0);
+    assert_eq!(ground_height(&damaged, at).unwrap(), ground_height(&sound, at).unwrap());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::walk::{Lattice, Span};
 use crate::error::Result;
 use crate::voxel::{
-    APRON, Attributes, BoundsView, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, PageView,
+    APRON, Attributes, BoundsView, Grid, HeightCode, HeightsView, PAGE_SIDE, PageId, PageSource, PageView,
 };
 
 /// Reads the planes of a [`PageSource`]; looks a page up only when a read leaves the last one.
@@ -23,7 +23,8 @@ struct Slot<'a> {
     /// Them as a lattice, and the cells between their posts.
     voxels: Lattice,
     cells: Lattice,
-    /// Whose posts, and whose bounds.
+    /// Whose heights, whose posts with all that is seen of them, and whose bounds.
+    heights: Latest<HeightsView<'a>>,
     posts: Latest<PageView<'a>>,
     bounds: Latest<BoundsView<'a>>,
 }
@@ -38,12 +39,16 @@ struct Latest<V> {
 }
 
 /// A voxel's place in a page.
-struct Place<'s, 'a> {
-    view: &'s PageView<'a>,
+struct Place {
+    /// Voxels eastward of the page.
+    width: u32,
     /// Column and row within the page; −1 is the apron.
     x: i64,
     y: i64,
 }
+
+/// A plane with apron, and a voxel's place in it.
+type Samples<'a, T> = (&'a [T], Place);
 
 impl<'a> Slot<'a> {
     fn new(grid: &Grid, level: u8, endless: bool) -> Self {
@@ -57,7 +62,7 @@ impl<'a> Slot<'a> {
             Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
         };
         let (voxels, cells) = (lattice(0, 0.0), lattice(if endless { 0 } else { -1 }, 0.5));
-        Self { dims, voxels, cells, posts: Latest::NONE, bounds: Latest::NONE }
+        Self { dims, voxels, cells, heights: Latest::NONE, posts: Latest::NONE, bounds: Latest::NONE }
     }
 }
 
@@ -142,12 +147,26 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         self.slots[usize::from(level)].dims
     }
 
-    /// The page of voxel `cell`, clamped into the area; `None` where the page is absent.
+    /// The page of voxel `cell`, clamped into the area, and the voxel's place in it; `None` where the page is absent.
     #[inline]
-    fn place(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Place<'_, 'a>>> {
+    fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(PageView<'a>, Place)>> {
         let Slot { dims, posts, .. } = &mut self.slots[usize::from(level)];
         let (view, [x, y]) = posts.at((level, *dims), cell, |id| self.source.page(id))?;
-        Ok(view.map(|view| Place { view, x, y }))
+        Ok(view.map(|view| (*view, Place { width: view.width, x, y })))
+    }
+
+    /// The same of its heights alone: nothing else of the page is read.
+    #[inline]
+    fn heights(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Samples<'a, u16>>> {
+        let Slot { dims, heights, .. } = &mut self.slots[usize::from(level)];
+        let (view, [x, y]) = heights.at((level, *dims), cell, |id| self.source.heights(id))?;
+        Ok(view.map(|view| (view.heights, Place { width: view.width, x, y })))
+    }
+
+    /// The same of its colours.
+    #[inline]
+    fn colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Samples<'a, [u8; 3]>>> {
+        Ok(self.posts(level, cell)?.map(|(view, place)| (view.colours, place)))
     }
 
     /// Upper bound of every finer surface over voxel `cell` of level index ≥ 1, metres: −∞ where
@@ -187,8 +206,8 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     /// Mean height of voxel `cell`, metres: `Some(None)` where there is no surface, `None` where the
     /// page is absent.
     pub fn height(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Option<f64>>> {
-        let heights = self.heights;
-        Ok(self.place(level, cell)?.map(|place| heights.decode(place.view.heights[place.with_apron()])))
+        let found = self.heights(level, cell)?;
+        Ok(found.map(|(codes, place)| self.heights.decode(codes[place.with_apron()])))
     }
 
     /// Heights at the corners (south-west, south-east, north-west, north-east) of the cell of the
@@ -197,13 +216,13 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     #[inline]
     pub fn corners(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[f64; 4]>> {
         let heights = self.heights;
-        let codes = self.corner_samples(level, cell, |view| view.heights)?;
+        let codes = self.corner_samples(level, cell, Self::heights)?;
         Ok(codes.map(|codes| codes.map(|code| heights.decode(code).unwrap_or(f64::NAN))))
     }
 
     /// Colours at the same corners, sRGB.
     pub fn corner_colours(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[[u8; 3]; 4]>> {
-        self.corner_samples(level, cell, |view| view.colours)
+        self.corner_samples(level, cell, Self::colours)
     }
 
     /// Samples of a plane with apron at the corners of a cell.
@@ -212,22 +231,22 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         &mut self,
         level: u8,
         cell: [i64; 2],
-        plane: impl Fn(&PageView<'a>) -> &'a [T],
+        find: impl Fn(&mut Self, u8, [i64; 2]) -> Result<Option<Samples<'a, T>>>,
     ) -> Result<Option<[T; 4]>> {
         if self.is_endless() {
             let dims = self.dims(level);
             if cell[0] == dims[0] - 1 || cell[1] == dims[1] - 1 {
-                return self.corners_at_seam(level, cell, plane);
+                return self.corners_at_seam(level, cell, find);
             }
         }
-        let Some(place) = self.place(level, cell)? else { return Ok(None) };
-        let [south, north] = place.corner_rows(plane(place.view));
+        let Some((plane, place)) = find(self, level, cell)? else { return Ok(None) };
+        let [south, north] = place.corner_rows(plane);
         Ok(Some([south[0], south[1], north[0], north[1]]))
     }
 
     /// Colour of voxel `cell`, sRGB; `None` where the page is absent.
     pub fn colour(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<[u8; 3]>> {
-        Ok(self.place(level, cell)?.map(|place| place.view.colours[place.with_apron()]))
+        Ok(self.colours(level, cell)?.map(|(colours, place)| colours[place.with_apron()]))
     }
 
     /// The same one by one: at the area's edge, aprons repeat the edge itself, not what lies beyond the seam.
@@ -236,12 +255,12 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         &mut self,
         level: u8,
         [west, south]: [i64; 2],
-        plane: impl Fn(&PageView<'a>) -> &'a [T],
+        find: impl Fn(&mut Self, u8, [i64; 2]) -> Result<Option<Samples<'a, T>>>,
     ) -> Result<Option<[T; 4]>> {
         let dims = self.dims(level);
         let (east, north) = ((west + 1) % dims[0], (south + 1) % dims[1]);
         let mut sample = |voxel| -> Result<Option<T>> {
-            Ok(self.place(level, voxel)?.map(|place| plane(place.view)[place.with_apron()]))
+            Ok(find(self, level, voxel)?.map(|(plane, place)| plane[place.with_apron()]))
         };
         let corners =
             (sample([west, south])?, sample([east, south])?, sample([west, north])?, sample([east, north])?);
@@ -255,8 +274,8 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     /// absent, of the next coarser level.
     pub fn attributes_at(&mut self, level: u8, units: DVec2) -> Result<Attributes> {
         let (voxel, _) = self.voxels(level).cell_at(units);
-        let found = self.place(level, voxel)?;
-        let found = found.map(|place| place.view.attributes_at(place.x as u32, place.y as u32));
+        let found = self.posts(level, voxel)?;
+        let found = found.map(|(view, place)| view.attributes_at(place.x as u32, place.y as u32));
         match found {
             Some(attributes) => Ok(attributes),
             None if usize::from(level) + 1 < self.slots.len() => self.attributes_at(level + 1, units),
@@ -267,7 +286,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     /// Whether the page of a level at a position in units is damaged and was left out, so that a coarser level stands in for it.
     pub fn is_damaged_at(&mut self, level: u8, units: DVec2) -> Result<bool> {
         let (voxel, _) = self.voxels(level).cell_at(units);
-        if self.place(level, voxel)?.is_some() {
+        if self.posts(level, voxel)?.is_some() {
             return Ok(false);
         }
         let [px, py] =
@@ -276,10 +295,10 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     }
 }
 
-impl Place<'_, '_> {
+impl Place {
     /// Voxels along a row, the apron included.
     fn stride(&self) -> usize {
-        (self.view.width + 2 * APRON) as usize
+        (self.width + 2 * APRON) as usize
     }
 
     /// Index of the voxel in a plane with apron.

@@ -115,6 +115,10 @@ impl Directory {
         {
             return Err(format!("no page can lie at byte {}, length {}", entry.offset, entry.length));
         }
+        let bounds = PagePart::Bounds(id);
+        if PagePart::all(id).all(|part| part != bounds) && entry.crc[bounds.number()] != 0 {
+            return Err("a checksum of bounds, but the level has none".into());
+        }
         Ok(())
     }
 
