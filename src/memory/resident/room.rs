@@ -13,9 +13,6 @@ use crate::voxel::{PageId, PageNeeds, PagePart};
 /// Of the budget, what frames ahead need may take so many parts of a hundred where their paint is brought once it is in sight; that has the others.
 const AHEAD_SHARE: u64 = 50;
 
-/// Of the paint that is foreseen of a view that is new, so many parts of a hundred are in sight, about.
-const IN_SIGHT_SHARE: u64 = 75;
-
 /// Paint that frames which are not delivered yet may have in sight, with their numbers.
 pub(in crate::memory) type Sights = Vec<(u32, Vec<PagePart>)>;
 
@@ -78,7 +75,7 @@ impl ResidentPages {
         let is_missing =
             |part: &PagePart| self.index(*part).is_some_and(|index| !self.is_here_or_coming(index));
         let missing: u64 = paint.into_iter().filter(is_missing).map(bytes).sum();
-        held + missing / 100 * IN_SIGHT_SHARE <= self.budget
+        held + missing <= self.budget
     }
 
     /// Brings what is seen of pages, heights and paint, for a frame that has begun, and waits until it is there. It stays for all frames that have.
