@@ -58,24 +58,22 @@ impl ResidentPages {
         Some(missing)
     }
 
-    /// Whether what is held, and what a frame needs, leaves room for `paint`: of frames that are in flight or soon are, or else of any.
+    /// Whether what stays, what comes and what a frame needs have room: together with all of `paint` if the frame is in flight or
+    /// soon will be, or else within the share of frames ahead.
     fn leaves_room(&self, ledger: &Ledger, needs: &PageNeeds, paint: &Sights, is_soon: bool) -> bool {
-        let is_needed = |index: usize| ledger.needed_until[index] > ledger.delivered;
-        let is_kept = |index: usize| self.part(index).page().level >= KEPT_LEVEL;
-        let held = ledger.clock.pages().map(|index| index as usize);
-        let held = held.filter(|index| is_needed(*index) || is_kept(*index)).map(|index| self.part(index));
-        let more =
-            needs.parts.iter().filter(|part| self.index(**part).is_some_and(|index| !is_needed(index)));
-        let bytes = |part| self.file.store().part_bytes(part);
-        let held: u64 = held.chain(more.copied()).map(bytes).sum();
-        if !is_soon {
-            return held <= self.budget / 100 * AHEAD_SHARE;
-        }
-        let paint: HashSet<_> = paint.iter().flat_map(|(_, paint)| paint).copied().collect();
-        let is_missing =
-            |part: &PagePart| self.index(*part).is_some_and(|index| !self.is_here_or_coming(index));
-        let missing: u64 = paint.into_iter().filter(is_missing).map(bytes).sum();
-        held + missing <= self.budget
+        let bytes = |index| self.file.store().part_bytes(self.part(index));
+        let stays = |index: usize| {
+            self.part(index).page().level >= KEPT_LEVEL || ledger.needed_until[index] > ledger.delivered
+        };
+        let here = ledger.clock.pages().map(|index| index as usize);
+        let may_go: u64 = here.filter(|index| !stays(*index)).map(bytes).sum();
+        let limit = if is_soon { self.budget } else { self.budget / 100 * AHEAD_SHARE };
+        let paint = paint.iter().filter(|_| is_soon).flat_map(|(_, paint)| paint);
+        let wanted: HashSet<_> =
+            needs.parts.iter().chain(paint).filter_map(|part| self.index(*part)).collect();
+        let has_room = |index: usize| self.is_coming(index) || self.is_here_or_coming(index) && stays(index);
+        let more: u64 = wanted.into_iter().filter(|index| !has_room(*index)).map(bytes).sum();
+        ledger.bytes + more <= limit + may_go
     }
 
     /// Brings what is seen of pages, heights and paint, for a frame that has begun, and waits until it is there. It stays for all frames that have.
