@@ -1,21 +1,36 @@
 //! Rows as columns.
 
+use std::array;
 use std::ops::Range;
 
-/// Side of the squares that are turned one after the other, so that neither side leaves the cache.
-const SQUARE: usize = 32;
+/// Rows that are turned together: as many values as a word takes lie side by side both before and after.
+const TOGETHER: usize = 4;
 
 /// Some columns of `[rows][width]` as `[columns][rows]`; what is left over behind the last whole row is left out.
 pub fn turned<T: Copy + Default>(rows: &[T], width: usize, columns: Range<usize>) -> Vec<T> {
     let height = rows.len().checked_div(width).unwrap_or(0);
     let mut turned = vec![T::default(); columns.len() * height];
-    for top in (0..height).step_by(SQUARE) {
-        for left in columns.clone().step_by(SQUARE) {
-            for y in top..height.min(top + SQUARE) {
-                for x in left..columns.end.min(left + SQUARE) {
-                    turned[(x - columns.start) * height + y] = rows[y * width + x];
-                }
+    let row = |y: usize| &rows[y * width..][columns.clone()];
+    let whole = height - height % TOGETHER;
+    for top in (0..whole).step_by(TOGETHER) {
+        let together: [_; TOGETHER] = array::from_fn(|y| row(top + y).as_chunks::<TOGETHER>());
+        let squares = together[0].0.len();
+        for square in 0..squares {
+            let values = together.map(|(chunks, _)| chunks[square]);
+            for x in 0..TOGETHER {
+                let column = (square * TOGETHER + x) * height + top;
+                turned[column..][..TOGETHER].copy_from_slice(&values.map(|row| row[x]));
             }
+        }
+        for (y, (_, rest)) in together.into_iter().enumerate() {
+            for (x, value) in rest.iter().enumerate() {
+                turned[(squares * TOGETHER + x) * height + top + y] = *value;
+            }
+        }
+    }
+    for y in whole..height {
+        for (x, value) in row(y).iter().enumerate() {
+            turned[x * height + y] = *value;
         }
     }
     turned
