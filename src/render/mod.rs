@@ -66,8 +66,9 @@ pub enum Engine {
     Planes,
 }
 
-/// One part of so many of the memory for what is computed from pages holds heights, the others light.
-const TURNED_SHARE: usize = 2;
+/// One part of so many of the memory for what is computed from pages holds heights, the others light: light takes longer, and paint that
+/// may have to be read again.
+const TURNED_SHARE: usize = 3;
 
 /// Visibility of a clear day, metres.
 const DEFAULT_VISIBILITY: f64 = 40_000.0;

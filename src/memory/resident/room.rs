@@ -63,7 +63,7 @@ impl ResidentPages {
     fn leaves_room(&self, ledger: &Ledger, needs: &PageNeeds, paint: &Sights, is_soon: bool) -> bool {
         let bytes = |index| self.file.store().part_bytes(self.part(index));
         let stays = |index: usize| {
-            self.part(index).page().level >= KEPT_LEVEL || ledger.needed_until[index] > ledger.delivered
+            ledger.needed_until[index] > ledger.delivered || self.part(index).page().level >= KEPT_LEVEL
         };
         let here = ledger.clock.pages().map(|index| index as usize);
         let may_go: u64 = here.filter(|index| !stays(*index)).map(bytes).sum();
