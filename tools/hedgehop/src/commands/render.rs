@@ -140,7 +140,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
     reporter.note(&memory::sentence(&done.paging));
     trust::sentence(&args.area, &done.damaged).iter().for_each(|sentence| reporter.note(sentence));
-    if let Some(note) = coarser_note(&done.fineness, args.late, done.is_whole) {
+    let elsewhere = elsewhere(done.is_whole, !done.damaged.is_empty());
+    if let Some(note) = coarser_note(&done.fineness, args.late, elsewhere) {
         reporter.note(&note);
     }
     if args.output.is_standard_output() {
@@ -151,19 +152,29 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     Ok(())
 }
 
-/// Says how much was seen more coarsely than it should be, if anything was.
-fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late, is_whole: bool) -> Option<String> {
+/// Where pages of a level are not to be had at all, if there are such.
+fn elsewhere(is_whole: bool, is_damaged: bool) -> &'static str {
+    match (is_whole, is_damaged) {
+        (true, false) => "",
+        (true, true) => ", where pages are damaged",
+        (false, false) => ", outside of corridors",
+        (false, true) => ", outside of corridors or where pages are damaged",
+    }
+}
+
+/// Says how much was seen more coarsely than it should be, if anything was; `elsewhere`, where it can be no better.
+fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late, elsewhere: &str) -> Option<String> {
     let (number, most) = coarsest.filter(|(_, most)| *most > 0.0)?;
     let percent = 100.0 * rays.coarser_share();
     Some(match late {
         Late::Wait => {
             format!(
-                "{percent:.3} % of the rays met ground that is stored more coarsely than they ask for, outside of corridors"
+                "{percent:.3} % of the rays met ground that is stored more coarsely than they ask for{elsewhere}"
             )
         }
         Late::Coarser => format!(
-            "{percent:.3} % of the rays met ground that is coarser than they ask for, since its pages came late{}; most in frame {number}: {:.3} %",
-            if is_whole { "" } else { ", or are not stored, outside of corridors" },
+            "{percent:.3} % of the rays met ground that is coarser than they ask for, since its pages came late{}{elsewhere}; most in frame {number}: {:.3} %",
+            if elsewhere.is_empty() { "" } else { ", or are not there" },
             100.0 * most
         ),
     })
