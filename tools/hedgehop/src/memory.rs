@@ -104,7 +104,8 @@ impl Frames {
 pub fn available() -> Option<u64> {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
-    let group = system.cgroup_limits().map(|limits| limits.free_memory);
+    // Not its `free_memory`: that counts cached files as taken, the database's own pages among them.
+    let group = system.cgroup_limits().map(|limits| limits.total_memory.saturating_sub(limits.rss));
     let free = Some(system.available_memory()).filter(|bytes| *bytes > 0)?;
     Some(group.map_or(free, |group| group.min(free)))
 }
