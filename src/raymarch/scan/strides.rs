@@ -94,10 +94,9 @@ impl Strides {
         index
     }
 
-    /// The strides of a level, and the ground distance up to which each holds.
-    pub fn of_level(&self, level: u8) -> impl Iterator<Item = (Stride, f64)> {
-        let ends = self.steps.iter().skip(1).map(|next| next.from).chain([f64::INFINITY]);
-        self.steps.iter().copied().zip(ends).filter(move |(stride, _)| stride.level == level)
+    /// A stride, and the ground distance up to which it holds.
+    pub fn with_end(&self, index: usize) -> (Stride, f64) {
+        (self.steps[index], self.steps.get(index + 1).map_or(f64::INFINITY, |next| next.from))
     }
 
     /// A stride.

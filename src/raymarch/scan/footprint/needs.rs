@@ -1,0 +1,165 @@
+//! What was found to be needed.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::ring::{Sides, Wedge};
+use crate::voxel::{PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource};
+
+/// Posts around a stretch where a coarser level stands in.
+const COARSER: f64 = 16.0;
+
+/// Parts of pages that are needed, as they are found.
+pub(super) struct Needs<'a> {
+    source: &'a dyn PageSource,
+    level_count: u8,
+    /// What is needed, and where first; heights stand for all posts.
+    parts: HashMap<PagePart, Place>,
+    /// What this wedge was found to need last, by level, of posts and of bounds.
+    noted: Vec<[Option<Noted>; 2]>,
+    /// Wedges before this one.
+    wedges: u32,
+}
+
+/// Where a part of a page is needed first.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// Likely nothing of it is touched.
+    is_doubtful: bool,
+    /// By which wedge.
+    wedge: u32,
+    /// At which ground distance, metres.
+    distance: f64,
+}
+
+/// Pages that are all noted, and there.
+#[derive(Debug, Clone, Copy)]
+struct Noted {
+    /// Major distances between which all of a wedge lies on them, with so many voxels before and around.
+    from: f64,
+    until: f64,
+    margins: [f64; 2],
+    is_likely: bool,
+}
+
+/// What some planes need of a level.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Need {
+    pub level: u8,
+    pub what: What,
+    /// Major distances.
+    pub from: f64,
+    pub to: f64,
+    /// Voxels before and around it that are read with it.
+    pub margins: [f64; 2],
+    /// Whether they are likely to read it.
+    pub is_likely: bool,
+}
+
+/// Parts of a page that are told apart here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum What {
+    /// Heights and paint.
+    Posts,
+    Bounds,
+}
+
+impl What {
+    fn of(self, page: PageId) -> PagePart {
+        match self {
+            Self::Posts => PagePart::Heights(page),
+            Self::Bounds => PagePart::Bounds(page),
+        }
+    }
+}
+
+impl Noted {
+    /// Whether nothing of `need` is left to be noted.
+    fn holds(&self, need: &Need) -> bool {
+        self.from <= need.from
+            && need.to < self.until
+            && (self.is_likely || !need.is_likely)
+            && need.margins[0] <= self.margins[0]
+            && need.margins[1] <= self.margins[1]
+    }
+}
+
+impl<'a> Needs<'a> {
+    pub fn new(source: &'a dyn PageSource) -> Self {
+        let level_count = source.header().level_count;
+        let noted = vec![[None; 2]; usize::from(level_count)];
+        Self { source, level_count, parts: HashMap::new(), noted, wedges: 0 }
+    }
+
+    /// What follows is another wedge's.
+    pub fn next_wedge(&mut self) {
+        self.noted.fill([None; 2]);
+        self.wedges += 1;
+    }
+
+    /// Notes what `wedge` needs around `eye`, or what stands in for it where pages are absent. Stretches come as they lie, the nearest first.
+    #[inline]
+    pub fn add(&mut self, eye: DVec3, wedge: &Wedge, sides: &[Sides], need: Need) {
+        let noted = &self.noted[usize::from(need.level)][need.what as usize];
+        if !noted.as_ref().is_some_and(|noted| noted.holds(&need)) {
+            self.note(eye, wedge, sides, need);
+        }
+    }
+
+    #[inline(never)]
+    fn note(&mut self, eye: DVec3, wedge: &Wedge, sides: &[Sides], need: Need) {
+        let Need { level, what, from, to, margins, is_likely } = need;
+        let own = &sides[usize::from(level)];
+        let units = margins.map(|voxels| own.units(voxels));
+        let pages =
+            wedge.voxels(eye, own, [from, to], units).map(|range| range.map(|voxel| voxel / PAGE_SIDE));
+        let place = Place { is_doubtful: !is_likely, wedge: self.wedges, distance: from * wedge.ground[0] };
+        let [x, y] = pages;
+        let mut is_whole = true;
+        for py in y[0]..=y[1] {
+            for px in x[0]..=x[1] {
+                let id = PageId { level, px, py };
+                is_whole &= self.source.has(id);
+                // Stretches go outward: the first one is the nearest.
+                let known = self.parts.entry(what.of(id)).or_insert(place);
+                if known.is_doubtful && is_likely {
+                    *known = place;
+                }
+            }
+        }
+        self.noted[usize::from(level)][what as usize] = is_whole.then(|| {
+            let voxels = pages.map(|[first, last]| [first * PAGE_SIDE, last * PAGE_SIDE + (PAGE_SIDE - 1)]);
+            Noted { from, until: wedge.within(eye, own, voxels, units[1]), margins, is_likely }
+        });
+        if !is_whole {
+            // Blocks there begin and end elsewhere, and are skipped by bounds of their own.
+            let need = Need { margins: [COARSER; 2], ..need };
+            self.add(eye, wedge, sides, Need { level: level + 1, ..need });
+            let last = self.level_count - 1;
+            for level in ((level + 3).min(last)..=(level + 4).min(last)).filter(|_| what == What::Posts) {
+                self.add(eye, wedge, sides, Need { level, what: What::Bounds, ..need });
+            }
+        }
+    }
+
+    /// The parts of pages as planes come to them: those that are likely to be touched, then the others; of both wedge by wedge, and the nearest of
+    /// each first.
+    pub fn into_page_needs(self) -> PageNeeds {
+        let mut parts: Vec<_> = self.parts.into_iter().collect();
+        parts.sort_unstable_by(|(a, first), (b, second)| {
+            let places = first.is_doubtful.cmp(&second.is_doubtful).then(first.wedge.cmp(&second.wedge));
+            places.then(first.distance.total_cmp(&second.distance)).then(a.cmp(b))
+        });
+        let all_of = |part: PagePart| {
+            let paint = matches!(part, PagePart::Heights(_)).then(|| PagePart::Paint(part.page()));
+            [Some(part), paint].into_iter().flatten()
+        };
+        let (likely, others) = parts.split_at(parts.partition_point(|(_, place)| !place.is_doubtful));
+        let [likely, others] = [likely, others].map(|parts| parts.iter().flat_map(|(part, _)| all_of(*part)));
+        let mut parts: Vec<_> = likely.collect();
+        let likely = parts.len();
+        parts.extend(others);
+        PageNeeds { parts, likely }
+    }
+}
