@@ -49,6 +49,7 @@
 //! | [`memory`] | database files, mapped: pages on demand |
 //! | [`raymarch`] | where a ray meets the surface, and what a pixel sees there |
 //! | [`subimage`] | a frame as tasks, and the farm of workers |
+//! | [`objects`] | bodies that are not the surface, seen by ray |
 //! | [`sensor`] | from what is seen to radiance |
 //! | [`mod@frame`] | haze and sky; PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
@@ -65,6 +66,7 @@ pub mod frame;
 pub mod geo;
 pub mod memory;
 pub mod modeling;
+pub mod objects;
 pub mod progress;
 pub mod raymarch;
 pub mod render;

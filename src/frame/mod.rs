@@ -56,15 +56,17 @@ pub struct Frame {
     pub range: Vec<f32>,
     /// Unit surface normal in world space (x east, y north, z up); zero for the sky.
     pub normal: Vec<[f32; 3]>,
-    /// Level index of the surface that was seen; [`Frame::SKY_LEVEL`] for the sky.
+    /// Level index of the surface that was seen; [`Frame::SKY_LEVEL`] for the sky, [`Frame::BODY_LEVEL`] for bodies.
     pub level: Vec<u8>,
-    /// `source << 16 | material << 8 | flags` of the voxel; [`Frame::SKY_ID`] for the sky.
+    /// `source << 16 | material << 8 | flags` of the voxel; [`Frame::SKY_ID`] for the sky, [`Frame::body_id`] for bodies.
     pub id: Vec<u32>,
 }
 
 impl Frame {
     /// Level of pixels that see the sky.
     pub const SKY_LEVEL: u8 = 255;
+    /// Level of pixels that see a body.
+    pub const BODY_LEVEL: u8 = 254;
     /// Id of pixels that see the sky.
     pub const SKY_ID: u32 = u32::MAX;
 
@@ -79,6 +81,11 @@ impl Frame {
             level: vec![Self::SKY_LEVEL; pixels],
             id: vec![Self::SKY_ID; pixels],
         }
+    }
+
+    /// Id of pixels that see the body of a number below 2³¹ − 1: no voxel has so high a one.
+    pub fn body_id(number: u32) -> u32 {
+        1 << 31 | number
     }
 
     /// How a voxel's attributes are packed into [`Self::id`].

@@ -7,6 +7,7 @@
 //! ```
 
 mod foresight;
+mod merge;
 mod planes;
 mod reference;
 mod surface;
@@ -14,11 +15,13 @@ mod surface;
 mod tests;
 mod unserved;
 
+use merge::Bodies;
+
 pub use foresight::{FlightPlan, LivePlan};
 pub use unserved::Unserved;
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
@@ -26,6 +29,7 @@ use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame, Picture};
+use crate::objects::{Body, View};
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::raymarch::{LevelBands, Surface};
 use crate::sensor::radiance::Radiance;
@@ -242,13 +246,27 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// A page that is damaged; a database that changed or could not be read while the frame was rendered; options or a pose outside
     /// their ranges.
     pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
+        self.frame_with(camera, &[], farm)
+    }
+
+    /// [`Self::frame`] with `bodies` in it.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn frame_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<Rendered> {
         self.options.check(camera)?;
         let rendered = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, farm),
             None => reference::render(self.source, camera, &self.options, farm),
         };
         self.source.intact()?;
-        rendered
+        let mut rendered = rendered?;
+        if !bodies.is_empty() {
+            let view = View::new(camera, bodies, self.options.curvature);
+            let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+            rendered.account.times.image += timed(|| bodies.into_frame(self, &mut rendered.frame, farm))?;
+        }
+        Ok(rendered)
     }
 
     /// What `camera` sees, as an 8-bit picture: the same light as [`Self::frame`]'s, without the rest.
@@ -256,16 +274,37 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// # Errors
     /// As of [`Self::frame`].
     pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, Account)> {
+        self.picture_with(camera, &[], farm)
+    }
+
+    /// [`Self::picture`] with `bodies` in it.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn picture_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<(Picture, Account)> {
         self.options.check(camera)?;
+        let view = View::new(camera, bodies, self.options.curvature);
+        let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+        let mut range = Vec::new();
         let rendered = match self.planes(camera, farm)? {
-            Some(view) => planes::picture(self, &view, farm),
+            Some(view) => {
+                if !bodies.is_empty() {
+                    range.resize(camera.width as usize * camera.height as usize, 0.0);
+                }
+                planes::picture(self, &view, farm, &mut range)
+            }
             None => reference::render(self.source, camera, &self.options, farm).map(|rendered| {
                 let rgb = srgb8_picture(&rendered.frame.colour);
+                range = rendered.frame.range;
                 (Picture { width: camera.width, height: camera.height, rgb }, rendered.account)
             }),
         };
         self.source.intact()?;
-        rendered
+        let (mut picture, mut account) = rendered?;
+        if !bodies.is_empty() {
+            account.times.image += timed(|| bodies.into_picture(self, &mut picture, &range, farm))?;
+        }
+        Ok((picture, account))
     }
 
     /// Parts of pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
@@ -320,6 +359,12 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         }
         planes::View::new(self.source.header(), camera, &self.shared.screen, farm)
     }
+}
+
+/// Wall time of something that may fail.
+fn timed(work: impl FnOnce() -> Result<()>) -> Result<Duration> {
+    let begun = Instant::now();
+    work().map(|()| begun.elapsed())
 }
 
 /// Renders what `camera` sees, once; a [`Renderer`] is faster for several frames.

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
@@ -125,18 +125,24 @@ impl Clock {
     }
 }
 
-/// Renders an 8-bit picture.
+/// Renders an 8-bit picture, and the range of its pixels into `range`, which is as long as it or empty.
 pub fn picture<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
+    range: &mut [f32],
 ) -> Result<(Picture, Account)> {
     let (width, height) = (view.camera.width, view.camera.height);
     // All of it is overwritten.
     let mut rgb = renderer.shared.pictures.take();
     rgb.resize(width as usize * height as usize * 3, 0);
-    let band = band_rows(farm) * width as usize * 3;
-    let bands = rgb.chunks_mut(band).map(Band::Picture).collect();
+    let band = band_rows(farm) * width as usize;
+    let ranges = range.chunks_mut(band).chain(std::iter::repeat_with(Default::default));
+    let bands = rgb
+        .chunks_mut(band * 3)
+        .zip(ranges)
+        .map(|(rgb, range)| Band { light: Pixels::Srgb8(rgb), range })
+        .collect();
     let account = render(renderer, view, farm, bands, Scale::DISPLAY)?;
     Ok((Picture { width, height, rgb }, account))
 }
@@ -150,7 +156,7 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
         .colour
         .chunks_mut(band)
         .zip(frame.range.chunks_mut(band))
-        .map(|(colour, range)| Band::Frame { colour, range })
+        .map(|(colour, range)| Band { light: Pixels::Linear(colour), range })
         .collect();
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
     super::surface::describe(renderer, &mut frame, farm)?;

@@ -12,16 +12,19 @@ const RGB: usize = 3;
 const AHEAD: usize = 192;
 
 /// Pixels of some rows, from the top.
-pub enum Band<'b> {
+pub struct Band<'b> {
+    /// What is seen.
+    pub light: Pixels<'b>,
+    /// Range, metres, `[rows][width]`; infinite: sky. Empty if nobody asks.
+    pub range: &'b mut [f32],
+}
+
+/// What pixels hold of light.
+pub enum Pixels<'b> {
     /// 8-bit sRGB, `[rows][width][3]`.
-    Picture(&'b mut [u8]),
-    /// Linear Rec. 709 and range in metres, `[rows][width]` each.
-    Frame {
-        /// Linear Rec. 709 radiance.
-        colour: &'b mut [[f32; 3]],
-        /// Range, metres; infinite: sky.
-        range: &'b mut [f32],
-    },
+    Srgb8(&'b mut [u8]),
+    /// Linear Rec. 709 radiance, `[rows][width]`.
+    Linear(&'b mut [[f32; 3]]),
 }
 
 impl Band<'_> {
@@ -32,14 +35,15 @@ impl Band<'_> {
 
     /// Whether ranges are asked for.
     pub fn has_range(&self) -> bool {
-        matches!(self, Self::Frame { .. })
+        !self.range.is_empty()
     }
 
     fn rows(&self, width: usize) -> usize {
-        match self {
-            Self::Picture(bytes) => bytes.len() / (RGB * width.max(1)),
-            Self::Frame { range, .. } => range.len() / width.max(1),
-        }
+        let pixels = match &self.light {
+            Pixels::Srgb8(bytes) => bytes.len() / RGB,
+            Pixels::Linear(colour) => colour.len(),
+        };
+        pixels / width.max(1)
     }
 }
 
@@ -75,17 +79,17 @@ impl Filling<'_, '_> {
                 let place = fan.place(column, first + row);
                 let light = fan.light(&place);
                 let (start, end) = (row * width + column, row * width + (column + LANES).min(width));
-                match &mut band {
-                    Band::Picture(bytes) => {
+                match &mut band.light {
+                    Pixels::Srgb8(bytes) => {
                         simd.prefetch(bytes, start * RGB + AHEAD);
                         put_rgb(simd, light, units, &mut bytes[start * RGB..end * RGB]);
                     }
-                    Band::Frame { colour, range } => {
-                        put_light(simd, light, units, &mut colour[start..end]);
-                        let mut lanes = Sixteen::default();
-                        fan.range(&place).store(&mut lanes.0);
-                        range[start..end].copy_from_slice(&lanes.0[..end - start]);
-                    }
+                    Pixels::Linear(colour) => put_light(simd, light, units, &mut colour[start..end]),
+                }
+                if band.has_range() {
+                    let mut lanes = Sixteen::default();
+                    fan.range(&place).store(&mut lanes.0);
+                    band.range[start..end].copy_from_slice(&lanes.0[..end - start]);
                 }
             }
         }

@@ -24,7 +24,7 @@ mod rows;
 mod tests;
 
 pub use air::Air;
-pub use band::Band;
+pub use band::{Band, Pixels};
 pub use cell::{Cell, Scale};
 pub use fan::Planes;
 pub use ladder::Ladder;

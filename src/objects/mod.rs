@@ -1,0 +1,23 @@
+//! Object processors: bodies that are not the surface, seen ray by ray and merged with it by range.
+//!
+//! ```text
+//! for each square of pixels: the bodies whose sphere its cone meets
+//!     for each pixel of it: those whose box the pixel's ray comes near
+//!         its corners and its middle see one face before the ground → that face
+//!         else 89 rays, each to the nearest of bodies and ground   → the share of each
+//! ```
+//!
+//! The patent's object processors (Hughes 1994) give each pixel of an object colour and range, and its image processor keeps the nearer of object
+//! and ground. So do these, but by shares of a pixel, so that silhouettes, and curves in which a body enters the ground, are smooth.
+//! Bodies are asked in an order of their own, not that of a scene, and every pixel is looked at in the same way whichever square it
+//! lies in: neither insertion order nor the cut of a frame into tasks changes a byte.
+
+mod body;
+mod pixel;
+mod shape;
+mod view;
+
+pub use body::Body;
+pub use pixel::{Ground, Seen};
+pub use shape::Shape;
+pub use view::{Hit, SQUARE, Square, View};

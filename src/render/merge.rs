@@ -1,0 +1,176 @@
+//! Bodies merged into what was rendered of the ground, by range.
+
+use glam::Vec3;
+
+use super::{RenderOptions, Renderer};
+use crate::colour::{linear_from_srgb8, srgb8_from_linear};
+use crate::error::Result;
+use crate::frame::{Atmosphere, Frame, Picture};
+use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
+use crate::sensor::VisualSensor;
+use crate::space::Ray;
+use crate::subimage::{Farm, Stage};
+use crate::voxel::PageSource;
+
+/// Inverse ranges of neighbouring pixels that differ by more than this share belong to two surfaces.
+const EDGE: f32 = 0.06;
+
+/// Bytes of an 8-bit pixel.
+const RGB: usize = 3;
+
+/// Squares of the screen that bodies are in, by [`SQUARE`] rows of it.
+pub struct Bodies<'v> {
+    rows: Vec<Vec<Square<'v>>>,
+}
+
+/// How bodies look.
+struct Look {
+    sensor: VisualSensor,
+    atmosphere: Atmosphere,
+}
+
+/// The ground that a frame shows.
+struct Shown<'r> {
+    range: &'r [f32],
+    width: usize,
+}
+
+impl<'v> Bodies<'v> {
+    /// Finds what `view` holds on its screen.
+    pub fn find(view: &'v View<'_>, [width, height]: [u32; 2], farm: &Farm) -> Result<Self> {
+        if view.is_empty() {
+            return Ok(Self { rows: Vec::new() });
+        }
+        let mut rows: Vec<_> = (0..(height as usize).div_ceil(SQUARE)).map(|_| Vec::new()).collect();
+        farm.each(Stage::Image, rows.iter_mut().collect(), |index, squares| {
+            let columns = (0..width as usize).step_by(SQUARE);
+            squares.extend(columns.filter_map(|column| view.square(column, index * SQUARE)));
+            Ok(())
+        })?;
+        Ok(Self { rows })
+    }
+
+    /// Whether the screen shows none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.iter().all(Vec::is_empty)
+    }
+
+    /// Puts them into a picture, of which `range` tells how far the ground is.
+    pub fn into_picture<S: PageSource>(
+        self,
+        renderer: &Renderer<'_, S>,
+        picture: &mut Picture,
+        range: &[f32],
+        farm: &Farm,
+    ) -> Result<()> {
+        let (look, width) = (Look::of(renderer), picture.width as usize);
+        let shown = Shown { range, width };
+        let tasks: Vec<_> = self.rows.into_iter().zip(picture.rgb.chunks_mut(RGB * width * SQUARE)).collect();
+        farm.each(Stage::Image, tasks, |index, (squares, rgb)| {
+            each_pixel(&look, &shown, &squares, |row, column, seen| {
+                let first = RGB * ((row - index * SQUARE) * width + column);
+                if let Some(pixel) = rgb[first..].first_chunk_mut::<RGB>() {
+                    let ground = Vec3::from_array(linear_from_srgb8(*pixel));
+                    *pixel = over(seen, ground).to_array().map(srgb8_from_linear);
+                }
+            });
+            Ok(())
+        })
+    }
+
+    /// Puts them into a frame.
+    pub fn into_frame<S: PageSource>(
+        self,
+        renderer: &Renderer<'_, S>,
+        frame: &mut Frame,
+        farm: &Farm,
+    ) -> Result<()> {
+        let (look, width) = (Look::of(renderer), frame.camera.width as usize);
+        // Pixels look at their neighbours' ground, which other tasks may have covered.
+        let ground = frame.range.clone();
+        let shown = Shown { range: &ground, width };
+        let rows = width * SQUARE;
+        let planes = frame
+            .colour
+            .chunks_mut(rows)
+            .zip(frame.range.chunks_mut(rows))
+            .zip(frame.normal.chunks_mut(rows))
+            .zip(frame.level.chunks_mut(rows).zip(frame.id.chunks_mut(rows)));
+        let tasks: Vec<_> = self.rows.into_iter().zip(planes).collect();
+        farm.each(Stage::Image, tasks, |index, (squares, (((colour, range), normal), (level, id)))| {
+            each_pixel(&look, &shown, &squares, |row, column, seen| {
+                let pixel = (row - index * SQUARE) * width + column;
+                colour[pixel] = over(seen, Vec3::from_array(colour[pixel])).to_array();
+                if seen.share >= 0.5 {
+                    range[pixel] = seen.hit.range as f32;
+                    normal[pixel] = seen.hit.normal.to_array();
+                    level[pixel] = Frame::BODY_LEVEL;
+                    id[pixel] = Frame::body_id(seen.hit.id);
+                }
+            });
+            Ok(())
+        })
+    }
+}
+
+/// Light of a pixel that bodies cover a share of.
+fn over(seen: &Seen, ground: Vec3) -> Vec3 {
+    ground * (1.0 - seen.share) + seen.colour
+}
+
+/// Tells `put` row and column of every pixel with a body in it, and what is seen of that.
+fn each_pixel(
+    look: &Look,
+    shown: &Shown<'_>,
+    squares: &[Square<'_>],
+    mut put: impl FnMut(usize, usize, &Seen),
+) {
+    for square in squares {
+        for row in square.rows() {
+            for column in square.columns() {
+                let shade = |hit: &Hit, ray: &Ray| look.shade(hit, ray);
+                if let Some(seen) = square.pixel(column, row, &shown.ground(column, row), shade) {
+                    put(row, column, &seen);
+                }
+            }
+        }
+    }
+}
+
+impl Look {
+    fn of<S: PageSource>(renderer: &Renderer<'_, S>) -> Self {
+        let RenderOptions { sun, visibility, .. } = renderer.options;
+        let lowest = renderer.source.header().height_range.0;
+        Self { sensor: VisualSensor::new(sun), atmosphere: Atmosphere::new(visibility, lowest) }
+    }
+
+    /// Radiance that reaches the eye from a hit.
+    fn shade(&self, hit: &Hit, ray: &Ray) -> Vec3 {
+        let radiance = hit.albedo * self.sensor.light(hit.normal);
+        self.atmosphere.haze(radiance, ray.origin.z, ray.direction.z as f32, hit.range as f32)
+    }
+}
+
+impl Shown<'_> {
+    /// The ground in a pixel: its slope is that to neighbours that show the same surface.
+    fn ground(&self, column: usize, row: usize) -> Ground {
+        let inverse = |column: usize, row: usize| 1.0 / self.range[row * self.width + column];
+        let own = inverse(column, row);
+        let slope = |before: Option<f32>, after: Option<f32>| {
+            let steps = [before.map(|before| own - before), after.map(|after| after - own)];
+            let same = steps.into_iter().flatten().filter(|step| step.abs() <= EDGE * own);
+            let (sum, count) = same.fold((0.0, 0.0_f32), |(sum, count), step| (sum + step, count + 1.0));
+            sum / count.max(1.0)
+        };
+        let height = self.range.len() / self.width;
+        let across = slope(
+            (column > 0).then(|| inverse(column - 1, row)),
+            (column + 1 < self.width).then(|| inverse(column + 1, row)),
+        );
+        let along = slope(
+            (row > 0).then(|| inverse(column, row - 1)),
+            (row + 1 < height).then(|| inverse(column, row + 1)),
+        );
+        Ground { inverse: own, slope: [across, along] }
+    }
+}
