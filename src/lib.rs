@@ -50,6 +50,7 @@
 //! | [`raymarch`] | where a ray meets the surface, and what a pixel sees there |
 //! | [`subimage`] | a frame as tasks, and the farm of workers |
 //! | [`objects`] | bodies that are not the surface, seen by ray |
+//! | [`scene`] | scene files: what is where, when, under which light |
 //! | [`sensor`] | from what is seen to radiance |
 //! | [`mod@frame`] | haze and sky; PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
@@ -70,6 +71,7 @@ pub mod objects;
 pub mod progress;
 pub mod raymarch;
 pub mod render;
+pub mod scene;
 pub mod sensor;
 pub mod simd;
 pub mod space;

@@ -15,6 +15,7 @@ const LAYERS: &[&[&str]] = &[
     &["memory", "raymarch"],
     &["subimage"],
     &["objects"],
+    &["scene"],
     &["sensor"],
     &["frame"],
     &["render"],

@@ -12,6 +12,7 @@ mod output;
 mod plot;
 mod program;
 mod progress;
+mod scene;
 mod screen;
 mod sequence;
 mod speedup;
@@ -25,7 +26,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
-use crate::commands::{bench, build, demo, info, plan, render, verify};
+use crate::commands::{bench, build, demo, info, plan, render, scene as scenes, verify};
 use crate::interrupt::Interrupt;
 
 /// Renders low flight over real terrain from voxel databases, without a GPU.
@@ -53,6 +54,7 @@ enum Command {
     Plan(plan::Args),
     Info(info::Args),
     Verify(verify::Args),
+    Scene(scenes::Args),
     Bench(bench::Args),
     Demo(demo::Args),
 }
@@ -67,6 +69,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args, &interrupt),
         Command::Info(args) => info::run(args),
         Command::Verify(args) => verify::run(args, &interrupt),
+        Command::Scene(args) => scenes::run(args),
         Command::Bench(args) => bench::run(args, &interrupt),
         Command::Demo(args) => demo::run(args, &interrupt),
     });

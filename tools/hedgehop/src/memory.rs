@@ -14,6 +14,8 @@ const MIB: u64 = 1 << 20;
 
 /// Bytes of a pixel while its frame is rendered: what planes saw, and the picture.
 const FLYING: u64 = 9;
+/// Bytes of a pixel for its range, as planes see it and on the screen, which objects are merged by.
+const RANGED: u64 = 10;
 /// Bytes of a pixel of a finished picture.
 const WAITING: u64 = 3;
 /// Those of a frame with all its planes.
@@ -77,6 +79,8 @@ pub struct Frames {
     pub size: Size,
     /// What of it.
     pub product: Product,
+    /// Objects are merged into them.
+    pub has_objects: bool,
     /// Frames that are rendered at once.
     pub in_flight: usize,
     /// Threads that write.
@@ -90,7 +94,8 @@ impl Frames {
         let whole = if self.product == Product::Frame { WHOLE } else { 0 };
         // Every encoder holds a frame and what it makes of it, and may have another waiting.
         let waiting = 3 * (WAITING + whole) * self.encoders as u64;
-        PROGRAM + pixels * ((FLYING + whole) * self.in_flight as u64 + waiting + BETWEEN)
+        let ranged = if self.has_objects { RANGED } else { 0 };
+        PROGRAM + pixels * ((FLYING + whole + ranged) * self.in_flight as u64 + waiting + BETWEEN)
     }
 
     /// Least memory that has room for so many bytes of pages.
@@ -279,7 +284,7 @@ mod tests {
     const SIZE: Size = Size { width: 1920, height: 1080 };
 
     fn frames(product: Product, in_flight: usize) -> Frames {
-        Frames { size: SIZE, product, in_flight, encoders: 1 }
+        Frames { size: SIZE, product, has_objects: false, in_flight, encoders: 1 }
     }
 
     fn shares(mib: u64, in_flight: usize) -> Result<Option<Shares>> {

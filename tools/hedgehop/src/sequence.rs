@@ -20,6 +20,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::memory::Live;
+use crate::scene::Playing;
 
 /// A finished frame on its way to the disk.
 #[derive(Debug)]
@@ -67,6 +68,8 @@ pub struct Sequence<'a> {
     pub live: Option<FrameRate>,
     /// Tell every second what paging costs.
     pub stats: bool,
+    /// Objects that are in sight.
+    pub playing: Option<&'a Playing>,
 }
 
 /// What became of a sequence.
@@ -162,7 +165,12 @@ impl Sequence<'_> {
             self.pages.live(&plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
                     plan.tell(frame, rate.seconds_at(cameras[frame as usize].0), camera)?;
-                    self.look(&self.renderer.over(&flight.begin(frame)), camera, farm)
+                    self.look(
+                        &self.renderer.over(&flight.begin(frame)),
+                        cameras[frame as usize].0,
+                        camera,
+                        farm,
+                    )
                 };
                 let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
                 (numbers.zip(flight.frames()).collect(), end)
@@ -173,7 +181,7 @@ impl Sequence<'_> {
             self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
                     flight.begin(frame);
-                    self.look(self.renderer, camera, farm)
+                    self.look(self.renderer, cameras[frame as usize].0, camera, farm)
                 };
                 let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
                 (numbers.zip(flight.frames()).collect(), end)
@@ -186,16 +194,18 @@ impl Sequence<'_> {
     fn look<S: PageSource>(
         &self,
         renderer: &Renderer<'_, S>,
+        number: u64,
         camera: &Camera,
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
+        let bodies = self.playing.map(|playing| playing.bodies(number)).unwrap_or_default();
         Ok(match self.product {
             Product::Picture => {
-                let (picture, account) = renderer.picture(camera, farm)?;
+                let (picture, account) = renderer.picture_with(camera, &bodies, farm)?;
                 (Image::Picture(picture, Box::new(camera.clone())), account.rays)
             }
             Product::Frame => {
-                let Rendered { frame, account } = renderer.frame(camera, farm)?;
+                let Rendered { frame, account } = renderer.frame_with(camera, &bodies, farm)?;
                 (Image::Frame(Box::new(frame)), account.rays)
             }
         })

@@ -7,8 +7,10 @@ use clap::ValueEnum;
 use glam::DVec2;
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
 use hedgehop::frame::{FrameRate, FrameSet};
+use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
+use hedgehop::scene::Scene;
 use hedgehop::sensor::Sun;
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::voxel::PageSource;
@@ -93,8 +95,8 @@ pub enum Surface {
 }
 
 impl LookArgs {
-    /// The library's options.
-    pub fn options(&self) -> RenderOptions {
+    /// The library's options; what a scene says holds where no flag does.
+    pub fn options(&self, scene: Option<&Scene>) -> RenderOptions {
         let mut options = RenderOptions {
             surface: match self.surface {
                 Surface::Smooth => hedgehop::raymarch::Surface::Smooth,
@@ -103,10 +105,10 @@ impl LookArgs {
             detail: self.detail,
             ..RenderOptions::default()
         };
-        if let Some(visibility) = self.visibility {
+        if let Some(visibility) = self.visibility.or(scene.and_then(|scene| scene.visibility)) {
             options.visibility = visibility;
         }
-        if let Some([azimuth, elevation]) = self.sun {
+        if let Some([azimuth, elevation]) = self.sun.or(scene.and_then(|scene| scene.sun)) {
             options.sun = Sun { azimuth, elevation };
         }
         options
@@ -121,7 +123,8 @@ impl FlightArgs {
             observer.note("the path's fields of view are for planar screens; this one has its own");
         }
         let options = BindOptions { level: self.level, hfov: setup.hfov, clearance: self.clearance };
-        let trajectory = bind(&track, source, self.world, &options)?;
+        let trajectory =
+            over_ground(source, self.world, |crs, ground| Trajectory::bind(&track, crs, ground, &options))?;
         track.notes.iter().chain(trajectory.notes()).for_each(|note| observer.note(note));
         Ok(trajectory)
     }
@@ -206,13 +209,12 @@ impl FlightArgs {
     }
 }
 
-/// Binds a track to a database whose surface answers questions about the ground.
-fn bind<S: PageSource>(
-    track: &Track,
+/// Binds something to a database's reference system and its surface, which answers questions about the ground.
+pub fn over_ground<S: PageSource, T>(
     source: &S,
     world: WorldArgs,
-    options: &BindOptions,
-) -> Result<Trajectory> {
+    bind: impl FnOnce(&Crs, &dyn Fn(DVec2) -> Option<f64>) -> Result<T>,
+) -> Result<T> {
     let damaged = RefCell::new(None);
     let ground = |position: DVec2| {
         world.ground(source, position).unwrap_or_else(|error| {
@@ -220,7 +222,7 @@ fn bind<S: PageSource>(
             None
         })
     };
-    let bound = Trajectory::bind(track, &area::crs(source.header())?, &ground, options);
+    let bound = bind(&area::crs(source.header())?, &ground);
     match damaged.into_inner() {
         // A page that cannot be read explains whatever the binding said about missing ground.
         Some(error) => Err(error),

@@ -9,6 +9,7 @@
 //! Worker counts are interleaved, so that a machine that slows down slows all of them. Frames overlap
 //! as they do in `render`, so nothing but rendering may happen in a timed pass.
 
+mod crew;
 mod frames;
 mod ranges;
 
@@ -18,11 +19,12 @@ use std::time::{Duration, Instant};
 
 use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
-use hedgehop::memory::{PageFile, Paging, ResidentPages};
+use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
+use hedgehop::scene::Scene;
 use hedgehop::space::Camera;
-use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace, chrome_trace};
+use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -34,12 +36,14 @@ use crate::memory::{self, Frames, Memory, Shares};
 use crate::output::WRITER;
 use crate::plot;
 use crate::progress::{Mode, Reporter};
+use crate::scene::{self, Playing, SceneArgs};
 use crate::sequence::Product;
 use crate::speedup::Prediction;
 use crate::trust::{self, TrustArgs};
 use crate::view::{FlightArgs, LookArgs};
 
-use frames::{FrameTimes, Timed};
+use crew::{Crew, Pass, crews, last_passes};
+use frames::Timed;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -111,28 +115,12 @@ pub struct Args {
     #[command(flatten)]
     look: LookArgs,
 
+    #[command(flatten)]
+    scene: SceneArgs,
+
     /// How progress is told on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
-}
-
-/// One timed pass over all frames.
-struct Pass {
-    wall: Duration,
-    stages: StageTimes,
-    /// Empty where frames overlap: none is measured alone then.
-    frames: Vec<FrameTimes>,
-    trace: Arc<Trace>,
-    paging: Paging,
-}
-
-/// A number of workers, and what it was measured to do.
-struct Crew {
-    farm: Farm,
-    in_flight: usize,
-    /// Whether it was asked for; one worker is measured in any case, to predict others from.
-    is_listed: bool,
-    passes: Vec<Pass>,
 }
 
 /// What is rendered.
@@ -140,6 +128,7 @@ struct Job<'a> {
     pages: &'a ResidentPages,
     renderer: Renderer<'a, ResidentPages>,
     cameras: &'a [(u64, Camera)],
+    playing: Option<Playing>,
     reporter: &'a Reporter,
 }
 
@@ -147,8 +136,9 @@ struct Job<'a> {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
-    let inputs: Vec<&Path> =
-        std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path).collect();
+    let scene = args.scene.read()?;
+    let files = std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path);
+    let inputs: Vec<&Path> = files.chain(scene::inputs(scene.as_ref())).collect();
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
         for file in file.iter().filter(|file| *file != Path::new("-")) {
             check_no_input(flag, file, &inputs)?;
@@ -160,12 +150,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let setup = args.flight.screen.setup()?;
     let most = *args.workers.iter().max().unwrap_or(&args::available_cores());
     let in_flight = Farm::new(most)?.in_flight(args.overlap.in_flight);
-    let shares =
-        args.memory.shares(Frames { size: setup.size, product: Product::Picture, in_flight, encoders: 0 })?;
+    let has_objects = scene::has_objects(scene.as_ref());
+    let frames = Frames { size: setup.size, product: Product::Picture, has_objects, in_flight, encoders: 0 };
+    let shares = args.memory.shares(frames)?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
     args.memory.preload(&source, shares, &reporter)?;
-    let report = measure(args, &source, shares, setup.size, &cameras, &reporter)?;
+    let report = measure(args, scene.as_ref(), &source, shares, setup.size, &cameras, &reporter)?;
     trust::sentence(&args.area, &source.file().damaged()).iter().for_each(|sentence| reporter.note(sentence));
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
@@ -194,17 +185,9 @@ fn spread(count: u64) -> String {
     format!("1-{}:{step}", count.max(1))
 }
 
-/// 1, 2, 4, … and the number of cores.
-fn default_workers() -> Vec<usize> {
-    let cores = args::available_cores();
-    let mut counts: Vec<usize> =
-        std::iter::successors(Some(1_usize), |n| n.checked_mul(2)).take_while(|&n| n < cores).collect();
-    counts.push(cores);
-    counts
-}
-
 fn measure(
     args: &Args,
+    scene: Option<&Scene>,
     source: &ResidentPages,
     shares: Option<Shares>,
     size: Size,
@@ -212,13 +195,15 @@ fn measure(
     reporter: &Reporter,
 ) -> Result<Report> {
     let mut crews = crews(args)?;
-    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
+    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options(scene) };
     let options = args.flight.world.apply(source.header(), look);
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
     }
-    let job = Job { pages: source, renderer, cameras, reporter };
+    let playing =
+        scene.map(|scene| Playing::new(scene, source, args.flight.world, args.fps, reporter)).transpose()?;
+    let job = Job { pages: source, renderer, cameras, playing, reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;
@@ -259,34 +244,6 @@ fn measure(
     })
 }
 
-/// The numbers of workers that were asked for, rising, and always one.
-fn crews(args: &Args) -> Result<Vec<Crew>> {
-    let asked = if args.workers.is_empty() { default_workers() } else { args.workers.clone() };
-    let mut counts = asked.clone();
-    counts.push(1);
-    counts.sort_unstable();
-    counts.dedup();
-    let crew = |workers| {
-        let farm = Farm::new(workers)?;
-        let farm = args.task_size.map_or(farm.clone(), |task_size| farm.with_task_size(task_size));
-        let in_flight = farm.in_flight(args.overlap.in_flight);
-        Ok(Crew { farm, in_flight, is_listed: asked.contains(&workers), passes: Vec::new() })
-    };
-    counts.into_iter().map(crew).collect()
-}
-
-/// The last pass of every number of workers.
-fn last_passes(crews: &[Crew]) -> serde_json::Value {
-    let name =
-        |crew: &Crew| format!("workers: {}, frames in flight: {}", crew.farm.workers(), crew.in_flight);
-    let runs: Vec<_> = crews
-        .iter()
-        .filter_map(|crew| Some((name(crew), crew.passes.last()?)))
-        .map(|(name, pass)| (name, &*pass.trace))
-        .collect();
-    chrome_trace(&runs)
-}
-
 impl Job<'_> {
     /// How many of the frames `engine` renders.
     fn frames_by(&self, engine: Engine) -> Result<usize> {
@@ -309,7 +266,9 @@ impl Job<'_> {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
-                Timed::render(|| self.renderer.picture(camera, farm))
+                let number = self.cameras[frame as usize].0;
+                let bodies = self.playing.as_ref().map(|playing| playing.bodies(number)).unwrap_or_default();
+                Timed::render(|| self.renderer.picture_with(camera, &bodies, farm))
             };
             farm.fly(&batch, render, |number, timed| {
                 self.reporter.advance(1);

@@ -18,6 +18,7 @@ use crate::interrupt::Interrupt;
 use crate::memory::{Late, Memory};
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
+use crate::scene::SceneArgs;
 use crate::screen::ScreenArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
@@ -140,6 +141,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             world: WorldArgs::default(),
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, detail: 1.0 },
+        scene: SceneArgs::default(),
         progress: Mode::Auto,
     })
 }

@@ -6,4 +6,5 @@ pub mod demo;
 pub mod info;
 pub mod plan;
 pub mod render;
+pub mod scene;
 pub mod verify;

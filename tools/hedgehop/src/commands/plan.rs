@@ -166,7 +166,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let setup = args.flight.screen.setup()?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
-    let options = args.flight.world.apply(file.header(), args.look.options());
+    let options = args.flight.world.apply(file.header(), args.look.options(None));
     let planned = planned(&file, &cameras, &options, &reporter)?;
     if let Some(map) = &args.traffic {
         let first_use = &planned.plan.pages();
@@ -174,6 +174,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     let farm = Farm::new(args.workers.count())?;
     let frames = Frames {
+        has_objects: false,
         size: setup.size,
         product: Product::Picture,
         in_flight: farm.in_flight(args.overlap.in_flight),

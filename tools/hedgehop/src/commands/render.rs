@@ -12,6 +12,7 @@ use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, RenderOptions, Renderer, Unserved};
+use hedgehop::scene::Scene;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{PageId, PageSource};
@@ -25,6 +26,7 @@ use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late, Memory};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
 use crate::progress::{Mode, Reporter};
+use crate::scene::{self, Playing, SceneArgs};
 use crate::screen::Setup;
 use crate::sequence::{Fineness, Product, Sequence};
 use crate::traffic::{self, Traffic};
@@ -108,6 +110,9 @@ pub struct Args {
 
     #[command(flatten)]
     pub look: LookArgs,
+
+    #[command(flatten)]
+    pub scene: SceneArgs,
 
     /// How progress is told on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
@@ -209,13 +214,17 @@ impl Done {
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
-    check_combination(args)?;
+    let scene = args.scene.read()?;
+    let scene = scene.as_ref();
+    check_combination(args, scene)?;
     let setup = args.flight.screen.setup()?;
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let farm = Farm::new(args.workers.count())?;
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
-    let shares = args.memory.shares(Frames { size: setup.size, product, in_flight, encoders })?;
+    let has_objects = scene::has_objects(scene);
+    let shares =
+        args.memory.shares(Frames { size: setup.size, product, has_objects, in_flight, encoders })?;
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
@@ -226,7 +235,12 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
             args.flight.cameras(&args.area, source.file(), &setup, args.fps, choose, reporter)?
         }
     };
-    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options() };
+    let playing = scene.map(|scene| match args.late {
+        Late::Wait => Playing::new(scene, source, args.flight.world, args.fps, reporter),
+        Late::Coarser => Playing::new(scene, source.file(), args.flight.world, args.fps, reporter),
+    });
+    let playing = playing.transpose()?;
+    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options(scene) };
     let options = args.flight.world.apply(source.header(), look);
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
@@ -247,6 +261,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         encoders,
         live: (args.late == Late::Coarser).then_some(args.fps),
         stats: args.stats,
+        playing: playing.as_ref(),
     };
     let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
@@ -257,7 +272,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
             header: source.header(),
             path: args.flight.path.as_deref(),
             fps: args.fps,
-            settings: settings(args, &setup, &options),
+            settings: settings(args, scene, &setup, &options),
         };
         let files = Files::new(origin, &args.output);
         let flown = fly_files(args, &sequence, &files, &cameras, reporter)?;
@@ -285,17 +300,18 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
 }
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
-fn check_combination(args: &Args) -> Result<()> {
+fn check_combination(args: &Args, scene: Option<&Scene>) -> Result<()> {
     let is_stream = args.output.target() == Target::Y4m;
-    if let (Some(path), Some(folder), false) = (&args.flight.path, args.output.folder(), is_stream) {
+    let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
+    inputs.extend(scene::inputs(scene));
+    if let (Some(_), Some(folder), false) = (&args.flight.path, args.output.folder(), is_stream) {
         for name in [sidecar::POSES, sidecar::MANIFEST] {
-            check_no_input("-o", &folder.join(name), &[path])?;
+            check_no_input("-o", &folder.join(name), &inputs)?;
         }
         sidecar::Manifest::check_folder(folder)?;
     }
     if let Some(map) = &args.traffic {
-        let mut inputs = vec![args.area.as_path()];
-        inputs.extend(args.flight.path.as_deref());
+        inputs.push(&args.area);
         traffic::check(map, &inputs)?;
     }
     if is_stream && args.skip_existing {
@@ -338,7 +354,7 @@ fn note_reference(
 }
 
 /// Everything that decides the pictures besides database and path.
-fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
+fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderOptions) -> Value {
     let (flight, look) = (&args.flight, &args.look);
     let mut settings = json!({
         "renderer": WRITER,
@@ -358,6 +374,7 @@ fn settings(args: &Args, setup: &Setup, options: &RenderOptions) -> Value {
     });
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
+    scene::record(scene, &mut settings);
     settings
 }
 

@@ -1,0 +1,72 @@
+//! A scene over a database.
+
+use glam::{DVec2, Vec3};
+
+use super::Scene;
+use crate::error::{Error, Result};
+use crate::flight::{BindOptions, Trajectory};
+use crate::geo::Crs;
+use crate::objects::{Body, Shape};
+
+/// A field of view that nobody looks through, degrees.
+const UNUSED_HFOV: f64 = 60.0;
+
+/// Objects of a scene in a database's reference system: where each is at any time.
+#[derive(Debug, Clone)]
+pub struct Cast {
+    /// By name.
+    actors: Vec<Actor>,
+}
+
+#[derive(Debug, Clone)]
+struct Actor {
+    name: String,
+    shape: Shape,
+    albedo: Vec3,
+    trajectory: Trajectory,
+    start: f64,
+}
+
+impl Scene {
+    /// Binds the scene to a database's CRS; `ground` gives the surface height (metres) below a position of that CRS, `None` outside the area
+    /// or where there is no surface.
+    ///
+    /// # Errors
+    /// As of [`Trajectory::bind`], with the object's name.
+    pub fn bind(&self, crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<Cast> {
+        let actors = self.objects.iter().map(|object| {
+            let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
+            let of_object = |error: Error| match error {
+                Error::Configuration(what) => {
+                    let scene = self.path.display();
+                    Error::Configuration(format!("{scene}, object `{}`: {what}", object.name))
+                }
+                other => other,
+            };
+            Ok(Actor {
+                name: object.name.clone(),
+                shape: object.shape,
+                albedo: Vec3::from_array(object.albedo),
+                trajectory: Trajectory::bind(&object.track, crs, ground, &options).map_err(of_object)?,
+                start: object.start,
+            })
+        });
+        Ok(Cast { actors: actors.collect::<Result<_>>()? })
+    }
+}
+
+impl Cast {
+    /// Names of the objects, by the ids of their bodies: 0, 1, ….
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.actors.iter().map(|actor| actor.name.as_str())
+    }
+
+    /// All bodies, so many seconds after the flight's first fix.
+    pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
+        let body = |(id, actor): (u32, &Actor)| {
+            let pose = actor.trajectory.pose_at(seconds - actor.start);
+            Body { id, shape: actor.shape, position: pose.eye, attitude: pose.attitude, albedo: actor.albedo }
+        };
+        (0..).zip(&self.actors).map(body).collect()
+    }
+}

@@ -1,0 +1,139 @@
+//! The file: its tables, and what they may hold.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::object::{ObjectTable, object};
+use super::{Object, Scene};
+use crate::error::{Error, Result};
+
+/// Bytes of the largest scene file.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Longest piece of a message of the parser that is passed on, characters.
+const MOST_MESSAGE: usize = 300;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a scene")]
+struct SceneTable {
+    sun: Option<SunTable>,
+    air: Option<AirTable>,
+    #[serde(default)]
+    object: Vec<Spanned<ObjectTable>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "the table [sun]")]
+struct SunTable {
+    azimuth_deg: Spanned<f64>,
+    elevation_deg: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "the table [air]")]
+struct AirTable {
+    visibility_m: Option<Spanned<f64>>,
+}
+
+/// A scene file while it is read.
+pub(super) struct Reading<'f> {
+    pub path: &'f Path,
+    text: &'f str,
+}
+
+impl Reading<'_> {
+    /// What is wrong at a place of the file.
+    pub fn wrong(&self, span: Range<usize>, what: impl std::fmt::Display) -> Error {
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        Error::invalid(self.path, format!("line {line}: {what}"))
+    }
+
+    /// A number that `holds`; `want` says which do, beginning with a verb.
+    pub fn number(
+        &self,
+        key: &str,
+        value: &Spanned<f64>,
+        holds: impl Fn(f64) -> bool,
+        want: &str,
+    ) -> Result<f64> {
+        let number = *value.get_ref();
+        if number.is_finite() && holds(number) {
+            return Ok(number);
+        }
+        Err(self.wrong(value.span(), format!("{key} {want}, not {number}")))
+    }
+}
+
+pub(super) fn read(path: &Path) -> Result<Scene> {
+    let bytes = bytes_of(path, MOST_BYTES)?;
+    let text = str::from_utf8(&bytes).map_err(|error| {
+        Error::invalid(path, format!("byte {}: not UTF-8; save it as UTF-8", error.valid_up_to()))
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let reading = Reading { path, text };
+    let table: SceneTable = toml::from_str(text).map_err(|error| {
+        let message = error.message().trim().replace('\n', ", ");
+        let message: String = message.chars().take(MOST_MESSAGE).collect();
+        reading.wrong(error.span().unwrap_or(0..0), format!("{message}; docs/scene.md lists all keys"))
+    })?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&bytes);
+    let sun = table.sun.map(|sun| sun.read(&reading)).transpose()?;
+    let visibility = table.air.and_then(|air| air.visibility_m);
+    let visibility = visibility
+        .map(|metres| reading.number("visibility_m", &metres, |metres| metres > 0.0, "must be more than 0 m"))
+        .transpose()?;
+    let mut objects: BTreeMap<String, Object> = BTreeMap::new();
+    for table in table.object {
+        let span = table.span();
+        let object = object(&reading, table, &mut hasher)?;
+        if objects.contains_key(&object.name) {
+            let what = format!("there is an object `{}` already; names tell objects apart", object.name);
+            return Err(reading.wrong(span, what));
+        }
+        objects.insert(object.name.clone(), object);
+    }
+    let objects = objects.into_values().collect();
+    Ok(Scene {
+        path: path.to_owned(),
+        digest: hasher.finalize().to_hex().to_string(),
+        sun,
+        visibility,
+        objects,
+    })
+}
+
+/// All of a regular file.
+fn bytes_of(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let found = fs::metadata(path).map_err(|source| Error::io(path, "read", source))?;
+    if !found.is_file() {
+        return Err(Error::invalid(path, "is no regular file; --scene takes a TOML file"));
+    }
+    if found.len() > most {
+        return Err(Error::invalid(
+            path,
+            format!("holds {} bytes, more than the {most} that a scene may have", found.len()),
+        ));
+    }
+    fs::read(path).map_err(|source| Error::io(path, "read", source))
+}
+
+impl SunTable {
+    fn read(&self, reading: &Reading<'_>) -> Result<[f64; 2]> {
+        Ok([
+            reading.number("azimuth_deg", &self.azimuth_deg, |_| true, "must be finite")?,
+            reading.number(
+                "elevation_deg",
+                &self.elevation_deg,
+                |degrees| degrees > 0.0 && degrees <= 90.0,
+                "must be more than 0 and at most 90 degrees",
+            )?,
+        ])
+    }
+}

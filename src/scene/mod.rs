@@ -1,0 +1,64 @@
+//! Scenes: what a flight meets besides the ground, and under which light.
+//!
+//! ```text
+//! scene.toml ──Scene::read──▶ Scene (as the file says) ──Scene::bind──▶ Cast ──bodies_at(seconds)──▶ bodies
+//! ```
+//!
+//! `docs/scene.md` describes the file to users.
+
+mod cast;
+mod file;
+mod object;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+pub use cast::Cast;
+
+use crate::error::Result;
+use crate::flight::Track;
+use crate::objects::Shape;
+
+/// What a scene file says.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The file.
+    pub path: PathBuf,
+    /// Hexadecimal BLAKE3 of the file and of all files that it names.
+    pub digest: String,
+    /// Azimuth of the sun clockwise from grid north and elevation above the horizon, degrees, the latter more than 0 and at most 90; if it is given.
+    pub sun: Option<[f64; 2]>,
+    /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
+    pub visibility: Option<f64>,
+    /// Objects, by name.
+    pub objects: Vec<Object>,
+}
+
+/// Something that stands somewhere, or moves.
+#[derive(Debug, Clone)]
+pub struct Object {
+    /// No two of a scene have the same.
+    pub name: String,
+    /// What it looks like from all sides.
+    pub shape: Shape,
+    /// Linear Rec. 709 reflectance, 0…1.
+    pub albedo: [f32; 3],
+    /// Where it goes; one fix if it stands.
+    pub track: Track,
+    /// Seconds after the flight's first fix at which the track's first fix is; before and behind its track an object stands.
+    pub start: f64,
+    /// It banks in turns where its track says nothing of roll.
+    pub banks: bool,
+}
+
+impl Scene {
+    /// Reads a scene file, and the tracks that it names.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io) if a file cannot be read; [`Error::Invalid`](crate::Error::Invalid) with line and key if the scene holds something
+    /// wrong; what [`crate::flight::read_track`] says of a track.
+    pub fn read(path: &Path) -> Result<Self> {
+        file::read(path)
+    }
+}

@@ -1,0 +1,280 @@
+//! One object of a scene file.
+
+use std::fs;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use glam::DVec3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::Object;
+use super::file::Reading;
+use crate::colour::linear_from_srgb8;
+use crate::error::{Error, Result};
+use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track, read_track};
+use crate::objects::Shape;
+
+/// Grey of objects that are given no colour.
+const GREY: [u8; 3] = [150; 3];
+
+/// Metres of the largest object: what is larger is ground.
+const LARGEST: f64 = 100_000.0;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table [[object]]")]
+pub(super) struct ObjectTable {
+    name: String,
+    shape: Spanned<Kind>,
+    radius_m: Option<Spanned<f64>>,
+    radii_m: Option<Spanned<[f64; 3]>>,
+    size_m: Option<Spanned<[f64; 3]>>,
+    height_m: Option<Spanned<f64>>,
+    colour: Option<Spanned<String>>,
+    at: Option<Spanned<[f64; 3]>>,
+    at_lonlat: Option<Spanned<[f64; 3]>>,
+    altitude: Option<Spanned<Above>>,
+    yaw_deg: Option<Spanned<f64>>,
+    pitch_deg: Option<Spanned<f64>>,
+    roll_deg: Option<Spanned<f64>>,
+    track: Option<Spanned<PathBuf>>,
+    start_s: Option<Spanned<f64>>,
+    bank: Option<Spanned<bool>>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Sphere,
+    Ellipsoid,
+    Box,
+    Cylinder,
+    Cone,
+    Disc,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Above {
+    Agl,
+    Msl,
+    Ellipsoid,
+}
+
+/// Keys that say how large a shape is.
+struct Sizes<'t, 'f> {
+    reading: &'t Reading<'f>,
+    table: &'t ObjectTable,
+    shape: Range<usize>,
+    name: &'static str,
+}
+
+pub(super) fn object(
+    reading: &Reading<'_>,
+    table: Spanned<ObjectTable>,
+    hasher: &mut blake3::Hasher,
+) -> Result<Object> {
+    let span = table.span();
+    let table = table.into_inner();
+    if table.name.trim().is_empty() || table.name.chars().any(char::is_control) {
+        return Err(reading.wrong(span, "an object's name must be some printable text"));
+    }
+    let shape = shape(reading, &table)?;
+    let albedo = match &table.colour {
+        Some(colour) => srgb(colour.get_ref()).ok_or_else(|| {
+            reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
+        })?,
+        None => GREY,
+    };
+    let start = match &table.start_s {
+        Some(_) if table.track.is_none() => {
+            return Err(
+                reading.wrong(span, "start_s says when a track begins; give one, or leave start_s out")
+            );
+        }
+        Some(start) => reading.number("start_s", start, |_| true, "must be finite")?,
+        None => 0.0,
+    };
+    let track = match &table.track {
+        Some(track) => moving(reading, &table, track, hasher)?,
+        None => standing(reading, &table, span)?,
+    };
+    let banks = table.bank.as_ref().is_some_and(|bank| *bank.get_ref());
+    Ok(Object { name: table.name, shape, albedo: linear_from_srgb8(albedo), track, start, banks })
+}
+
+fn shape(reading: &Reading<'_>, table: &ObjectTable) -> Result<Shape> {
+    let (kind, shape) = (*table.shape.get_ref(), table.shape.span());
+    let sizes = |name| Sizes { reading, table, shape: shape.clone(), name };
+    Ok(match kind {
+        Kind::Sphere => {
+            let sizes = sizes("sphere");
+            sizes.takes(&["radius_m"])?;
+            Shape::Ellipsoid { radii: DVec3::splat(sizes.one("radius_m", &table.radius_m)?) }
+        }
+        Kind::Ellipsoid => {
+            let sizes = sizes("ellipsoid");
+            sizes.takes(&["radii_m"])?;
+            Shape::Ellipsoid { radii: sizes.three("radii_m", &table.radii_m)? }
+        }
+        Kind::Box => {
+            let sizes = sizes("box");
+            sizes.takes(&["size_m"])?;
+            Shape::Box { size: sizes.three("size_m", &table.size_m)? }
+        }
+        Kind::Cylinder => {
+            let sizes = sizes("cylinder");
+            sizes.takes(&["radius_m", "height_m"])?;
+            let radius = sizes.one("radius_m", &table.radius_m)?;
+            Shape::Cylinder { radius, height: sizes.one("height_m", &table.height_m)? }
+        }
+        Kind::Cone => {
+            let sizes = sizes("cone");
+            sizes.takes(&["radius_m", "height_m"])?;
+            let radius = sizes.one("radius_m", &table.radius_m)?;
+            Shape::Cone { radius, height: sizes.one("height_m", &table.height_m)? }
+        }
+        Kind::Disc => {
+            let sizes = sizes("disc");
+            sizes.takes(&["radius_m"])?;
+            Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }
+        }
+    })
+}
+
+impl Sizes<'_, '_> {
+    /// Refuses keys of other shapes.
+    fn takes(&self, keys: &[&str]) -> Result<()> {
+        let table = self.table;
+        let given = [
+            ("radius_m", table.radius_m.as_ref().map(Spanned::span)),
+            ("radii_m", table.radii_m.as_ref().map(Spanned::span)),
+            ("size_m", table.size_m.as_ref().map(Spanned::span)),
+            ("height_m", table.height_m.as_ref().map(Spanned::span)),
+        ];
+        let other =
+            given.into_iter().find_map(|(key, span)| Some(key).zip(span).filter(|_| !keys.contains(&key)));
+        other.map_or(Ok(()), |(key, span)| {
+            let what = format!("a {} has no {key}; its size is {}", self.name, keys.join(" and "));
+            Err(self.reading.wrong(span, what))
+        })
+    }
+
+    fn missing(&self, key: &str) -> Error {
+        self.reading.wrong(self.shape.clone(), format!("a {} needs {key}", self.name))
+    }
+
+    fn one(&self, key: &str, value: &Option<Spanned<f64>>) -> Result<f64> {
+        let value = value.as_ref().ok_or_else(|| self.missing(key))?;
+        self.reading.number(key, value, is_size, "must be more than 0 m and at most 100 km")
+    }
+
+    fn three(&self, key: &str, value: &Option<Spanned<[f64; 3]>>) -> Result<DVec3> {
+        let value = value.as_ref().ok_or_else(|| self.missing(key))?;
+        let sizes = *value.get_ref();
+        if sizes.into_iter().all(is_size) {
+            return Ok(sizes.into());
+        }
+        let what = format!("{key} must be three lengths of more than 0 m and at most 100 km, not {sizes:?}");
+        Err(self.reading.wrong(value.span(), what))
+    }
+}
+
+fn is_size(metres: f64) -> bool {
+    metres > 0.0 && metres <= LARGEST
+}
+
+/// `#rrggbb`.
+fn srgb(text: &str) -> Option<[u8; 3]> {
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
+    let [_, red, green, blue] =
+        u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))?.to_be_bytes();
+    Some([red, green, blue])
+}
+
+/// The track of something that stands.
+fn standing(reading: &Reading<'_>, table: &ObjectTable, object: Range<usize>) -> Result<Track> {
+    let (horizontal, metres) = match (&table.at, &table.at_lonlat) {
+        (Some(at), None) => {
+            let [x, y, z] = finite(reading, "at", at)?;
+            (Horizontal::Xy(x, y), z)
+        }
+        (None, Some(at)) => {
+            let [lon, lat, z] = finite(reading, "at_lonlat", at)?;
+            if lon.abs() > 360.0 || lat.abs() > 90.0 {
+                let what =
+                    format!("at_lonlat must be [longitude, latitude, altitude], not {:?}", at.get_ref());
+                return Err(reading.wrong(at.span(), what));
+            }
+            (Horizontal::LonLat(lon, lat), z)
+        }
+        (Some(_), Some(second)) => {
+            return Err(reading.wrong(second.span(), "give at or at_lonlat, not both"));
+        }
+        (None, None) => {
+            let what = format!("object `{}` needs at, at_lonlat or track", table.name);
+            return Err(reading.wrong(object, what));
+        }
+    };
+    if let Some(bank) = &table.bank {
+        return Err(
+            reading.wrong(bank.span(), "bank is for objects with a track; a standing one has roll_deg")
+        );
+    }
+    let angle = |key: &str, value: &Option<Spanned<f64>>, most: f64| match value {
+        Some(value) => {
+            let want = format!("must lie between -{most} and {most} degrees");
+            reading.number(key, value, |degrees| degrees.abs() <= most, &want)
+        }
+        None => Ok(0.0),
+    };
+    let fix = Fix {
+        time: 0.0,
+        horizontal,
+        altitude: Altitude { metres, mode: mode(table).unwrap_or(AltitudeMode::Agl) },
+        yaw: Some(angle("yaw_deg", &table.yaw_deg, 360.0)?),
+        pitch: Some(angle("pitch_deg", &table.pitch_deg, 90.0)?),
+        roll: Some(angle("roll_deg", &table.roll_deg, 360.0)?),
+        hfov: None,
+    };
+    let path = format!("{}, object `{}`", reading.path.display(), table.name).into();
+    Ok(Track { path, format: "single place", fixes: vec![fix], notes: Vec::new() })
+}
+
+/// The track of something that moves.
+fn moving(
+    reading: &Reading<'_>,
+    table: &ObjectTable,
+    track: &Spanned<PathBuf>,
+    hasher: &mut blake3::Hasher,
+) -> Result<Track> {
+    let places = [table.at.as_ref().map(Spanned::span), table.at_lonlat.as_ref().map(Spanned::span)];
+    let angles = [&table.yaw_deg, &table.pitch_deg, &table.roll_deg];
+    let angles = angles.into_iter().map(|angle| angle.as_ref().map(Spanned::span));
+    if let Some(span) = places.into_iter().chain(angles).flatten().next() {
+        return Err(reading.wrong(span, "an object with a track is where, and turned as, its track says"));
+    }
+    let path = reading.path.parent().unwrap_or(".".as_ref()).join(track.get_ref());
+    let of_scene =
+        |error: Error| reading.wrong(track.span(), format!("the track of object `{}`: {error}", table.name));
+    let read = read_track(&path, &ReadOptions { altitude_mode: mode(table) }).map_err(of_scene)?;
+    let bytes = fs::read(&path).map_err(|source| Error::io(&path, "read", source))?;
+    hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+    Ok(read)
+}
+
+fn mode(table: &ObjectTable) -> Option<AltitudeMode> {
+    table.altitude.as_ref().map(|above| match above.get_ref() {
+        Above::Agl => AltitudeMode::Agl,
+        Above::Msl => AltitudeMode::Msl,
+        Above::Ellipsoid => AltitudeMode::Ellipsoid,
+    })
+}
+
+fn finite(reading: &Reading<'_>, key: &str, at: &Spanned<[f64; 3]>) -> Result<[f64; 3]> {
+    let place = *at.get_ref();
+    if place.into_iter().all(f64::is_finite) {
+        return Ok(place);
+    }
+    Err(reading.wrong(at.span(), format!("{key} must be three finite numbers, not {place:?}")))
+}

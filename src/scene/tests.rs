@@ -1,0 +1,123 @@
+use std::fs;
+
+use glam::DVec2;
+
+use super::*;
+use crate::geo::Crs;
+
+/// Reads a scene from text, with a track `car.csv` beside it.
+fn read(text: &str) -> Result<Scene> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, text).unwrap();
+    fs::write(folder.path().join("car.csv"), "time,x,y,alt_agl_m\n0,10,20,0\n10,110,20,0\n20,210,20,0\n")
+        .unwrap();
+    Scene::read(&path)
+}
+
+const WHOLE: &str = r##"
+[sun]
+azimuth_deg = 200
+elevation_deg = 12.5
+
+[air]
+visibility_m = 8000
+
+[[object]]
+name = "tower"
+shape = "cylinder"
+radius_m = 3
+height_m = 40
+at = [500, 600, 0]
+colour = "#ff8000"
+
+[[object]]
+name = "car"
+shape = "box"
+size_m = [2, 4.5, 1.5]
+track = "car.csv"
+start_s = 5
+"##;
+
+fn ground(place: DVec2) -> Option<f64> {
+    Some(100.0 + 0.1 * place.x)
+}
+
+#[test]
+fn scenes_say_what_stands_where_and_when() {
+    let scene = read(WHOLE).unwrap();
+    assert_eq!((scene.sun, scene.visibility), (Some([200.0, 12.5]), Some(8000.0)));
+    let cast = scene.bind(&Crs::local(), &ground).unwrap();
+    assert_eq!(cast.names().collect::<Vec<_>>(), ["car", "tower"]);
+    let [car, tower] = cast.bodies_at(10.0)[..] else { panic!("two bodies") };
+    assert_eq!(tower.position, glam::DVec3::new(500.0, 600.0, 150.0));
+    assert!(tower.albedo.x == 1.0 && tower.albedo.z == 0.0);
+    // Five seconds after it set out, on the ground that rises by a tenth.
+    assert!((car.position.truncate() - DVec2::new(60.0, 20.0)).length() < 0.1, "{}", car.position);
+    assert!((car.position.z - 100.0 - 0.1 * car.position.x).abs() < 0.2);
+    let [before, behind] = [0.0, 1000.0].map(|time| cast.bodies_at(time)[0].position.truncate());
+    assert_eq!([before, behind], [DVec2::new(10.0, 20.0), DVec2::new(210.0, 20.0)]);
+}
+
+#[test]
+fn the_digest_follows_the_file_and_its_tracks() {
+    let digest = |text: &str| read(text).unwrap().digest;
+    assert_eq!(digest(WHOLE), digest(WHOLE));
+    assert_ne!(digest(WHOLE), digest(&WHOLE.replace("40", "41")));
+}
+
+#[test]
+fn mistakes_name_line_and_key() {
+    let tower = |lines: &str| format!("[[object]]\nname = \"t\"\nshape = \"cylinder\"\n{lines}");
+    let whole = "radius_m = 3\nheight_m = 9\nat = [1, 2, 3]\n";
+    assert!(read(&tower(whole)).is_ok());
+    let cases = [
+        ("sun = 3", "line 1", "sun"),
+        ("[sun]\nazimuth_deg = 10", "line 1", "elevation_deg"),
+        ("[sun]\nazimuth_deg = 10\nelevation_deg = -3", "line 3", "elevation_deg"),
+        ("[sun]\nazimuth_deg = nan\nelevation_deg = 3", "line 2", "azimuth_deg"),
+        ("[air]\nvisibility_m = 0", "line 2", "visibility_m"),
+        ("[air]\nvisibilty_m = 3", "line 2", "visibilty_m"),
+        ("[clouds]\nbase_m = 3", "line 1", "clouds"),
+        ("[[object]]\nshape = \"sphere\"", "line 1", "name"),
+        ("[[object]]\nname = \" \"\nshape = \"sphere\"", "line 1", "name"),
+        ("[[object]]\nname = \"a\"\nshape = \"cube\"", "line 3", "cube"),
+        (&tower("radius_m = 3\nat = [1, 2, 3]"), "line 3", "height_m"),
+        (&tower("radius_m = -3\nheight_m = 9\nat = [1, 2, 3]"), "line 4", "radius_m"),
+        (&tower("radius_m = \"3\"\nheight_m = 9\nat = [1, 2, 3]"), "line 4", "string"),
+        (&tower("radius_m = 3\nheight_m = 1e9\nat = [1, 2, 3]"), "line 5", "height_m"),
+        (&tower("radius_m = 3\nheight_m = 9\nsize_m = [1, 2, 3]\nat = [1, 2, 3]"), "line 6", "size_m"),
+        (&tower("radius_m = 3\nheight_m = 9\n"), "line 1", "track"),
+        (&tower("radius_m = 3\nheight_m = 9\nat = [1, 2]"), "line 6", "3"),
+        (&tower("radius_m = 3\nheight_m = 9\nat = [1, inf, 2]"), "line 6", "at"),
+        (&tower("radius_m = 3\nheight_m = 9\nat_lonlat = [1, 95, 2]"), "line 6", "at_lonlat"),
+        (&tower(&format!("{whole}at_lonlat = [1, 5, 2]")), "line 7", "not both"),
+        (&tower(&format!("{whole}colour = \"red\"")), "line 7", "#rrggbb"),
+        (&tower(&format!("{whole}colour = \"#+fffff\"")), "line 7", "#rrggbb"),
+        (&tower(&format!("{whole}yaw_deg = 1000")), "line 7", "yaw_deg"),
+        (&tower(&format!("{whole}altitude = \"high\"")), "line 7", "high"),
+        (&tower(&format!("{whole}start_s = 3")), "line 1", "start_s"),
+        (&tower(&format!("{whole}bank = true")), "line 7", "bank"),
+        (&tower(&format!("{whole}track = \"car.csv\"")), "line 6", "track"),
+        (&tower("radius_m = 3\nheight_m = 9\ntrack = \"none.csv\""), "line 6", "none.csv"),
+        (&tower(&format!("{whole}{}", tower(whole))), "line 7", "already"),
+        ("[[object", "line 1", ""),
+        ("\u{0}", "line 1", ""),
+    ];
+    for (text, line, key) in cases {
+        let message = read(text).unwrap_err().to_string();
+        assert!(message.contains("scene.toml: "), "{text:?}: {message}");
+        assert!(message.contains(&format!("{line}: ")) && message.contains(key), "{text:?}: {message}");
+        assert!(!message.contains('\n'), "{message:?}");
+    }
+}
+
+#[test]
+fn objects_without_ground_are_named() {
+    let scene = read(WHOLE).unwrap();
+    let message = scene.bind(&Crs::local(), &|_| None).unwrap_err().to_string();
+    assert!(message.contains("car"), "{message}");
+    let degrees = WHOLE.replace("at = [500, 600, 0]", "at_lonlat = [8, 47, 0]");
+    let message = read(&degrees).unwrap().bind(&Crs::local(), &ground).unwrap_err().to_string();
+    assert!(message.contains("`tower`"), "{message}");
+}

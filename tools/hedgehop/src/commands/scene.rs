@@ -1,0 +1,103 @@
+//! `hedgehop scene`: what a scene file holds.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use hedgehop::memory::PageFile;
+use hedgehop::objects::Shape;
+use hedgehop::scene::{Object, Scene};
+
+use crate::exit::{self, Outcome};
+use crate::view::over_ground;
+use crate::world::WorldArgs;
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop scene check scene.toml
+  hedgehop scene check scene.toml area.hop";
+
+/// Look into scene files.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Read a scene and its tracks, and say what is in it
+    ///
+    /// With a database, also whether all objects have a place in it, and where they begin.
+    Check {
+        /// Scene to read
+        #[arg(value_name = "SCENE.toml")]
+        scene: PathBuf,
+
+        /// Database that it is to be seen in
+        #[arg(value_name = "AREA.hop")]
+        area: Option<PathBuf>,
+    },
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let Command::Check { scene, area } = &args.command;
+    let scene = Scene::read(scene)?;
+    let mut text = description(&scene);
+    if let Some(area) = area {
+        let source = PageFile::open(area)?;
+        let cast = over_ground(&source, WorldArgs::default(), |crs, ground| scene.bind(crs, ground))?;
+        let bodies = cast.bodies_at(0.0);
+        for (name, body) in cast.names().zip(&bodies) {
+            let [x, y, z] = body.position.to_array();
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "  {name} begins at x {x:.1}, y {y:.1}, {z:.1} m above the datum");
+        }
+    }
+    Ok(exit::print(&text)?)
+}
+
+fn description(scene: &Scene) -> String {
+    let count = scene.objects.len();
+    let mut text =
+        format!("{}: scene of {count} object{}\n", scene.path.display(), if count == 1 { "" } else { "s" });
+    if let Some([azimuth, elevation]) = scene.sun {
+        let _ = writeln!(text, "  sun {azimuth}° from north, {elevation}° high");
+    }
+    if let Some(visibility) = scene.visibility {
+        let _ = writeln!(text, "  visibility {visibility} m");
+    }
+    for object in &scene.objects {
+        let _ = writeln!(text, "  {}: {}, {}", object.name, shape(&object.shape), place(object));
+    }
+    text
+}
+
+fn shape(shape: &Shape) -> String {
+    match shape {
+        Shape::Ellipsoid { radii } if radii.min_element() == radii.max_element() => {
+            format!("sphere of radius {} m", radii.x)
+        }
+        Shape::Ellipsoid { radii } => format!("ellipsoid of radii {} × {} × {} m", radii.x, radii.y, radii.z),
+        Shape::Box { size } => format!("box of {} × {} × {} m", size.x, size.y, size.z),
+        Shape::Cylinder { radius, height } => format!("cylinder of radius {radius} m, {height} m high"),
+        Shape::Cone { radius, height } => format!("cone of radius {radius} m, {height} m high"),
+        Shape::Disc { radius } => format!("disc of radius {radius} m"),
+    }
+}
+
+fn place(object: &Object) -> String {
+    match object.track.fixes.as_slice() {
+        [_] => "stands".to_owned(),
+        [.., last] => format!(
+            "moves for {:.1} s from {:.1} s on along {} ({})",
+            last.time,
+            object.start,
+            object.track.path.display(),
+            object.track.format
+        ),
+        [] => String::new(),
+    }
+}

@@ -1,0 +1,80 @@
+//! Scenes on the command line: what a flight meets besides the ground.
+
+use std::path::{Path, PathBuf};
+
+use hedgehop::Result;
+use hedgehop::frame::FrameRate;
+use hedgehop::objects::Body;
+use hedgehop::progress::Observer;
+use hedgehop::scene::{Cast, Scene};
+use hedgehop::voxel::PageSource;
+use serde_json::{Value, json};
+
+use crate::view::over_ground;
+use crate::world::WorldArgs;
+
+/// What is in sight besides the ground.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Look")]
+pub struct SceneArgs {
+    /// Scene file: objects and their tracks, sun, visibility (docs/scene.md); --sun and --visibility go before what it says
+    #[arg(long, value_name = "SCENE.toml")]
+    pub scene: Option<PathBuf>,
+}
+
+/// A scene that goes on while a flight does.
+#[derive(Debug)]
+pub struct Playing {
+    cast: Cast,
+    fps: FrameRate,
+}
+
+impl SceneArgs {
+    /// Reads the scene, if one was asked for.
+    pub fn read(&self) -> Result<Option<Scene>> {
+        self.scene.as_deref().map(Scene::read).transpose()
+    }
+}
+
+/// Files that a scene is made of.
+pub fn inputs(scene: Option<&Scene>) -> impl Iterator<Item = &Path> {
+    scene.into_iter().flat_map(|scene| {
+        let tracks = scene.objects.iter().filter(|object| object.track.path.exists());
+        std::iter::once(scene.path.as_path()).chain(tracks.map(|object| object.track.path.as_path()))
+    })
+}
+
+/// Whether there is anything to be seen in a scene.
+pub fn has_objects(scene: Option<&Scene>) -> bool {
+    scene.is_some_and(|scene| !scene.objects.is_empty())
+}
+
+/// What decides pictures of a scene, besides sun and visibility: the numbers of objects follow from the order of their names.
+pub fn record(scene: Option<&Scene>, settings: &mut Value) {
+    if let Some(scene) = scene {
+        let names: Vec<_> = scene.objects.iter().map(|object| &object.name).collect();
+        settings["scene"] = json!({ "blake3": scene.digest, "objects": names });
+    }
+}
+
+impl Playing {
+    /// Puts a scene's objects into a database.
+    pub fn new<S: PageSource>(
+        scene: &Scene,
+        source: &S,
+        world: WorldArgs,
+        fps: FrameRate,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
+        for object in scene.objects.iter().filter(|object| !object.track.notes.is_empty()) {
+            observer.note(&format!("object {}: {}", object.name, object.track.notes.join(" ")));
+        }
+        let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
+        Ok(Self { cast, fps })
+    }
+
+    /// The bodies of a frame.
+    pub fn bodies(&self, number: u64) -> Vec<Body> {
+        self.cast.bodies_at(self.fps.seconds_at(number))
+    }
+}

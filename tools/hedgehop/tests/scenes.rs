@@ -1,0 +1,150 @@
+//! `--scene` and `scene check` from outside.
+
+use std::fs;
+use std::process::{Command, Output, Stdio};
+
+use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
+use tempfile::TempDir;
+
+const SCENE: &str = r##"
+[sun]
+azimuth_deg = 200
+elevation_deg = 30
+
+[[object]]
+name = "mast"
+shape = "cylinder"
+radius_m = 8
+height_m = 70
+at = [800, 900, 0]
+colour = "#ff0000"
+
+[[object]]
+name = "car"
+shape = "box"
+size_m = [20, 40, 15]
+track = "car.csv"
+"##;
+
+/// A folder with a database of hills, paths of an eye and a car, and a scene.
+fn site() -> TempDir {
+    let folder = TempDir::new().expect("a temporary folder");
+    let grid = Grid { nx: 160, ny: 160, spacing: 10.0, origin: glam::DVec2::ZERO };
+    let heights: Vec<f64> =
+        (0..160 * 160).map(|post| 100.0 + 10.0 * (0.1 * f64::from(post % 160)).sin()).collect();
+    let colours = vec![[90, 140, 60]; heights.len()];
+    let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
+    let metadata = Metadata { crs_name: "local".into(), ..Metadata::default() };
+    write_arrays(&folder.path().join("area.hop"), &arrays, &metadata, false).expect("a database");
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");
+    write("path.csv", "t_s,x_m,y_m,alt_agl_m,yaw_deg\n0,700,500,60,0\n1,720,520,60,0\n");
+    write("car.csv", "t_s,x_m,y_m,alt_agl_m\n0,600,800,0\n1,900,800,0\n");
+    write("scene.toml", SCENE);
+    folder
+}
+
+fn run(folder: &TempDir, args: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hedgehop"))
+        .current_dir(folder.path())
+        .args(args.split_whitespace())
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts")
+}
+
+#[track_caller]
+fn ends(output: &Output, code: i32) -> String {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{out}{err}");
+    out + &err
+}
+
+const FLY: &str = "render area.hop --path path.csv --fps 10 --size 160x90 --scene scene.toml";
+
+#[test]
+fn check_says_what_is_where() {
+    let site = site();
+    let text = ends(&run(&site, "scene check scene.toml area.hop"), 0);
+    for part in
+        ["scene of 2 objects", "mast: cylinder of radius 8 m, 70 m high, stands", "car: box", "car.csv"]
+    {
+        assert!(text.contains(part), "{text}");
+    }
+    assert!(text.contains("mast begins at x 800.0, y 900.0, "), "{text}");
+}
+
+#[test]
+fn pictures_and_frames_show_objects_whoever_renders() {
+    let site = site();
+    let frames = |args: &str, name: &str| {
+        ends(&run(&site, &format!("{FLY} {args}")), 0);
+        (1..=11).map(|n| fs::read(site.path().join(format!("{name}/{n:04}.png"))).expect("a frame")).collect()
+    };
+    let one: Vec<Vec<u8>> = frames("-j 1 -o one/####.png", "one");
+    let four: Vec<Vec<u8>> = frames("-j 4 --in-flight 3 -o four/####.png", "four");
+    let pixels = |png: &[u8]| image::load_from_memory(png).expect("a picture").into_rgb8().into_raw();
+    for (one, four) in one.iter().zip(&four) {
+        assert!(pixels(one) == pixels(four));
+    }
+    let is_red = |rgb: &[u8]| rgb[0] > 120 && rgb[1] < 40 && rgb[2] < 40;
+    let red = pixels(&one[0]).chunks_exact(3).filter(|rgb| is_red(rgb)).count();
+    assert!(red > 100, "{red} pixels of the mast");
+    assert!(pixels(&one[0]) != pixels(&one[10]));
+}
+
+#[test]
+fn frames_are_kept_while_the_scene_is_the_same() {
+    let site = site();
+    let again = format!("{FLY} --skip-existing -o frames/####.exr --frames 1-3");
+    ends(&run(&site, &again), 0);
+    assert!(ends(&run(&site, &again), 0).contains("kept 3"));
+    let manifest = fs::read_to_string(site.path().join("frames/manifest.json")).expect("a manifest");
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    assert_eq!(manifest["settings"]["scene"]["objects"], serde_json::json!(["car", "mast"]));
+    let car = "t_s,x_m,y_m,alt_agl_m\n0,600,800,0\n1,900,810,0\n";
+    fs::write(site.path().join("car.csv"), car).expect("a track");
+    assert!(ends(&run(&site, &again), 0).contains("rendered 3 frames"));
+}
+
+#[test]
+fn flags_go_before_what_a_scene_says() {
+    let site = site();
+    let picture = |args: &str| {
+        ends(&run(&site, &format!("{FLY} {args} --frames 1 -o x/####.png")), 0);
+        fs::read(site.path().join("x/0001.png")).expect("a frame")
+    };
+    let as_said = picture("");
+    assert!(picture("--sun 200,30") == as_said);
+    assert!(picture("--sun 100,30") != as_said);
+}
+
+#[test]
+fn mistakes_end_with_a_sentence_and_a_code() {
+    let site = site();
+    fs::write(site.path().join("wrong.toml"), SCENE.replace("radius_m = 8", "radius_m = -8"))
+        .expect("a scene");
+    for command in ["scene check wrong.toml", &FLY.replace("scene.toml", "wrong.toml")] {
+        let args =
+            if command.starts_with("scene") { command.to_owned() } else { format!("{command} -o y.png") };
+        let text = ends(&run(&site, &args), 3);
+        assert!(text.contains("wrong.toml: line 9: radius_m must be more than 0 m"), "{text}");
+    }
+    assert!(ends(&run(&site, "scene check none.toml"), 5).contains("none.toml"));
+    fs::write(site.path().join("off.toml"), SCENE.replace("at = [800,", "at = [80000,")).expect("a scene");
+    let text = ends(&run(&site, "scene check off.toml area.hop"), 3);
+    assert!(text.contains("mast") && text.contains("80000"), "{text}");
+    // What would be written over is read by the scene.
+    fs::rename(site.path().join("car.csv"), site.path().join("poses.csv")).expect("a track");
+    fs::write(site.path().join("scene.toml"), SCENE.replace("car.csv", "poses.csv")).expect("a scene");
+    assert!(ends(&run(&site, &format!("{FLY} -o ####.png")), 2).contains("input"));
+}
+
+#[test]
+fn bench_renders_what_render_does() {
+    let site = site();
+    let bench = "bench area.hop --path path.csv --fps 10 --size 160x90 --workers 1,2 --repeats 1";
+    assert!(ends(&run(&site, &format!("{bench} --scene scene.toml")), 0).contains("frames"));
+    fs::write(site.path().join("empty.toml"), "").expect("a scene");
+    ends(&run(&site, &format!("{bench} --scene empty.toml")), 0);
+}
