@@ -87,7 +87,7 @@ fn pictures_and_frames_show_objects_whoever_renders() {
     for (one, four) in one.iter().zip(&four) {
         assert!(pixels(one) == pixels(four));
     }
-    let is_red = |rgb: &[u8]| rgb[0] > 120 && rgb[1] < 40 && rgb[2] < 40;
+    let is_red = |rgb: &[u8]| rgb[0] > 120 && rgb[1] < 80 && rgb[2] < 80;
     let red = pixels(&one[0]).chunks_exact(3).filter(|rgb| is_red(rgb)).count();
     assert!(red > 100, "{red} pixels of the mast");
     assert!(pixels(&one[0]) != pixels(&one[10]));
