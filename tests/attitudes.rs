@@ -206,3 +206,22 @@ fn what_needs_too_many_planes_is_left_to_the_reference() {
     let stray = RayTable::new(64, 64, directions).unwrap();
     assert_eq!(by(Screen::Table(Arc::new(stray)), [64, 64]), Engine::Reference);
 }
+
+/// A pixel whose ray goes straight up, or down, to the last bit, where there is no next row.
+#[test]
+fn pixels_at_the_poles_are_seen() {
+    let farm = Farm::new(1).unwrap();
+    let options = RenderOptions { engine: Engine::Planes, ..RenderOptions::default() };
+    let renderer = Renderer::new(&*AREA, &options);
+    let corner = AREA.header().grid.origin;
+    for (pitch, sees_sky) in [(90.0, true), (-90.0, false)] {
+        let attitude = Attitude { yaw: 0.0, pitch, roll: 0.0 };
+        let eye = (corner + DVec2::splat(2500.0)).extend(600.0);
+        let camera = Camera::new(Pose { eye, attitude, hfov: 60.0 }, 97, 61);
+        let frame = renderer.frame(&camera, &farm).unwrap().frame;
+        assert!(frame.range.iter().all(|range| range.is_infinite() == sees_sky), "{pitch}°");
+        let [middle, beside] =
+            [30 * 97 + 48, 30 * 97 + 49].map(|pixel| DVec3::from(frame.colour[pixel].map(f64::from)));
+        assert!((middle - beside).length() < 0.1 * beside.length(), "{pitch}°: {middle} beside {beside}");
+    }
+}

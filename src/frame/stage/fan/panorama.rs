@@ -47,7 +47,8 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
     #[inline(always)]
     fn place(&self, column: usize, row: usize) -> Place<V> {
         let gaze = self.panorama.gaze(self.simd, column, row);
-        let below = gaze.row.floor();
+        // Straight up there is no next row.
+        let below = gaze.row.floor().min(self.simd.splat((self.panorama.last_row() - 1) as f32));
         Place { rise: gaze.row - below, below: below.to_int(), gaze }
     }
 
