@@ -37,17 +37,23 @@ impl Sun {
 /// Share of the light on level ground that comes from the sky.
 const SKY_SHARE: f32 = 0.35;
 
+/// Sine of the sun's elevation below which the light on a wall no longer grows against that on level ground: half a degree, the sun's own
+/// width.
+const LOWEST: f32 = 0.0087;
+
 /// Shades imagery so that level ground keeps its colour, whatever the sun's elevation: photographs
 /// already hold the light of their hour.
 #[derive(Debug, Clone, Copy)]
 pub struct VisualSensor {
+    /// Direction to the sun; its third component is no less than [`LOWEST`].
     to_sun: Vec3,
 }
 
 impl VisualSensor {
     /// A sensor under `sun`.
     pub fn new(sun: Sun) -> Self {
-        Self { to_sun: sun.direction() }
+        let to_sun = sun.direction();
+        Self { to_sun: to_sun.with_z(to_sun.z.max(LOWEST)) }
     }
 
     /// Radiance towards the eye, linear Rec. 709, 1 = display white.
