@@ -5,7 +5,9 @@ use glam::{DMat3, DVec3, Vec3};
 use super::Shape;
 use super::shape::Touch;
 use crate::earth::Curvature;
-use crate::space::{Attitude, Ray};
+use crate::space::Attitude;
+
+use super::lens::Line;
 
 /// A shape somewhere in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,9 +29,11 @@ pub struct Body {
 pub(super) struct Placed {
     pub id: u32,
     pub albedo: Vec3,
-    shape: Shape,
-    position: DVec3,
-    body_from_world: DMat3,
+    pub shape: Shape,
+    pub position: DVec3,
+    pub body_from_world: DMat3,
+    /// The eye, in its axes.
+    eye: DVec3,
     /// Corners of the box around it, in its axes, metres.
     corners: [DVec3; 2],
     /// Of the sphere around that, in the world, metres.
@@ -54,6 +58,7 @@ impl Placed {
             shape: body.shape,
             position,
             body_from_world: world_from_body.transpose(),
+            eye: world_from_body.transpose() * (eye - position),
             corners,
             centre: position + world_from_body * (0.5 * (corners[0] + corners[1])),
             radius: 0.5 * size.length(),
@@ -61,17 +66,33 @@ impl Placed {
         }
     }
 
-    /// Where a ray meets it first, metres; the normal is of unit length and in world axes.
-    pub fn touch(&self, ray: &Ray) -> Option<Touch> {
-        let origin = self.body_from_world * (ray.origin - self.position);
-        let touch = self.shape.touch(origin, self.body_from_world * ray.direction)?;
+    /// Where a ray meets it first; the normal is of unit length and in world axes.
+    pub fn touch(&self, line: &Line) -> Option<Touch> {
+        let touch = self.shape.touch(self.origin(line), self.body_from_world * line.direction)?;
         Some(Touch { normal: self.body_from_world.transpose() * touch.normal.normalize(), ..touch })
     }
 
+    /// Corners of the box around it, in the world.
+    pub fn box_corners(&self) -> impl Iterator<Item = DVec3> {
+        let world_from_body = self.body_from_world.transpose();
+        (0..8).map(move |corner| {
+            let of = |axis: usize| self.corners[corner >> axis & 1][axis];
+            self.position + world_from_body * DVec3::new(of(0), of(1), of(2))
+        })
+    }
+
+    /// Where a ray starts, in the body's axes.
+    fn origin(&self, line: &Line) -> DVec3 {
+        match line.origin {
+            None => self.eye,
+            Some(origin) => self.body_from_world * (origin - self.position),
+        }
+    }
+
     /// Whether a ray comes nearer to the box around it than `margin` metres, in front of its origin.
-    pub fn is_near(&self, ray: &Ray, margin: f64) -> bool {
-        let origin = self.body_from_world * (ray.origin - self.position);
-        let inverse = (self.body_from_world * ray.direction).recip();
+    pub fn is_near(&self, line: &Line, margin: f64) -> bool {
+        let origin = self.origin(line);
+        let inverse = (self.body_from_world * line.direction).recip();
         let low = (self.corners[0] - margin - origin) * inverse;
         let high = (self.corners[1] + margin - origin) * inverse;
         let (enter, leave) = (low.min(high).max_element(), low.max(high).min_element());
@@ -95,7 +116,7 @@ mod tests {
     }
 
     fn touch(placed: &Placed, origin: [f64; 3], direction: DVec3) -> Option<Touch> {
-        placed.touch(&Ray { origin: origin.into(), direction })
+        placed.touch(&Line { origin: Some(origin.into()), direction })
     }
 
     #[test]
@@ -120,9 +141,9 @@ mod tests {
     #[test]
     fn near_rays_are_those_that_pass_within_the_margin() {
         let placed = tower(Attitude::default());
-        let ray = |x: f64| Ray { origin: DVec3::new(x, 0.0, 52.0), direction: DVec3::Y };
+        let ray = |x: f64| Line { origin: Some(DVec3::new(x, 0.0, 52.0)), direction: DVec3::Y };
         assert!(placed.is_near(&ray(101.4), 0.5) && !placed.is_near(&ray(101.6), 0.5));
-        let behind = Ray { origin: DVec3::new(100.0, 300.0, 52.0), direction: DVec3::Y };
+        let behind = Line { origin: Some(DVec3::new(100.0, 300.0, 52.0)), direction: DVec3::Y };
         assert!(!placed.is_near(&behind, 0.5));
     }
 

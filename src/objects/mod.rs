@@ -1,10 +1,10 @@
 //! Object processors: bodies that are not the surface, seen ray by ray and merged with it by range.
 //!
 //! ```text
-//! for each square of pixels: the bodies whose sphere its cone meets
-//!     for each pixel of it: those whose box the pixel's ray comes near
+//! for each square of pixels: the bodies whose sphere its cone meets, and which of its pixels each may be in
+//!     for each pixel with such: those whose box the pixel's ray comes near
 //!         its corners and its middle see one face before the ground → that face
-//!         else 89 rays, each to the nearest of bodies and ground   → the share of each
+//!         else 96 rays, each to the nearest of bodies and ground   → the share of each
 //! ```
 //!
 //! The patent's object processors (Hughes 1994) give each pixel of an object colour and range, and its image processor keeps the nearer of object
@@ -13,11 +13,13 @@
 //! lies in: neither insertion order nor the cut of a frame into tasks changes a byte.
 
 mod body;
+mod cover;
+mod lens;
 mod pixel;
 mod shape;
 mod view;
 
 pub use body::Body;
-pub use pixel::{Ground, Seen};
+pub use pixel::{Ground, Looking, Seen};
 pub use shape::Shape;
 pub use view::{Hit, SQUARE, Square, View};

@@ -3,13 +3,10 @@
 use glam::{DVec2, Vec3};
 
 use super::body::Placed;
-use super::view::{Hit, Square, nearest};
+use super::cover::{Aim, Count, Face, Pencil, RAYS};
+use super::view::{Hit, Shown, Square, nearest};
+use crate::simd::Isa;
 use crate::space::Ray;
-
-/// Rays of a pixel in which an edge may lie, and columns from one to the next: a Fibonacci lattice, whose shares of half planes are twice as exact
-/// as those of as many points of Hammersley's.
-const RAYS: u32 = 89;
-const STEP: u32 = 55;
 
 /// Least cosine between normals of one face, which the middle of a pixel may stand for.
 const ONE_FACE: f32 = 0.96;
@@ -34,7 +31,7 @@ pub struct Seen {
     pub share: f32,
     /// Sum of colours times shares.
     pub colour: Vec3,
-    /// Where the body that covers most of it is seen, nearest to its middle.
+    /// Where the body that covers most of it is seen: in the pixel's middle, or in the mean of what is seen of one face of it.
     pub hit: Hit,
 }
 
@@ -57,131 +54,139 @@ impl Ground {
     }
 }
 
-impl Square<'_> {
-    /// What its bodies add to the pixel at `column` and `row` of the screen, before `ground`; `None`: nothing. `shade` tells the colour of a hit
-    /// on a ray.
+/// What is known of a square while its pixels are looked at.
+#[derive(Debug)]
+pub struct Looking<'v> {
+    square: &'v Square<'v>,
+    /// Bodies that may be in the row, by id, and the row.
+    row: Vec<&'v Shown>,
+    at: Option<usize>,
+    /// Those that the pixel's ray comes near.
+    near: Vec<&'v Placed>,
+    /// What the pixels' corners see, row by row, as far as it was asked for.
+    corners: Vec<Option<Option<Hit>>>,
+    isa: Isa,
+    /// Memory for what rays see.
+    aims: Vec<Aim>,
+    faces: Vec<Face>,
+}
+
+impl<'v> Looking<'v> {
+    /// Nothing is known yet.
+    pub fn at(square: &'v Square<'v>, isa: Isa) -> Self {
+        let corners = (square.columns.len() + 1) * (square.rows.len() + 1);
+        Self {
+            square,
+            row: Vec::new(),
+            at: None,
+            near: Vec::new(),
+            corners: vec![None; corners],
+            isa,
+            aims: Vec::new(),
+            faces: Vec::new(),
+        }
+    }
+
+    /// What its bodies add to the pixel at `column` and `row` of the screen, before `ground`, which is asked for if there may be some; `None`: nothing.
+    /// `shade` tells the colour of a hit on a ray.
     pub fn pixel(
-        &self,
+        &mut self,
         column: usize,
         row: usize,
-        ground: &Ground,
+        ground: impl FnOnce() -> Ground,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
     ) -> Option<Seen> {
-        let middle = self.ray(column, row, DVec2::ZERO)?;
-        let footprint = self.camera.footprint();
-        let is_candidate = |body: &&Placed| {
-            let distance = (body.centre - middle.origin).length();
+        if self.at != Some(row) {
+            self.at = Some(row);
+            self.row.clear();
+            self.row.extend(self.square.bodies.iter().filter(|body| body.rows.contains(&row)));
+        }
+        if !self.row.iter().any(|body| body.columns.contains(&column)) {
+            return None;
+        }
+        let ground = ground();
+        let (lens, place) = (self.square.lens, DVec2::new(column as f64, row as f64) + 0.5);
+        let middle = lens.line(place)?;
+        let (origin, footprint) = (middle.origin(lens.camera), lens.camera.footprint());
+        let distance = |body: &Placed| (body.centre - origin).length();
+        let is_near = |body: &Placed| {
+            let distance = distance(body);
             // Hidden, whatever of it the pixel holds.
             let hides = (distance - body.radius) * ground.least() > 1.0;
             !hides && body.is_near(&middle, footprint.at(distance + body.radius))
         };
-        let bodies: Vec<&Placed> = self.bodies.iter().copied().filter(is_candidate).collect();
-        if bodies.is_empty() {
+        let in_column = self.row.iter().filter(|body| body.columns.contains(&column));
+        self.near.clear();
+        self.near.extend(in_column.map(|body| &body.placed).filter(|body| is_near(body)));
+        if self.near.is_empty() {
             return None;
         }
-        let seen = self.corners_of(column, row);
-        let centre = nearest(&bodies, &middle).map(|hit| (hit, DVec2::ZERO));
         let shown = |(hit, offset): (Hit, DVec2)| ground.shows(&hit, offset).then_some(hit);
-        let points = seen.into_iter().chain([centre]).map(|point| point.and_then(shown));
-        if let Some(hit) = centre.and_then(shown)
-            && points.clone().all(|point| point.is_some_and(|point| is_one_face(&point, &hit)))
+        let centre =
+            nearest(self.near.iter().copied(), &middle).map(|hit| (hit, DVec2::ZERO)).and_then(shown);
+        let corners = self.corners_of(column, row).map(|corner| corner.and_then(shown));
+        if let Some(hit) = centre
+            && corners.iter().all(|corner| corner.is_some_and(|corner| is_one_face(&corner, &hit)))
         {
-            return Some(Seen { share: 1.0, colour: shade(&hit, &middle), hit });
+            return Some(Seen { share: 1.0, colour: shade(&hit, &lens.ray(&middle)), hit });
         }
-        let is_thick = |body: &&Placed| {
-            let distance = (body.centre - middle.origin).length();
-            body.thickness >= THICK * footprint.at(distance + body.radius)
-        };
-        if points.clone().all(|point| point.is_none()) && bodies.iter().all(is_thick) {
+        let is_thick = |body: &&Placed| body.thickness >= THICK * footprint.at(distance(body) + body.radius);
+        if centre.is_none() && corners.iter().all(Option::is_none) && self.near.iter().all(is_thick) {
             return None;
         }
-        let middle = centre.and_then(shown);
-        self.shares(column, row, &bodies, ground, shade).map(|seen| match middle {
+        let seen = self.shares(place, &ground, shade)?;
+        Some(match centre {
             Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },
             _ => seen,
         })
     }
 
     /// Looks at a pixel with all rays.
-    fn shares(
-        &self,
-        column: usize,
-        row: usize,
-        bodies: &[&Placed],
-        ground: &Ground,
-        shade: impl Fn(&Hit, &Ray) -> Vec3,
-    ) -> Option<Seen> {
-        let mut colour = Vec3::ZERO;
-        let mut hits: Vec<(Hit, f64)> = Vec::new();
-        for offset in offsets() {
-            let Some(ray) = self.ray(column, row, offset) else { continue };
-            let Some(hit) = nearest(bodies, &ray).filter(|hit| ground.shows(hit, offset)) else { continue };
-            colour += shade(&hit, &ray);
-            hits.push((hit, offset.length_squared()));
-        }
-        let count = |id: u32| hits.iter().filter(|(hit, _)| hit.id == id).count();
-        // Of those with the most rays the one with the lowest number, whichever ray came first.
-        let most =
-            hits.iter().map(|(hit, _)| hit.id).max_by_key(|id| (count(*id), std::cmp::Reverse(*id)))?;
-        let of_most = hits.iter().filter(|(hit, _)| hit.id == most);
-        let (hit, _) = of_most.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    fn shares(&mut self, middle: DVec2, ground: &Ground, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<Seen> {
+        let lens = self.square.lens;
+        let pencil = Pencil::new(&lens, middle)?;
+        self.aims.clear();
+        self.aims.extend(self.near.iter().map(|body| pencil.aim(body)));
+        self.faces.clear();
+        self.isa.run(Count { aims: &self.aims, pencil: &pencil, ground, faces: &mut self.faces });
+        let ray = lens.ray(&lens.line(middle)?);
         let each = 1.0 / RAYS as f32;
-        Some(Seen { share: hits.len() as f32 * each, colour: colour * each, hit: *hit })
+        let hit = |face: &Face| {
+            let body = self.near[face.aim];
+            Hit { id: body.id, range: f64::from(face.range), normal: face.normal, albedo: body.albedo }
+        };
+        let colour = self.faces.iter().map(|face| shade(&hit(face), &ray) * (face.rays as f32 * each)).sum();
+        // Of faces with as many rays that of the body with the lowest number, which comes first.
+        let most = self.faces.iter().reduce(|most, face| if face.rays > most.rays { face } else { most })?;
+        let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
+        let rays: u32 = self.faces.iter().map(|face| face.rays).sum();
+        Some(Seen { share: rays as f32 * each, colour, hit: Hit { normal, ..hit(most) } })
     }
 
     /// What the corners of a pixel see, and where they lie from its middle.
-    fn corners_of(&self, column: usize, row: usize) -> [Option<(Hit, DVec2)>; 4] {
-        let (x, y) = (column - self.columns.start, row - self.rows.start);
+    fn corners_of(&mut self, column: usize, row: usize) -> [Option<(Hit, DVec2)>; 4] {
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[right, down]| {
-            let hit = self.corners[(y + down) * (self.columns.len() + 1) + x + right]?;
+            let hit = self.corner(column + right, row + down)?;
             Some((hit, DVec2::new(right as f64 - 0.5, down as f64 - 0.5)))
         })
     }
 
-    /// The ray so many pixels from the middle of a pixel.
-    fn ray(&self, column: usize, row: usize, offset: DVec2) -> Option<Ray> {
-        self.camera.ray(column as f64 + 0.5 + offset.x, row as f64 + 0.5 + offset.y)
+    /// What the upper left corner of a pixel sees, whichever of the four around asks.
+    fn corner(&mut self, column: usize, row: usize) -> Option<Hit> {
+        let Square { lens, bodies, columns, rows } = self.square;
+        let index = (row - rows.start) * (columns.len() + 1) + column - columns.start;
+        if let Some(known) = self.corners[index] {
+            return known;
+        }
+        let touches = |range: &std::ops::Range<usize>, at: usize| range.start <= at && at <= range.end;
+        let about = |body: &&&Shown| touches(&body.columns, column) && touches(&body.rows, row);
+        let placed = bodies.iter().filter(about).map(|body| &body.placed);
+        let hit = lens.line(DVec2::new(column as f64, row as f64)).and_then(|line| nearest(placed, &line));
+        self.corners[index] = Some(hit);
+        hit
     }
 }
 
 fn is_one_face(a: &Hit, b: &Hit) -> bool {
     a.id == b.id && a.normal.dot(b.normal) >= ONE_FACE
-}
-
-/// Where the rays of a pixel go, from its middle, pixels: of as many columns and rows each has one.
-fn offsets() -> impl Iterator<Item = DVec2> {
-    (0..RAYS).map(|index| {
-        let place = DVec2::new(f64::from(index), f64::from(index * STEP % RAYS));
-        (place + 0.5) / f64::from(RAYS) - 0.5
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shares_of_half_planes_are_nearly_exact() {
-        let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
-        for turn in 0..360 {
-            let (sin, cos) = f64::from(turn).to_radians().sin_cos();
-            let (wide, high) = (cos.abs(), sin.abs());
-            for place in -9..10 {
-                let place = f64::from(place) * 0.07;
-                let seen = offsets().filter(|offset| offset.dot(DVec2::new(cos, sin)) < place).count();
-                // Area of a unit square on one side of a line: the convolution of two boxes.
-                let ramp = |at: f64| at.max(0.0).powi(2) / 2.0;
-                let exact = if wide.min(high) < 1e-9 {
-                    (place + 0.5).clamp(0.0, 1.0)
-                } else {
-                    let (a, b) = (0.5 * (wide + high), 0.5 * (wide - high));
-                    (ramp(place + a) - ramp(place + b) - ramp(place - b) + ramp(place - a)) / (wide * high)
-                };
-                let error = (seen as f64 / f64::from(RAYS) - exact).abs();
-                (sum, worst, count) = (sum + error, worst.max(error), count + 1);
-            }
-        }
-        let mean = sum / f64::from(count);
-        assert!(mean < 1.0 / 128.0 && worst < 0.06, "{mean} {worst}");
-    }
 }

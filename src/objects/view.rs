@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::Body;
 use super::body::Placed;
+use super::lens::{Lens, Line};
 use crate::earth::Curvature;
 use crate::space::{Camera, Footprint, Ray};
 
@@ -21,9 +22,17 @@ const WIDE: f64 = 1.2;
 /// Bodies before a camera.
 #[derive(Debug)]
 pub struct View<'c> {
-    pub(super) camera: &'c Camera,
+    lens: Lens<'c>,
     /// By id.
-    bodies: Vec<Placed>,
+    bodies: Vec<Shown>,
+}
+
+/// A body, and which columns and rows of the screen it may be in.
+#[derive(Debug, Clone)]
+pub(super) struct Shown {
+    pub placed: Placed,
+    pub columns: Range<usize>,
+    pub rows: Range<usize>,
 }
 
 /// Where a ray meets a body.
@@ -42,14 +51,12 @@ pub struct Hit {
 /// A square of pixels with bodies in it.
 #[derive(Debug)]
 pub struct Square<'v> {
-    pub(super) camera: &'v Camera,
+    pub(super) lens: Lens<'v>,
     /// Those that may be in it, by id.
-    pub(super) bodies: Vec<&'v Placed>,
+    pub(super) bodies: Vec<&'v Shown>,
     /// Columns and rows of the screen.
     pub(super) columns: Range<usize>,
     pub(super) rows: Range<usize>,
-    /// What the pixels' corners see, row by row.
-    pub(super) corners: Vec<Option<Hit>>,
 }
 
 /// Rays of a square: they start within `width` metres of the origin, and go up to `angle` radians from the axis.
@@ -63,13 +70,15 @@ struct Cone {
 impl<'c> View<'c> {
     /// `bodies` before `camera`.
     pub fn new(camera: &'c Camera, bodies: &[Body], curvature: Curvature) -> Self {
-        let mut bodies: Vec<_> =
-            bodies.iter().map(|body| Placed::new(body, camera.pose.eye, curvature)).collect();
-        bodies.sort_unstable_by_key(|body| body.id);
-        Self { camera, bodies }
+        let lens = Lens::new(camera);
+        let placed = bodies.iter().map(|body| Placed::new(body, camera.pose.eye, curvature));
+        let mut bodies: Vec<_> = placed.map(|placed| Shown::new(placed, &lens)).collect();
+        bodies.retain(|body| !body.columns.is_empty() && !body.rows.is_empty());
+        bodies.sort_unstable_by_key(|body| body.placed.id);
+        Self { lens, bodies }
     }
 
-    /// Whether there are none at all.
+    /// Whether nothing can be seen of any.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }
@@ -77,16 +86,33 @@ impl<'c> View<'c> {
     /// The square that begins at a pixel of the screen; `None`: no body is in it.
     pub fn square(&self, column: usize, row: usize) -> Option<Square<'_>> {
         let until = |first: usize, size: u32| first..(first + SQUARE).min(size as usize);
-        let (columns, rows) = (until(column, self.camera.width), until(row, self.camera.height));
-        let cone = Cone::of(self.camera, &columns, &rows)?;
-        let bodies: Vec<_> = self.bodies.iter().filter(|body| cone.meets(body)).collect();
-        if bodies.is_empty() {
-            return None;
+        let (columns, rows) = (until(column, self.lens.camera.width), until(row, self.lens.camera.height));
+        let is_on = |body: &&Shown| meet(&body.columns, &columns) && meet(&body.rows, &rows);
+        let mut bodies: Vec<_> = self.bodies.iter().filter(is_on).collect();
+        if !bodies.is_empty() {
+            let cone = Cone::of(self.lens.camera, &columns, &rows)?;
+            bodies.retain(|body| cone.meets(&body.placed));
         }
-        let mut square = Square { camera: self.camera, bodies, columns, rows, corners: Vec::new() };
-        square.see_corners();
-        Some(square)
+        (!bodies.is_empty()).then_some(Square { lens: self.lens, bodies, columns, rows })
     }
+}
+
+impl Shown {
+    fn new(placed: Placed, lens: &Lens<'_>) -> Self {
+        let size = [lens.camera.width, lens.camera.height].map(|size| size as usize);
+        // A float converts saturating.
+        let range = |from: f64, to: f64, size: usize| {
+            from.floor() as usize..(to.floor() as usize).saturating_add(1).min(size)
+        };
+        let bounds = lens.bounds(placed.box_corners()).unwrap_or([DVec2::ZERO, DVec2::MAX]);
+        let is_beside = bounds[1].cmplt(DVec2::ZERO).any();
+        let [columns, rows] = [0, 1].map(|axis| range(bounds[0][axis], bounds[1][axis], size[axis]));
+        Self { placed, columns: if is_beside { 0..0 } else { columns }, rows }
+    }
+}
+
+fn meet(a: &Range<usize>, b: &Range<usize>) -> bool {
+    a.start < b.end && b.start < a.end
 }
 
 impl Square<'_> {
@@ -99,32 +125,18 @@ impl Square<'_> {
     pub fn rows(&self) -> Range<usize> {
         self.rows.clone()
     }
-
-    fn see_corners(&mut self) {
-        let positions = (self.rows.start..=self.rows.end)
-            .flat_map(|row| (self.columns.start..=self.columns.end).map(move |column| (column, row)));
-        self.corners = positions
-            .map(|(column, row)| {
-                let ray = self.camera.ray(column as f64, row as f64)?;
-                nearest(&self.bodies, &ray)
-            })
-            .collect();
-    }
 }
 
 /// The nearest hit among bodies, by id where ranges are equal.
-pub(super) fn nearest(bodies: &[&Placed], ray: &Ray) -> Option<Hit> {
+pub(super) fn nearest<'p>(bodies: impl Iterator<Item = &'p Placed>, line: &Line) -> Option<Hit> {
     let mut nearest: Option<Hit> = None;
+    let metres = line.direction.length();
     for body in bodies {
-        if let Some(touch) = body.touch(ray)
-            && nearest.is_none_or(|hit| touch.range < hit.range)
+        if let Some(touch) = body.touch(line)
+            && nearest.is_none_or(|hit| touch.range * metres < hit.range)
         {
-            nearest = Some(Hit {
-                id: body.id,
-                range: touch.range,
-                normal: touch.normal.as_vec3(),
-                albedo: body.albedo,
-            });
+            let (range, normal) = (touch.range * metres, touch.normal.as_vec3());
+            nearest = Some(Hit { id: body.id, range, normal, albedo: body.albedo });
         }
     }
     nearest

@@ -6,8 +6,9 @@ use super::{RenderOptions, Renderer};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
+use crate::objects::{Ground, Hit, Looking, SQUARE, Seen, Square, View};
 use crate::sensor::VisualSensor;
+use crate::simd::Isa;
 use crate::space::Ray;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
@@ -25,6 +26,7 @@ pub struct Bodies<'v> {
 
 /// How bodies look.
 struct Look {
+    isa: Isa,
     sensor: VisualSensor,
     atmosphere: Atmosphere,
 }
@@ -126,10 +128,11 @@ fn each_pixel(
     mut put: impl FnMut(usize, usize, &Seen),
 ) {
     for square in squares {
+        let mut looking = Looking::at(square, look.isa);
         for row in square.rows() {
             for column in square.columns() {
                 let shade = |hit: &Hit, ray: &Ray| look.shade(hit, ray);
-                if let Some(seen) = square.pixel(column, row, &shown.ground(column, row), shade) {
+                if let Some(seen) = looking.pixel(column, row, || shown.ground(column, row), shade) {
                     put(row, column, &seen);
                 }
             }
@@ -141,7 +144,11 @@ impl Look {
     fn of<S: PageSource>(renderer: &Renderer<'_, S>) -> Self {
         let RenderOptions { sun, visibility, .. } = renderer.options;
         let lowest = renderer.source.header().height_range.0;
-        Self { sensor: VisualSensor::new(sun), atmosphere: Atmosphere::new(visibility, lowest) }
+        Self {
+            isa: renderer.isa,
+            sensor: VisualSensor::new(sun),
+            atmosphere: Atmosphere::new(visibility, lowest),
+        }
     }
 
     /// Radiance that reaches the eye from a hit.

@@ -1,0 +1,71 @@
+//! Rays of a screen, many per pixel.
+
+use glam::{DVec2, DVec3};
+
+use crate::space::{Camera, Ray, Screen};
+
+/// A ray that need not be of unit length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    /// Metres; `None`: the eye.
+    pub origin: Option<DVec3>,
+    /// Of any length but 0.
+    pub direction: DVec3,
+}
+
+/// What rays a camera has.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lens<'c> {
+    pub camera: &'c Camera,
+    /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
+    planar: Option<[DVec3; 3]>,
+}
+
+impl<'c> Lens<'c> {
+    pub fn new(camera: &'c Camera) -> Self {
+        let at = |column: f64, row: f64| {
+            camera.mapped(column, row).map(|direction| camera.world_from_mapping() * direction)
+        };
+        let planar = match (camera.screen(), at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)) {
+            (Screen::Planar { .. }, Some(corner), Some(right), Some(down)) => {
+                Some([corner, right - corner, down - corner])
+            }
+            _ => None,
+        };
+        Self { camera, planar }
+    }
+
+    /// The ray through a position of the screen.
+    pub fn line(&self, position: DVec2) -> Option<Line> {
+        if let Some([corner, right, down]) = self.planar {
+            return Some(Line { origin: None, direction: corner + right * position.x + down * position.y });
+        }
+        let ray = self.camera.ray(position.x, position.y)?;
+        let is_parallel = matches!(self.camera.screen(), Screen::Orthographic { .. });
+        Some(Line { origin: is_parallel.then_some(ray.origin), direction: ray.direction })
+    }
+
+    /// A ray of unit length.
+    pub fn ray(&self, line: &Line) -> Ray {
+        Ray { origin: line.origin(self.camera), direction: line.direction.normalize() }
+    }
+
+    /// Least and greatest position of what lies between some points; `None` where that is not known.
+    pub fn bounds(&self, points: impl Iterator<Item = DVec3>) -> Option<[DVec2; 2]> {
+        self.planar?;
+        let mut bounds = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        for point in points {
+            // Behind the eye there is no position.
+            let position = self.camera.screen_from_world(point)?;
+            bounds = [bounds[0].min(position), bounds[1].max(position)];
+        }
+        Some(bounds)
+    }
+}
+
+impl Line {
+    /// Where it starts.
+    pub fn origin(&self, camera: &Camera) -> DVec3 {
+        self.origin.unwrap_or(camera.pose.eye)
+    }
+}
