@@ -32,16 +32,18 @@ impl Scene {
     /// or where there is no surface.
     ///
     /// # Errors
-    /// As of [`Trajectory::bind`], with the object's name.
+    /// [`Error::Invalid`] with the object's line and name: what [`Trajectory::bind`] says of its track.
     pub fn bind(&self, crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<Cast> {
         let actors = self.objects.iter().map(|object| {
             let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
-            let of_object = |error: Error| match error {
-                Error::Configuration(what) => {
-                    let scene = self.path.display();
-                    Error::Configuration(format!("{scene}, object `{}`: {what}", object.name))
-                }
-                other => other,
+            let of_object = |error: Error| {
+                let what = match error {
+                    Error::Invalid { what, .. } if object.track.fixes.len() == 1 => {
+                        format!("{what}; of an object, altitude = \"msl\" in the scene")
+                    }
+                    other => other.to_string(),
+                };
+                Error::invalid(&self.path, format!("line {}: object `{}`: {what}", object.line, object.name))
             };
             Ok(Actor {
                 name: object.name.clone(),

@@ -15,8 +15,8 @@ use crate::error::{Error, Result};
 /// Bytes of the largest scene file.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// Longest piece of a message of the parser that is passed on, characters.
-const MOST_MESSAGE: usize = 300;
+/// Longest text after a line's number, characters.
+const MOST_MESSAGE: usize = 500;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a scene")]
@@ -49,9 +49,16 @@ pub(super) struct Reading<'f> {
 impl Reading<'_> {
     /// What is wrong at a place of the file.
     pub fn wrong(&self, span: Range<usize>, what: impl std::fmt::Display) -> Error {
-        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        Error::invalid(self.path, format!("line {line}: {what}"))
+        let line = self.line(&span);
+        Error::invalid(self.path, format!("line {line}: {}", plain(&what.to_string())))
+    }
+
+    /// The line of a place of the file, from 1 on.
+    pub fn line(&self, span: &Range<usize>) -> usize {
+        1 + self.text.as_bytes()[..span.start.min(self.text.len())]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count()
     }
 
     /// A number that `holds`; `want` says which do, beginning with a verb.
@@ -70,16 +77,26 @@ impl Reading<'_> {
     }
 }
 
+/// Text for a sentence: in one line, without characters that steer terminals, and of some length at most.
+fn plain(text: &str) -> String {
+    let shown = text.chars().map(|char| if char.is_control() { '\u{fffd}' } else { char });
+    let mut plain: String = shown.clone().take(MOST_MESSAGE).collect();
+    if shown.count() > MOST_MESSAGE {
+        plain.push('…');
+    }
+    plain
+}
+
 pub(super) fn read(path: &Path) -> Result<Scene> {
     let bytes = bytes_of(path, MOST_BYTES)?;
     let text = str::from_utf8(&bytes).map_err(|error| {
-        Error::invalid(path, format!("byte {}: not UTF-8; save it as UTF-8", error.valid_up_to()))
+        let line = 1 + bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+        Error::invalid(path, format!("line {line}: not UTF-8; save it as UTF-8"))
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let reading = Reading { path, text };
     let table: SceneTable = toml::from_str(text).map_err(|error| {
         let message = error.message().trim().replace('\n', ", ");
-        let message: String = message.chars().take(MOST_MESSAGE).collect();
         reading.wrong(error.span().unwrap_or(0..0), format!("{message}; docs/scene.md lists all keys"))
     })?;
     let mut hasher = blake3::Hasher::new();

@@ -40,6 +40,8 @@ pub struct Scene {
 pub struct Object {
     /// No two of a scene have the same.
     pub name: String,
+    /// Line of the scene file, from 1 on.
+    pub line: usize,
     /// What it looks like from all sides.
     pub shape: Shape,
     /// Linear Rec. 709 reflectance, 0…1.

@@ -18,6 +18,12 @@ use crate::objects::Shape;
 /// Grey of objects that are given no colour.
 const GREY: [u8; 3] = [150; 3];
 
+/// Characters of the longest name.
+const MOST_NAME: usize = 200;
+
+/// Metres from the origin of a reference system beyond which nothing is.
+const FARTHEST: f64 = 1.0e9;
+
 /// Metres of the largest object: what is larger is ground.
 const LARGEST: f64 = 100_000.0;
 
@@ -76,8 +82,12 @@ pub(super) fn object(
 ) -> Result<Object> {
     let span = table.span();
     let table = table.into_inner();
-    if table.name.trim().is_empty() || table.name.chars().any(char::is_control) {
-        return Err(reading.wrong(span, "an object's name must be some printable text"));
+    let line = reading.line(&span);
+    let name = &table.name;
+    if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > MOST_NAME {
+        return Err(
+            reading.wrong(span, format!("an object's name must be 1 to {MOST_NAME} printable characters"))
+        );
     }
     let shape = shape(reading, &table)?;
     let albedo = match &table.colour {
@@ -100,7 +110,7 @@ pub(super) fn object(
         None => standing(reading, &table, span)?,
     };
     let banks = table.bank.as_ref().is_some_and(|bank| *bank.get_ref());
-    Ok(Object { name: table.name, shape, albedo: linear_from_srgb8(albedo), track, start, banks })
+    Ok(Object { name: table.name, line, shape, albedo: linear_from_srgb8(albedo), track, start, banks })
 }
 
 fn shape(reading: &Reading<'_>, table: &ObjectTable) -> Result<Shape> {
@@ -255,8 +265,13 @@ fn moving(
         return Err(reading.wrong(span, "an object with a track is where, and turned as, its track says"));
     }
     let path = reading.path.parent().unwrap_or(".".as_ref()).join(track.get_ref());
-    let of_scene =
-        |error: Error| reading.wrong(track.span(), format!("the track of object `{}`: {error}", table.name));
+    let of_scene = |error: Error| match error {
+        Error::Io { .. } => error,
+        other => reading.wrong(track.span(), format!("the track of object `{}`: {other}", table.name)),
+    };
+    if track.get_ref().to_string_lossy().chars().any(char::is_control) {
+        return Err(reading.wrong(track.span(), "track must be the name of a file"));
+    }
     let read = read_track(&path, &ReadOptions { altitude_mode: mode(table) }).map_err(of_scene)?;
     let bytes = fs::read(&path).map_err(|source| Error::io(&path, "read", source))?;
     hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
@@ -273,8 +288,8 @@ fn mode(table: &ObjectTable) -> Option<AltitudeMode> {
 
 fn finite(reading: &Reading<'_>, key: &str, at: &Spanned<[f64; 3]>) -> Result<[f64; 3]> {
     let place = *at.get_ref();
-    if place.into_iter().all(f64::is_finite) {
+    if place.into_iter().all(|value| value.abs() <= FARTHEST) {
         return Ok(place);
     }
-    Err(reading.wrong(at.span(), format!("{key} must be three finite numbers, not {place:?}")))
+    Err(reading.wrong(at.span(), format!("{key} must be three numbers of 10⁹ at most, not {place:?}")))
 }

@@ -82,6 +82,8 @@ fn mistakes_name_line_and_key() {
         ("[[object]]\nshape = \"sphere\"", "line 1", "name"),
         ("[[object]]\nname = \" \"\nshape = \"sphere\"", "line 1", "name"),
         ("[[object]]\nname = \"a\"\nshape = \"cube\"", "line 3", "cube"),
+        (&tower("radius_m = 3\nheight_m = 9\nat = [1, 2, 1e300]"), "line 6", "10⁹"),
+        (&tower("radius_m = 3\nheight_m = 9\ntrack = \"a\\u0007\""), "line 6", "track"),
         (&tower("radius_m = 3\nat = [1, 2, 3]"), "line 3", "height_m"),
         (&tower("radius_m = -3\nheight_m = 9\nat = [1, 2, 3]"), "line 4", "radius_m"),
         (&tower("radius_m = \"3\"\nheight_m = 9\nat = [1, 2, 3]"), "line 4", "string"),
@@ -99,7 +101,6 @@ fn mistakes_name_line_and_key() {
         (&tower(&format!("{whole}start_s = 3")), "line 1", "start_s"),
         (&tower(&format!("{whole}bank = true")), "line 7", "bank"),
         (&tower(&format!("{whole}track = \"car.csv\"")), "line 6", "track"),
-        (&tower("radius_m = 3\nheight_m = 9\ntrack = \"none.csv\""), "line 6", "none.csv"),
         (&tower(&format!("{whole}{}", tower(whole))), "line 7", "already"),
         ("[[object", "line 1", ""),
         ("\u{0}", "line 1", ""),
@@ -113,10 +114,17 @@ fn mistakes_name_line_and_key() {
 }
 
 #[test]
+fn tracks_that_are_not_there_are_named() {
+    let error =
+        read("[[object]]\nname = \"t\"\nshape = \"disc\"\nradius_m = 1\ntrack = \"none.csv\"").unwrap_err();
+    assert!(matches!(&error, crate::Error::Io { path, .. } if path.ends_with("none.csv")), "{error}");
+}
+
+#[test]
 fn objects_without_ground_are_named() {
     let scene = read(WHOLE).unwrap();
     let message = scene.bind(&Crs::local(), &|_| None).unwrap_err().to_string();
-    assert!(message.contains("car"), "{message}");
+    assert!(message.contains("scene.toml: line 17: object `car`: "), "{message}");
     let degrees = WHOLE.replace("at = [500, 600, 0]", "at_lonlat = [8, 47, 0]");
     let message = read(&degrees).unwrap().bind(&Crs::local(), &ground).unwrap_err().to_string();
     assert!(message.contains("`tower`"), "{message}");

@@ -19,6 +19,7 @@ use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Memory, amount};
 use crate::progress::{Mode, Reporter};
+use crate::scene::{self, SceneArgs};
 use crate::sequence::Product;
 use crate::traffic::{self, Traffic};
 use crate::view::{FlightArgs, LookArgs};
@@ -80,6 +81,9 @@ pub struct Args {
 
     #[command(flatten)]
     look: LookArgs,
+
+    #[command(flatten)]
+    scene: SceneArgs,
 
     /// How progress is told on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
@@ -162,11 +166,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         inputs.extend(args.flight.path.as_deref());
         traffic::check(map, &inputs)?;
     }
+    let scene = args.scene.read()?;
     let file = PageFile::open(&args.area)?;
     let setup = args.flight.screen.setup()?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
-    let options = args.flight.world.apply(file.header(), args.look.options(None));
+    let options = args.flight.world.apply(file.header(), args.look.options(scene.as_ref()));
     let planned = planned(&file, &cameras, &options, &reporter)?;
     if let Some(map) = &args.traffic {
         let first_use = &planned.plan.pages();
@@ -174,7 +179,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     let farm = Farm::new(args.workers.count())?;
     let frames = Frames {
-        has_objects: false,
+        has_objects: scene::has_objects(scene.as_ref()),
         size: setup.size,
         product: Product::Picture,
         in_flight: farm.in_flight(args.overlap.in_flight),
