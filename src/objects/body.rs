@@ -89,9 +89,12 @@ impl Placed {
         }
     }
 
-    /// Whether a ray comes nearer to the box around it than `margin` metres, in front of its origin.
+    /// Whether a ray may come nearer to it than `margin` metres, in front of its origin.
     pub fn is_near(&self, line: &Line, margin: f64) -> bool {
         let origin = self.origin(line);
+        if let Some((grown, below)) = self.shape.grown(margin) {
+            return grown.touch(origin + DVec3::Z * below, self.body_from_world * line.direction).is_some();
+        }
         let inverse = (self.body_from_world * line.direction).recip();
         let low = (self.corners[0] - margin - origin) * inverse;
         let high = (self.corners[1] + margin - origin) * inverse;

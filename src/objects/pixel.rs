@@ -15,6 +15,12 @@ const ONE_FACE: f32 = 0.96;
 /// less than a hundredth of it.
 const THICK: f64 = 16.0;
 
+/// Radius of the sphere around a body, pixels, below which all its pixels are looked at with all rays.
+const SMALL: f64 = 6.0;
+
+/// Pixels from the middle of a pixel to its corners, and a little more, since pixels are not all alike.
+const HALF_DIAGONAL: f64 = 0.8;
+
 /// The ground in a pixel, as a plane.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Ground {
@@ -58,9 +64,8 @@ impl Ground {
 #[derive(Debug)]
 pub struct Looking<'v> {
     square: &'v Square<'v>,
-    /// Bodies that may be in the row, by id, and the row.
+    /// Bodies that may be in the row, by id.
     row: Vec<&'v Shown>,
-    at: Option<usize>,
     /// Those that the pixel's ray comes near.
     near: Vec<&'v Placed>,
     /// What the pixels' corners see, row by row, as far as it was asked for.
@@ -78,13 +83,21 @@ impl<'v> Looking<'v> {
         Self {
             square,
             row: Vec::new(),
-            at: None,
             near: Vec::new(),
             corners: vec![None; corners],
             isa,
             aims: Vec::new(),
             faces: Vec::new(),
         }
+    }
+
+    /// Columns of a row in which bodies may be. To be asked before the row's pixels are looked at.
+    pub fn columns(&mut self, row: usize) -> std::ops::Range<usize> {
+        self.row.clear();
+        self.row.extend(self.square.bodies.iter().filter(|body| body.rows.contains(&row)));
+        let first = self.row.iter().map(|body| body.columns.start).min().unwrap_or(0);
+        let end = self.row.iter().map(|body| body.columns.end).max().unwrap_or(0);
+        first.max(self.square.columns.start)..end.min(self.square.columns.end)
     }
 
     /// What its bodies add to the pixel at `column` and `row` of the screen, before `ground`, which is asked for if there may be some; `None`: nothing.
@@ -96,11 +109,6 @@ impl<'v> Looking<'v> {
         ground: impl FnOnce() -> Ground,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
     ) -> Option<Seen> {
-        if self.at != Some(row) {
-            self.at = Some(row);
-            self.row.clear();
-            self.row.extend(self.square.bodies.iter().filter(|body| body.rows.contains(&row)));
-        }
         if !self.row.iter().any(|body| body.columns.contains(&column)) {
             return None;
         }
@@ -113,7 +121,7 @@ impl<'v> Looking<'v> {
             let distance = distance(body);
             // Hidden, whatever of it the pixel holds.
             let hides = (distance - body.radius) * ground.least() > 1.0;
-            !hides && body.is_near(&middle, footprint.at(distance + body.radius))
+            !hides && body.is_near(&middle, HALF_DIAGONAL * footprint.at(distance + body.radius))
         };
         let in_column = self.row.iter().filter(|body| body.columns.contains(&column));
         self.near.clear();
@@ -122,20 +130,26 @@ impl<'v> Looking<'v> {
             return None;
         }
         let shown = |(hit, offset): (Hit, DVec2)| ground.shows(&hit, offset).then_some(hit);
-        let centre =
-            nearest(self.near.iter().copied(), &middle).map(|hit| (hit, DVec2::ZERO)).and_then(shown);
-        let corners = self.corners_of(column, row).map(|corner| corner.and_then(shown));
-        if let Some(hit) = centre
-            && corners.iter().all(|corner| corner.is_some_and(|corner| is_one_face(&corner, &hit)))
-        {
-            return Some(Seen { share: 1.0, colour: shade(&hit, &lens.ray(&middle)), hit });
-        }
-        let is_thick = |body: &&Placed| body.thickness >= THICK * footprint.at(distance(body) + body.radius);
-        if centre.is_none() && corners.iter().all(Option::is_none) && self.near.iter().all(is_thick) {
-            return None;
+        let look = |near: &[&Placed]| {
+            nearest(near.iter().copied(), &middle).map(|hit| (hit, DVec2::ZERO)).and_then(shown)
+        };
+        let pixels = |body: &Placed, metres: f64| metres / footprint.at(distance(body) + body.radius);
+        // Of small bodies nearly all pixels have an edge.
+        if self.near.iter().any(|body| pixels(body, body.radius) >= SMALL) {
+            let centre = look(&self.near);
+            let corners = self.corners_of(column, row).map(|corner| corner.and_then(shown));
+            if let Some(hit) = centre
+                && corners.iter().all(|corner| corner.is_some_and(|corner| is_one_face(&corner, &hit)))
+            {
+                return Some(Seen { share: 1.0, colour: shade(&hit, &lens.ray(&middle)), hit });
+            }
+            let is_thick = |body: &&Placed| pixels(body, body.thickness) >= THICK;
+            if centre.is_none() && corners.iter().all(Option::is_none) && self.near.iter().all(is_thick) {
+                return None;
+            }
         }
         let seen = self.shares(place, &ground, shade)?;
-        Some(match centre {
+        Some(match look(&self.near) {
             Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },
             _ => seen,
         })

@@ -69,6 +69,25 @@ impl Shape {
         }
     }
 
+    /// A shape that holds all that is up to `margin` metres from this one, and how far below this one's origin its own lies, metres; `None`: no closed form
+    /// does so closely.
+    pub(super) fn grown(&self, margin: f64) -> Option<(Self, f64)> {
+        match *self {
+            Self::Ellipsoid { radii } if radii.min_element() == radii.max_element() => {
+                Some((Self::Ellipsoid { radii: radii + margin }, 0.0))
+            }
+            Self::Cylinder { radius, height } => {
+                Some((Self::Cylinder { radius: radius + margin, height: height + 2.0 * margin }, margin))
+            }
+            Self::Cone { radius, height } => {
+                // Its side moves outward by the margin, its tip by more.
+                let taller = height + margin + margin * radius.hypot(height) / radius;
+                Some((Self::Cone { radius: radius * taller / height, height: taller }, margin))
+            }
+            Self::Ellipsoid { .. } | Self::Box { .. } | Self::Disc { .. } => None,
+        }
+    }
+
     /// Where the ray from `origin` in `direction` (of any length but 0) first meets it; from inside, its inner side.
     pub(super) fn touch(&self, origin: DVec3, direction: DVec3) -> Option<Touch> {
         if let Self::Disc { radius } = *self {
@@ -267,6 +286,19 @@ mod tests {
                 assert!(deepest < 1e-6, "{shape:?}: passed {deepest} m inside");
             }
             assert!((100..4000).contains(&met), "{shape:?}: {met} rays met it");
+        }
+    }
+
+    #[test]
+    fn grown_shapes_hold_what_is_near() {
+        for (shape, margin) in SHAPES.into_iter().flat_map(|shape| [0.1, 3.0].map(|margin| (shape, margin))) {
+            let Some((grown, below)) = shape.grown(margin) else { continue };
+            for (origin, direction) in rays() {
+                let Some(Touch { range, normal }) = shape.touch(origin, direction) else { continue };
+                let beside = origin + direction * range + normal.normalize() * margin;
+                let inside = depth(&grown, beside + DVec3::Z * below);
+                assert!(inside > -1e-9, "{shape:?}: {inside} at {beside}");
+            }
         }
     }
 

@@ -116,11 +116,6 @@ fn meet(a: &Range<usize>, b: &Range<usize>) -> bool {
 }
 
 impl Square<'_> {
-    /// Its pixels' columns of the screen.
-    pub fn columns(&self) -> Range<usize> {
-        self.columns.clone()
-    }
-
     /// Its pixels' rows of the screen.
     pub fn rows(&self) -> Range<usize> {
         self.rows.clone()

@@ -130,7 +130,7 @@ fn each_pixel(
     for square in squares {
         let mut looking = Looking::at(square, look.isa);
         for row in square.rows() {
-            for column in square.columns() {
+            for column in looking.columns(row) {
                 let shade = |hit: &Hit, ray: &Ray| look.shade(hit, ray);
                 if let Some(seen) = looking.pixel(column, row, || shown.ground(column, row), shade) {
                     put(row, column, &seen);
