@@ -18,7 +18,7 @@ pub struct Body {
     pub shape: Shape,
     /// The shape's origin, metres (x east, y north, z above the datum).
     pub position: DVec3,
-    /// Its forward axis points there, and its up axis leans after pitch and roll.
+    /// Where its forward axis points (yaw, pitch), and how its up axis leans (roll), degrees.
     pub attitude: Attitude,
     /// Linear Rec. 709 reflectance, 0…1.
     pub albedo: Vec3,

@@ -42,7 +42,7 @@ pub struct Hit {
     pub id: u32,
     /// Metres.
     pub range: f64,
-    /// Of unit length, world axes, towards where the ray comes from.
+    /// World axes, towards where the ray comes from; of unit length, but of several rays of a face their mean.
     pub normal: Vec3,
     /// The body's linear Rec. 709 reflectance.
     pub albedo: Vec3,
