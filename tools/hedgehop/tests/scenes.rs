@@ -141,10 +141,21 @@ fn mistakes_end_with_a_sentence_and_a_code() {
 }
 
 #[test]
-fn bench_renders_what_render_does() {
+fn bench_measures_frames_with_their_objects() {
     let site = site();
-    let bench = "bench area.hop --path path.csv --fps 10 --size 160x90 --workers 1,2 --repeats 1";
-    assert!(ends(&run(&site, &format!("{bench} --scene scene.toml")), 0).contains("frames"));
     fs::write(site.path().join("empty.toml"), "").expect("a scene");
-    ends(&run(&site, &format!("{bench} --scene empty.toml")), 0);
+    let ranges = |scene: &str| {
+        let bench =
+            "bench area.hop --path path.csv --fps 10 --frames 1 --size 160x90 --workers 1,2 --repeats 1";
+        ends(&run(&site, &format!("{bench} --scene {scene} --dump-ranges {scene}.ranges")), 0);
+        fs::read(site.path().join(format!("{scene}.ranges/range_1.f32"))).expect("ranges")
+    };
+    let [with, without] = ["scene.toml", "empty.toml"].map(ranges);
+    let nearer = with.chunks_exact(4).zip(without.chunks_exact(4)).filter(|(with, without)| {
+        let [with, without] =
+            [with, without].map(|bytes| f32::from_le_bytes(*bytes.first_chunk().expect("four bytes")));
+        with < without
+    });
+    let nearer = nearer.count();
+    assert!(nearer > 100, "{nearer} pixels are nearer");
 }

@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::{PageFile, ResidentPages};
+use hedgehop::objects::Body;
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
 use hedgehop::scene::Scene;
@@ -245,6 +246,11 @@ fn measure(
 }
 
 impl Job<'_> {
+    /// The bodies of a frame.
+    fn bodies(&self, number: u64) -> Vec<Body> {
+        self.playing.as_ref().map(|playing| playing.bodies(number)).unwrap_or_default()
+    }
+
     /// How many of the frames `engine` renders.
     fn frames_by(&self, engine: Engine) -> Result<usize> {
         let by = |(_, camera): &(u64, Camera)| self.renderer.engine_for(camera);
@@ -266,8 +272,7 @@ impl Job<'_> {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
-                let number = self.cameras[frame as usize].0;
-                let bodies = self.playing.as_ref().map(|playing| playing.bodies(number)).unwrap_or_default();
+                let bodies = self.bodies(self.cameras[frame as usize].0);
                 Timed::render(|| self.renderer.picture_with(camera, &bodies, farm))
             };
             farm.fly(&batch, render, |number, timed| {
@@ -296,7 +301,11 @@ impl Job<'_> {
             encoding += encode(&picture, camera, number)?;
             reference.push(blake3::hash(&picture.rgb));
             match dump_ranges {
-                Some(folder) => ranges::dump(folder, number, &self.renderer.frame(camera, &most.farm)?.frame),
+                Some(folder) => ranges::dump(
+                    folder,
+                    number,
+                    &self.renderer.frame_with(camera, &self.bodies(number), &most.farm)?.frame,
+                ),
                 None => Ok(()),
             }
         })?;
