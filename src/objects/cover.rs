@@ -17,8 +17,8 @@ use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
 pub(super) const RAYS: usize = 96;
 const STEP: usize = 43;
 
-/// Least cosine between normals of one face, which are lit alike.
-const ONE_FACE: f32 = 0.96;
+/// Least cosine between normals of one face, which are lit alike: one of them may stand for all.
+pub(super) const ONE_FACE: f32 = 0.96;
 
 /// What is farther than all, and slower than any direction.
 const FAR: f32 = 1.0e30;

@@ -3,13 +3,10 @@
 use glam::{DVec2, Vec3};
 
 use super::body::Placed;
-use super::cover::{Aim, Count, Face, Pencil, RAYS};
+use super::cover::{Aim, Count, Face, ONE_FACE, Pencil, RAYS};
 use super::view::{Hit, Shown, Square, nearest};
 use crate::simd::Isa;
 use crate::space::Ray;
-
-/// Least cosine between normals of one face, which the middle of a pixel may stand for.
-const ONE_FACE: f32 = 0.96;
 
 /// Pixels that a body must be thick for its outline to be nearly straight in one: an outline that bulges between two corners of a pixel then hides
 /// less than a hundredth of it.

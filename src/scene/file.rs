@@ -55,10 +55,7 @@ impl Reading<'_> {
 
     /// The line of a place of the file, from 1 on.
     pub fn line(&self, span: &Range<usize>) -> usize {
-        1 + self.text.as_bytes()[..span.start.min(self.text.len())]
-            .iter()
-            .filter(|byte| **byte == b'\n')
-            .count()
+        line_at(self.text.as_bytes(), span.start)
     }
 
     /// A number that `holds`; `want` says which do, beginning with a verb.
@@ -77,6 +74,11 @@ impl Reading<'_> {
     }
 }
 
+/// The line of a byte, from 1 on.
+fn line_at(bytes: &[u8], at: usize) -> usize {
+    1 + bytes[..at.min(bytes.len())].iter().filter(|byte| **byte == b'\n').count()
+}
+
 /// Text for a sentence: in one line, without characters that steer terminals, and of some length at most.
 fn plain(text: &str) -> String {
     let shown = text.chars().map(|char| if char.is_control() { '\u{fffd}' } else { char });
@@ -90,7 +92,7 @@ fn plain(text: &str) -> String {
 pub(super) fn read(path: &Path) -> Result<Scene> {
     let bytes = bytes_of(path, MOST_BYTES)?;
     let text = str::from_utf8(&bytes).map_err(|error| {
-        let line = 1 + bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+        let line = line_at(&bytes, error.valid_up_to());
         Error::invalid(path, format!("line {line}: not UTF-8; save it as UTF-8"))
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
