@@ -20,6 +20,6 @@ mod shape;
 mod view;
 
 pub use body::Body;
-pub use pixel::{Ground, Looking, Seen};
+pub use pixel::{Ground, Seen};
 pub use shape::Shape;
 pub use view::{Hit, SQUARE, Square, View};

@@ -57,9 +57,30 @@ impl Ground {
     }
 }
 
+impl Square<'_> {
+    /// Tells `put` row and column of every pixel of the screen in which bodies are seen, row by row, and what is seen there before what `ground` says of
+    /// a pixel. `shade` tells the colour of a hit on a ray.
+    pub fn look(
+        &self,
+        isa: Isa,
+        ground: impl Fn(usize, usize) -> Ground,
+        shade: impl Fn(&Hit, &Ray) -> Vec3,
+        mut put: impl FnMut(usize, usize, &Seen),
+    ) {
+        let mut looking = Looking::at(self, isa);
+        for row in self.rows.clone() {
+            for column in looking.begin(row) {
+                if let Some(seen) = looking.pixel(column, row, || ground(column, row), &shade) {
+                    put(row, column, &seen);
+                }
+            }
+        }
+    }
+}
+
 /// What is known of a square while its pixels are looked at.
 #[derive(Debug)]
-pub struct Looking<'v> {
+struct Looking<'v> {
     square: &'v Square<'v>,
     /// Bodies that may be in the row, by id.
     row: Vec<&'v Shown>,
@@ -75,7 +96,7 @@ pub struct Looking<'v> {
 
 impl<'v> Looking<'v> {
     /// Nothing is known yet.
-    pub fn at(square: &'v Square<'v>, isa: Isa) -> Self {
+    fn at(square: &'v Square<'v>, isa: Isa) -> Self {
         let corners = (square.columns.len() + 1) * (square.rows.len() + 1);
         Self {
             square,
@@ -88,8 +109,8 @@ impl<'v> Looking<'v> {
         }
     }
 
-    /// Columns of a row in which bodies may be. To be asked before the row's pixels are looked at.
-    pub fn columns(&mut self, row: usize) -> std::ops::Range<usize> {
+    /// Goes on to a row; the columns in which bodies may be.
+    fn begin(&mut self, row: usize) -> std::ops::Range<usize> {
         self.row.clear();
         self.row.extend(self.square.bodies.iter().filter(|body| body.rows.contains(&row)));
         let first = self.row.iter().map(|body| body.columns.start).min().unwrap_or(0);
@@ -99,7 +120,7 @@ impl<'v> Looking<'v> {
 
     /// What its bodies add to the pixel at `column` and `row` of the screen, before `ground`, which is asked for if there may be some; `None`: nothing.
     /// `shade` tells the colour of a hit on a ray.
-    pub fn pixel(
+    fn pixel(
         &mut self,
         column: usize,
         row: usize,

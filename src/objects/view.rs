@@ -115,13 +115,6 @@ fn meet(a: &Range<usize>, b: &Range<usize>) -> bool {
     a.start < b.end && b.start < a.end
 }
 
-impl Square<'_> {
-    /// Its pixels' rows of the screen.
-    pub fn rows(&self) -> Range<usize> {
-        self.rows.clone()
-    }
-}
-
 /// The nearest hit among bodies, by id where ranges are equal.
 pub(super) fn nearest<'p>(bodies: impl Iterator<Item = &'p Placed>, line: &Line) -> Option<Hit> {
     let mut nearest: Option<Hit> = None;

@@ -6,7 +6,7 @@ use super::{RenderOptions, Renderer};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::objects::{Ground, Hit, Looking, SQUARE, Seen, Square, View};
+use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::space::Ray;
@@ -128,15 +128,12 @@ fn each_pixel(
     mut put: impl FnMut(usize, usize, &Seen),
 ) {
     for square in squares {
-        let mut looking = Looking::at(square, look.isa);
-        for row in square.rows() {
-            for column in looking.columns(row) {
-                let shade = |hit: &Hit, ray: &Ray| look.shade(hit, ray);
-                if let Some(seen) = looking.pixel(column, row, || shown.ground(column, row), shade) {
-                    put(row, column, &seen);
-                }
-            }
-        }
+        square.look(
+            look.isa,
+            |column, row| shown.ground(column, row),
+            |hit, ray| look.shade(hit, ray),
+            &mut put,
+        );
     }
 }
 
