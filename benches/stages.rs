@@ -11,9 +11,10 @@ use glam::dvec3;
 use hedgehop::frame::{Frame, FrameInfo, encode_frame};
 use hedgehop::raymarch::{Column, GridRay, Marcher, Surface, SurfaceFilter, march_column};
 use hedgehop::render::{RenderOptions, level_bands, render_frame, render_reference};
-use hedgehop::sensor::{Sun, VisualSensor};
+use hedgehop::sensor::VisualSensor;
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
+use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{MemPages, PageSource};
 
 const WIDTH: u32 = 480;

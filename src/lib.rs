@@ -45,6 +45,7 @@
 //! | [`simd`] | sixteen lanes in lockstep, on whatever instructions the machine has |
 //! | [`geo`] | coordinate reference systems, vertical datums |
 //! | [`voxel`] | the database: grid, levels, pages, reader, writer; its page describes every byte |
+//! | [`sunlight`] | where the sun stands, and what ground it reaches |
 //! | [`flight`] | path files, interpolation, attitude: a pose for any time |
 //! | [`memory`] | database files, mapped: pages on demand |
 //! | [`raymarch`] | where a ray meets the surface, and what a pixel sees there |
@@ -76,6 +77,7 @@ pub mod sensor;
 pub mod simd;
 pub mod space;
 pub mod subimage;
+pub mod sunlight;
 pub mod voxel;
 
 pub use error::{Error, Result};

@@ -11,6 +11,7 @@ const LAYERS: &[&[&str]] = &[
     &["simd"],
     &["geo"],
     &["voxel"],
+    &["sunlight"],
     &["flight"],
     &["memory", "raymarch"],
     &["subimage"],
@@ -22,7 +23,7 @@ const LAYERS: &[&[&str]] = &[
 ];
 
 /// Database modelling stands beside the layers that render, on these alone.
-const MODELING_MAY_USE: &[&str] = &["error", "progress", "space", "colour", "geo", "voxel"];
+const MODELING_MAY_USE: &[&str] = &["error", "progress", "space", "colour", "geo", "voxel", "sunlight"];
 
 /// The only files with unsafe code; each says why.
 const UNSAFE_FILES: &[&str] =

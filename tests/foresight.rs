@@ -11,6 +11,7 @@ use hedgehop::raymarch::ground_height;
 use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::Farm;
+use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{
     BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource,
     PageView, build_in_memory,
@@ -94,9 +95,18 @@ struct Seen {
 }
 
 fn see(pages: &MemPages, is_absent: fn(PageId) -> bool, camera: &Camera) -> Seen {
+    see_with(&RenderOptions::default(), pages, is_absent, camera)
+}
+
+fn see_with(
+    options: &RenderOptions,
+    pages: &MemPages,
+    is_absent: fn(PageId) -> bool,
+    camera: &Camera,
+) -> Seen {
     let source = Watched { pages, is_absent, touched: Mutex::default() };
     let farm = Farm::new(1).unwrap();
-    let renderer = Renderer::new(&source, &RenderOptions::default());
+    let renderer = Renderer::new(&source, options);
     let PageNeeds { parts: mut foreseen, mut likely } = renderer.foresee(camera, &farm).unwrap();
     let read = std::mem::take(&mut *source.touched.lock().unwrap());
     renderer.picture(camera, &farm).unwrap();
@@ -165,6 +175,22 @@ fn every_page_that_is_touched_was_foreseen() {
             camera.pose.attitude.yaw += turn * time;
             assert_recalled(&see(&AREA, |_| false, &camera), &camera);
         }
+    }
+}
+
+#[test]
+fn pages_that_throw_shadows_are_foreseen() {
+    let mut random = Random(15);
+    for flight in 0..100 {
+        let camera = random_camera(&mut random, &AREA);
+        let sun = Sun { azimuth: random.between([0.0, 360.0]), elevation: random.between([0.3, 70.0]) };
+        let options = RenderOptions { sun, shadows: true, ..RenderOptions::default() };
+        let is_absent: fn(PageId) -> bool = match flight % 3 {
+            0 => |_| false,
+            1 => |id| id.level == 0 && !(id.px + id.py).is_multiple_of(3),
+            _ => |id| id.level < 2 && !(id.px + 2 * id.py).is_multiple_of(5),
+        };
+        assert_recalled(&see_with(&options, &AREA, is_absent, &camera), &camera);
     }
 }
 

@@ -17,6 +17,7 @@ use super::{Contact, GridRay, PageCursor};
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
 use crate::space::Footprint;
+use crate::sunlight::{ShadeSampler, Shades};
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
 
 /// Most taps along a footprint; one that is longer, in widths, is filtered over this length only.
@@ -35,6 +36,8 @@ pub struct SurfaceSample {
     pub normal: Vec3,
     /// Attributes of the voxel of `level` that was hit; of a coarser one where its page is absent.
     pub attributes: Attributes,
+    /// Share of the sun's disc that it sees, 0…1; 1 without shadows.
+    pub sun: f32,
 }
 
 /// Samples the surface for pixels of one footprint.
@@ -43,6 +46,8 @@ pub struct SurfaceFilter<'a, S: PageSource> {
     grid: Grid,
     footprint: Footprint,
     coarsest: u8,
+    source: &'a S,
+    shade: Option<ShadeSampler<'a>>,
 }
 
 /// Level indices that enclose a footprint, and the share of the coarser one.
@@ -62,7 +67,14 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             grid: header.grid,
             footprint,
             coarsest: header.level_count - 1,
+            source,
+            shade: None,
         }
+    }
+
+    /// The same with shadows.
+    pub fn shaded(self, shades: Option<&'a Shades>) -> Self {
+        Self { shade: shades.map(ShadeSampler::new), ..self }
     }
 
     /// The same over the area repeated without end.
@@ -80,7 +92,12 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             None => self.normal(blend, units)?,
         };
         let slope = ray.slope.truncate().extend(ray.rise_at(contact.range));
-        let albedo = self.albedo(slope, units, width, blend, normal)?;
+        let footprint = self.along(slope, width, normal);
+        let albedo = self.mean(units, footprint, |filter, units| filter.blended_colour(blend, units))?;
+        let sun = match self.shade {
+            Some(_) => self.mean(units, footprint, |filter, units| filter.sun(blend, units))?,
+            None => 1.0,
+        };
         // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
         let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
         let attributes = self.cursor.attributes_at(contact.level, units + behind)?;
@@ -90,6 +107,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             albedo,
             normal: normal.as_vec3(),
             attributes,
+            sun,
         })
     }
 
@@ -107,26 +125,44 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         LevelBlend { fine, coarse: (fine + 1).min(self.coarsest), share: position.fract() }
     }
 
-    /// Colour over the footprint of `width` metres (across the ray) around a position in units, where the ray
-    /// changes by `slope` (units, units, metres) per metre of range.
-    fn albedo(
-        &mut self,
-        slope: DVec3,
-        units: DVec2,
-        width: f64,
-        blend: LevelBlend,
-        normal: DVec3,
-    ) -> Result<Vec3> {
+    /// The footprint of `width` metres (across the ray) along a ray that changes by `slope` (units, units, metres) per metre of range, units, and
+    /// how many taps it takes.
+    fn along(&self, slope: DVec3, width: f64, normal: DVec3) -> (DVec2, f64) {
         let direction = slope * DVec3::new(self.grid.spacing, self.grid.spacing, 1.0);
         let grazing = normal.dot(direction).abs().max(1.0 / MOST_TAPS);
-        let taps = (1.0 / grazing).ceil();
         let along = direction.truncate().normalize_or_zero() * (width / grazing / self.grid.spacing);
-        let mut sum = Vec3::ZERO;
+        (along, (1.0 / grazing).ceil())
+    }
+
+    /// Mean over a footprint around a position in units.
+    fn mean<T>(
+        &mut self,
+        units: DVec2,
+        (along, taps): (DVec2, f64),
+        value: impl Fn(&mut Self, DVec2) -> Result<T>,
+    ) -> Result<T>
+    where
+        T: Default + std::ops::Add<Output = T> + std::ops::Div<f32, Output = T>,
+    {
+        let mut sum = T::default();
         for tap in 0..taps as u32 {
             let offset = (f64::from(tap) + 0.5) / taps - 0.5;
-            sum += self.blended_colour(blend, units + along * offset)?;
+            sum = sum + value(self, units + along * offset)?;
         }
         Ok(sum / taps as f32)
+    }
+
+    /// Share of the sun at a position in units, blended between two levels.
+    fn sun(&mut self, blend: LevelBlend, units: DVec2) -> Result<f32> {
+        let Self { shade: Some(shade), source, cursor, grid, .. } = self else { return Ok(1.0) };
+        let area = DVec2::new(f64::from(grid.nx), f64::from(grid.ny));
+        let units = if cursor.is_endless() { units.rem_euclid(area) } else { units };
+        let fine = shade.share(*source, blend.fine, units)?;
+        if blend.share == 0.0 {
+            return Ok(fine);
+        }
+        let coarse = shade.share(*source, blend.coarse, units)?;
+        Ok(fine + (coarse - fine) * blend.share as f32)
     }
 
     /// Colour at a position in units, blended between two levels.

@@ -1,5 +1,6 @@
 //! What the frames of a flight need, for whoever keeps pages in memory.
 
+use std::collections::HashSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::DVec2;
@@ -10,7 +11,8 @@ use crate::flight::Extrapolation;
 use crate::memory::Foresight;
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
-use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PageSource};
+use crate::sunlight::Shade;
+use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource};
 
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]
@@ -50,6 +52,25 @@ impl<S: PageSource> Foresight for FlightPlan<'_, S> {
     fn brings_paint(&self) -> bool {
         self.is_of_pictures
     }
+}
+
+/// `needs`, and heights of the pages that may throw shadows on those whose paint is needed: just before it, and as likely.
+pub(super) fn with_supports(source: &dyn PageSource, needs: &PageNeeds, shade: &Shade) -> PageNeeds {
+    let mut known = HashSet::new();
+    let mut found = PageNeeds::default();
+    let (likely, others) = needs.parts.split_at(needs.likely);
+    for parts in [likely, others] {
+        found.likely = found.parts.len();
+        for part in parts {
+            let supports = match part {
+                PagePart::Paint(page) => shade.supports(source, *page),
+                PagePart::Heights(_) | PagePart::Bounds(_) => Vec::new(),
+            };
+            let all = supports.into_iter().map(PagePart::Heights).chain([*part]);
+            found.parts.extend(all.filter(|part| known.insert(*part)));
+        }
+    }
+    found
 }
 
 /// Whether a page lies behind the eye.

@@ -32,11 +32,12 @@ use crate::frame::{Atmosphere, Frame, Picture};
 use crate::objects::{Body, View};
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::raymarch::{LevelBands, Surface};
+use crate::sensor::VisualSensor;
 use crate::sensor::radiance::Radiance;
-use crate::sensor::{Sun, VisualSensor};
 use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
+use crate::sunlight::{Shade, Shades, Sun};
 use crate::voxel::{Header, PageNeeds, PageSource, Used};
 
 /// How a frame is rendered.
@@ -48,6 +49,8 @@ pub struct RenderOptions {
     pub visibility: f64,
     /// Where the sun stands.
     pub sun: Sun,
+    /// Ground lies in the shadow of ground.
+    pub shadows: bool,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
     /// at steep ground.
     pub detail: f64,
@@ -74,6 +77,12 @@ pub enum Engine {
 /// may have to be read again.
 const TURNED_SHARE: usize = 3;
 
+/// And one part of so many shares of the sun, where there are shadows.
+const SHADED_SHARE: usize = 8;
+
+/// Bytes of shares of the sun that are kept unless told otherwise.
+const SHADES: usize = 128 << 20;
+
 /// Visibility of a clear day, metres.
 const DEFAULT_VISIBILITY: f64 = 40_000.0;
 
@@ -83,6 +92,7 @@ impl Default for RenderOptions {
             surface: Surface::Smooth,
             visibility: DEFAULT_VISIBILITY,
             sun: Sun::default(),
+            shadows: false,
             detail: 1.0,
             curvature: Curvature::FLAT,
             tile_world: false,
@@ -97,6 +107,11 @@ impl RenderOptions {
         let on_earth = header.metadata.crs_proj.is_some();
         let curvature = if on_earth { Curvature::standard() } else { Curvature::FLAT };
         Self { curvature, ..Self::default() }
+    }
+
+    /// What lies in shadow over a database with this header, within a budget in bytes; `None`: nothing does.
+    fn shades(&self, header: &Header, budget: usize) -> Option<Shades> {
+        self.shadows.then(|| Shades::new(Shade::new(header, self.sun), budget))
     }
 
     /// Refuses values outside the ranges that the fields state, and poses that are no view.
@@ -215,7 +230,8 @@ impl Shared {
 impl<'a, S: PageSource> Renderer<'a, S> {
     /// A renderer with the fastest instruction set of this machine.
     pub fn new(source: &'a S, options: &RenderOptions) -> Self {
-        let radiance = Radiance::new(VisualSensor::new(options.sun));
+        let shades = options.shades(source.header(), SHADES);
+        let radiance = Radiance::new(VisualSensor::new(options.sun)).shaded(shades);
         let shared = Arc::new(Shared::new(radiance, TurnedPages::default()));
         Self { source, options: *options, isa: Isa::best(), shared }
     }
@@ -224,7 +240,9 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     #[must_use]
     pub fn with_memory(self, bytes: usize) -> Self {
         let turned = bytes / TURNED_SHARE;
-        let radiance = Radiance::with_budget(VisualSensor::new(self.options.sun), bytes - turned);
+        let shaded = if self.options.shadows { bytes / SHADED_SHARE } else { 0 };
+        let radiance = Radiance::with_budget(VisualSensor::new(self.options.sun), bytes - turned - shaded)
+            .shaded(self.options.shades(self.source.header(), shaded));
         Self { shared: Arc::new(Shared::new(radiance, TurnedPages::new(turned))), ..self }
     }
 
@@ -257,7 +275,9 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         self.options.check(camera)?;
         let rendered = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, farm),
-            None => reference::render(self.source, camera, &self.options, farm),
+            None => {
+                reference::render(self.source, camera, &self.options, self.shared.radiance.shades(), farm)
+            }
         };
         self.source.intact()?;
         let mut rendered = rendered?;
@@ -293,11 +313,14 @@ impl<'a, S: PageSource> Renderer<'a, S> {
                 }
                 planes::picture(self, &view, farm, &mut range)
             }
-            None => reference::render(self.source, camera, &self.options, farm).map(|rendered| {
-                let rgb = srgb8_picture(&rendered.frame.colour);
-                range = rendered.frame.range;
-                (Picture { width: camera.width, height: camera.height, rgb }, rendered.account)
-            }),
+            None => {
+                reference::render(self.source, camera, &self.options, self.shared.radiance.shades(), farm)
+                    .map(|rendered| {
+                        let rgb = srgb8_picture(&rendered.frame.colour);
+                        range = rendered.frame.range;
+                        (Picture { width: camera.width, height: camera.height, rgb }, rendered.account)
+                    })
+            }
         };
         self.source.intact()?;
         let (mut picture, mut account) = rendered?;
@@ -315,7 +338,13 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     pub fn foresee(&self, camera: &Camera, farm: &Farm) -> Result<PageNeeds> {
         self.options.check(camera)?;
         match self.planes(camera, farm)? {
-            Some(view) => planes::footprint(self, &view),
+            Some(view) => {
+                let needs = planes::footprint(self, &view)?;
+                Ok(match self.shared.radiance.shades() {
+                    Some(shades) => foresight::with_supports(self.source, &needs, shades.shade()),
+                    None => needs,
+                })
+            }
             None => Ok(PageNeeds::default()),
         }
     }
@@ -391,7 +420,8 @@ pub fn render_reference<S: PageSource>(
     farm: &Farm,
 ) -> Result<Rendered> {
     options.check(camera)?;
-    let rendered = reference::render(source, camera, options, farm);
+    let shades = options.shades(source.header(), SHADES);
+    let rendered = reference::render(source, camera, options, shades.as_ref(), farm);
     source.intact()?;
     rendered
 }

@@ -11,6 +11,7 @@ use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_colu
 use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
+use crate::sunlight::Shades;
 use crate::voxel::PageSource;
 
 /// Pixels of one subimage, `[column][row]`; `None` = sky, or no ray.
@@ -29,10 +30,11 @@ pub(super) fn render<S: PageSource>(
     source: &S,
     camera: &Camera,
     options: &RenderOptions,
+    shades: Option<&Shades>,
     farm: &Farm,
 ) -> Result<Rendered> {
     let subimages =
-        farm.render(camera.width, |subimage| render_subimage(source, camera, options, subimage))?;
+        farm.render(camera.width, |subimage| render_subimage(source, camera, options, shades, subimage))?;
     let mut times = StageTimes {
         march: subimages.iter().map(|subimage| subimage.march).sum(),
         shade: subimages.iter().map(|subimage| subimage.shade).sum(),
@@ -52,6 +54,7 @@ fn render_subimage<S: PageSource>(
     source: &S,
     camera: &Camera,
     options: &RenderOptions,
+    shades: Option<&Shades>,
     subimage: Subimage,
 ) -> Result<SubimagePixels> {
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
@@ -59,7 +62,7 @@ fn render_subimage<S: PageSource>(
     let header = source.header();
     let bands = level_bands(header, camera, options);
     let mut marcher = Marcher::new(source, bands.clone(), options.surface).curved(options.curvature);
-    let mut filter = SurfaceFilter::new(source, camera.footprint());
+    let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades);
     if options.tile_world {
         marcher = marcher.endless(far_limit(header, camera, options));
         filter = filter.endless();

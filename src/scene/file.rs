@@ -9,6 +9,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::object::{ObjectTable, object};
+use super::sun::SunTable;
 use super::{Object, Scene};
 use crate::error::{Error, Result};
 
@@ -25,13 +26,6 @@ struct SceneTable {
     air: Option<AirTable>,
     #[serde(default)]
     object: Vec<Spanned<ObjectTable>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "the table [sun]")]
-struct SunTable {
-    azimuth_deg: Spanned<f64>,
-    elevation_deg: Spanned<f64>,
 }
 
 #[derive(Deserialize)]
@@ -103,7 +97,8 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     })?;
     let mut hasher = blake3::Hasher::new();
     hasher.update(&bytes);
-    let sun = table.sun.map(|sun| sun.read(&reading)).transpose()?;
+    let shadows = table.sun.as_ref().and_then(SunTable::shadows);
+    let sun = table.sun.map_or(Ok(None), |sun| sun.read(&reading))?;
     let visibility = table.air.and_then(|air| air.visibility_m);
     let visibility = visibility
         .map(|metres| reading.number("visibility_m", &metres, |metres| metres > 0.0, "must be more than 0 m"))
@@ -123,6 +118,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         path: path.to_owned(),
         digest: hasher.finalize().to_hex().to_string(),
         sun,
+        shadows,
         visibility,
         objects,
     })
@@ -141,18 +137,4 @@ fn bytes_of(path: &Path, most: u64) -> Result<Vec<u8>> {
         ));
     }
     fs::read(path).map_err(|source| Error::io(path, "read", source))
-}
-
-impl SunTable {
-    fn read(&self, reading: &Reading<'_>) -> Result<[f64; 2]> {
-        Ok([
-            reading.number("azimuth_deg", &self.azimuth_deg, |_| true, "must be finite")?,
-            reading.number(
-                "elevation_deg",
-                &self.elevation_deg,
-                |degrees| degrees > 0.0 && degrees <= 90.0,
-                "must be more than 0 and at most 90 degrees",
-            )?,
-        ])
-    }
 }

@@ -9,6 +9,7 @@
 mod cast;
 mod file;
 mod object;
+mod sun;
 #[cfg(test)]
 mod tests;
 
@@ -29,6 +30,8 @@ pub struct Scene {
     pub digest: String,
     /// Azimuth of the sun clockwise from grid north and elevation above the horizon, degrees, the latter more than 0 and at most 90; if it is given.
     pub sun: Option<[f64; 2]>,
+    /// Whether ground lies in the shadow of ground, if it says so.
+    pub shadows: Option<bool>,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
     pub visibility: Option<f64>,
     /// Objects, by name.

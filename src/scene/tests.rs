@@ -73,7 +73,7 @@ fn mistakes_name_line_and_key() {
     assert!(read(&tower(whole)).is_ok());
     let cases = [
         ("sun = 3", "line 1", "sun"),
-        ("[sun]\nazimuth_deg = 10", "line 1", "elevation_deg"),
+        ("[sun]\nazimuth_deg = 10", "line 2", "elevation_deg"),
         ("[sun]\nazimuth_deg = 10\nelevation_deg = -3", "line 3", "elevation_deg"),
         ("[sun]\nazimuth_deg = nan\nelevation_deg = 3", "line 2", "azimuth_deg"),
         ("[air]\nvisibility_m = 0", "line 2", "visibility_m"),

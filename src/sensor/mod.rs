@@ -3,4 +3,4 @@
 pub mod radiance;
 mod visual;
 
-pub use visual::{Sun, VisualSensor};
+pub use visual::VisualSensor;

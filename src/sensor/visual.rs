@@ -4,35 +4,7 @@ use glam::Vec3;
 
 use crate::raymarch::SurfaceSample;
 use crate::simd::{Floats, Simd};
-
-/// Direction to the sun.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sun {
-    /// Clockwise from grid north, degrees.
-    pub azimuth: f64,
-    /// Above the horizon, degrees, 0 < elevation ≤ 90.
-    pub elevation: f64,
-}
-
-impl Default for Sun {
-    /// A mid-morning sun in the south-east.
-    fn default() -> Self {
-        Self { azimuth: 135.0, elevation: 40.0 }
-    }
-}
-
-impl Sun {
-    /// Unit vector to the sun, world axes.
-    pub fn direction(&self) -> Vec3 {
-        let (sin_azimuth, cos_azimuth) = self.azimuth.to_radians().sin_cos();
-        let (sin_elevation, cos_elevation) = self.elevation.to_radians().sin_cos();
-        Vec3::new(
-            (sin_azimuth * cos_elevation) as f32,
-            (cos_azimuth * cos_elevation) as f32,
-            sin_elevation as f32,
-        )
-    }
-}
+use crate::sunlight::Sun;
 
 /// Share of the light on level ground that comes from the sky.
 const SKY_SHARE: f32 = 0.35;
@@ -58,28 +30,28 @@ impl VisualSensor {
 
     /// Radiance towards the eye, linear Rec. 709, 1 = display white.
     pub fn radiance(&self, sample: &SurfaceSample) -> Vec3 {
-        sample.albedo * self.light(sample.normal)
+        sample.albedo * self.light(sample.normal, sample.sun)
     }
 
-    /// Light on a surface of unit `normal`, 1 on level ground: Lambert's law for the sun, and a uniform sky that
-    /// a slope sees less of (half of it on a wall).
+    /// Light on a surface of unit `normal` that sees a share `sun` (0…1) of the sun's disc, 1 on level ground that sees all of it: Lambert's law for the
+    /// sun, and a uniform sky that a slope sees less of (half of it on a wall).
     #[inline]
-    pub fn light(&self, normal: Vec3) -> f32 {
+    pub fn light(&self, normal: Vec3, sun: f32) -> f32 {
         let direct = normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
         let sky = 0.5 + 0.5 * normal.z;
-        SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct
+        SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct * sun
     }
 
     /// The same for sixteen surfaces that rise `eastward` and `northward` by so much per unit.
     #[inline(always)]
-    pub fn light_on<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2]) -> V::F {
+    pub fn light_on<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2], sun: V::F) -> V::F {
         let one = simd.splat(1.0);
         let upward = one / (eastward * eastward + northward * northward + one).sqrt();
         let [east, north] = [self.to_sun.x, self.to_sun.y].map(|share| simd.splat(share / self.to_sun.z));
         // Of the normal's upward part, like all that is multiplied by it.
         let direct = (one - eastward * east - northward * north).max(simd.splat(0.0));
         let sky = simd.splat(0.5 * SKY_SHARE);
-        sky + upward * (sky + direct * simd.splat(1.0 - SKY_SHARE))
+        sky + upward * (sky + direct * simd.splat(1.0 - SKY_SHARE) * sun)
     }
 }
 
@@ -95,6 +67,7 @@ mod tests {
             albedo: Vec3::new(0.2, 0.3, 0.4),
             normal,
             attributes: Attributes::default(),
+            sun: 1.0,
         }
     }
 

@@ -40,6 +40,11 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
         entries.values().map(|entry| entry.value.bytes()).sum()
     }
 
+    /// Whether something is kept under a key.
+    pub fn has(&self, key: K) -> bool {
+        self.entries.read().unwrap_or_else(PoisonError::into_inner).contains_key(&key)
+    }
+
     /// A new frame begins: drops what was not used for longest if there is more than the budget allows.
     pub fn begin_frame(&self) {
         let now = self.frame.fetch_add(1, Ordering::Relaxed) + 1;

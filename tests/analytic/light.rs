@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use hedgehop::render::RenderOptions;
-use hedgehop::sensor::Sun;
+use hedgehop::sunlight::Sun;
 
 use crate::judge::by_engine;
 use crate::scene::{Terrain, View, clear_air};

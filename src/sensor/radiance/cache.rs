@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use super::lines::Loom;
 use super::page::Part;
+use super::posts::Lamp;
 use super::{Facing, LineImage, RadiancePage, Weave};
 use crate::error::Result;
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
+use crate::sunlight::{ShadePage, Shades};
 use crate::voxel::{Bytes, Derived, Lent, PageId, PageSource, Used};
 
 /// Bytes of radiance that are kept unless told otherwise.
@@ -71,6 +73,8 @@ enum Key {
 #[derive(Debug)]
 pub struct Radiance {
     sensor: VisualSensor,
+    /// `None`: nothing lies in shadow.
+    shades: Option<Shades>,
     images: Derived<Key, Image>,
     looms: Used<Loom>,
 }
@@ -83,17 +87,40 @@ impl Radiance {
 
     /// The same with another limit in bytes. What the latest frames used is kept beyond it.
     pub fn with_budget(sensor: VisualSensor, budget: usize) -> Self {
-        Self { sensor, images: Derived::new(budget), looms: Used::default() }
+        Self { sensor, shades: None, images: Derived::new(budget), looms: Used::default() }
+    }
+
+    /// The same with shadows. The shares of the sun are no part of the budget, but have one of their own.
+    #[must_use]
+    pub fn shaded(self, shades: Option<Shades>) -> Self {
+        Self { shades, ..self }
+    }
+
+    /// What lies in shadow; `None`: nothing does.
+    pub fn shades(&self) -> Option<&Shades> {
+        self.shades.as_ref()
+    }
+
+    /// What the posts of a page see of the sun, where there are shadows.
+    fn shade(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<ShadePage>>> {
+        self.shades.as_ref().map_or(Ok(None), |shades| shades.page(source, id))
     }
 
     /// Bytes of radiance that are kept.
     pub fn bytes(&self) -> usize {
-        self.images.bytes()
+        self.images.bytes() + self.shades.as_ref().map_or(0, Shades::bytes)
     }
 
     /// A new frame begins: drops what was not used for longest if there is more than the budget allows.
     pub fn begin_frame(&self) {
         self.images.begin_frame();
+        self.shades.iter().for_each(Shades::begin_frame);
+    }
+
+    /// Pages that are read to light a page: itself, and with shadows those towards the sun unless it is known what they hide.
+    fn reads(&self, source: &dyn PageSource, id: PageId) -> impl Iterator<Item = PageId> {
+        let towards_sun = self.shades.iter().filter(move |shades| !shades.has(id));
+        std::iter::once(id).chain(towards_sun.flat_map(move |shades| shades.shade().supports(source, id)))
     }
 
     /// What is known under the key of a page's image, or else what `make` finds. A page that `source` does not have is absent, also if its
@@ -109,8 +136,9 @@ impl Radiance {
 
     fn page(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<RadiancePage>>> {
         let bake = || {
-            let page =
-                RadiancePage::bake(source, (id, Part::ALL), &self.sensor, &Facing::down(0), Isa::best())?;
+            let shade = self.shade(source, id)?;
+            let lamp = Lamp::new(&self.sensor).with_shade(shade.as_deref());
+            let page = RadiancePage::bake(source, (id, Part::ALL), &lamp, &Facing::down(0), Isa::best())?;
             Ok(page.map(|page| Image::Page(Arc::new(page))))
         };
         match self.image(source, (id, Key::Page(id)), bake)? {
@@ -132,8 +160,9 @@ impl Radiance {
                 return Ok(None);
             }
             let part = Part::lines(strip.weave.facing.major, strip.first(), strip.posts());
-            let lines =
-                LineImage::bake(source, (strip.page, part), &self.sensor, strip.weave, (loom, Isa::best()))?;
+            let shade = self.shade(source, strip.page)?;
+            let lamp = Lamp::new(&self.sensor).with_shade(shade.as_deref());
+            let lines = LineImage::bake(source, (strip.page, part), &lamp, strip.weave, (loom, Isa::best()))?;
             Ok(lines.map(|lines| Image::Lines(Arc::new(lines))))
         };
         match self.image(source, (strip.page, Key::Lines(strip)), weave_lines)? {
@@ -208,14 +237,18 @@ impl<'a> RadiancePages<'a> {
         let Self { source, radiance, slots, loom, missing, dark } = self;
         let slot = &mut slots[hash as usize % SLOTS];
         if slot.as_ref().is_none_or(|(known, _)| *known != strip) {
-            let mut is_missing = false;
+            let mut absent = Vec::new();
             let may_weave = || {
-                is_missing = missing.is_some() && !source.is_at_hand(page);
-                !is_missing
+                if missing.is_some() {
+                    let is_absent =
+                        |read: &PageId| (*read == page || source.has(*read)) && !source.is_at_hand(*read);
+                    absent.extend(radiance.reads(*source, page).filter(is_absent));
+                }
+                absent.is_empty()
             };
             let lines = radiance.lines(*source, strip, loom, may_weave)?;
-            if is_missing {
-                missing.get_or_insert_default().push(page);
+            if !absent.is_empty() {
+                missing.get_or_insert_default().append(&mut absent);
                 return Ok(Some(Arc::clone(dark)));
             }
             *slot = Some((strip, lines));

@@ -12,9 +12,9 @@
 
 use super::facing::Facing;
 use super::page::{Baking, Finish, Part, encode};
+use super::posts::Lamp;
 use super::window::{RING, Row, Window};
 use crate::error::Result;
-use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Isa, LANES, Simd, turned};
 use crate::voxel::{PageId, PageSource};
 
@@ -47,13 +47,13 @@ impl LineImage {
     pub fn bake(
         source: &dyn PageSource,
         (id, part): (PageId, Part),
-        sensor: &VisualSensor,
+        lamp: &Lamp<'_>,
         weave: Weave,
         (loom, isa): (&mut Loom, Isa),
     ) -> Result<Option<Self>> {
         let Loom { window, sums, image } = loom;
         let finish = Weaving { weave, sums, image };
-        isa.run(Baking { source, id, part, sensor, facing: &weave.facing, window, finish })
+        isa.run(Baking { source, id, part, lamp, facing: &weave.facing, window, finish })
     }
 
     /// A line without light.

@@ -4,7 +4,6 @@ use super::facing::Facing;
 use super::posts::{Lamp, Posts};
 use super::window::{RING, Window};
 use crate::error::Result;
-use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
 
@@ -56,7 +55,7 @@ pub struct RadiancePage {
 }
 
 impl RadiancePage {
-    /// What the posts of a part of a page send under `sensor`'s sun, those of coarse levels by what `facing` shows of them;
+    /// What the posts of a part of a page send under a lamp, those of coarse levels by what `facing` shows of them;
     /// `None` where the page is absent. Every instruction set gives the same bits, and parts those of the whole.
     ///
     /// # Errors
@@ -64,11 +63,11 @@ impl RadiancePage {
     pub fn bake(
         source: &dyn PageSource,
         (id, part): (PageId, Part),
-        sensor: &VisualSensor,
+        lamp: &Lamp<'_>,
         facing: &Facing,
         isa: Isa,
     ) -> Result<Option<Self>> {
-        isa.run(Baking { source, id, part, sensor, facing, window: &mut Window::default(), finish: Encoding })
+        isa.run(Baking { source, id, part, lamp, facing, window: &mut Window::default(), finish: Encoding })
     }
 
     /// Texel of a post; the apron has negative indices.
@@ -88,7 +87,7 @@ pub struct Baking<'a, M> {
     pub source: &'a dyn PageSource,
     pub id: PageId,
     pub part: Part,
-    pub sensor: &'a VisualSensor,
+    pub lamp: &'a Lamp<'a>,
     pub facing: &'a Facing,
     /// Where posts are lit.
     pub window: &'a mut Window,
@@ -109,11 +108,10 @@ impl<M: Finish> Kernel for Baking<'_, M> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) -> Self::Output {
-        let Self { source, id, part, sensor, facing, window, finish } = self;
+        let Self { source, id, part, lamp, facing, window, finish } = self;
         let Some(view) = source.page(id)? else { return Ok(None) };
         let part = part.within(view.width, view.height);
-        let lamp = Lamp::new(sensor);
-        let posts = Posts::new(&lamp, source.header(), id, view, part, facing);
+        let posts = Posts::new(lamp, source.header(), id, view, part, facing);
         window.light(simd, &posts);
         Ok(Some(finish.image(simd, window, part.size.map(|side| side as usize))))
     }

@@ -8,6 +8,7 @@ use super::window::LIT;
 use crate::colour::linear_from_srgb8;
 use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
+use crate::sunlight::{SHADE_APRON, ShadePage};
 use crate::voxel::{
     APRON, Header, HeightCode, PAGE_SIDE, PageId, PageView, RELIEF_APRON, Relief, ReliefLanes, half_steps_of,
 };
@@ -18,17 +19,29 @@ const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
 /// Red of posts without a surface: not light.
 pub const VOID: f32 = -1.0;
 
-/// A sensor's light and the colours' linear values.
+/// What lights a page.
+#[derive(Debug, Clone, Copy)]
 pub struct Lamp<'s> {
     sensor: &'s VisualSensor,
-    linear: [f32; 256],
+    /// What its posts see of the sun; `None`: all of it.
+    shade: Option<&'s ShadePage>,
 }
 
 impl<'s> Lamp<'s> {
+    /// A sun that nothing hides.
     pub fn new(sensor: &'s VisualSensor) -> Self {
-        Self { sensor, linear: std::array::from_fn(|code| linear_from_srgb8([code as u8; 3])[0]) }
+        Self { sensor, shade: None }
+    }
+
+    /// One that posts see a share of.
+    #[must_use]
+    pub fn with_shade(self, shade: Option<&'s ShadePage>) -> Self {
+        Self { shade, ..self }
     }
 }
+
+// Shares of the sun are there for all posts that are lit.
+const _: () = assert!(SHADE_APRON as usize == LIT);
 
 /// Rows to write to, from the first lit post on; some lanes behind the last one are written too.
 pub struct Rows<'t> {
@@ -40,7 +53,9 @@ pub struct Rows<'t> {
 
 /// A part of a page's posts under a lamp, and those around it. All that a post needs is in the page.
 pub struct Posts<'a> {
-    lamp: &'a Lamp<'a>,
+    lamp: Lamp<'a>,
+    /// The colours' linear values.
+    linear: [f32; 256],
     view: PageView<'a>,
     facing: Facing,
     /// Slope of half a step of height from post to post.
@@ -58,7 +73,7 @@ pub struct Posts<'a> {
 
 impl<'a> Posts<'a> {
     pub fn new(
-        lamp: &'a Lamp<'a>,
+        lamp: &Lamp<'a>,
         header: &Header,
         id: PageId,
         view: PageView<'a>,
@@ -86,7 +101,8 @@ impl<'a> Posts<'a> {
             let (inside, part) = (&inside[axis], &part[axis]);
             inside.start.max(part.start)..inside.end.min(part.end)
         });
-        Self { lamp, view, facing: *facing, half_step, inside, part, lit, edges }
+        let linear = std::array::from_fn(|code| linear_from_srgb8([code as u8; 3])[0]);
+        Self { lamp: *lamp, linear, view, facing: *facing, half_step, inside, part, lit, edges }
     }
 
     /// Writes what the lit posts of row `y` send, seen as `facing` says, with [`VOID`] where they have no surface. Whether there are such.
@@ -133,14 +149,25 @@ impl<'a> Posts<'a> {
         simd.load_shorts(&from(self.view.heights, place))
     }
 
+    /// What sixteen posts see of the sun.
+    #[inline(always)]
+    fn sun<V: Simd>(&self, simd: V, [x, y]: [usize; 2]) -> V::F {
+        let Some(shade) = self.lamp.shade else { return simd.splat(1.0) };
+        let bytes: [u8; LANES] = from(&shade.shares, y * shade.stride + x);
+        let mut shares = [0.0; LANES];
+        for (share, byte) in shares.iter_mut().zip(bytes) {
+            *share = f32::from(byte);
+        }
+        simd.load(&shares) * simd.splat(1.0 / 255.0)
+    }
+
     /// Linear colours of sixteen posts.
     #[inline(always)]
     fn linear<V: Simd>(&self, simd: V, at: [usize; 2]) -> [V::F; 3] {
         let bytes = from(bytemuck::cast_slice(self.view.colours), 3 * self.place(at, APRON));
         let codes = simd.load_triples(&bytes);
         let low = simd.splat_int(0xff);
-        [codes & low, codes.shr::<8>() & low, codes.shr::<16>()]
-            .map(|code| simd.gather(&self.lamp.linear, code))
+        [codes & low, codes.shr::<8>() & low, codes.shr::<16>()].map(|code| simd.gather(&self.linear, code))
     }
 
     /// Slopes eastward and northward of the level's own heights, `along`: a northward half step's.
@@ -166,9 +193,9 @@ impl<'a> Posts<'a> {
     /// Light on sixteen posts, whose own slopes are given, and how much of them is seen.
     #[inline(always)]
     fn light<V: Simd>(&self, simd: V, at: [usize; 2], own: [V::F; 2]) -> (V::F, V::F) {
-        let sensor = self.lamp.sensor;
+        let (sensor, sun) = (self.lamp.sensor, self.sun(simd, at));
         if self.view.relief.is_empty() {
-            return (sensor.light_on(simd, own), self.facing.weight(simd, own));
+            return (sensor.light_on(simd, own, sun), self.facing.weight(simd, own));
         }
         let first = size_of::<Relief>() * self.place(at, RELIEF_APRON);
         let relief = ReliefLanes::load(simd, &from(bytemuck::cast_slice(self.view.relief), first));
@@ -176,7 +203,7 @@ impl<'a> Posts<'a> {
         let (mut sum, mut weights) = (simd.splat(0.0), simd.splat(0.0));
         for slopes in relief.slopes(mean) {
             let weight = self.facing.weight(simd, slopes);
-            sum = sum + weight * sensor.light_on(simd, slopes);
+            sum = sum + weight * sensor.light_on(simd, slopes, sun);
             weights = weights + weight;
         }
         (sum / weights, self.facing.weight(simd, mean))

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicU32;
 
 use super::facing::Facing;
 use super::page::Part;
+use super::posts::Lamp;
 use super::tests::{Holey, bake, codes, rough, sensor};
 use super::window::RING;
 use super::*;
@@ -94,7 +95,9 @@ fn a_page_needs_no_other() {
 fn parts_hold_what_the_whole_page_holds() {
     let source = rough(1200, 1100, 5);
     let uphill = Facing { major: 1, forward: true, incline: 0 };
-    let bake = |id, part| RadiancePage::bake(&source, (id, part), &sensor(), &uphill, Isa::best()).unwrap();
+    let bake = |id, part| {
+        RadiancePage::bake(&source, (id, part), &Lamp::new(&sensor()), &uphill, Isa::best()).unwrap()
+    };
     // The area's south-west corner, its north-east one, and pages between.
     for (level, px, py) in [(0, 0, 0), (0, 4, 4), (0, 1, 2), (1, 0, 0), (1, 1, 1)] {
         let id = PageId { level, px, py };

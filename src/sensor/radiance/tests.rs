@@ -7,12 +7,14 @@ use glam::{DVec2, Vec3};
 use super::facing::Facing;
 use super::lines::Loom;
 use super::page::{CODE_LIMIT, Part, ROOT_OF_BRIGHTEST};
+use super::posts::Lamp;
 use super::*;
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
 use crate::raymarch::PageCursor;
-use crate::sensor::{Sun, VisualSensor};
+use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
+use crate::sunlight::Sun;
 use crate::voxel::{
     BoundsView, Grid, Header, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView, RADIX,
     build_in_memory,
@@ -87,7 +89,14 @@ fn bake_facing(
     py: u32,
     facing: &Facing,
 ) -> Option<RadiancePage> {
-    RadiancePage::bake(source, (PageId { level, px, py }, Part::ALL), &sensor(), facing, Isa::best()).unwrap()
+    RadiancePage::bake(
+        source,
+        (PageId { level, px, py }, Part::ALL),
+        &Lamp::new(&sensor()),
+        facing,
+        Isa::best(),
+    )
+    .unwrap()
 }
 
 /// Codes of a texel; the apron has negative indices.
@@ -128,7 +137,7 @@ fn lit<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2])
     let [east, north] = slopes(cursor, level, cell)?;
     let normal = Vec3::new(-east, -north, 1.0).normalize();
     let colour = Vec3::from_array(linear_from_srgb8(cursor.colour(level, cell).unwrap()?));
-    Some(colour * sensor().light(normal))
+    Some(colour * sensor().light(normal, 1.0))
 }
 
 /// How much of ground with these slopes is seen: its rise along the view, and what the eye looks down.
@@ -182,7 +191,7 @@ fn lit_by_finer<S: PageSource>(
     for slope in [DVec2::new(a, b), DVec2::new(-a, -b), DVec2::new(0.0, c), DVec2::new(0.0, -c)] {
         let [east, north] = (mean + slope).as_vec2().to_array();
         let weight = weight_of(facing, [east, north]);
-        light += weight * sensor().light(Vec3::new(-east, -north, 1.0).normalize());
+        light += weight * sensor().light(Vec3::new(-east, -north, 1.0).normalize(), 1.0);
         total += weight;
     }
     Vec3::from_array(linear_from_srgb8(colour)) * (light / total)
@@ -282,7 +291,8 @@ fn every_instruction_set_bakes_the_same_bits() {
     for level in 0..2 {
         let id = PageId { level, px: 0, py: 0 };
         let facing = Facing { major: 1, forward: false, incline: 0 };
-        let baked = |isa| RadiancePage::bake(&source, (id, Part::ALL), &sensor(), &facing, isa).unwrap();
+        let baked =
+            |isa| RadiancePage::bake(&source, (id, Part::ALL), &Lamp::new(&sensor()), &facing, isa).unwrap();
         for isa in Isa::available() {
             assert!(baked(isa) == baked(Isa::PORTABLE), "level {level}, {isa}");
         }
@@ -436,7 +446,8 @@ fn every_instruction_set_weaves_the_same_bits() {
         let facing = Facing { major: level, forward: shift == 1, incline: span / 2 };
         let weave = Weave { facing, shift, span };
         let bake = |isa| {
-            LineImage::bake(&source, strip(level), &sensor(), weave, (&mut Loom::default(), isa)).unwrap()
+            LineImage::bake(&source, strip(level), &Lamp::new(&sensor()), weave, (&mut Loom::default(), isa))
+                .unwrap()
         };
         for isa in Isa::available() {
             assert!(bake(isa) == bake(Isa::PORTABLE), "{weave:?}, {isa}");

@@ -11,8 +11,8 @@ use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
-use hedgehop::sensor::Sun;
 use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::sunlight::Sun;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -80,9 +80,22 @@ pub struct LookArgs {
     #[arg(long, value_name = "AZ,EL", value_parser = args::sun, allow_hyphen_values = true)]
     pub sun: Option<[f64; 2]>,
 
+    /// Whether ground lies in the shadow of ground [default: off]
+    #[arg(long, value_enum)]
+    pub shadows: Option<Switch>,
+
     /// How finely far and steep ground is looked at, 0.1 to 16: 2 is sharper and slower, 0.5 softer and faster
     #[arg(long, value_name = "FACTOR", value_parser = args::detail, allow_negative_numbers = true, default_value = "1")]
     pub detail: f64,
+}
+
+/// Something that may be had or not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// With it
+    On,
+    /// Without it
+    Off,
 }
 
 /// Surfaces as users name them.
@@ -111,6 +124,8 @@ impl LookArgs {
         if let Some([azimuth, elevation]) = self.sun.or(scene.and_then(|scene| scene.sun)) {
             options.sun = Sun { azimuth, elevation };
         }
+        let shadows = self.shadows.map(|switch| switch == Switch::On);
+        options.shadows = shadows.or(scene.and_then(|scene| scene.shadows)).unwrap_or(options.shadows);
         options
     }
 }

@@ -140,7 +140,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
             world: WorldArgs::default(),
         },
-        look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, detail: 1.0 },
+        look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, shadows: None, detail: 1.0 },
         scene: SceneArgs::default(),
         progress: Mode::Auto,
     })

@@ -367,6 +367,7 @@ fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderO
         "surface": format!("{:?}", look.surface).to_lowercase(),
         "visibility_m": options.visibility,
         "sun_azimuth_elevation_deg": [options.sun.azimuth, options.sun.elevation],
+        "shadows": options.shadows,
         "detail": options.detail,
         "effective_earth_radius_m": options.curvature.radius(),
         "tile_world": options.tile_world,

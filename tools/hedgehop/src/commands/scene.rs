@@ -66,6 +66,9 @@ fn description(scene: &Scene) -> String {
     if let Some([azimuth, elevation]) = scene.sun {
         let _ = writeln!(text, "  sun {azimuth}° from north, {elevation}° high");
     }
+    if scene.shadows == Some(true) {
+        let _ = writeln!(text, "  shadows of the ground");
+    }
     if let Some(visibility) = scene.visibility {
         let _ = writeln!(text, "  visibility {visibility} m");
     }

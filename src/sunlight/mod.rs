@@ -1,0 +1,24 @@
+//! Where the sun stands, and what ground it reaches.
+//!
+//! ```text
+//! sun ──▶ course: along which posts its rays run, and how fast they fall
+//!          └▶ legs: rows of posts towards the sun, the farther the coarser ──sweep──▶ share of the sun that each post sees
+//! ```
+//!
+//! The patent marches from every voxel towards the sun and darkens what is blocked (Hughes 1994, shadows). A sweep finds the same for a page at
+//! once: row by row away from the sun it carries the height up to which all lies in shadow, which every row may lift and every step
+//! lowers. It carries two of them, of the sun's upper and its lower rim, and what lies between the two sees a part of the sun: shadows are as soft
+//! as they are wide of their edge. The way to a far edge leads over coarser levels, whose voxels are no larger than the half-shadow is wide there.
+
+mod course;
+mod rows;
+mod sample;
+mod shade;
+mod sun;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+pub use sample::ShadeSampler;
+pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
+pub use sun::Sun;
