@@ -20,6 +20,7 @@ pub use cast::Cast;
 use crate::error::Result;
 use crate::flight::Track;
 use crate::objects::Shape;
+use crate::sunlight::SunSetting;
 
 /// What a scene file says.
 #[derive(Debug, Clone)]
@@ -28,8 +29,8 @@ pub struct Scene {
     pub path: PathBuf,
     /// Hexadecimal BLAKE3 of the file and of all files that it names.
     pub digest: String,
-    /// Azimuth of the sun clockwise from grid north and elevation above the horizon, degrees, the latter more than 0 and at most 90; if it is given.
-    pub sun: Option<[f64; 2]>,
+    /// Where the sun stands, if it is given: more than 0 and at most 90 degrees high.
+    pub sun: Option<SunSetting>,
     /// Whether ground lies in the shadow of ground, if it says so.
     pub shadows: Option<bool>,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.

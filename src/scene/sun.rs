@@ -1,17 +1,28 @@
 //! The table `[sun]`.
 
 use serde::Deserialize;
+use time::OffsetDateTime;
 use toml::Spanned;
+use toml::value::Datetime;
 
 use super::file::Reading;
 use crate::error::Result;
+use crate::sunlight::{Sun, SunSetting};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the table [sun]")]
 pub(super) struct SunTable {
     azimuth_deg: Option<Spanned<f64>>,
     elevation_deg: Option<Spanned<f64>>,
+    time: Option<Spanned<Time>>,
     shadows: Option<bool>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "time must be a date and time with an offset from UTC, 2026-06-21T09:30:00Z")]
+enum Time {
+    Date(Datetime),
+    Text(String),
 }
 
 impl SunTable {
@@ -19,22 +30,44 @@ impl SunTable {
         self.shadows
     }
 
-    /// Azimuth and elevation, degrees, if it says where the sun stands.
-    pub fn read(self, reading: &Reading<'_>) -> Result<Option<[f64; 2]>> {
-        let (azimuth, elevation) = match (self.azimuth_deg, self.elevation_deg) {
-            (Some(azimuth), Some(elevation)) => (azimuth, elevation),
-            (None, None) => return Ok(None),
-            (Some(one), None) => return Err(reading.wrong(one.span(), "[sun] needs elevation_deg, too")),
-            (None, Some(one)) => return Err(reading.wrong(one.span(), "[sun] needs azimuth_deg, too")),
+    /// Where the sun stands, if it says so.
+    pub fn read(self, reading: &Reading<'_>) -> Result<Option<SunSetting>> {
+        let (azimuth, elevation) = match (self.azimuth_deg, self.elevation_deg, &self.time) {
+            (None, None, Some(time)) => return Ok(Some(SunSetting::Time(read_time(reading, time)?))),
+            (None, None, None) => return Ok(None),
+            (Some(_), _, Some(time)) | (_, Some(_), Some(time)) => {
+                return Err(
+                    reading.wrong(time.span(), "give time, or azimuth_deg and elevation_deg, not both")
+                );
+            }
+            (Some(azimuth), Some(elevation), None) => (azimuth, elevation),
+            (Some(one), None, None) => {
+                return Err(reading.wrong(one.span(), "[sun] needs elevation_deg, too"));
+            }
+            (None, Some(one), None) => return Err(reading.wrong(one.span(), "[sun] needs azimuth_deg, too")),
         };
-        Ok(Some([
-            reading.number("azimuth_deg", &azimuth, |_| true, "must be finite")?,
-            reading.number(
+        Ok(Some(SunSetting::At(Sun {
+            azimuth: reading.number("azimuth_deg", &azimuth, |_| true, "must be finite")?,
+            elevation: reading.number(
                 "elevation_deg",
                 &elevation,
                 |degrees| degrees > 0.0 && degrees <= 90.0,
                 "must be more than 0 and at most 90 degrees",
             )?,
-        ]))
+        })))
     }
+}
+
+/// A date and time with an offset from UTC; as a string, too.
+fn read_time(reading: &Reading<'_>, time: &Spanned<Time>) -> Result<OffsetDateTime> {
+    let text = match time.get_ref() {
+        Time::Date(date) => date.to_string(),
+        Time::Text(text) => text.clone(),
+    };
+    SunSetting::parse_time(&text).ok_or_else(|| {
+        let what = format!(
+            "time must be a date and time with an offset from UTC, 2026-06-21T09:30:00Z, not {text:?}"
+        );
+        reading.wrong(time.span(), what)
+    })
 }

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::*;
 use crate::geo::Crs;
+use crate::sunlight::{Sun, SunSetting};
 
 /// Reads a scene from text, with a track `car.csv` beside it.
 fn read(text: &str) -> Result<Scene> {
@@ -46,7 +47,10 @@ fn ground(place: DVec2) -> Option<f64> {
 #[test]
 fn scenes_say_what_stands_where_and_when() {
     let scene = read(WHOLE).unwrap();
-    assert_eq!((scene.sun, scene.visibility), (Some([200.0, 12.5]), Some(8000.0)));
+    assert_eq!(
+        (scene.sun, scene.visibility),
+        (Some(SunSetting::At(Sun { azimuth: 200.0, elevation: 12.5 })), Some(8000.0))
+    );
     let cast = scene.bind(&Crs::local(), &ground).unwrap();
     assert_eq!(cast.names().collect::<Vec<_>>(), ["car", "tower"]);
     let [car, tower] = cast.bodies_at(10.0)[..] else { panic!("two bodies") };
@@ -76,6 +80,9 @@ fn mistakes_name_line_and_key() {
         ("[sun]\nazimuth_deg = 10", "line 2", "elevation_deg"),
         ("[sun]\nazimuth_deg = 10\nelevation_deg = -3", "line 3", "elevation_deg"),
         ("[sun]\nazimuth_deg = nan\nelevation_deg = 3", "line 2", "azimuth_deg"),
+        ("[sun]\ntime = 2026-06-21", "line 2", "offset"),
+        ("[sun]\ntime = 3", "line 2", "time"),
+        ("[sun]\nazimuth_deg = 3\ntime = 2026-06-21T09:00:00Z", "line 3", "not both"),
         ("[air]\nvisibility_m = 0", "line 2", "visibility_m"),
         ("[air]\nvisibilty_m = 3", "line 2", "visibilty_m"),
         ("[clouds]\nbase_m = 3", "line 1", "clouds"),

@@ -21,4 +21,4 @@ mod tests;
 
 pub use sample::ShadeSampler;
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
-pub use sun::Sun;
+pub use sun::{Sun, SunSetting};

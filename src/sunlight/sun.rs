@@ -1,6 +1,17 @@
 //! Where the sun stands.
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
+use solar_positioning::time::JulianDate;
+use solar_positioning::{Location, RefractionCorrection, SolarPositions, delta_t};
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+
+use crate::error::{Error, Result};
+use crate::geo::{Crs, Transform, grid_convergence};
+
+/// Julian date of the second from which the system counts, and seconds of a day.
+const UNIX_EPOCH: f64 = 2_440_587.5;
+const DAY: f64 = 86_400.0;
 
 /// Direction to the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,5 +39,121 @@ impl Sun {
             (cos_azimuth * cos_elevation) as f32,
             sin_elevation as f32,
         )
+    }
+}
+
+/// How a sun is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SunSetting {
+    /// Where it stands.
+    At(Sun),
+    /// When.
+    Time(OffsetDateTime),
+}
+
+impl SunSetting {
+    /// A date and time with an offset from UTC (RFC 3339; seconds may be left out).
+    pub fn parse_time(text: &str) -> Option<OffsetDateTime> {
+        let parse = |text: &str| OffsetDateTime::parse(text, &Rfc3339).ok();
+        let with_seconds = |text: &str| {
+            // 2026-06-21T09:30Z
+            let (minutes, offset) = text.split_at_checked(16)?;
+            parse(&format!("{minutes}:00{offset}"))
+        };
+        parse(text).or_else(|| with_seconds(text))
+    }
+
+    /// Where the sun stands over a place of `crs` (its metres or degrees): by time as the Solar Position Algorithm says (Reda and Andreas 2004), lifted by
+    /// refraction, its azimuth from grid north.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`]: a time without a place on Earth, or outside the years -2000 to 6000; a sun below the horizon.
+    pub fn over(&self, crs: &Crs, place: DVec2) -> Result<Sun> {
+        let time = match self {
+            Self::At(sun) => return Ok(*sun),
+            Self::Time(time) => time,
+        };
+        let wrong = |what: String| Error::Configuration(format!("the sun by time: {what}"));
+        if crs.is_local() {
+            let what = "the area is not placed on Earth; give the sun's azimuth and elevation, or build the area with --crs";
+            return Err(wrong(what.into()));
+        }
+        let (longitude, latitude) =
+            Transform::new(crs, &Crs::wgs84())?.apply(place.x, place.y).ok_or_else(|| {
+                wrong(format!("{}, {} of {} is no place on Earth", place.x, place.y, crs.name()))
+            })?;
+        let of_crate = |error: solar_positioning::Error| wrong(error.to_string());
+        let utc = time.to_utc();
+        let late =
+            delta_t::estimate_from_date(utc.year(), u32::from(u8::from(utc.month()))).map_err(of_crate)?;
+        let seconds = utc.unix_timestamp() as f64 + f64::from(utc.nanosecond()) * 1.0e-9;
+        let moment = JulianDate::new(UNIX_EPOCH + seconds / DAY, late).map_err(of_crate)?;
+        let location = Location { latitude, longitude: (longitude + 180.0).rem_euclid(360.0) - 180.0 };
+        let position = SolarPositions::new()
+            .at_from_julian(moment, location, 0.0, Some(RefractionCorrection::standard()))
+            .map_err(of_crate)?;
+        let elevation = position.elevation_angle();
+        if elevation <= 0.0 {
+            let what = format!(
+                "at {time} it stands {:.1}° below the horizon of longitude {longitude:.3}°, latitude {latitude:.3}°; choose an hour of the day there",
+                -elevation
+            );
+            return Err(wrong(what));
+        }
+        let azimuth = (position.azimuth() + grid_convergence(crs, place.x, place.y)).rem_euclid(360.0);
+        Ok(Sun { azimuth, elevation })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use time::macros::datetime;
+
+    use super::*;
+
+    fn over(time: OffsetDateTime, longitude: f64, latitude: f64) -> Result<Sun> {
+        SunSetting::Time(time).over(&Crs::wgs84(), DVec2::new(longitude, latitude))
+    }
+
+    #[test]
+    fn the_example_of_the_algorithm_is_met() {
+        // Reda and Andreas 2004, table A5.1: azimuth 194.34024°, zenith angle 50.11162° with refraction at 820 hPa, 1830 m; at sea level refraction is
+        // a little more than that.
+        let sun = over(datetime!(2003-10-17 12:30:30 -7), -105.1786, 39.742_476).unwrap();
+        assert!((sun.azimuth - 194.340_24).abs() < 1e-3, "{sun:?}");
+        assert!((sun.elevation - (90.0 - 50.111_62)).abs() < 0.01, "{sun:?}");
+    }
+
+    #[test]
+    fn times_are_those_of_rfc_3339() {
+        let parse = SunSetting::parse_time;
+        assert_eq!(parse("2026-06-21T09:30:15Z"), Some(datetime!(2026-06-21 09:30:15 UTC)));
+        assert_eq!(parse("2026-06-21T09:30+02:00"), Some(datetime!(2026-06-21 07:30 UTC)));
+        let wrong =
+            ["2026-06-21", "2026-06-21T09:30:00", "2026-13-21T09:30Z", "noon", "2026-06-21T09:3é", ""];
+        assert!(wrong.into_iter().all(|text| parse(text).is_none()));
+    }
+
+    #[test]
+    fn azimuths_count_from_grid_north() {
+        // Five degrees east of the zone's middle, where its north lies to the east of true north.
+        let utm = Crs::from_epsg(32632).unwrap();
+        let place = Transform::new(&Crs::wgs84(), &utm).unwrap().apply(14.0, 47.5).unwrap();
+        let time = datetime!(2026-06-21 09:00 UTC);
+        let [on_grid, on_earth] = [
+            SunSetting::Time(time).over(&utm, place.into()).unwrap().azimuth,
+            over(time, 14.0, 47.5).unwrap().azimuth,
+        ];
+        // Meridian convergence, closely: difference of longitude times the sine of latitude.
+        let convergence = 5.0 * 47.5_f64.to_radians().sin();
+        assert!((on_earth - on_grid - convergence).abs() < 0.02, "{on_grid} {on_earth}");
+    }
+
+    #[test]
+    fn nights_and_places_that_are_nowhere_are_told() {
+        let night = over(datetime!(2026-06-21 00:00 UTC), 10.0, 47.0).unwrap_err().to_string();
+        assert!(night.contains("below the horizon"), "{night}");
+        let nowhere = SunSetting::Time(datetime!(2026-06-21 12:00 UTC)).over(&Crs::local(), DVec2::ZERO);
+        assert!(nowhere.unwrap_err().to_string().contains("--crs"));
     }
 }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use glam::{DVec2, DVec3};
 use hedgehop::Result;
 use hedgehop::geo::{Crs, Transform};
+use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header};
 use serde_json::{Value, json};
 
@@ -15,6 +16,11 @@ const EDGE_POINTS: u32 = 17;
 pub fn crs(header: &Header) -> Result<Crs> {
     let metadata = &header.metadata;
     Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())
+}
+
+/// Where a sun stands over the middle of the area.
+pub fn sun(sun: SunSetting, header: &Header) -> Result<Sun> {
+    sun.over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
 
 /// West, south, east and north of the area, degrees (WGS 84); `None` for areas without a place on Earth.

@@ -9,6 +9,7 @@ use hedgehop::Error;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
+use hedgehop::sunlight::{Sun, SunSetting};
 use serde::Serialize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.
@@ -125,13 +126,17 @@ pub fn attitude(text: &str) -> Result<[f64; 3], String> {
     Ok([yaw, pitch, roll])
 }
 
-/// The sun's `azimuth,elevation`, degrees.
-pub fn sun(text: &str) -> Result<[f64; 2], String> {
+/// The sun's `azimuth,elevation`, degrees, or a time.
+pub fn sun(text: &str) -> Result<SunSetting, String> {
+    if text.contains(['T', 't']) {
+        let wrong = || "want a date and time with an offset from UTC, such as 2026-06-21T09:30Z".to_owned();
+        return SunSetting::parse_time(text).map(SunSetting::Time).ok_or_else(wrong);
+    }
     let angles: [f64; 2] = numbers(text, "225,40")?;
     if angles[0].abs() > MAX_TURN {
         Err("want an azimuth in degrees, at most ten turns".into())
     } else if angles[1] > 0.0 && angles[1] <= 90.0 {
-        Ok(angles)
+        Ok(SunSetting::At(Sun { azimuth: angles[0], elevation: angles[1] }))
     } else {
         Err("want an elevation above 0 and up to 90 degrees".into())
     }
@@ -372,6 +377,7 @@ mod tests {
             assert!(attitude(wrong).is_err(), "{wrong}");
         }
         assert!(sun("180,40").is_ok() && sun("1e300,40").is_err());
+        assert!(sun("2026-06-21T09:30Z").is_ok() && sun("2026-06-21T09:30").is_err());
         assert!(position("1,2,inf").is_err() && position("1e308,0,0").is_err());
         assert!(not_negative("0").is_ok() && not_negative("-10").is_err());
     }

@@ -12,8 +12,8 @@ use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
-use hedgehop::sunlight::Sun;
-use hedgehop::voxel::PageSource;
+use hedgehop::sunlight::SunSetting;
+use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 
 use crate::area;
@@ -76,9 +76,9 @@ pub struct LookArgs {
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
     pub visibility: Option<f64>,
 
-    /// Sun's azimuth clockwise from north and elevation above the horizon, degrees [default: 135,40]
-    #[arg(long, value_name = "AZ,EL", value_parser = args::sun, allow_hyphen_values = true)]
-    pub sun: Option<[f64; 2]>,
+    /// Sun's azimuth clockwise from north and elevation above the horizon, degrees, or the time: 2026-06-21T09:30Z [default: 135,40]
+    #[arg(long, value_name = "AZ,EL|TIME", value_parser = args::sun, allow_hyphen_values = true)]
+    pub sun: Option<SunSetting>,
 
     /// Whether ground lies in the shadow of ground [default: off]
     #[arg(long, value_enum)]
@@ -108,8 +108,8 @@ pub enum Surface {
 }
 
 impl LookArgs {
-    /// The library's options; what a scene says holds where no flag does.
-    pub fn options(&self, scene: Option<&Scene>) -> RenderOptions {
+    /// The library's options for a database; what a scene says holds where no flag does.
+    pub fn options(&self, scene: Option<&Scene>, header: &Header) -> Result<RenderOptions> {
         let mut options = RenderOptions {
             surface: match self.surface {
                 Surface::Smooth => hedgehop::raymarch::Surface::Smooth,
@@ -121,12 +121,12 @@ impl LookArgs {
         if let Some(visibility) = self.visibility.or(scene.and_then(|scene| scene.visibility)) {
             options.visibility = visibility;
         }
-        if let Some([azimuth, elevation]) = self.sun.or(scene.and_then(|scene| scene.sun)) {
-            options.sun = Sun { azimuth, elevation };
+        if let Some(sun) = self.sun.or(scene.and_then(|scene| scene.sun)) {
+            options.sun = area::sun(sun, header)?;
         }
         let shadows = self.shadows.map(|switch| switch == Switch::On);
         options.shadows = shadows.or(scene.and_then(|scene| scene.shadows)).unwrap_or(options.shadows);
-        options
+        Ok(options)
     }
 }
 

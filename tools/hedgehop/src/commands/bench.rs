@@ -196,7 +196,8 @@ fn measure(
     reporter: &Reporter,
 ) -> Result<Report> {
     let mut crews = crews(args)?;
-    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options(scene) };
+    let look = args.look.options(scene, source.header())?;
+    let look = RenderOptions { engine: args.instructions.engine(), ..look };
     let options = args.flight.world.apply(source.header(), look);
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {

@@ -171,7 +171,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let setup = args.flight.screen.setup()?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
-    let options = args.flight.world.apply(file.header(), args.look.options(scene.as_ref()));
+    let options = args.flight.world.apply(file.header(), args.look.options(scene.as_ref(), file.header())?);
     let planned = planned(&file, &cameras, &options, &reporter)?;
     if let Some(map) = &args.traffic {
         let first_use = &planned.plan.pages();

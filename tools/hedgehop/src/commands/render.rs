@@ -240,7 +240,8 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         Late::Coarser => Playing::new(scene, source.file(), args.flight.world, args.fps, reporter),
     });
     let playing = playing.transpose()?;
-    let look = RenderOptions { engine: args.instructions.engine(), ..args.look.options(scene) };
+    let look = args.look.options(scene, source.header())?;
+    let look = RenderOptions { engine: args.instructions.engine(), ..look };
     let options = args.flight.world.apply(source.header(), look);
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {

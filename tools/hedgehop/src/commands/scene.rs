@@ -7,7 +7,10 @@ use clap::Subcommand;
 use hedgehop::memory::PageFile;
 use hedgehop::objects::Shape;
 use hedgehop::scene::{Object, Scene};
+use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::voxel::PageSource;
 
+use crate::area;
 use crate::exit::{self, Outcome};
 use crate::view::over_ground;
 use crate::world::WorldArgs;
@@ -46,8 +49,12 @@ pub fn run(args: &Args) -> Outcome {
     let Command::Check { scene, area } = &args.command;
     let scene = Scene::read(scene)?;
     let mut text = description(&scene);
-    if let Some(area) = area {
-        let source = PageFile::open(area)?;
+    if let Some(file) = area {
+        let source = PageFile::open(file)?;
+        if let Some(setting @ SunSetting::Time(_)) = scene.sun {
+            let Sun { azimuth, elevation } = area::sun(setting, source.header())?;
+            let _ = writeln!(text, "  the sun is then {azimuth:.1}° from grid north, {elevation:.1}° high");
+        }
         let cast = over_ground(&source, WorldArgs::default(), |crs, ground| scene.bind(crs, ground))?;
         let bodies = cast.bodies_at(0.0);
         for (name, body) in cast.names().zip(&bodies) {
@@ -63,8 +70,14 @@ fn description(scene: &Scene) -> String {
     let count = scene.objects.len();
     let mut text =
         format!("{}: scene of {count} object{}\n", scene.path.display(), if count == 1 { "" } else { "s" });
-    if let Some([azimuth, elevation]) = scene.sun {
-        let _ = writeln!(text, "  sun {azimuth}° from north, {elevation}° high");
+    match scene.sun {
+        Some(SunSetting::At(Sun { azimuth, elevation })) => {
+            let _ = writeln!(text, "  sun {azimuth}° from north, {elevation}° high");
+        }
+        Some(SunSetting::Time(time)) => {
+            let _ = writeln!(text, "  sun of {time}");
+        }
+        None => {}
     }
     if scene.shadows == Some(true) {
         let _ = writeln!(text, "  shadows of the ground");
