@@ -2,6 +2,9 @@
 
 use glam::DVec2;
 use hedgehop::frame::Frame;
+use hedgehop::memory::PageFile;
+use hedgehop::modeling::bake_shadows;
+use hedgehop::progress::Silent;
 use hedgehop::render::{RenderOptions, Renderer, render_reference};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::Farm;
@@ -80,4 +83,46 @@ fn frames_and_pictures_show_the_same() {
     let apart: Vec<_> = pixels.map(|(a, b)| a.abs_diff(b)).collect();
     let far = apart.iter().filter(|apart| **apart > 3).count();
     assert!(far * 200 <= apart.len(), "{far} of {} differ, by up to {:?}", apart.len(), apart.iter().max());
+}
+
+/// Shares of pixels that show no other light than `truth` to within a step of 3 of 255, of those with ground.
+fn agreement(found: &[u8], truth: &[u8], range: &[f32]) -> f64 {
+    let pixels = found.chunks(3).zip(truth.chunks(3)).zip(range).filter(|(_, range)| range.is_finite());
+    let same = |(a, b): (&[u8], &[u8])| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 3);
+    let (mut all, mut alike) = (0, 0);
+    for (pair, _) in pixels {
+        (all, alike) = (all + 1, alike + u32::from(same(pair)));
+    }
+    f64::from(alike) / f64::from(all)
+}
+
+#[test]
+fn baked_shadows_look_like_live_ones_and_are_sound() {
+    let (bare, farm) = (area(), Farm::new(2).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("baked.hop");
+    let live = options(true);
+    let pages: Vec<_> = bare.directory().present().map(|(id, _)| id).collect();
+    bake_shadows(&bare, &pages, live.sun, (&path, false), 2, &Silent).unwrap();
+    let baked = PageFile::open(&path).unwrap();
+    assert!(baked.verify(&Silent).unwrap().problems.is_empty());
+    assert_eq!(baked.header().metadata.baked_sun, Some([280.0, 7.0]));
+    let twice = bake_shadows(&baked, &pages, live.sun, (&folder.path().join("b.hop"), false), 1, &Silent);
+    assert!(twice.unwrap_err().to_string().contains("already"));
+    for detail in [1.0, 8.0] {
+        let camera = camera(&bare);
+        let truth = Renderer::new(&bare, &RenderOptions { detail, ..live });
+        let [frame, lit] = [true, false].map(|shadows| {
+            let options = RenderOptions { detail, ..options(shadows) };
+            Renderer::new(&bare, &options).frame(&camera, &farm).unwrap().frame
+        });
+        assert!(difference(&frame, &lit) > 0.015);
+        let [truth, bright] = [&truth, &Renderer::new(&bare, &options(false))]
+            .map(|renderer| renderer.picture(&camera, &farm).unwrap().0.rgb);
+        let options = RenderOptions { detail, ..options(false) };
+        let found = Renderer::new(&baked, &options).picture(&camera, &farm).unwrap().0.rgb;
+        let agree = agreement(&found, &truth, &frame.range);
+        assert!(agree >= 0.99, "{agree} of the pixels agree at detail {detail}");
+        assert!(agreement(&bright, &truth, &frame.range) < 0.9, "there are shadows to agree upon");
+    }
 }

@@ -2,6 +2,7 @@
 
 pub mod raster;
 
+mod bake;
 mod budget;
 mod build;
 mod corridor;
@@ -22,6 +23,7 @@ mod vertical;
 mod warp;
 mod workers;
 
+pub use bake::bake_shadows;
 pub use build::{BuildReport, build};
 pub use corridor::{Corridor, Place, Route};
 pub use options::{BuildOptions, NodataFill};

@@ -150,7 +150,7 @@ impl Look {
 
     /// Radiance that reaches the eye from a hit.
     fn shade(&self, hit: &Hit, ray: &Ray) -> Vec3 {
-        let radiance = hit.albedo * self.sensor.light(hit.normal, 1.0);
+        let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, 1.0);
         self.atmosphere.haze(radiance, ray.origin.z, ray.direction.z as f32, hit.range as f32)
     }
 }

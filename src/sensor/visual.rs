@@ -3,55 +3,29 @@
 use glam::Vec3;
 
 use crate::raymarch::SurfaceSample;
-use crate::simd::{Floats, Simd};
-use crate::sunlight::Sun;
-
-/// Share of the light on level ground that comes from the sky.
-const SKY_SHARE: f32 = 0.35;
-
-/// Sine of the sun's elevation below which the light on a wall no longer grows against that on level ground: half a degree, the sun's own
-/// width.
-const LOWEST: f32 = 0.0087;
+use crate::sunlight::{Daylight, Sun};
 
 /// Shades imagery so that level ground keeps its colour, whatever the sun's elevation: photographs
 /// already hold the light of their hour.
 #[derive(Debug, Clone, Copy)]
 pub struct VisualSensor {
-    /// Direction to the sun; its third component is no less than [`LOWEST`].
-    to_sun: Vec3,
+    daylight: Daylight,
 }
 
 impl VisualSensor {
     /// A sensor under `sun`.
     pub fn new(sun: Sun) -> Self {
-        let to_sun = sun.direction();
-        Self { to_sun: to_sun.with_z(to_sun.z.max(LOWEST)) }
+        Self { daylight: Daylight::new(sun) }
+    }
+
+    /// The light that it sees by.
+    pub fn daylight(&self) -> &Daylight {
+        &self.daylight
     }
 
     /// Radiance towards the eye, linear Rec. 709, 1 = display white.
     pub fn radiance(&self, sample: &SurfaceSample) -> Vec3 {
-        sample.albedo * self.light(sample.normal, sample.sun)
-    }
-
-    /// Light on a surface of unit `normal` that sees a share `sun` (0…1) of the sun's disc, 1 on level ground that sees all of it: Lambert's law for the
-    /// sun, and a uniform sky that a slope sees less of (half of it on a wall).
-    #[inline]
-    pub fn light(&self, normal: Vec3, sun: f32) -> f32 {
-        let direct = normal.dot(self.to_sun).max(0.0) / self.to_sun.z;
-        let sky = 0.5 + 0.5 * normal.z;
-        SKY_SHARE * sky + (1.0 - SKY_SHARE) * direct * sun
-    }
-
-    /// The same for sixteen surfaces that rise `eastward` and `northward` by so much per unit.
-    #[inline(always)]
-    pub fn light_on<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2], sun: V::F) -> V::F {
-        let one = simd.splat(1.0);
-        let upward = one / (eastward * eastward + northward * northward + one).sqrt();
-        let [east, north] = [self.to_sun.x, self.to_sun.y].map(|share| simd.splat(share / self.to_sun.z));
-        // Of the normal's upward part, like all that is multiplied by it.
-        let direct = (one - eastward * east - northward * north).max(simd.splat(0.0));
-        let sky = simd.splat(0.5 * SKY_SHARE);
-        sky + upward * (sky + direct * simd.splat(1.0 - SKY_SHARE) * sun)
+        sample.albedo * self.daylight.on(sample.normal, sample.sun)
     }
 }
 

@@ -11,6 +11,7 @@
 //! as they are wide of their edge. The way to a far edge leads over coarser levels, whose voxels are no larger than the half-shadow is wide there.
 
 mod course;
+mod daylight;
 mod rows;
 mod sample;
 mod shade;
@@ -19,6 +20,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use daylight::Daylight;
 pub use sample::ShadeSampler;
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
 pub use sun::{Sun, SunSetting};

@@ -38,6 +38,14 @@ pub struct ShadePage {
     pub stride: usize,
 }
 
+impl ShadePage {
+    /// Share of the sun, 0…1, at a post (eastward, northward), counted from the first of those around the page; beyond them that of the nearest.
+    pub fn at(&self, [x, y]: [usize; 2]) -> f32 {
+        let rows = self.shares.len() / self.stride;
+        f32::from(self.shares[y.min(rows - 1) * self.stride + x.min(self.stride - 1)]) / ALL
+    }
+}
+
 impl Bytes for Arc<ShadePage> {
     fn bytes(&self) -> usize {
         self.shares.len()

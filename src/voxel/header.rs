@@ -62,6 +62,9 @@ pub struct Metadata {
     pub void_share: f64,
     /// Share of level-1 voxels without any surface, 0…1.
     pub empty_share: f64,
+    /// Azimuth (clockwise from grid north) and elevation of the sun whose shadows its colours hold, degrees; `None`: they hold none but those of the imagery.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baked_sun: Option<[f64; 2]>,
     /// Program and version that wrote the file.
     pub writer: String,
 }

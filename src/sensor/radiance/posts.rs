@@ -193,9 +193,9 @@ impl<'a> Posts<'a> {
     /// Light on sixteen posts, whose own slopes are given, and how much of them is seen.
     #[inline(always)]
     fn light<V: Simd>(&self, simd: V, at: [usize; 2], own: [V::F; 2]) -> (V::F, V::F) {
-        let (sensor, sun) = (self.lamp.sensor, self.sun(simd, at));
+        let (daylight, sun) = (self.lamp.sensor.daylight(), self.sun(simd, at));
         if self.view.relief.is_empty() {
-            return (sensor.light_on(simd, own, sun), self.facing.weight(simd, own));
+            return (daylight.on_slopes(simd, own, sun), self.facing.weight(simd, own));
         }
         let first = size_of::<Relief>() * self.place(at, RELIEF_APRON);
         let relief = ReliefLanes::load(simd, &from(bytemuck::cast_slice(self.view.relief), first));
@@ -203,7 +203,7 @@ impl<'a> Posts<'a> {
         let (mut sum, mut weights) = (simd.splat(0.0), simd.splat(0.0));
         for slopes in relief.slopes(mean) {
             let weight = self.facing.weight(simd, slopes);
-            sum = sum + weight * sensor.light_on(simd, slopes, sun);
+            sum = sum + weight * daylight.on_slopes(simd, slopes, sun);
             weights = weights + weight;
         }
         (sum / weights, self.facing.weight(simd, mean))

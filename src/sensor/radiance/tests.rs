@@ -137,7 +137,7 @@ fn lit<S: PageSource>(cursor: &mut PageCursor<'_, S>, level: u8, cell: [i64; 2])
     let [east, north] = slopes(cursor, level, cell)?;
     let normal = Vec3::new(-east, -north, 1.0).normalize();
     let colour = Vec3::from_array(linear_from_srgb8(cursor.colour(level, cell).unwrap()?));
-    Some(colour * sensor().light(normal, 1.0))
+    Some(colour * sensor().daylight().on(normal, 1.0))
 }
 
 /// How much of ground with these slopes is seen: its rise along the view, and what the eye looks down.
@@ -191,7 +191,7 @@ fn lit_by_finer<S: PageSource>(
     for slope in [DVec2::new(a, b), DVec2::new(-a, -b), DVec2::new(0.0, c), DVec2::new(0.0, -c)] {
         let [east, north] = (mean + slope).as_vec2().to_array();
         let weight = weight_of(facing, [east, north]);
-        light += weight * sensor().light(Vec3::new(-east, -north, 1.0).normalize(), 1.0);
+        light += weight * sensor().daylight().on(Vec3::new(-east, -north, 1.0).normalize(), 1.0);
         total += weight;
     }
     Vec3::from_array(linear_from_srgb8(colour)) * (light / total)

@@ -131,6 +131,12 @@ pub fn description(header: &Header) -> Result<String> {
             format!("{} m wide at {} m along {route}", metres(*width), metres(*spacing)),
         );
     }
+    if let Some([azimuth, elevation]) = metadata.baked_sun {
+        row(
+            "shadows",
+            format!("of a sun {azimuth:.1}° from grid north and {elevation:.1}° high, in the colours"),
+        );
+    }
     for (index, note) in metadata.notes.iter().enumerate() {
         row(if index == 0 { "notes" } else { "" }, note.clone());
     }

@@ -26,7 +26,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
-use crate::commands::{bench, build, demo, info, plan, render, scene as scenes, verify};
+use crate::commands::{bake, bench, build, demo, info, plan, render, scene as scenes, verify};
 use crate::interrupt::Interrupt;
 
 /// Renders low flight over real terrain from voxel databases, without a GPU.
@@ -50,6 +50,7 @@ Exit codes are listed by `hedgehop COMMAND --help`.";
 #[derive(Debug, Subcommand)]
 enum Command {
     Build(build::Args),
+    Bake(bake::Args),
     Render(render::Args),
     Plan(plan::Args),
     Info(info::Args),
@@ -65,6 +66,7 @@ fn main() -> ExitCode {
     let ready = guard_mapped_files().and_then(|()| Interrupt::install());
     let outcome = ready.map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
         Command::Build(args) => build::run(args, &interrupt),
+        Command::Bake(args) => bake::run(args, &interrupt),
         Command::Render(args) => render::run(args, &interrupt),
         Command::Plan(args) => plan::run(args, &interrupt),
         Command::Info(args) => info::run(args),

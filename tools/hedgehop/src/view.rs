@@ -12,7 +12,7 @@ use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
-use hedgehop::sunlight::SunSetting;
+use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 
@@ -121,11 +121,20 @@ impl LookArgs {
         if let Some(visibility) = self.visibility.or(scene.and_then(|scene| scene.visibility)) {
             options.visibility = visibility;
         }
-        if let Some(sun) = self.sun.or(scene.and_then(|scene| scene.sun)) {
-            options.sun = area::sun(sun, header)?;
-        }
+        let asked = self.sun.or(scene.and_then(|scene| scene.sun));
+        let sun = asked.map(|sun| area::sun(sun, header)).transpose()?;
+        let baked = header.metadata.baked_sun.map(|[azimuth, elevation]| Sun { azimuth, elevation });
+        options.sun = sun.or(baked).unwrap_or(options.sun);
         let shadows = self.shadows.map(|switch| switch == Switch::On);
         options.shadows = shadows.or(scene.and_then(|scene| scene.shadows)).unwrap_or(options.shadows);
+        if let (Some(baked), true) = (baked, options.shadows) {
+            let what = format!(
+                "the database's colours hold the shadows of a sun {:.1}° from grid north and {:.1}° high already; render it without --shadows on, or the \
+                 database that it was baked from",
+                baked.azimuth, baked.elevation
+            );
+            return Err(Error::Configuration(what));
+        }
         Ok(options)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::ValueEnum;
 use hedgehop::Error;
@@ -9,10 +10,12 @@ use hedgehop::flight::{Fix, Horizontal, ReadOptions, read_track};
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, BuildReport, Corridor, NodataFill, Place, Route, build};
+use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 
 use crate::area;
 use crate::args::{self, Workers};
+use crate::commands::bake::bake;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::program::program;
@@ -98,6 +101,10 @@ pub struct Args {
     /// Imagery bands to take as red, green and blue, counted from 1 [default: as the file says]
     #[arg(long, value_name = "R,G,B", value_parser = args::bands, requires = "imagery")]
     bands: Option<[u32; 3]>,
+
+    /// Put the shadows of a sun at these angles, or at this time, into the colours, as `hedgehop bake` does
+    #[arg(long, value_name = "AZ,EL|TIME", value_parser = args::sun, allow_hyphen_values = true)]
+    bake_shadows: Option<SunSetting>,
 
     /// Memory that the build may hold, bytes with suffix K, M or G
     #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = args::bytes)]
@@ -226,9 +233,25 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         .into());
     }
     let reporter = Reporter::new(args.progress, interrupt);
-    let report = build(&args.options()?, &reporter)?;
+    let report = match args.bake_shadows {
+        None => build(&args.options()?, &reporter)?,
+        Some(sun) => build_and_bake(args, sun, &reporter)?,
+    };
     exit::print(&summary(&args.output, &report)?)?;
     Ok(())
+}
+
+/// Builds beside the output, and puts shadows into what goes there.
+fn build_and_bake(args: &Args, sun: SunSetting, reporter: &Reporter) -> hedgehop::Result<BuildReport> {
+    let beside = |error| Error::io(&args.output, "create a folder beside it", error);
+    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = tempfile::tempdir_in(folder.unwrap_or(Path::new("."))).map_err(beside)?;
+    let bare = folder.path().join("without-shadows.hop");
+    let begun = Instant::now();
+    let report = build(&BuildOptions { output: bare.clone(), ..args.options()? }, reporter)?;
+    let target = (args.output.as_path(), args.overwrite);
+    let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, args.workers.count(), reporter)?;
+    Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
 }
 
 /// What was built, and what to try next.

@@ -1,5 +1,6 @@
 //! One file per subcommand: its flags, and what it does with the library.
 
+pub mod bake;
 pub mod bench;
 pub mod build;
 pub mod demo;

@@ -1,0 +1,192 @@
+//! Shadows in a database's colours.
+//!
+//! The patent darkens voxels that lie in shadow when the database is made (Hughes 1994, shadows: colour × F). So does this, for one sun: by the share
+//! of daylight that a post has left, so that what is lit by the same sun afterwards looks as if shadows had been computed then. Coarser levels are
+//! means of finer ones, as ever; where these are not stored, they are darkened by what they see of the sun themselves.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::workers::in_order;
+use crate::colour::{linear_from_srgb8, srgb8_from_linear};
+use crate::error::{Error, Result};
+use crate::progress::Observer;
+use crate::sunlight::{Daylight, SHADE_APRON, Shade, ShadePage, Shades, Sun};
+use crate::voxel::{
+    APRON, ContentHash, EncodedPage, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback, PageSource,
+    PageView, PageWriter, StandIn, VoxelBlock, half_steps, sparse_page,
+};
+
+/// Bytes of shares of the sun that are kept for neighbouring pages.
+const KEPT: usize = 64 << 20;
+
+/// Pages after which what is not used any more goes.
+const ROUND: u64 = 64;
+
+/// Writes the database that `source` gives out as `output`, with the shadows of `sun` in its colours; `pages` are all of its pages, in the order in which
+/// they are to lie in the file, finer levels first. Returns identity and bytes. Nothing is left behind on error, on cancellation or on a kill that opens as
+/// a database.
+///
+/// # Errors
+/// [`Error::Configuration`]: the database has shadows already, or `output` exists and `overwrite` is false; a page that is damaged; what the
+/// disk refuses.
+pub fn bake_shadows(
+    source: &dyn PageSource,
+    pages: &[PageId],
+    sun: Sun,
+    (output, overwrite): (&Path, bool),
+    threads: usize,
+    observer: &dyn Observer,
+) -> Result<(ContentHash, u64)> {
+    let header = source.header();
+    if header.metadata.baked_sun.is_some() {
+        let what =
+            "the database's colours hold shadows already; bake them into the one that it was made from";
+        return Err(Error::Configuration(what.into()));
+    }
+    let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?;
+    let shades = Shades::new(Shade::new(header, sun), KEPT);
+    let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
+    observer.begin("shadows", pages.len() as u64, "pages");
+    for pages in pages.chunk_by(|a, b| a.level == b.level) {
+        in_order(
+            pages.len() as u64,
+            threads,
+            observer,
+            || (),
+            |(), task| oven.page(pages[task as usize]),
+            |task, page| {
+                writer.append(&page)?;
+                if task % ROUND == 0 {
+                    oven.shades.begin_frame();
+                }
+                observer.advance(1);
+                Ok(())
+            },
+        )?;
+    }
+    observer.end();
+    source.intact()?;
+    let baked_sun = Some([sun.azimuth, sun.elevation]);
+    writer.finish(&Metadata { baked_sun, ..header.metadata.clone() }, header.height_range)
+}
+
+/// Makes pages with shadows.
+struct Oven<'s> {
+    source: &'s dyn PageSource,
+    shades: Shades,
+    daylight: Daylight,
+    /// What has been made.
+    finer: PageReadback,
+}
+
+/// A page, and what its posts see of the sun.
+struct Lit<'s> {
+    id: PageId,
+    view: PageView<'s>,
+    shares: Arc<ShadePage>,
+}
+
+impl<'s> Oven<'s> {
+    fn page(&self, id: PageId) -> Result<EncodedPage> {
+        let page = self.copy(id)?;
+        let colours = if id.level == 0 {
+            self.darkened(id)?
+        } else {
+            let header = self.source.header();
+            sparse_page(&self.finer, &mut Alone(self), &header.grid, header.heights, id)?.colours
+        };
+        Ok(PageBuffer { colours, ..page }.encode(id))
+    }
+
+    /// The page as it is.
+    fn copy(&self, id: PageId) -> Result<PageBuffer> {
+        let mut page = self.lit(id)?.view.to_buffer();
+        if let Some(bounds) = self.source.bounds(id)? {
+            (page.low, page.high) = (bounds.low.to_vec(), bounds.high.to_vec());
+        }
+        Ok(page)
+    }
+
+    fn lit(&self, id: PageId) -> Result<Lit<'s>> {
+        let absent = || {
+            Error::Configuration(format!("{id} is not stored; take the pages of the database's directory"))
+        };
+        let view = self.source.page(id)?.ok_or_else(absent)?;
+        Ok(Lit { id, view, shares: self.shades.page(self.source, id)?.ok_or_else(absent)? })
+    }
+
+    /// Colours of a page and around it, each as the page says to which it belongs.
+    fn darkened(&self, id: PageId) -> Result<Vec<[u8; 3]>> {
+        let own = self.lit(id)?;
+        let (nx, ny) = self.source.header().grid.dims(id.level);
+        let place = |page: u32, at: u32, count: u32| {
+            let post = (page * PAGE_SIDE + at).saturating_sub(APRON).min(count - 1);
+            (post / PAGE_SIDE, post % PAGE_SIDE)
+        };
+        let mut beside: Vec<Lit<'_>> = Vec::new();
+        let mut colours = Vec::with_capacity(own.view.colours.len());
+        for y in 0..own.view.height + 2 * APRON {
+            for x in 0..own.view.width + 2 * APRON {
+                let ((px, column), (py, row)) = (place(id.px, x, nx), place(id.py, y, ny));
+                let owner = PageId { level: id.level, px, py };
+                if owner == id {
+                    colours.push(self.colour(&own, [column, row].map(|post| post + APRON)));
+                    continue;
+                }
+                if beside.iter().all(|lit| lit.id != owner) && self.source.has(owner) {
+                    beside.push(self.lit(owner)?);
+                }
+                colours.push(match beside.iter().find(|lit| lit.id == owner) {
+                    Some(other) => self.colour(other, [column, row].map(|post| post + APRON)),
+                    // Beside a corridor nobody else says what lies there.
+                    None => self.colour(&own, [x, y]),
+                });
+            }
+        }
+        Ok(colours)
+    }
+
+    /// Colour of a post, counted with the apron, by the share of daylight that comes to it.
+    fn colour(&self, lit: &Lit<'_>, [x, y]: [u32; 2]) -> [u8; 3] {
+        let Lit { id, view, shares } = lit;
+        let [width, height] = [view.width, view.height].map(|side| side + 2 * APRON);
+        let colour = view.colours[(y * width + x) as usize];
+        let share = shares.at([x, y].map(|at| at.saturating_sub(APRON - SHADE_APRON) as usize));
+        if share == 1.0 {
+            return colour;
+        }
+        let header = self.source.header();
+        let half_step = 0.5 * header.heights.scale / header.grid.side(id.level);
+        let code = |x: u32, y: u32| view.heights[(y.min(height - 1) * width + x.min(width - 1)) as usize];
+        let here = code(x, y);
+        // Where the area ends the apron repeats its last post: half the way, so twice the slope.
+        let slope = |behind, ahead, (page, at, count): (u32, u32, u32)| {
+            let post = page * PAGE_SIDE + at;
+            let is_last = post <= APRON || post + 1 >= count + APRON;
+            f64::from(half_steps(here, behind, ahead) << i32::from(is_last)) * half_step
+        };
+        let (nx, ny) = header.grid.dims(id.level);
+        let eastward = slope(code(x.saturating_sub(1), y), code(x + 1, y), (id.px, x, nx));
+        let northward = slope(code(x, y.saturating_sub(1)), code(x, y + 1), (id.py, y, ny));
+        let normal = Vec3::new(-eastward as f32, -northward as f32, 1.0).normalize();
+        let left = self.daylight.on(normal, share) / self.daylight.on(normal, 1.0);
+        linear_from_srgb8(colour).map(|light| srgb8_from_linear(light * left))
+    }
+}
+
+/// Stands in for finer pages that are not stored: the coarse page itself, darkened.
+struct Alone<'o, 's>(&'o Oven<'s>);
+
+impl StandIn for Alone<'_, '_> {
+    fn finer(&mut self, _: PageId, _: Range<u32>, _: Range<u32>) -> Result<Option<VoxelBlock>> {
+        Ok(None)
+    }
+
+    fn page(&mut self, id: PageId) -> Result<PageBuffer> {
+        Ok(PageBuffer { colours: self.0.darkened(id)?, ..self.0.copy(id)? })
+    }
+}

@@ -1,0 +1,92 @@
+//! `hedgehop bake`: shadows of one sun into a database's colours.
+
+use std::path::{Path, PathBuf};
+
+use hedgehop::memory::PageFile;
+use hedgehop::modeling::bake_shadows;
+use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::voxel::{PageId, PageSource};
+
+use crate::area;
+use crate::args::{self, Workers};
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::program::program;
+use crate::progress::{Mode, Reporter};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop bake area.hop --sun 250,12 -o evening.hop
+  hedgehop bake area.hop --sun 2026-06-21T17:30Z -o evening.hop";
+
+/// Put the shadows of one sun into a database's colours.
+///
+/// The ground's shadows on itself are computed once, and flights need not compute them any more. The new database is rendered under that sun
+/// unless --sun says otherwise.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to take
+    #[arg(value_name = "AREA.hop")]
+    area: PathBuf,
+
+    /// Sun's azimuth clockwise from grid north and elevation above the horizon, degrees, or the time: 2026-06-21T09:30Z
+    #[arg(long, value_name = "AZ,EL|TIME", value_parser = args::sun, allow_hyphen_values = true)]
+    sun: SunSetting,
+
+    /// Database to write
+    #[arg(short, long, value_name = "SHADED.hop")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    workers: Workers,
+
+    /// Replace the database if it exists
+    #[arg(long)]
+    overwrite: bool,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    if let (Ok(area), Ok(output)) = (args.area.canonicalize(), args.output.canonicalize())
+        && area == output
+    {
+        let what = format!("{} is the database to take; name another file with -o", args.output.display());
+        return Err(hedgehop::Error::Configuration(what).into());
+    }
+    let file = PageFile::open(&args.area)?;
+    let (sun, bytes) =
+        bake(&file, args.sun, (&args.output, args.overwrite), args.workers.count(), &reporter)?;
+    let text = format!(
+        "baked {}: {:.1} MB, shadows of a sun {:.1}° from grid north, {:.1}° high\nNext:\n  {} render {} --path TRACK -o frames/####.png\n",
+        args.output.display(),
+        bytes as f64 / 1e6,
+        sun.azimuth,
+        sun.elevation,
+        program(),
+        args.output.display()
+    );
+    Ok(exit::print(&text)?)
+}
+
+/// Writes a database with shadows; returns where the sun stands, and the bytes of the file.
+pub fn bake(
+    file: &PageFile,
+    sun: SunSetting,
+    target: (&Path, bool),
+    threads: usize,
+    reporter: &Reporter,
+) -> hedgehop::Result<(Sun, u64)> {
+    let sun = area::sun(sun, file.header())?;
+    let mut pages: Vec<(u64, PageId)> =
+        file.directory().present().map(|(id, entry)| (entry.offset, id)).collect();
+    pages.sort_unstable();
+    let pages: Vec<_> = pages.into_iter().map(|(_, id)| id).collect();
+    let (_, bytes) = bake_shadows(file, &pages, sun, target, threads, reporter)?;
+    Ok((sun, bytes))
+}
