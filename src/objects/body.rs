@@ -1,35 +1,54 @@
-//! A shape in its place.
+//! A shape or a model in its place.
+
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 
-use super::Shape;
-use super::shape::Touch;
+use super::mesh::{Mesh, Point};
+use super::model::Model;
+use super::shape::{Shape, Touch};
 use crate::earth::Curvature;
-use crate::space::Attitude;
+use crate::space::{Attitude, Footprint};
 
 use super::lens::Line;
 
-/// A shape somewhere in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What a body looks like from all sides.
+#[derive(Debug, Clone)]
+pub enum Form {
+    /// Something with a closed form.
+    Shape(Shape),
+    /// Triangles.
+    Model(Arc<Model>),
+}
+
+/// A shape or a model somewhere in the world.
+#[derive(Debug, Clone)]
 pub struct Body {
     /// Number that pictures carry; of two at the same range the lower one is seen. No two have the same.
     pub id: u32,
     /// What it looks like from all sides.
-    pub shape: Shape,
-    /// The shape's origin, metres (x east, y north, z above the datum).
+    pub form: Form,
+    /// The form's origin, metres (x east, y north, z above the datum).
     pub position: DVec3,
     /// Where its forward axis points (yaw, pitch), and how its up axis leans (roll), degrees.
     pub attitude: Attitude,
-    /// Linear Rec. 709 reflectance, 0…1.
+    /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: Vec3,
 }
 
+/// What an eye sees of a form.
+#[derive(Debug, Clone)]
+pub(super) enum Sight {
+    Shape(Shape),
+    Mesh(Arc<Mesh>),
+}
+
 /// A body as an eye finds it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Placed {
     pub id: u32,
     pub albedo: Vec3,
-    pub shape: Shape,
+    pub sight: Sight,
     pub position: DVec3,
     pub body_from_world: DMat3,
     /// The eye, in its axes.
@@ -43,19 +62,67 @@ pub(super) struct Placed {
     pub thickness: f64,
 }
 
+impl From<Shape> for Form {
+    fn from(shape: Shape) -> Self {
+        Self::Shape(shape)
+    }
+}
+
+impl From<Arc<Model>> for Form {
+    fn from(model: Arc<Model>) -> Self {
+        Self::Model(model)
+    }
+}
+
+impl Form {
+    /// Least and greatest corner of the box around it, metres: x right, y forward, z up.
+    pub fn corners(&self) -> [DVec3; 2] {
+        match self {
+            Self::Shape(shape) => shape.corners(),
+            Self::Model(model) => model.corners(),
+        }
+    }
+}
+
+/// Columns: a body's axes (right, forward, up) in the world.
+fn world_from_body(attitude: Attitude) -> DMat3 {
+    let view = attitude.world_from_view();
+    DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis)
+}
+
+impl Body {
+    /// Whether it holds up light on the way from `origin` (metres in the world) along `direction` (of unit length), up to `end` metres: whether it casts
+    /// a shadow on `origin`. Nothing bends here.
+    pub fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {
+        let body_from_world = world_from_body(self.attitude).transpose();
+        let (origin, direction) = (body_from_world * (origin - self.position), body_from_world * direction);
+        match &self.form {
+            Form::Shape(shape) => shape.touch(origin, direction).is_some_and(|touch| touch.range <= end),
+            Form::Model(model) => model.levels()[0].mesh.blocks(origin, direction, end),
+        }
+    }
+}
+
 impl Placed {
     /// Where `eye` finds `body`, which the Earth's curvature lowers with the ground that it stands on.
-    pub fn new(body: &Body, eye: DVec3, curvature: Curvature) -> Self {
+    pub fn new(body: &Body, eye: DVec3, footprint: Footprint, curvature: Curvature) -> Self {
         let distance = (body.position - eye).truncate().length();
         let position = body.position - DVec3::Z * curvature.drop_at(distance);
-        let view = body.attitude.world_from_view();
-        let world_from_body = DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis);
-        let corners = body.shape.corners();
+        let world_from_body = world_from_body(body.attitude);
+        let corners = body.form.corners();
         let size = corners[1] - corners[0];
+        let sight = match &body.form {
+            Form::Shape(shape) => Sight::Shape(*shape),
+            Form::Model(model) => {
+                let distance =
+                    (position + world_from_body * (0.5 * (corners[0] + corners[1])) - eye).length();
+                Sight::Mesh(model.at(size.length() / footprint.at(distance)).clone())
+            }
+        };
         Self {
             id: body.id,
             albedo: body.albedo,
-            shape: body.shape,
+            sight,
             position,
             body_from_world: world_from_body.transpose(),
             eye: world_from_body.transpose() * (eye - position),
@@ -66,10 +133,35 @@ impl Placed {
         }
     }
 
-    /// Where a ray meets it first; the normal is of unit length and in world axes.
-    pub fn touch(&self, line: &Line) -> Option<Touch> {
-        let touch = self.shape.touch(self.origin(line), self.body_from_world * line.direction)?;
-        Some(Touch { normal: self.body_from_world.transpose() * touch.normal.normalize(), ..touch })
+    /// Where a ray meets it first, and what colour it has there, over `footprint` of it; the normal is of unit length and in world axes.
+    pub fn touch(&self, line: &Line, footprint: Footprint) -> Option<(Touch, Vec3)> {
+        let (origin, direction) = (self.origin(line), self.body_from_world * line.direction);
+        let (range, normal, albedo) = match &self.sight {
+            Sight::Shape(shape) => {
+                let touch = shape.touch(origin, direction)?;
+                (touch.range, touch.normal, self.albedo)
+            }
+            Sight::Mesh(mesh) => {
+                let metres = footprint.at((self.middle() - origin).length()) as f32;
+                let Point { range, triangle, weights, is_behind } = mesh.touch(origin, direction, metres)?;
+                let triangle = mesh.triangle_at(triangle);
+                let normal = mesh.normal(triangle, weights, is_behind).as_dvec3();
+                (range, normal, mesh.colour(triangle, weights, metres, self.albedo))
+            }
+        };
+        let normal = self.body_from_world.transpose() * normal.normalize();
+        Some((Touch { range, normal }, albedo))
+    }
+
+    /// Its axes (right, forward, up) in the world.
+    pub fn axes(&self) -> [Vec3; 3] {
+        let world_from_body = self.body_from_world.transpose();
+        [world_from_body.x_axis, world_from_body.y_axis, world_from_body.z_axis].map(DVec3::as_vec3)
+    }
+
+    /// The middle of the box around it, in its axes, metres.
+    pub fn middle(&self) -> DVec3 {
+        0.5 * (self.corners[0] + self.corners[1])
     }
 
     /// Corners of the box around it, in the world.
@@ -92,7 +184,9 @@ impl Placed {
     /// Whether a ray may come nearer to it than `margin` metres, in front of its origin.
     pub fn is_near(&self, line: &Line, margin: f64) -> bool {
         let origin = self.origin(line);
-        if let Some((grown, below)) = self.shape.grown(margin) {
+        if let Sight::Shape(shape) = &self.sight
+            && let Some((grown, below)) = shape.grown(margin)
+        {
             return grown.touch(origin + DVec3::Z * below, self.body_from_world * line.direction).is_some();
         }
         let inverse = (self.body_from_world * line.direction).recip();
@@ -110,16 +204,17 @@ mod tests {
     fn tower(attitude: Attitude) -> Placed {
         let body = Body {
             id: 1,
-            shape: Shape::Box { size: DVec3::new(2.0, 10.0, 4.0) },
+            form: Shape::Box { size: DVec3::new(2.0, 10.0, 4.0) }.into(),
             position: DVec3::new(100.0, 200.0, 50.0),
             attitude,
             albedo: Vec3::ONE,
         };
-        Placed::new(&body, DVec3::ZERO, Curvature::FLAT)
+        Placed::new(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::FLAT)
     }
 
     fn touch(placed: &Placed, origin: [f64; 3], direction: DVec3) -> Option<Touch> {
-        placed.touch(&Line { origin: Some(origin.into()), direction })
+        let line = Line { origin: Some(origin.into()), direction };
+        placed.touch(&line, Footprint::Angle(1.0e-3)).map(|(touch, _)| touch)
     }
 
     #[test]
@@ -154,12 +249,12 @@ mod tests {
     fn far_bodies_are_lowered_with_their_ground() {
         let body = Body {
             id: 0,
-            shape: Shape::Disc { radius: 1.0 },
+            form: Shape::Disc { radius: 1.0 }.into(),
             position: DVec3::new(30_000.0, 40_000.0, 100.0),
             attitude: Attitude::default(),
             albedo: Vec3::ONE,
         };
-        let placed = Placed::new(&body, DVec3::ZERO, Curvature::standard());
+        let placed = Placed::new(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::standard());
         assert!((100.0 - placed.centre.z - Curvature::standard().drop_at(50_000.0)).abs() < 1e-9);
     }
 }

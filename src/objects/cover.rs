@@ -4,13 +4,18 @@
 //! the middle one by a multiple of what a pixel to the right and one down add to it. Loops stand for `map`: its closures are not inlined into
 //! code of an instruction set.
 
+mod meshes;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Shape;
 use super::body::Placed;
 use super::lens::{Lens, Line};
+use super::mesh::Basis;
 use super::pixel::Ground;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
+
+pub(super) use meshes::{CountAll, Item, Patch, Probe};
 
 /// Rays of a pixel in which an edge may lie, and columns of their lattice from one row to the next: of all lattices of 96 points that with the most exact
 /// shares of half planes, 0.0051 off in the mean, half as much as 64 points of Hammersley's.
@@ -47,6 +52,7 @@ pub(super) struct Aim {
     begin: f32,
     /// Columns: the body's axes in the world.
     axes: [Vec3; 3],
+    albedo: Vec3,
 }
 
 /// Rays that see one face of a body, or nearly so.
@@ -59,6 +65,8 @@ pub(super) struct Face {
     pub normal: Vec3,
     /// Mean, metres.
     pub range: f32,
+    /// Mean, linear.
+    pub albedo: Vec3,
 }
 
 /// Counts the rays of a pixel by what they see first.
@@ -112,8 +120,15 @@ impl Pencil {
         Some(Self { origin: [start(own), right[0], down[0]], direction: [towards(own), right[1], down[1]] })
     }
 
-    /// Aims at a body.
-    pub fn aim(&self, body: &Placed) -> Aim {
+    /// Coordinates of the screen for a mesh in the place of `body`; `None`: the pencil has no width.
+    pub fn basis(&self, body: &Placed, middle: DVec3) -> Option<Basis> {
+        let turned = |vectors: [DVec3; 3]| vectors.map(|vector| body.body_from_world * vector);
+        let [origin, right, down] = self.origin;
+        Basis::new(turned([origin - body.position, right, down]), turned(self.direction), middle, body.radius)
+    }
+
+    /// Aims at a `shape` in the place of `body`.
+    pub fn aim(&self, body: &Placed, shape: Shape) -> Aim {
         let [middle, ..] = self.direction;
         let begin = (body.centre - self.origin[0]).dot(middle) / middle.length_squared();
         let [origin, direction] = [self.origin, self.direction];
@@ -121,14 +136,13 @@ impl Pencil {
             let from = if part == 0 { origin[0] - body.position } else { origin[part] };
             (body.body_from_world * (from + direction[part] * begin)).as_vec3()
         });
-        let world_from_body = body.body_from_world.transpose();
         Aim {
-            shape: body.shape,
+            shape,
             origin: near,
             direction: direction.map(|part| (body.body_from_world * part).as_vec3()),
             begin: begin as f32,
-            axes: [world_from_body.x_axis, world_from_body.y_axis, world_from_body.z_axis]
-                .map(DVec3::as_vec3),
+            axes: body.axes(),
+            albedo: body.albedo,
         }
     }
 }
@@ -152,33 +166,40 @@ impl Kernel for Count<'_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let Self { aims, pencil, ground, faces } = self;
-        let direction = pencil.direction.map(DVec3::as_vec3);
         let zero = simd.splat(0.0);
         let mut batches = [Seen::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; RAYS / LANES];
         for (batch, seen) in batches.iter_mut().enumerate() {
             let [x, y] = &OFFSETS[batch];
             let offsets = [simd.load(x), simd.load(y)];
-            let direction = spread(simd, &direction, offsets);
-            let metres = dot::<V>(direction, direction).sqrt();
-            let inverse = offsets[1].mul_add(
-                simd.splat(ground.slope[1]),
-                offsets[0].mul_add(simd.splat(ground.slope[0]), simd.splat(ground.inverse)),
-            );
-            let behind = (inverse * metres).max(simd.splat(1.0 / FAR)).recip();
-            *seen = Seen { at: behind, aim: simd.splat(-1.0), normal: [zero; 3], metres };
+            *seen = begin_rays(simd, pencil, ground, offsets);
             for (index, aim) in aims.iter().enumerate() {
                 aim.look(simd, index, offsets, seen);
             }
         }
-        for aim in 0..aims.len() {
-            count_faces(simd, aim, &batches, faces);
+        for (index, aim) in aims.iter().enumerate() {
+            count_faces(simd, index, aim.albedo, &batches, faces);
         }
     }
 }
 
+/// What sixteen rays see where there is nothing but the ground.
+#[inline(always)]
+fn begin_rays<V: Simd>(simd: V, pencil: &Pencil, ground: &Ground, offsets: [V::F; 2]) -> Seen<V> {
+    let zero = simd.splat(0.0);
+    let direction = pencil.direction.map(DVec3::as_vec3);
+    let direction = spread(simd, &direction, offsets);
+    let metres = dot::<V>(direction, direction).sqrt();
+    let inverse = offsets[1].mul_add(
+        simd.splat(ground.slope[1]),
+        offsets[0].mul_add(simd.splat(ground.slope[0]), simd.splat(ground.inverse)),
+    );
+    let behind = (inverse * metres).max(simd.splat(1.0 / FAR)).recip();
+    Seen { at: behind, aim: simd.splat(-1.0), normal: [zero; 3], metres }
+}
+
 /// Puts what rays see of a body into two faces at most: one of the first ray that meets it, and one of all others.
 #[inline(always)]
-fn count_faces<V: Simd>(simd: V, aim: usize, batches: &[Seen<V>], faces: &mut Vec<Face>) {
+fn count_faces<V: Simd>(simd: V, aim: usize, albedo: Vec3, batches: &[Seen<V>], faces: &mut Vec<Face>) {
     let own = simd.splat(aim as f32);
     let mut first = None;
     for seen in batches {
@@ -206,7 +227,7 @@ fn count_faces<V: Simd>(simd: V, aim: usize, batches: &[Seen<V>], faces: &mut Ve
         if rays > 0 {
             let [x, y, z, range] = sums;
             let normal = Vec3::new(total(x), total(y), total(z)) / rays as f32;
-            faces.push(Face { aim, rays, normal, range: total(range) / rays as f32 });
+            faces.push(Face { aim, rays, normal, range: total(range) / rays as f32, albedo });
         }
     }
 }

@@ -45,6 +45,11 @@ impl<'c> Lens<'c> {
         Some(Line { origin: is_parallel.then_some(ray.origin), direction: ray.direction })
     }
 
+    /// Whether rays differ by multiples of what a pixel to the right and one down add to them, all over the screen.
+    pub fn is_straight(&self) -> bool {
+        self.planar.is_some() || matches!(self.camera.screen(), Screen::Orthographic { .. })
+    }
+
     /// A ray of unit length.
     pub fn ray(&self, line: &Line) -> Ray {
         Ray { origin: line.origin(self.camera), direction: line.direction.normalize() }

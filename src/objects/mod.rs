@@ -15,11 +15,16 @@
 mod body;
 mod cover;
 mod lens;
+mod mesh;
+mod model;
 mod pixel;
 mod shape;
+mod sheet;
 mod view;
 
-pub use body::Body;
+pub use body::{Body, Form};
+pub use mesh::{Material, Mesh, Part, Texture, Wrap};
+pub use model::{Level, Model};
 pub use pixel::{Ground, Seen};
 pub use shape::Shape;
 pub use view::{Hit, SQUARE, Square, View};

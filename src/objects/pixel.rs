@@ -1,9 +1,12 @@
 //! How much of a pixel bodies cover, and what they look like.
 
+mod meshes;
+
 use glam::{DVec2, Vec3};
 
-use super::body::Placed;
+use super::body::{Placed, Sight};
 use super::cover::{Aim, Count, Face, ONE_FACE, Pencil, RAYS};
+use super::sheet::Sheets;
 use super::view::{Hit, Shown, Square, nearest};
 use crate::simd::Isa;
 use crate::space::Ray;
@@ -51,6 +54,12 @@ impl Ground {
         f64::from(self.inverse) - 0.5 * (across + along)
     }
 
+    /// One over the range of its nearest point in the pixel, 1/metres.
+    fn most(&self) -> f64 {
+        let [across, along] = self.slope.map(|slope| f64::from(slope).abs());
+        f64::from(self.inverse) + 0.5 * (across + along)
+    }
+
     fn shows(&self, hit: &Hit, offset: DVec2) -> bool {
         // At the eye both are infinite: there the ground is seen.
         hit.range * self.at(offset) < 1.0
@@ -92,6 +101,7 @@ struct Looking<'v> {
     /// Memory for what rays see.
     aims: Vec<Aim>,
     faces: Vec<Face>,
+    sheets: Sheets,
 }
 
 impl<'v> Looking<'v> {
@@ -106,6 +116,7 @@ impl<'v> Looking<'v> {
             isa,
             aims: Vec::new(),
             faces: Vec::new(),
+            sheets: Sheets::default(),
         }
     }
 
@@ -144,12 +155,17 @@ impl<'v> Looking<'v> {
         let in_column = self.row.iter().filter(|body| body.columns.contains(&column));
         self.near.clear();
         self.near.extend(in_column.map(|body| &body.placed).filter(|body| is_near(body)));
+        if self.near.iter().any(|body| matches!(body.sight, Sight::Mesh(_)))
+            && let Some(seen) = self.with_meshes(place, &middle, &ground, &shade)
+        {
+            return seen;
+        }
         if self.near.is_empty() {
             return None;
         }
         let shown = |(hit, offset): (Hit, DVec2)| ground.shows(&hit, offset).then_some(hit);
         let look = |near: &[&Placed]| {
-            nearest(near.iter().copied(), &middle).map(|hit| (hit, DVec2::ZERO)).and_then(shown)
+            nearest(near.iter().copied(), &middle, footprint).map(|hit| (hit, DVec2::ZERO)).and_then(shown)
         };
         let pixels = |body: &Placed, metres: f64| metres / footprint.at(distance(body) + body.radius);
         // Of small bodies nearly all pixels have an edge.
@@ -178,16 +194,27 @@ impl<'v> Looking<'v> {
         let lens = self.square.lens;
         let pencil = Pencil::new(&lens, middle)?;
         self.aims.clear();
-        self.aims.extend(self.near.iter().map(|body| pencil.aim(body)));
+        let aims = self.near.iter().filter_map(|body| match body.sight {
+            Sight::Shape(shape) => Some(pencil.aim(body, shape)),
+            Sight::Mesh(_) => None,
+        });
+        self.aims.extend(aims);
         self.faces.clear();
         self.isa.run(Count { aims: &self.aims, pencil: &pencil, ground, faces: &mut self.faces });
         let ray = lens.ray(&lens.line(middle)?);
+        self.sum(&ray, shade)
+    }
+
+    /// What faces look like together.
+    fn sum(&self, ray: &Ray, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<Seen> {
         let each = 1.0 / RAYS as f32;
-        let hit = |face: &Face| {
-            let body = self.near[face.aim];
-            Hit { id: body.id, range: f64::from(face.range), normal: face.normal, albedo: body.albedo }
+        let hit = |face: &Face| Hit {
+            id: self.near[face.aim].id,
+            range: f64::from(face.range),
+            normal: face.normal,
+            albedo: face.albedo,
         };
-        let colour = self.faces.iter().map(|face| shade(&hit(face), &ray) * (face.rays as f32 * each)).sum();
+        let colour = self.faces.iter().map(|face| shade(&hit(face), ray) * (face.rays as f32 * each)).sum();
         // Of faces with as many rays that of the body with the lowest number, which comes first.
         let most = self.faces.iter().reduce(|most, face| if face.rays > most.rays { face } else { most })?;
         let normal = most.normal.try_normalize().unwrap_or(Vec3::Z);
@@ -213,7 +240,9 @@ impl<'v> Looking<'v> {
         let touches = |range: &std::ops::Range<usize>, at: usize| range.start <= at && at <= range.end;
         let about = |body: &&&Shown| touches(&body.columns, column) && touches(&body.rows, row);
         let placed = bodies.iter().filter(about).map(|body| &body.placed);
-        let hit = lens.line(DVec2::new(column as f64, row as f64)).and_then(|line| nearest(placed, &line));
+        let hit = lens
+            .line(DVec2::new(column as f64, row as f64))
+            .and_then(|line| nearest(placed, &line, lens.camera.footprint()));
         self.corners[index] = Some(hit);
         hit
     }

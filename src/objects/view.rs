@@ -71,7 +71,8 @@ impl<'c> View<'c> {
     /// `bodies` before `camera`.
     pub fn new(camera: &'c Camera, bodies: &[Body], curvature: Curvature) -> Self {
         let lens = Lens::new(camera);
-        let placed = bodies.iter().map(|body| Placed::new(body, camera.pose.eye, curvature));
+        let footprint = camera.footprint();
+        let placed = bodies.iter().map(|body| Placed::new(body, camera.pose.eye, footprint, curvature));
         let mut bodies: Vec<_> = placed.map(|placed| Shown::new(placed, &lens)).collect();
         bodies.retain(|body| !body.columns.is_empty() && !body.rows.is_empty());
         bodies.sort_unstable_by_key(|body| body.placed.id);
@@ -116,15 +117,19 @@ fn meet(a: &Range<usize>, b: &Range<usize>) -> bool {
 }
 
 /// The nearest hit among bodies, by id where ranges are equal.
-pub(super) fn nearest<'p>(bodies: impl Iterator<Item = &'p Placed>, line: &Line) -> Option<Hit> {
+pub(super) fn nearest<'p>(
+    bodies: impl Iterator<Item = &'p Placed>,
+    line: &Line,
+    footprint: Footprint,
+) -> Option<Hit> {
     let mut nearest: Option<Hit> = None;
     let metres = line.direction.length();
     for body in bodies {
-        if let Some(touch) = body.touch(line)
+        if let Some((touch, albedo)) = body.touch(line, footprint)
             && nearest.is_none_or(|hit| touch.range * metres < hit.range)
         {
             let (range, normal) = (touch.range * metres, touch.normal.as_vec3());
-            nearest = Some(Hit { id: body.id, range, normal, albedo: body.albedo });
+            nearest = Some(Hit { id: body.id, range, normal, albedo });
         }
     }
     nearest

@@ -6,7 +6,7 @@ use super::Scene;
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Trajectory};
 use crate::geo::Crs;
-use crate::objects::{Body, Shape};
+use crate::objects::{Body, Form};
 
 /// A field of view that nobody looks through, degrees.
 const UNUSED_HFOV: f64 = 60.0;
@@ -21,7 +21,7 @@ pub struct Cast {
 #[derive(Debug, Clone)]
 struct Actor {
     name: String,
-    shape: Shape,
+    form: Form,
     albedo: Vec3,
     trajectory: Trajectory,
     start: f64,
@@ -47,7 +47,7 @@ impl Scene {
             };
             Ok(Actor {
                 name: object.name.clone(),
-                shape: object.shape,
+                form: object.form.clone(),
                 albedo: Vec3::from_array(object.albedo),
                 trajectory: Trajectory::bind(&object.track, crs, ground, &options).map_err(of_object)?,
                 start: object.start,
@@ -67,7 +67,13 @@ impl Cast {
     pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
         let body = |(id, actor): (u32, &Actor)| {
             let pose = actor.trajectory.pose_at(seconds - actor.start);
-            Body { id, shape: actor.shape, position: pose.eye, attitude: pose.attitude, albedo: actor.albedo }
+            Body {
+                id,
+                form: actor.form.clone(),
+                position: pose.eye,
+                attitude: pose.attitude,
+                albedo: actor.albedo,
+            }
         };
         (0..).zip(&self.actors).map(body).collect()
     }

@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::model::Models;
 use super::object::{ObjectTable, object};
 use super::sun::SunTable;
 use super::{Object, Scene};
@@ -104,9 +105,10 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         .map(|metres| reading.number("visibility_m", &metres, |metres| metres > 0.0, "must be more than 0 m"))
         .transpose()?;
     let mut objects: BTreeMap<String, Object> = BTreeMap::new();
+    let mut models = Models::default();
     for table in table.object {
         let span = table.span();
-        let object = object(&reading, table, &mut hasher)?;
+        let object = object(&reading, table, &mut models, &mut hasher)?;
         if objects.contains_key(&object.name) {
             let what = format!("there is an object `{}` already; names tell objects apart", object.name);
             return Err(reading.wrong(span, what));

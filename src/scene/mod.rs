@@ -8,6 +8,8 @@
 
 mod cast;
 mod file;
+mod look;
+mod model;
 mod object;
 mod sun;
 #[cfg(test)]
@@ -19,7 +21,7 @@ pub use cast::Cast;
 
 use crate::error::Result;
 use crate::flight::Track;
-use crate::objects::Shape;
+use crate::objects::Form;
 use crate::sunlight::SunSetting;
 
 /// What a scene file says.
@@ -47,8 +49,12 @@ pub struct Object {
     /// Line of the scene file, from 1 on.
     pub line: usize,
     /// What it looks like from all sides.
-    pub shape: Shape,
-    /// Linear Rec. 709 reflectance, 0…1.
+    pub form: Form,
+    /// Files that its models were read from.
+    pub files: Vec<PathBuf>,
+    /// What of its models is not shown, as clauses.
+    pub notes: Vec<String>,
+    /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: [f32; 3],
     /// Where it goes; one fix if it stands.
     pub track: Track,
@@ -59,11 +65,12 @@ pub struct Object {
 }
 
 impl Scene {
-    /// Reads a scene file, and the tracks that it names.
+    /// Reads a scene file, and the tracks and models that it names.
     ///
     /// # Errors
     /// [`Error::Io`](crate::Error::Io) if a file cannot be read; [`Error::Invalid`](crate::Error::Invalid) with line and key if the scene holds something
-    /// wrong; what [`crate::flight::read_track`] says of a track.
+    /// wrong; what [`crate::flight::read_track`] says of a track;
+    /// what is wrong with a model, with its file and place.
     pub fn read(path: &Path) -> Result<Self> {
         file::read(path)
     }

@@ -10,6 +10,8 @@ use toml::Spanned;
 
 use super::Object;
 use super::file::Reading;
+use super::look::{LevelTable, Look, Up, model, refuse_keys};
+use super::model::{Models, Origin};
 use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
 use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track, read_track};
@@ -25,13 +27,13 @@ const MOST_NAME: usize = 200;
 const FARTHEST: f64 = 1.0e9;
 
 /// Metres of the largest object: what is larger is ground.
-const LARGEST: f64 = 100_000.0;
+pub(super) const LARGEST: f64 = 100_000.0;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[object]]")]
 pub(super) struct ObjectTable {
-    name: String,
-    shape: Spanned<Kind>,
+    pub(super) name: String,
+    pub(super) shape: Option<Spanned<Kind>>,
     radius_m: Option<Spanned<f64>>,
     radii_m: Option<Spanned<[f64; 3]>>,
     size_m: Option<Spanned<[f64; 3]>>,
@@ -46,11 +48,19 @@ pub(super) struct ObjectTable {
     track: Option<Spanned<PathBuf>>,
     start_s: Option<Spanned<f64>>,
     bank: Option<Spanned<bool>>,
+    pub(super) model: Option<Spanned<PathBuf>>,
+    pub(super) scale: Option<Spanned<f64>>,
+    pub(super) length_m: Option<Spanned<f64>>,
+    pub(super) turn_deg: Option<Spanned<[f64; 3]>>,
+    pub(super) up: Option<Spanned<Up>>,
+    pub(super) origin: Option<Spanned<Origin>>,
+    #[serde(default)]
+    pub(super) levels: Vec<Spanned<LevelTable>>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Kind {
+pub(super) enum Kind {
     Sphere,
     Ellipsoid,
     Box,
@@ -78,6 +88,7 @@ struct Sizes<'t, 'f> {
 pub(super) fn object(
     reading: &Reading<'_>,
     table: Spanned<ObjectTable>,
+    models: &mut Models,
     hasher: &mut blake3::Hasher,
 ) -> Result<Object> {
     let span = table.span();
@@ -89,7 +100,19 @@ pub(super) fn object(
             reading.wrong(span, format!("an object's name must be 1 to {MOST_NAME} printable characters"))
         );
     }
-    let shape = shape(reading, &table)?;
+    let Look { form, files, notes } = match (&table.shape, &table.model) {
+        (Some(given), None) => {
+            refuse_keys(reading, &table)?;
+            Look { form: shape(reading, &table, given)?.into(), files: Vec::new(), notes: Vec::new() }
+        }
+        (None, Some(path)) => {
+            let none = Sizes { reading, table: &table, shape: path.span(), name: "model" };
+            none.takes(&[])?;
+            model(reading, &table, path, models, hasher)?
+        }
+        (Some(_), Some(path)) => return Err(reading.wrong(path.span(), "give shape or model, not both")),
+        (None, None) => return Err(reading.wrong(span, format!("object `{name}` needs shape or model"))),
+    };
     let albedo = match &table.colour {
         Some(colour) => srgb(colour.get_ref()).ok_or_else(|| {
             reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
@@ -110,11 +133,12 @@ pub(super) fn object(
         None => standing(reading, &table, span)?,
     };
     let banks = table.bank.as_ref().is_some_and(|bank| *bank.get_ref());
-    Ok(Object { name: table.name, line, shape, albedo: linear_from_srgb8(albedo), track, start, banks })
+    let albedo = linear_from_srgb8(albedo);
+    Ok(Object { name: table.name, line, form, files, notes, albedo, track, start, banks })
 }
 
-fn shape(reading: &Reading<'_>, table: &ObjectTable) -> Result<Shape> {
-    let (kind, shape) = (*table.shape.get_ref(), table.shape.span());
+fn shape(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> Result<Shape> {
+    let (kind, shape) = (*given.get_ref(), given.span());
     let sizes = |name| Sizes { reading, table, shape: shape.clone(), name };
     Ok(match kind {
         Kind::Sphere => {
@@ -165,7 +189,10 @@ impl Sizes<'_, '_> {
         let other =
             given.into_iter().find_map(|(key, span)| Some(key).zip(span).filter(|_| !keys.contains(&key)));
         other.map_or(Ok(()), |(key, span)| {
-            let what = format!("a {} has no {key}; its size is {}", self.name, keys.join(" and "));
+            let what = match keys {
+                [] => format!("a {} has no {key}; scale or length_m say how large it is", self.name),
+                keys => format!("a {} has no {key}; its size is {}", self.name, keys.join(" and ")),
+            };
             Err(self.reading.wrong(span, what))
         })
     }

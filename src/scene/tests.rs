@@ -53,7 +53,7 @@ fn scenes_say_what_stands_where_and_when() {
     );
     let cast = scene.bind(&Crs::local(), &ground).unwrap();
     assert_eq!(cast.names().collect::<Vec<_>>(), ["car", "tower"]);
-    let [car, tower] = cast.bodies_at(10.0)[..] else { panic!("two bodies") };
+    let [car, tower] = &cast.bodies_at(10.0)[..] else { panic!("two bodies") };
     assert_eq!(tower.position, glam::DVec3::new(500.0, 600.0, 150.0));
     assert!(tower.albedo.x == 1.0 && tower.albedo.z == 0.0);
     // Five seconds after it set out, on the ground that rises by a tenth.

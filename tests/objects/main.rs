@@ -5,13 +5,14 @@ mod scene;
 
 mod exact;
 mod merging;
+mod meshes;
 mod outlines;
 
 use std::sync::LazyLock;
 
 use glam::{DVec2, Vec3};
 use hedgehop::frame::Frame;
-use hedgehop::objects::{Body, Shape};
+use hedgehop::objects::{Body, Form};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera};
 use hedgehop::subimage::Farm;
@@ -27,10 +28,11 @@ static PLAIN: LazyLock<MemPages> =
     LazyLock::new(|| Terrain::new([500, 500], 2.0, |_| 0.0, |_| [120; 3]).in_memory());
 
 /// A body that sends no light, `east`, `north` and `up` metres from the area's south-west corner.
-fn black(shape: Shape, [east, north, up]: [f64; 3]) -> Body {
+fn black(form: impl Into<Form>, [east, north, up]: [f64; 3]) -> Body {
     let corner = PLAIN_ORIGIN.extend(0.0);
     let position = corner + glam::DVec3::new(east, north, up);
-    Body { id: 1, shape, position, attitude: Attitude::default(), albedo: Vec3::ZERO }
+    let form = form.into();
+    Body { id: 1, form, position, attitude: Attitude::default(), albedo: Vec3::ZERO }
 }
 
 const PLAIN_ORIGIN: DVec2 = DVec2::new(500_000.0, 4_000_000.0);

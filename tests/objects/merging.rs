@@ -4,31 +4,36 @@ use std::collections::BTreeSet;
 
 use glam::{DVec3, Vec3};
 use hedgehop::frame::Frame;
-use hedgehop::objects::{Body, Shape};
+use hedgehop::objects::{Body, Form, Shape};
 use hedgehop::render::{Engine, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
 
+use crate::meshes::{cuboid, globe, model};
 use crate::scene::{Terrain, View};
 use crate::{FARM, PLAIN, black, options};
 
-/// Bodies of all shapes in each other's way, some of them in the ground.
+/// Bodies of all shapes, and models, in each other's way, some of them in the ground.
 fn crowd() -> Vec<Body> {
+    let cube = model(cuboid(DVec3::new(9.0, 14.0, 7.0)));
+    let ball = model(globe(8.0, 24));
     (0..60)
         .map(|id| {
             let part = |step: f64| (f64::from(id) * step).fract();
             let place = [440.0 + 160.0 * part(0.618), 330.0 + 150.0 * part(0.414), 30.0 * part(0.732)];
-            let shape = match id % 5 {
-                0 => Shape::Ellipsoid { radii: DVec3::new(6.0, 14.0, 4.0) },
-                1 => Shape::Box { size: DVec3::new(10.0, 5.0, 12.0) },
-                2 => Shape::Cylinder { radius: 4.0, height: 20.0 },
-                3 => Shape::Cone { radius: 8.0, height: 16.0 },
-                _ => Shape::Disc { radius: 11.0 },
+            let form: Form = match id % 7 {
+                0 => Shape::Ellipsoid { radii: DVec3::new(6.0, 14.0, 4.0) }.into(),
+                1 => Shape::Box { size: DVec3::new(10.0, 5.0, 12.0) }.into(),
+                2 => Shape::Cylinder { radius: 4.0, height: 20.0 }.into(),
+                3 => Shape::Cone { radius: 8.0, height: 16.0 }.into(),
+                4 => Shape::Disc { radius: 11.0 }.into(),
+                5 => cube.clone().into(),
+                _ => ball.clone().into(),
             };
             let attitude =
                 Attitude { yaw: 360.0 * part(0.27), pitch: 30.0 * part(0.51), roll: 40.0 * part(0.77) };
             let albedo = Vec3::new(part(0.3) as f32, part(0.7) as f32, part(0.9) as f32);
-            Body { id, attitude, albedo, ..black(shape, place) }
+            Body { id, attitude, albedo, ..black(form, place) }
         })
         .collect()
 }

@@ -147,7 +147,7 @@ fn bodies_enter_slopes_along_the_right_curve() {
     });
     let body = black(Shape::Ellipsoid { radii: DVec3::splat(radius) }, place.to_array());
     for engine in ENGINES {
-        let seen = shares(engine, &slope, &view, &[body]);
+        let seen = shares(engine, &slope, &view, std::slice::from_ref(&body));
         let (mean, apart) = compare(&view, &seen, &exact);
         assert!(apart <= 0.5, "{engine:?}: {apart} px apart");
         assert!(mean < 0.05, "{engine:?}: {mean}");

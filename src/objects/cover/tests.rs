@@ -1,6 +1,7 @@
 use super::*;
 use crate::earth::Curvature;
 use crate::objects::Body;
+use crate::objects::body::Sight;
 use crate::objects::view::nearest;
 use crate::simd::Isa;
 use crate::space::{Attitude, Camera, Pose};
@@ -36,6 +37,11 @@ fn shares_of_half_planes_are_nearly_exact() {
     assert!(mean < 1.0 / 128.0 && worst < 0.06, "{mean} {worst}");
 }
 
+fn aim(pencil: &Pencil, body: &Placed) -> Aim {
+    let Sight::Shape(shape) = body.sight else { panic!("a shape") };
+    pencil.aim(body, shape)
+}
+
 #[test]
 fn counts_are_those_of_single_rays() {
     let pose = Pose {
@@ -63,19 +69,19 @@ fn counts_are_those_of_single_rays() {
                 let distance = [120.0, 3000.0, 12.0][turn as usize % 3] + 5.0 * f64::from(id);
                 let position = ahead.origin + ahead.direction * distance + aside;
                 let shape = shapes[(turn as usize + id as usize) % shapes.len()];
-                let body = Body { id, shape, position, attitude, albedo: Vec3::ONE };
-                Placed::new(&body, pose.eye, Curvature::FLAT)
+                let body = Body { id, form: shape.into(), position, attitude, albedo: Vec3::ONE };
+                Placed::new(&body, pose.eye, camera.footprint(), Curvature::FLAT)
             })
             .collect();
         let pencil = Pencil::new(&lens, middle).unwrap();
-        let aims: Vec<_> = bodies.iter().map(|body| pencil.aim(body)).collect();
+        let aims: Vec<_> = bodies.iter().map(|body| aim(&pencil, body)).collect();
         let mut faces = Vec::new();
         let ground = Ground::default();
         isa.run(Count { aims: &aims, pencil: &pencil, ground: &ground, faces: &mut faces });
         let hits: Vec<_> = (0..RAYS)
             .filter_map(|ray| {
                 let [x, y] = OFFSETS[ray / LANES].map(|offsets| f64::from(offsets[ray % LANES]));
-                nearest(bodies.iter(), &lens.line(middle + DVec2::new(x, y))?)
+                nearest(bodies.iter(), &lens.line(middle + DVec2::new(x, y))?, camera.footprint())
             })
             .collect();
         for body in &bodies {

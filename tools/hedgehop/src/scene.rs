@@ -40,7 +40,10 @@ impl SceneArgs {
 pub fn inputs(scene: Option<&Scene>) -> impl Iterator<Item = &Path> {
     scene.into_iter().flat_map(|scene| {
         let tracks = scene.objects.iter().filter(|object| object.track.path.exists());
-        std::iter::once(scene.path.as_path()).chain(tracks.map(|object| object.track.path.as_path()))
+        let models = scene.objects.iter().flat_map(|object| &object.files).map(PathBuf::as_path);
+        std::iter::once(scene.path.as_path())
+            .chain(tracks.map(|object| object.track.path.as_path()))
+            .chain(models)
     })
 }
 
@@ -68,6 +71,9 @@ impl Playing {
     ) -> Result<Self> {
         for object in scene.objects.iter().filter(|object| !object.track.notes.is_empty()) {
             observer.note(&format!("object {}: {}", object.name, object.track.notes.join(" ")));
+        }
+        for object in scene.objects.iter().filter(|object| !object.notes.is_empty()) {
+            observer.note(&format!("object {}: of its model {}", object.name, object.notes.join("; ")));
         }
         let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
         Ok(Self { cast, fps })

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use hedgehop::memory::PageFile;
-use hedgehop::objects::Shape;
+use hedgehop::objects::{Form, Shape};
 use hedgehop::scene::{Object, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
@@ -86,9 +86,28 @@ fn description(scene: &Scene) -> String {
         let _ = writeln!(text, "  visibility {visibility} m");
     }
     for object in &scene.objects {
-        let _ = writeln!(text, "  {}: {}, {}", object.name, shape(&object.shape), place(object));
+        let _ = writeln!(text, "  {}: {}, {}", object.name, form(&object.form), place(object));
+        if !object.notes.is_empty() {
+            let _ = writeln!(text, "    of its model {}", object.notes.join("; "));
+        }
     }
     text
+}
+
+fn form(form: &Form) -> String {
+    let model = match form {
+        Form::Shape(shape) => return self::shape(shape),
+        Form::Model(model) => model,
+    };
+    let levels = model.levels().iter().map(|level| {
+        let [low, high] = level.mesh.corners();
+        let size = high - low;
+        let triangles = level.mesh.triangle_count();
+        let below =
+            if level.below.is_finite() { format!("below {} pixels ", level.below) } else { String::new() };
+        format!("{below}{triangles} triangles, {:.2} × {:.2} × {:.2} m", size.x, size.y, size.z)
+    });
+    format!("model of {}", levels.collect::<Vec<_>>().join("; "))
 }
 
 fn shape(shape: &Shape) -> String {

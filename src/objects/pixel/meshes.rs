@@ -1,0 +1,163 @@
+//! Pixels in which meshes may be.
+//!
+//! ```text
+//! triangles of each mesh that the pixel may hold; without any: as if the mesh were not there
+//! one mesh alone: the nearest triangle that fills the pixel hides what is behind it
+//!     all that is left looks alike, and fills the pixel → what its middle sees
+//! else 96 rays, each to the nearest of bodies and ground → the share of each
+//! ```
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use super::{Ground, Looking, Seen};
+use crate::objects::body::Sight;
+use crate::objects::cover::{CountAll, Item, Patch, Pencil, Probe};
+use crate::objects::lens::Line;
+use crate::objects::mesh::Facet;
+use crate::objects::sheet::are_alike;
+use crate::objects::view::{Hit, nearest};
+use crate::space::Ray;
+
+/// Where textures are looked at in pixels of one face, from the middle.
+const PLACES: [Vec2; 4] =
+    [Vec2::new(-0.25, -0.25), Vec2::new(0.25, -0.25), Vec2::new(-0.25, 0.25), Vec2::new(0.25, 0.25)];
+
+/// Cosine of the angle at which a face is seen, below which its texture is filtered no farther.
+const GRAZING: f32 = 0.05;
+
+/// What the middle of a pixel sees of a mesh.
+struct Middle {
+    /// Index of the facet.
+    facet: usize,
+    /// Multiples of the pencil's direction.
+    at: f32,
+    weights: [f32; 3],
+}
+
+impl<'v> Looking<'v> {
+    /// What bodies add to a pixel that meshes are near to; `None`: no mesh is in it, and none is near any more.
+    pub(super) fn with_meshes(
+        &mut self,
+        place: DVec2,
+        middle: &Line,
+        ground: &Ground,
+        shade: impl Fn(&Hit, &Ray) -> Vec3,
+    ) -> Option<Option<Seen>> {
+        let lens = self.square.lens;
+        let Some(pencil) = Pencil::new(&lens, place) else { return Some(None) };
+        let square = [&self.square.columns, &self.square.rows];
+        self.sheets.facets.clear();
+        let mut items: Vec<Item<'v>> = Vec::with_capacity(self.near.len());
+        let sheets = &mut self.sheets;
+        self.near.retain(|body| {
+            let item = sheets.item(&lens, square, &pencil, place, body);
+            let is_there = item.is_some();
+            items.extend(item);
+            is_there
+        });
+        if !items.iter().any(|item| matches!(item, Item::Mesh(_))) {
+            return None;
+        }
+        let ray = lens.ray(middle);
+        if let [Item::Mesh(patch)] = items.as_slice()
+            && let Some(hit) = self.one_face(patch, &pencil, ground, ray.direction)
+        {
+            return Some(Some(Seen { share: 1.0, colour: shade(&hit, &ray), hit }));
+        }
+        self.faces.clear();
+        let facets = &self.sheets.facets;
+        self.isa.run(CountAll { items: &items, facets, pencil: &pencil, ground, faces: &mut self.faces });
+        let seen = self.sum(&ray, &shade);
+        let own = self.nearest_of(&items, middle).filter(|hit| ground.shows(hit, DVec2::ZERO));
+        Some(seen.map(|seen| match own {
+            Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },
+            _ => seen,
+        }))
+    }
+
+    /// What the middle of a pixel sees of a mesh that fills it, and looks like one face there.
+    fn one_face(&self, patch: &Patch<'_>, pencil: &Pencil, ground: &Ground, direction: DVec3) -> Option<Hit> {
+        let all = &self.sheets.facets[patch.facets.clone()];
+        if all.iter().any(|facet| patch.mesh.is_masked(patch.mesh.triangle_at(facet.triangle))) {
+            return None;
+        }
+        let middle = self.middle_of(patch)?;
+        let own = &self.sheets.facets[middle.facet];
+        let end = all.iter().filter(|facet| facet.covers()).map(|facet| facet.ways()[1]);
+        let end = end.fold(f32::INFINITY, f32::min);
+        let shown = all.iter().filter(|facet| facet.ways()[0] <= end);
+        let (mut is_alike, mut far) = (true, 0.0_f32);
+        for facet in shown {
+            is_alike = is_alike && are_alike(patch, own, facet);
+            far = far.max(facet.far);
+        }
+        let far = f64::from((far.min(end) + patch.begin) * patch.ratio);
+        if !is_alike || far * ground.most() >= 1.0 {
+            return None;
+        }
+        let is_full =
+            end.is_finite() || self.isa.run(Probe { patch, facets: &self.sheets.facets, pencil, ground });
+        is_full.then(|| self.hit(patch, &middle, direction))
+    }
+
+    /// What the middle of a pixel sees of a mesh.
+    fn middle_of(&self, patch: &Patch<'_>) -> Option<Middle> {
+        let mut nearest: Option<Middle> = None;
+        for (index, facet) in patch.facets.clone().zip(&self.sheets.facets[patch.facets.clone()]) {
+            let Some((way, weights)) = facet.middle() else { continue };
+            let at = (way + patch.begin) * patch.ratio;
+            let triangle = patch.mesh.triangle_at(facet.triangle);
+            let is_nearer = at >= 0.0 && nearest.as_ref().is_none_or(|middle| at < middle.at);
+            if is_nearer
+                && (!patch.mesh.is_masked(triangle)
+                    || patch.mesh.is_there(triangle, weights, patch.metres(at)))
+            {
+                nearest = Some(Middle { facet: index, at, weights });
+            }
+        }
+        nearest
+    }
+
+    /// The mesh as the middle of a pixel sees it, in the mean colour around it.
+    fn hit(&self, patch: &Patch<'_>, middle: &Middle, direction: DVec3) -> Hit {
+        let facet: &Facet = &self.sheets.facets[middle.facet];
+        let triangle = patch.mesh.triangle_at(facet.triangle);
+        let normal = patch.turned(patch.mesh.normal(triangle, middle.weights, facet.is_behind));
+        let slant = patch.turned(triangle.normal).dot(direction.as_vec3()).abs().max(GRAZING);
+        // As far as a quarter of the pixel reaches on the surface, in the mean of both ways.
+        let metres = 0.5 * patch.metres(middle.at) / slant.sqrt();
+        let colour = |weights| patch.mesh.colour(triangle, weights, metres, patch.albedo);
+        let albedo = if triangle.texels > 0.0 {
+            PLACES.iter().map(|place| 0.25 * colour(facet.weights(place.x, place.y))).sum()
+        } else {
+            colour(middle.weights)
+        };
+        Hit { id: self.near[0].id, range: f64::from(middle.at), normal, albedo }
+    }
+
+    /// What the middle of a pixel sees of some items.
+    fn nearest_of(&self, items: &[Item<'_>], line: &Line) -> Option<Hit> {
+        let mut found: Option<Hit> = None;
+        for (body, item) in self.near.iter().zip(items) {
+            let hit = match (item, &body.sight) {
+                (Item::Mesh(patch), _) => self.middle_of(patch).map(|middle| {
+                    let facet = &self.sheets.facets[middle.facet];
+                    let triangle = patch.mesh.triangle_at(facet.triangle);
+                    let normal = patch.turned(patch.mesh.normal(triangle, middle.weights, facet.is_behind));
+                    let albedo =
+                        patch.mesh.colour(triangle, middle.weights, patch.metres(middle.at), patch.albedo);
+                    Hit { id: body.id, range: f64::from(middle.at), normal, albedo }
+                }),
+                (Item::Shape(_), Sight::Shape(_)) => {
+                    nearest(std::iter::once(*body), line, self.square.lens.camera.footprint())
+                }
+                (Item::Shape(_), Sight::Mesh(_)) => None,
+            };
+            found = match (found, hit) {
+                (Some(found), Some(hit)) if hit.range >= found.range => Some(found),
+                (found, hit) => hit.or(found),
+            };
+        }
+        found
+    }
+}

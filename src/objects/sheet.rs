@@ -1,0 +1,125 @@
+//! Triangles of meshes before a square of pixels.
+//!
+//! On planar and orthographic screens positions are linear in homogeneous coordinates, so that a square asks a mesh once; on others each pixel does.
+
+use std::ops::Range;
+
+use glam::{DVec2, Vec3};
+
+use super::body::{Placed, Sight};
+use super::cover::{Item, Patch, Pencil};
+use super::lens::Lens;
+use super::mesh::{Bounds, Facet, Mesh};
+use crate::space::Footprint;
+
+/// Pixels from the middle of a pixel to its sides.
+const HALF: f32 = 0.5;
+
+/// What a square knows of the meshes before it.
+#[derive(Debug, Default)]
+pub(super) struct Sheets {
+    /// On screens where they serve all of a square.
+    known: Vec<Sheet>,
+    /// Those of the pixel that is looked at, around its middle.
+    pub facets: Vec<Facet>,
+}
+
+/// A mesh before several pixels.
+#[derive(Debug)]
+struct Sheet {
+    id: u32,
+    middle: DVec2,
+    /// Way at which the facets' own begin.
+    begin: f32,
+    /// Length of the ray through the middle as the lens gives it.
+    length: f64,
+    facets: Vec<Facet>,
+}
+
+impl Sheet {
+    /// `body` before pixels up to `reach` from a position of the screen.
+    fn new(lens: &Lens<'_>, body: &Placed, mesh: &Mesh, middle: DVec2, reach: [f32; 2]) -> Option<Self> {
+        let mut facets = Vec::new();
+        let length = lens.line(middle)?.direction.length();
+        let basis = Pencil::new(lens, middle)?.basis(body, body.middle())?;
+        let bounds = Bounds { low: reach.map(|reach| -reach), high: reach };
+        mesh.before(&basis, &bounds, &mut facets);
+        Some(Self { id: body.id, middle, begin: basis.begin, length, facets })
+    }
+}
+
+impl Sheets {
+    /// What `pencil` at a position of the screen may meet of `body`, a pixel of the square of `columns` and `rows`; `None`: nothing.
+    pub fn item<'b>(
+        &mut self,
+        lens: &Lens<'_>,
+        square: [&Range<usize>; 2],
+        pencil: &Pencil,
+        place: DVec2,
+        body: &'b Placed,
+    ) -> Option<Item<'b>> {
+        let mesh = match &body.sight {
+            Sight::Shape(shape) => return Some(Item::Shape(pencil.aim(body, *shape))),
+            Sight::Mesh(mesh) => mesh,
+        };
+        let first = self.facets.len();
+        let (begin, ratio) = if lens.is_straight() {
+            let known = self.sheet(lens, square, body, mesh)?;
+            let sheet = &self.known[known];
+            let [x, y] = (place - sheet.middle).to_array().map(|pixels| pixels as f32);
+            let around = Bounds { low: [x - HALF, y - HALF], high: [x + HALF, y + HALF] };
+            let length = lens.line(place)?.direction.length();
+            let (begin, ratio) = (sheet.begin, (length / sheet.length) as f32);
+            let near = sheet.facets.iter().filter(|facet| facet.is_in(&around));
+            self.facets.extend(near.map(|facet| facet.around(x, y)));
+            (begin, ratio)
+        } else {
+            let basis = pencil.basis(body, body.middle())?;
+            let around = Bounds { low: [-HALF; 2], high: [HALF; 2] };
+            mesh.before(&basis, &around, &mut self.facets);
+            (basis.begin, 1.0)
+        };
+        let facets = first..self.facets.len();
+        let footprint = match lens.camera.footprint() {
+            Footprint::Angle(angle) => [angle as f32, 0.0],
+            Footprint::Width(width) => [0.0, width as f32],
+        };
+        let patch = Patch { mesh, facets, begin, ratio, footprint, albedo: body.albedo, axes: body.axes() };
+        (!patch.facets.is_empty()).then_some(Item::Mesh(patch))
+    }
+
+    /// Index of a body's sheet.
+    fn sheet(
+        &mut self,
+        lens: &Lens<'_>,
+        [columns, rows]: [&Range<usize>; 2],
+        body: &Placed,
+        mesh: &Mesh,
+    ) -> Option<usize> {
+        if let Some(known) = self.known.iter().position(|sheet| sheet.id == body.id) {
+            return Some(known);
+        }
+        let half = |range: &Range<usize>| 0.5 * range.len() as f64;
+        let middle = DVec2::new(columns.start as f64 + half(columns), rows.start as f64 + half(rows));
+        let reach = [half(columns) as f32, half(rows) as f32];
+        self.known.push(Sheet::new(lens, body, mesh, middle, reach)?);
+        Some(self.known.len() - 1)
+    }
+}
+
+/// Whether two faces of a mesh look alike: what of them is in a pixel then hardly matters.
+pub(super) fn are_alike(patch: &Patch<'_>, a: &Facet, b: &Facet) -> bool {
+    let of = |facet: &Facet| {
+        let triangle = patch.mesh.triangle_at(facet.triangle);
+        let normal: Vec3 = if facet.is_behind { -triangle.normal } else { triangle.normal };
+        (triangle, normal)
+    };
+    let ((first, one), (second, other)) = (of(a), of(b));
+    if one.dot(other) < super::cover::ONE_FACE {
+        return false;
+    }
+    if first.varies || second.varies {
+        return first.varies && second.varies && first.material == second.material;
+    }
+    first.material == second.material && (first.colour - second.colour).abs().max_element() < 1.0 / 128.0
+}

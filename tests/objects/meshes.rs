@@ -1,0 +1,288 @@
+//! Models against shapes of the same form, and what only models have: edges between triangles, textures, normals.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec2, Vec3};
+use hedgehop::objects::{Body, Level, Material, Mesh, Model, Part, Shape, Texture, Wrap};
+use hedgehop::render::{Engine, Renderer};
+use hedgehop::simd::Isa;
+use hedgehop::space::{Attitude, Camera, Pose, Screen};
+
+use crate::exact::compare;
+use crate::scene::View;
+use crate::{FARM, PLAIN, PLAIN_ORIGIN, black, frame, options, shares};
+
+/// Banked and pitched, over the plain.
+const VIEW: View =
+    View { eye: DVec3::new(500.0, 200.0, 60.0), ypr: [8.0, -9.0, 20.0], hfov: 40.0, size: [200, 160] };
+
+pub fn model(part: Part) -> Arc<Model> {
+    Arc::new(Model::new(Arc::new(Mesh::new(vec![part]).unwrap()), []))
+}
+
+fn part(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Part {
+    let material = Material { both_sides: false, ..Material::of(None) };
+    Part { positions, normals: Vec::new(), places: Vec::new(), colours: Vec::new(), triangles, material }
+}
+
+/// A box that stands on the origin: twelve triangles, counterclockwise from outside.
+pub fn cuboid(size: DVec3) -> Part {
+    let half = 0.5 * size.as_vec3();
+    let corner = |index: u32| {
+        let sign = |bit: u32| if index >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        Vec3::new(half.x * sign(0), half.y * sign(1), half.z * (1.0 + sign(2)))
+    };
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    part((0..8).map(corner).collect(), triangles)
+}
+
+/// A sphere around the origin of so many rings, with its normals.
+pub fn globe(radius: f32, rings: u32) -> Part {
+    let around = 2 * rings;
+    let normal = |ring: u32, step: u32| {
+        let (low, angle) = (ring as f32 / rings as f32, (step % around) as f32 / around as f32);
+        let ((sin, cos), (east, north)) =
+            ((std::f32::consts::PI * low).sin_cos(), (std::f32::consts::TAU * angle).sin_cos());
+        if ring == 0 || ring == rings {
+            Vec3::Z * cos.signum()
+        } else {
+            Vec3::new(sin * east, sin * north, cos)
+        }
+    };
+    let normals: Vec<_> =
+        (0..=rings).flat_map(|ring| (0..around).map(move |step| normal(ring, step))).collect();
+    let at = |ring: u32, step: u32| ring * around + step % around;
+    let triangles = (0..rings).flat_map(|ring| {
+        (0..around).flat_map(move |step| {
+            let [a, b, c, d] =
+                [at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)];
+            [[a, b, c], [a, c, d]]
+        })
+    });
+    let positions = normals.iter().map(|normal| *normal * radius).collect();
+    Part { normals, ..part(positions, triangles.collect()) }
+}
+
+const SIZE: DVec3 = DVec3::new(30.0, 24.0, 45.0);
+const PLACE: [f64; 3] = [530.0, 400.0, 0.01];
+const TURNED: Attitude = Attitude { yaw: 20.0, pitch: 5.0, roll: -8.0 };
+
+fn turned(body: Body) -> Body {
+    Body { attitude: TURNED, albedo: Vec3::new(0.3, 0.6, 0.2), ..body }
+}
+
+/// Cameras of several kinds around the same place.
+fn cameras() -> Vec<Camera> {
+    let corner = PLAIN_ORIGIN.extend(0.0);
+    let pose = |place: DVec3, ypr: [f64; 3]| {
+        let [yaw, pitch, roll] = ypr;
+        Pose { eye: corner + place, attitude: Attitude { yaw, pitch, roll }, hfov: 60.0 }
+    };
+    let south = pose(DVec3::new(500.0, 300.0, 60.0), [8.0, -9.0, 20.0]);
+    let inside = pose(DVec3::new(530.0, 405.0, 20.0), [40.0, -20.0, 0.0]);
+    let near = pose(DVec3::new(525.0, 385.5, 20.0), [40.0, 10.0, 0.0]);
+    let screens = [
+        Screen::Equirectangular { hfov: 120.0, vfov: 90.0 },
+        Screen::Fisheye { fov: 160.0 },
+        Screen::Orthographic { width: 120.0 },
+    ];
+    let planar = [south, near, inside].map(|pose| Camera::new(pose, 160, 120));
+    planar
+        .into_iter()
+        .chain(screens.into_iter().map(|screen| Camera::with_screen(south, screen, 160, 120)))
+        .collect()
+}
+
+#[test]
+fn a_box_of_triangles_is_a_box() {
+    let both = Material::of(None);
+    let cube = model(Part { material: both, ..cuboid(SIZE) });
+    for camera in cameras() {
+        let [shape, mesh] = [black(Shape::Box { size: SIZE }, PLACE), black(cube.clone(), PLACE)]
+            .map(|body| frame(Engine::Planes, &PLAIN, &camera, &[turned(body)]));
+        let (mut seen, mut worst) = (0, 0.0_f32);
+        for pixel in 0..shape.id.len() {
+            let [one, other] = [&shape, &mesh].map(|frame| Vec3::from_array(frame.colour[pixel]));
+            worst = worst.max((one - other).abs().max_element());
+            if shape.id[pixel] != mesh.id[pixel] || shape.id[pixel] != hedgehop::frame::Frame::body_id(1) {
+                continue;
+            }
+            seen += 1;
+            let [one, other] = [&shape, &mesh].map(|frame| Vec3::from_array(frame.normal[pixel]));
+            if one.dot(other) > 0.999 {
+                let ranges = [&shape, &mesh].map(|frame| frame.range[pixel]);
+                assert!((ranges[0] / ranges[1] - 1.0).abs() < 1e-3, "{ranges:?}");
+            }
+        }
+        let differ = (0..shape.id.len()).filter(|pixel| shape.id[*pixel] != mesh.id[*pixel]).count();
+        let screen = camera.screen();
+        assert!(seen > 200 && differ <= seen / 500 + 1, "{screen:?}: {seen} pixels, {differ} differ");
+        // Two rays of 96, of the brightest there is; a mesh tells more faces of a corner apart than two.
+        assert!(worst < 0.03, "{screen:?}: {worst}");
+    }
+}
+
+#[test]
+fn fine_spheres_are_round() {
+    let place = [530.0, 400.0, 35.0];
+    let ball = black(model(globe(20.0, 200)), place);
+    let seen = shares(Engine::Planes, &PLAIN, &VIEW, &[ball]);
+    let exact = crate::exact::shares(&VIEW, |eye, direction| {
+        crate::exact::meets_sphere(eye, direction, place.into(), 20.0)
+    });
+    let (mean, apart) = compare(&VIEW, &seen, &exact);
+    assert!(mean <= 1.0 / 128.0 && apart <= 0.1, "{mean} {apart}");
+}
+
+#[test]
+fn no_ray_passes_between_triangles() {
+    // Both ways of casting, towards edges and corners above all.
+    let part = globe(20.0, 30);
+    let body = Body { attitude: TURNED, ..black(model(part.clone()), [530.0, 400.0, 50.0]) };
+    let corner = PLAIN_ORIGIN.extend(0.0);
+    let view = TURNED.world_from_view();
+    let turn = glam::DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis);
+    for eye in
+        [DVec3::new(400.0, 300.0, 90.0), DVec3::new(531.0, 401.0, 52.0), DVec3::new(3000.0, 9000.0, 4000.0)]
+    {
+        let eye = corner + eye;
+        for triangle in &part.triangles {
+            let [a, b, c] = triangle.map(|corner| part.positions[corner as usize].as_dvec3());
+            for target in [a, 0.5 * (a + b), 0.3 * b + 0.7 * c, (a + b + c) / 3.0] {
+                // A little inward, or the outline would be met by half of the rays.
+                let target = body.position + turn * (0.97 * target);
+                let direction = (target - eye).normalize();
+                assert!(body.blocks(eye, direction, f64::INFINITY), "{eye} to {target}");
+                let is_before = body.blocks(eye, direction, 0.9 * ((body.position - eye).length() - 20.0));
+                assert!(!is_before, "{eye} to {target}");
+            }
+        }
+    }
+    let near =
+        View { eye: DVec3::new(500.0, 330.0, 50.0), ypr: [23.0, 0.0, 5.0], hfov: 40.0, size: [256, 256] };
+    let seen = shares(Engine::Planes, &PLAIN, &near, &[body]);
+    let mut inside = 0;
+    for row in 1..255 {
+        for column in 1..255 {
+            let around =
+                [0, 1, 256, 257, 2, 512, 514, 258, 513].map(|step| seen[(row - 1) * 256 + column - 1 + step]);
+            if around.iter().all(|share| *share > 0.5) {
+                inside += 1;
+                assert!(
+                    around[4].is_finite() && seen[row * 256 + column] > 0.999_99,
+                    "{column} {row}: {}",
+                    seen[row * 256 + column]
+                );
+            }
+        }
+    }
+    assert!(inside > 5000, "{inside}");
+}
+
+#[test]
+fn textures_go_right_and_down() {
+    // Red, green; blue, white: seen from the south, upright.
+    let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
+    let texture = Arc::new(Texture::new(2, 2, texels, [Wrap::Clamp; 2]).unwrap());
+    let positions = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
+    let places = vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+    let wall = Part {
+        places,
+        material: Material { texture: Some(texture), both_sides: false, ..Material::of(Some(Vec3::ONE)) },
+        ..part(positions.map(|place| 20.0 * Vec3::from_array(place)).into(), vec![[0, 2, 1], [0, 3, 2]])
+    };
+    let body = black(model(wall.clone()), [500.0, 400.0, 20.0]);
+    let view = View { eye: DVec3::new(500.0, 320.0, 40.0), ypr: [0.0; 3], hfov: 40.0, size: [90, 60] };
+    let frame = frame(Engine::Planes, &PLAIN, &view.camera(), &[body]);
+    let at = |column: usize, row: usize| Vec3::from_array(frame.colour[row * 90 + column]);
+    for (place, channel) in [((30, 15), 0), ((60, 15), 1), ((30, 45), 2)] {
+        let colour = at(place.0, place.1);
+        let others = [(channel + 1) % 3, (channel + 2) % 3].map(|other| colour[other]);
+        assert!(others.iter().all(|other| *other < 0.3 * colour[channel]), "{place:?}: {colour}");
+    }
+    let white = at(60, 45);
+    assert!(white.min_element() > 0.6 * white.max_element(), "{white}");
+    // From behind it is not there.
+    let back = View { eye: DVec3::new(500.0, 480.0, 40.0), ypr: [180.0, 0.0, 0.0], ..view };
+    let seen = shares(Engine::Planes, &PLAIN, &back, &[black(model(wall), [500.0, 400.0, 20.0])]);
+    assert!(seen.iter().all(|share| *share == 0.0));
+}
+
+#[test]
+fn holes_of_a_texture_are_seen_through() {
+    let texels: Vec<_> = (0..16).map(|texel| [0, 0, 0, if texel % 4 < 2 { 255 } else { 0 }]).collect();
+    let texture = Arc::new(Texture::new(4, 4, texels, [Wrap::Clamp; 2]).unwrap());
+    let positions = vec![Vec3::ZERO, 40.0 * Vec3::X, 40.0 * (Vec3::X + Vec3::Z), 40.0 * Vec3::Z];
+    let fence = Part {
+        places: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+        material: Material { texture: Some(texture), cutoff: Some(0.5), ..Material::of(Some(Vec3::ONE)) },
+        ..part(positions, vec![[0, 1, 2], [0, 2, 3]])
+    };
+    let body = black(model(fence), [480.0, 400.0, 10.0]);
+    let view = View { eye: DVec3::new(500.0, 300.0, 30.0), ypr: [0.0; 3], hfov: 40.0, size: [120, 90] };
+    let seen = shares(Engine::Planes, &PLAIN, &view, std::slice::from_ref(&body));
+    let all: f64 = seen.iter().sum();
+    // 40 m at 100 m, of 72.8 m in 120 pixels: half of it is there.
+    let pixels = (40.0_f64 / 72.8 * 120.0).powi(2);
+    assert!((all / (0.5 * pixels) - 1.0).abs() < 0.03, "{all} of {pixels}");
+    let eye = PLAIN_ORIGIN.extend(0.0) + view.eye;
+    let towards = |east: f64| (body.position + DVec3::new(east, 0.0, 20.0) - eye).normalize();
+    assert!(body.blocks(eye, towards(10.0), 1000.0) && !body.blocks(eye, towards(30.0), 1000.0));
+}
+
+#[test]
+fn normals_of_corners_make_it_smooth() {
+    let place = [530.0, 400.0, 35.0];
+    let light = |body: Body| Body { albedo: Vec3::ONE, ..body };
+    let ball = frame(
+        Engine::Planes,
+        &PLAIN,
+        &VIEW.camera(),
+        &[light(black(Shape::Ellipsoid { radii: DVec3::splat(20.0) }, place))],
+    );
+    let apart = |part: Part| {
+        let seen = frame(Engine::Planes, &PLAIN, &VIEW.camera(), &[light(black(model(part), place))]);
+        let own = hedgehop::frame::Frame::body_id(1);
+        let inside =
+            (0..ball.id.len()).filter(|pixel| [&ball, &seen].iter().all(|frame| frame.id[*pixel] == own));
+        inside.map(|pixel| (ball.colour[pixel][1] - seen.colour[pixel][1]).abs()).sum::<f32>()
+    };
+    let rough = globe(20.0, 24);
+    let flat = Part { normals: Vec::new(), ..rough.clone() };
+    let (smooth, flat) = (apart(rough), apart(flat));
+    assert!(smooth < 0.4 * flat, "{smooth} {flat}");
+}
+
+#[test]
+fn instructions_differ_by_rounding_only() {
+    let body = turned(black(model(globe(20.0, 40)), [530.0, 400.0, 30.0]));
+    let frames: Vec<_> = Isa::available()
+        .into_iter()
+        .map(|isa| {
+            let renderer = Renderer::new(&*PLAIN, &options(Engine::Planes)).with_isa(isa);
+            renderer.frame_with(&VIEW.camera(), std::slice::from_ref(&body), &FARM).unwrap().frame
+        })
+        .collect();
+    for other in &frames[1..] {
+        let pairs = frames[0].colour.iter().zip(&other.colour);
+        let differ = pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 2e-3)).count();
+        // A ray on an edge may fall to either side.
+        assert!(differ < frames[0].colour.len() / 200, "{differ} pixels");
+    }
+}
+
+#[test]
+fn far_away_the_coarser_model_is_seen() {
+    let (cube, ball) = (Mesh::new(vec![cuboid(DVec3::splat(20.0))]), Mesh::new(vec![globe(2.0, 8)]));
+    let (cube, ball) = (Arc::new(cube.unwrap()), Arc::new(ball.unwrap()));
+    let model = Arc::new(Model::new(cube, [Level { mesh: ball, below: 30.0 }]));
+    let count = |distance: f64| {
+        let body = black(model.clone(), [500.0, 100.0 + distance, 10.0]);
+        let view = View { eye: DVec3::new(500.0, 100.0, 20.0), ypr: [0.0; 3], hfov: 40.0, size: [120, 90] };
+        let seen: f64 = shares(Engine::Planes, &PLAIN, &view, &[body]).iter().sum();
+        seen * distance * distance
+    };
+    // Diameter 34.6 m, 165 pixels per radian: 30 pixels at 190 m.
+    assert!(count(150.0) > 20.0 * count(250.0));
+}
