@@ -1,9 +1,14 @@
-//! Sky by elevation angle, haze by range and height.
+//! Sky by elevation angle, haze and fog by range and height, and how they glow about the sun.
 
 use glam::Vec3;
 
+use super::fog::FogLayer;
+use super::glow::Glow;
+use crate::scene::Weather;
+use crate::sunlight::Sun;
+
 /// Contrast at which an object is taken to vanish: meteorological optical range is defined by 5 %.
-const VANISHING_CONTRAST: f32 = 0.05;
+pub(super) const VANISHING_CONTRAST: f32 = 0.05;
 
 /// Share of a surface's radiance that makes no difference to the eye: less than half a step of 8 bits.
 const UNSEEN: f64 = 1.0 / 1024.0;
@@ -23,18 +28,45 @@ const CLEAR_VISIBILITY: f32 = 40_000.0;
 pub(super) const SKY_DEPTH: f32 = 5.0;
 pub(super) const SKY_ONSET: f32 = 0.12;
 
-/// Hazy air under a clear sky; the haze is thickest at a base height and thins exponentially above it.
+/// Linear Rec. 709 colours of fog from outside, where the sun lights it, and deep inside.
+const FOG_LIT: Vec3 = Vec3::new(0.84, 0.87, 0.90);
+const FOG_DEEP: Vec3 = Vec3::new(0.60, 0.65, 0.70);
+
+/// Optical depths above the eye over which fog becomes as dark as it gets, by the factor e.
+const FOG_DARKENS: f32 = 6.0;
+
+/// Hazy air under a clear sky; the haze is thickest at a base height and thins exponentially above it. Fog may fill the air below a
+/// height, and all may glow about the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Atmosphere {
     extinction: f32,
     base: f64,
+    glow: Option<Glow>,
+    fog: Option<FogLayer>,
 }
 
 impl Atmosphere {
     /// Air with a meteorological visibility (optical range) of `visibility` metres, > 0, at the
     /// height `base`, metres above the datum. Infinite visibility: no haze.
     pub fn new(visibility: f64, base: f64) -> Self {
-        Self { extinction: -VANISHING_CONTRAST.ln() / visibility as f32, base }
+        Self { extinction: -VANISHING_CONTRAST.ln() / visibility as f32, base, glow: None, fog: None }
+    }
+
+    /// The same with `weather` in it, under `sun`.
+    #[must_use]
+    pub fn with_weather(self, weather: &Weather, sun: Sun) -> Self {
+        let fog = weather.fog.as_ref().map(|fog| FogLayer::new(fog, self.extinction));
+        Self { glow: Glow::new(weather.glow, sun), fog, ..self }
+    }
+
+    /// What glows, if anything does.
+    pub(super) fn glow(&self) -> Option<&Glow> {
+        self.glow.as_ref()
+    }
+
+    /// The layer of fog, if there is one.
+    pub(super) fn fog(&self) -> Option<&FogLayer> {
+        self.fog.as_ref()
     }
 
     /// Extinction at the base, 1/metres.
@@ -52,23 +84,54 @@ impl Atmosphere {
         ((eye - self.base) as f32 / SCALE_HEIGHT).max(0.0)
     }
 
-    /// Radiance of the sky from height `eye` (metres above the datum) in a direction of which `up` is the
-    /// sine of the elevation angle, −1…1. Below the horizon it is the haze that fills the distance.
-    pub fn sky(&self, eye: f64, up: f32) -> Vec3 {
-        let up = up.max(0.0);
+    /// Colour of fog from height `eye`, metres above the datum, but for its glow: darker the more of it lies above.
+    pub(super) fn fog_colour(&self, fog: &FogLayer, eye: f64) -> Vec3 {
+        let above = fog.extinction * fog.column(fog.below(eye));
+        FOG_DEEP.lerp(FOG_LIT, (-above / FOG_DARKENS).exp())
+    }
+
+    /// `colour` with the glow in unit `direction`.
+    fn lit(&self, colour: Vec3, direction: Vec3) -> Vec3 {
+        self.glow.as_ref().map_or(colour, |glow| glow.over(colour, direction))
+    }
+
+    /// Radiance of the sky from height `eye` (metres above the datum) in unit `direction`, world axes. Below the
+    /// horizon it is the haze that fills the distance, or the fog.
+    pub fn sky(&self, eye: f64, direction: Vec3) -> Vec3 {
+        let up = direction.z.max(0.0);
         let clear = 1.0 - (-SKY_DEPTH * up * up / (up + SKY_ONSET)).exp();
         // Air that is hazier than a clear day's hides the blue, or a white mountain would stand before it.
         let start = self.scale_heights(eye);
         let column = self.excess() * SCALE_HEIGHT * (-start).exp() / up.max(f32::MIN_POSITIVE);
-        HORIZON.lerp(ZENITH, clear * (-column).exp())
+        let horizon = self.lit(HORIZON, direction);
+        let sky = horizon.lerp(ZENITH, clear * (-column).exp());
+        let Some(fog) = &self.fog else { return sky };
+        let below = fog.below(eye);
+        let light = self.lit(self.fog_colour(fog, eye), direction);
+        if below >= 0.0 {
+            return light.lerp(sky, (-fog.depth_to_sky(below, direction.z)).exp());
+        }
+        // From above, fog is a floor without end, which haze hides towards the horizon.
+        if direction.z >= 0.0 {
+            return sky;
+        }
+        let before = fog.before(below, direction.z, f32::MAX);
+        horizon.lerp(light, (-self.optical_depth(eye, direction.z, before)).exp())
     }
 
     /// Radiance that reaches an eye at height `eye` (metres above the datum) from a surface of
-    /// `radiance` at `range` metres, in a direction of which `up` is the sine of the elevation angle:
-    /// what the haze between lets through, and what it adds (Koschmieder 1924).
-    pub fn haze(&self, radiance: Vec3, eye: f64, up: f32, range: f32) -> Vec3 {
-        let through = (-self.optical_depth(eye, up, range)).exp();
-        HORIZON.lerp(radiance, through)
+    /// `radiance` at `range` metres in unit `direction`, world axes: what the air between lets through, and what it
+    /// adds (Koschmieder 1924). Seen from above, haze lies before the fog, and from inside behind it.
+    pub fn haze(&self, radiance: Vec3, eye: f64, direction: Vec3, range: f32) -> Vec3 {
+        let (up, horizon) = (direction.z, self.lit(HORIZON, direction));
+        let whole = self.optical_depth(eye, up, range);
+        let Some(fog) = &self.fog else { return horizon.lerp(radiance, (-whole).exp()) };
+        let below = fog.below(eye);
+        let before = self.optical_depth(eye, up, fog.before(below, up, range)).min(whole);
+        let behind = horizon.lerp(radiance, (before - whole).exp());
+        let light = self.lit(self.fog_colour(fog, eye), direction);
+        let veiled = light.lerp(behind, (-fog.depth(below, up * range, range)).exp());
+        horizon.lerp(veiled, (-before).exp())
     }
 
     /// Range beyond which nothing of the ground is seen from height `eye`, metres: haze lets through less than
@@ -95,28 +158,34 @@ impl Atmosphere {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Fog;
+
+    /// A direction of which `up` is the sine of the elevation.
+    fn rising(up: f32) -> Vec3 {
+        Vec3::new(0.0, (1.0 - up * up).max(0.0).sqrt(), up)
+    }
 
     #[test]
     fn contrast_at_the_visibility_range_is_five_percent() {
         let air = Atmosphere::new(12_000.0, 300.0);
-        let contrast = (air.haze(Vec3::ZERO, 300.0, 0.0, 12_000.0).x - HORIZON.x) / -HORIZON.x;
+        let contrast = (air.haze(Vec3::ZERO, 300.0, rising(0.0), 12_000.0).x - HORIZON.x) / -HORIZON.x;
         assert!((contrast - 0.05).abs() < 1e-6);
     }
 
     #[test]
     fn far_ground_meets_the_sky_without_an_edge() {
         let air = Atmosphere::new(1000.0, 0.0);
-        assert!((air.haze(Vec3::ONE, 0.0, 0.0, 1.0e6) - air.sky(0.0, 0.0)).length() < 1e-6);
+        assert!((air.haze(Vec3::ONE, 0.0, rising(0.0), 1.0e6) - air.sky(0.0, rising(0.0))).length() < 1e-6);
     }
 
     #[test]
     fn dense_haze_hides_the_sky_behind_mountains_but_not_from_above_it() {
         let (clear, dense) = (Atmosphere::new(40_000.0, 0.0), Atmosphere::new(1500.0, 0.0));
-        let mountain = dense.haze(Vec3::ZERO, 10.0, 0.1, 5000.0);
-        assert!((dense.sky(10.0, 0.1) - mountain).abs().max_element() < 0.01);
-        assert!((dense.sky(20_000.0, 0.5) - clear.sky(20_000.0, 0.5)).length() < 1e-3);
-        assert_eq!(clear.sky(10.0, 0.0), HORIZON);
-        assert_eq!(clear.sky(10.0, 1.0), Atmosphere::new(f64::INFINITY, 0.0).sky(10.0, 1.0));
+        let mountain = dense.haze(Vec3::ZERO, 10.0, rising(0.1), 5000.0);
+        assert!((dense.sky(10.0, rising(0.1)) - mountain).abs().max_element() < 0.01);
+        assert!((dense.sky(20_000.0, rising(0.5)) - clear.sky(20_000.0, rising(0.5))).length() < 1e-3);
+        assert_eq!(clear.sky(10.0, rising(0.0)), HORIZON);
+        assert_eq!(clear.sky(10.0, rising(1.0)), Atmosphere::new(f64::INFINITY, 0.0).sky(10.0, rising(1.0)));
     }
 
     #[test]
@@ -126,7 +195,7 @@ mod tests {
             let reach = air.reach(eye, highest);
             for ground in [100.0, 0.5 * (100.0 + highest), highest] {
                 let up = ((ground - eye) / reach) as f32;
-                let left = air.haze(Vec3::ONE, eye, up, reach as f32) - HORIZON;
+                let left = air.haze(Vec3::ONE, eye, rising(up), reach as f32) - HORIZON;
                 assert!(left.length() < 1.2e-3 * (Vec3::ONE - HORIZON).length(), "{eye} {ground}: {left}");
             }
             assert!(reach > 40_000.0 && reach < 2.0e6, "{reach}");
@@ -136,7 +205,10 @@ mod tests {
 
     #[test]
     fn unlimited_visibility_changes_nothing() {
-        assert_eq!(Atmosphere::new(f64::INFINITY, 0.0).haze(Vec3::ONE, 500.0, -0.1, 1.0e6), Vec3::ONE);
+        assert_eq!(
+            Atmosphere::new(f64::INFINITY, 0.0).haze(Vec3::ONE, 500.0, rising(-0.1), 1.0e6),
+            Vec3::ONE
+        );
     }
 
     #[test]
@@ -162,5 +234,75 @@ mod tests {
             let depth = f64::from(air.optical_depth(eye, up, range));
             assert!((depth / expected - 1.0).abs() < 1e-4, "{depth} {expected}");
         }
+    }
+
+    /// Linear light as 8-bit sRGB codes, not rounded.
+    fn codes(light: Vec3) -> Vec3 {
+        light.map(|light| 255.0 * (1.055 * light.clamp(0.0, 1.0).powf(1.0 / 2.4) - 0.055))
+    }
+
+    fn weather(glow: f64, visibility: f64) -> Weather {
+        Weather { glow, fog: Some(Fog { top: 400.0, visibility, soft: 20.0 }) }
+    }
+
+    const SUN: Sun = Sun { azimuth: 30.0, elevation: 8.0 };
+
+    #[test]
+    fn at_the_visibility_inside_fog_a_contrast_of_five_percent_is_left() {
+        for (visibility, haze) in [(200.0, 40_000.0), (800.0, 3000.0)] {
+            let air = Atmosphere::new(haze, 100.0).with_weather(&weather(1.0, visibility), SUN);
+            let seen = |light| air.haze(light, 110.0, rising(0.0), visibility as f32);
+            let contrast = (seen(Vec3::ONE) - seen(Vec3::ZERO)).x;
+            assert!((contrast / 0.05 - 1.0).abs() < 0.02, "{visibility}: {contrast}");
+        }
+    }
+
+    #[test]
+    fn far_ground_meets_the_sky_from_inside_of_fog_from_above_it_and_in_haze() {
+        let fogs = [None, Some(150.0), Some(2000.0)];
+        for (fog, eye) in fogs.into_iter().flat_map(|fog| [120.0, 395.0, 420.0, 1500.0].map(|eye| (fog, eye)))
+        {
+            let weather = fog.map_or(Weather { glow: 1.0, ..Weather::default() }, |fog| weather(1.0, fog));
+            let air = Atmosphere::new(15_000.0, 100.0).with_weather(&weather, SUN);
+            for azimuth in [0.0_f32, 0.5, 2.0, 4.0] {
+                let toward = |up: f32| {
+                    let level = (1.0 - up * up).sqrt();
+                    Vec3::new(azimuth.sin() * level, azimuth.cos() * level, up)
+                };
+                // A tenth of a pixel of a common view below the horizon and above it.
+                let up = 5.0e-5;
+                let ground = air.haze(Vec3::ZERO, eye, toward(-up), ((eye - 100.0) as f32 / up).max(2.0e5));
+                let sky = [air.sky(eye, toward(up)), air.sky(eye, toward(-up))];
+                for sky in sky {
+                    let step = (codes(ground) - codes(sky)).abs().max_element();
+                    assert!(step <= 2.0, "fog {fog:?}, eye {eye}, azimuth {azimuth}: {step}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fog_is_bright_from_above_and_hides_what_is_under_it() {
+        let air = Atmosphere::new(40_000.0, 100.0).with_weather(&weather(0.0, 150.0), SUN);
+        let [black, white] =
+            [Vec3::ZERO, Vec3::ONE].map(|light| air.haze(light, 900.0, rising(-0.5), 1500.0));
+        assert!((black - white).length() < 0.01 && black.min_element() > 0.75, "{black} {white}");
+        // A summit above the fog is as it is in haze.
+        let haze = Atmosphere::new(40_000.0, 100.0);
+        let summit = |air: &Atmosphere| air.haze(Vec3::ONE, 900.0, rising(-0.1), 3000.0);
+        assert!((summit(&air) - summit(&haze)).length() < 1e-5);
+    }
+
+    #[test]
+    fn the_air_is_warmer_towards_the_sun_and_no_other_away_from_it() {
+        let [plain, glowing] = [0.0, 1.0].map(|glow| {
+            Atmosphere::new(20_000.0, 0.0).with_weather(&Weather { glow, ..Weather::default() }, SUN)
+        });
+        let toward = SUN.direction().with_z(0.0).normalize();
+        let [before, after] = [plain, glowing].map(|air| air.sky(10.0, toward));
+        assert!(after.x > before.x + 0.2 && after.z < before.z, "{before} {after}");
+        let away = [plain, glowing].map(|air| codes(air.sky(10.0, -toward)));
+        assert!((away[0] - away[1]).abs().max_element() < 1.0, "{away:?}");
+        assert_eq!(plain, Atmosphere::new(20_000.0, 0.0));
     }
 }

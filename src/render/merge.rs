@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{RenderOptions, Renderer};
+use super::Renderer;
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::frame::{Atmosphere, Frame, Picture};
@@ -139,19 +139,18 @@ fn each_pixel(
 
 impl Look {
     fn of<S: PageSource>(renderer: &Renderer<'_, S>) -> Self {
-        let RenderOptions { sun, visibility, .. } = renderer.options;
-        let lowest = renderer.source.header().height_range.0;
+        let options = &renderer.options;
         Self {
             isa: renderer.isa,
-            sensor: VisualSensor::new(sun),
-            atmosphere: Atmosphere::new(visibility, lowest),
+            sensor: VisualSensor::new(options.sun),
+            atmosphere: options.atmosphere(renderer.source.header()),
         }
     }
 
     /// Radiance that reaches the eye from a hit.
     fn shade(&self, hit: &Hit, ray: &Ray) -> Vec3 {
         let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, 1.0);
-        self.atmosphere.haze(radiance, ray.origin.z, ray.direction.z as f32, hit.range as f32)
+        self.atmosphere.haze(radiance, ray.origin.z, ray.direction.as_vec3(), hit.range as f32)
     }
 }
 

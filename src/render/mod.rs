@@ -32,6 +32,7 @@ use crate::frame::{Atmosphere, Frame, Picture};
 use crate::objects::{Body, View};
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::raymarch::{LevelBands, Surface};
+use crate::scene::Weather;
 use crate::sensor::VisualSensor;
 use crate::sensor::radiance::Radiance;
 use crate::simd::Isa;
@@ -51,6 +52,8 @@ pub struct RenderOptions {
     pub sun: Sun,
     /// Ground lies in the shadow of ground.
     pub shadows: bool,
+    /// What lies in the air besides haze.
+    pub weather: Weather,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
     /// at steep ground.
     pub detail: f64,
@@ -93,6 +96,7 @@ impl Default for RenderOptions {
             visibility: DEFAULT_VISIBILITY,
             sun: Sun::default(),
             shadows: false,
+            weather: Weather::default(),
             detail: 1.0,
             curvature: Curvature::FLAT,
             tile_world: false,
@@ -114,6 +118,11 @@ impl RenderOptions {
         self.shadows.then(|| Shades::new(Shade::new(header, self.sun), budget))
     }
 
+    /// The air over a database.
+    pub fn atmosphere(&self, header: &Header) -> Atmosphere {
+        Atmosphere::new(self.visibility, header.height_range.0).with_weather(&self.weather, self.sun)
+    }
+
     /// Refuses values outside the ranges that the fields state, and poses that are no view.
     fn check(&self, camera: &Camera) -> Result<()> {
         camera.screen().check()?;
@@ -124,6 +133,7 @@ impl RenderOptions {
             (self.visibility > 0.0, "visibility must be more than 0 m"),
             (self.sun.elevation > 0.0 && self.sun.elevation <= 90.0, "the sun must stand 0 to 90° high"),
             (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
+            (self.weather.is_sound(), "the weather must be within the ranges of its fields"),
             (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
             (bend.is_finite() && bend >= 0.0, "the curvature's inverse diameter must be 0 or more"),
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
@@ -439,6 +449,6 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
 /// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
 /// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
 pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
-    let (lowest, highest) = header.height_range;
-    Atmosphere::new(options.visibility, lowest).reach(camera.pose.eye.z, highest)
+    let (_, highest) = header.height_range;
+    options.atmosphere(header).reach(camera.pose.eye.z, highest)
 }

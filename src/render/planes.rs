@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved};
 use crate::error::Result;
 use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
-use crate::frame::{Atmosphere, Frame, Picture};
+use crate::frame::{Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
     Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneGroup, PlaneMarch, Profile, Refusal, Shape,
@@ -354,7 +354,7 @@ fn see<S: PageSource>(
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
     let bend = renderer.options.curvature.inverse_diameter;
-    let atmosphere = Atmosphere::new(renderer.options.visibility, header.height_range.0);
+    let atmosphere = renderer.options.atmosphere(header);
     let scale = seen.scale;
     let rays = Mutex::new(Rays::default());
     let unpainted = Mutex::new(Unpainted::default());
@@ -384,6 +384,7 @@ fn see<S: PageSource>(
         let Look { index, kept, cells, inverse } = look;
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, angle);
+        painter.air.face(group);
         painter.paint(renderer.isa, group, profile, angle, &squares, lights)?;
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {

@@ -42,7 +42,7 @@ pub(super) fn render<S: PageSource>(
     };
     let started = Instant::now();
     let mut frame = merge(camera, &subimages);
-    let atmosphere = Atmosphere::new(options.visibility, source.header().height_range.0);
+    let atmosphere = options.atmosphere(source.header());
     add_air(&mut frame, &atmosphere, farm);
     times.image = started.elapsed();
     let mut rays = Rays::default();
@@ -121,11 +121,11 @@ fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
         for (column, colour) in line.iter_mut().enumerate() {
             let range = range[row * width + column];
             let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
-            let (eye, up) = (ray.origin.z, ray.direction.z as f32);
+            let (eye, direction) = (ray.origin.z, ray.direction.as_vec3());
             let seen = if range.is_finite() {
-                atmosphere.haze(Vec3::from_array(*colour), eye, up, range)
+                atmosphere.haze(Vec3::from_array(*colour), eye, direction, range)
             } else {
-                atmosphere.sky(eye, up)
+                atmosphere.sky(eye, direction)
             };
             *colour = seen.to_array();
         }

@@ -11,7 +11,8 @@ use toml::Spanned;
 use super::model::Models;
 use super::object::{ObjectTable, object};
 use super::sun::SunTable;
-use super::{Object, Scene};
+use super::weather::{self, FogTable};
+use super::{Object, Scene, Weather};
 use crate::error::{Error, Result};
 
 /// Bytes of the largest scene file.
@@ -25,14 +26,16 @@ const MOST_MESSAGE: usize = 500;
 struct SceneTable {
     sun: Option<SunTable>,
     air: Option<AirTable>,
+    fog: Option<FogTable>,
     #[serde(default)]
     object: Vec<Spanned<ObjectTable>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields, expecting = "the table [air]")]
 struct AirTable {
     visibility_m: Option<Spanned<f64>>,
+    glow: Option<Spanned<f64>>,
 }
 
 /// A scene file while it is read.
@@ -100,10 +103,15 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     hasher.update(&bytes);
     let shadows = table.sun.as_ref().and_then(SunTable::shadows);
     let sun = table.sun.map_or(Ok(None), |sun| sun.read(&reading))?;
-    let visibility = table.air.and_then(|air| air.visibility_m);
+    let air = table.air.unwrap_or_default();
+    let visibility = air.visibility_m.as_ref();
     let visibility = visibility
-        .map(|metres| reading.number("visibility_m", &metres, |metres| metres > 0.0, "must be more than 0 m"))
+        .map(|metres| reading.number("visibility_m", metres, |metres| metres > 0.0, "must be more than 0 m"))
         .transpose()?;
+    let weather = Weather {
+        glow: weather::glow(&reading, air.glow.as_ref(), sun.is_some())?,
+        fog: table.fog.map(|fog| fog.read(&reading)).transpose()?,
+    };
     let mut objects: BTreeMap<String, Object> = BTreeMap::new();
     let mut models = Models::default();
     for table in table.object {
@@ -122,6 +130,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         sun,
         shadows,
         visibility,
+        weather,
         objects,
     })
 }

@@ -14,10 +14,12 @@ mod object;
 mod sun;
 #[cfg(test)]
 mod tests;
+mod weather;
 
 use std::path::{Path, PathBuf};
 
 pub use cast::Cast;
+pub use weather::{Fog, Weather};
 
 use crate::error::Result;
 use crate::flight::Track;
@@ -37,6 +39,8 @@ pub struct Scene {
     pub shadows: Option<bool>,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
     pub visibility: Option<f64>,
+    /// What lies in the air besides haze.
+    pub weather: Weather,
     /// Objects, by name.
     pub objects: Vec<Object>,
 }

@@ -64,6 +64,19 @@ fn scenes_say_what_stands_where_and_when() {
 }
 
 #[test]
+fn weather_is_as_the_scene_says() {
+    assert_eq!(read("").unwrap().weather, Weather::default());
+    let fog = |text: &str| read(text).unwrap().weather.fog.unwrap();
+    let plain = fog("[fog]\ntop_m = 420\nvisibility_m = 150");
+    assert_eq!(plain, Fog { top: 420.0, visibility: 150.0, soft: 20.0 });
+    assert_eq!(fog("[fog]\ntop_m = 420\nvisibility_m = 150\nsoft_m = 5").soft, 5.0);
+    // Air glows where the scene says where the sun stands, unless it says otherwise.
+    let glow = |text: &str| read(text).unwrap().weather.glow;
+    let sun = "[sun]\nazimuth_deg = 1\nelevation_deg = 2\n";
+    assert_eq!([glow(sun), glow(&format!("{sun}[air]\nglow = 0.5"))], [1.0, 0.5]);
+}
+
+#[test]
 fn the_digest_follows_the_file_and_its_tracks() {
     let digest = |text: &str| read(text).unwrap().digest;
     assert_eq!(digest(WHOLE), digest(WHOLE));
@@ -85,7 +98,13 @@ fn mistakes_name_line_and_key() {
         ("[sun]\nazimuth_deg = 3\ntime = 2026-06-21T09:00:00Z", "line 3", "not both"),
         ("[air]\nvisibility_m = 0", "line 2", "visibility_m"),
         ("[air]\nvisibilty_m = 3", "line 2", "visibilty_m"),
-        ("[clouds]\nbase_m = 3", "line 1", "clouds"),
+        ("[air]\nglow = 1.5", "line 2", "glow"),
+        ("[fog]\nvisibility_m = 200", "line 1", "top_m"),
+        ("[fog]\ntop_m = nan\nvisibility_m = 200", "line 2", "top_m"),
+        ("[fog]\ntop_m = 1e7\nvisibility_m = 200", "line 2", "top_m"),
+        ("[fog]\ntop_m = 300\nvisibility_m = -1", "line 3", "visibility_m"),
+        ("[fog]\ntop_m = 300\nvisibility_m = 200\nsoft_m = 0", "line 4", "soft_m"),
+        ("[fog]\ntop_m = 300\nvisibility_m = 200\ndepth = 3", "line 4", "depth"),
         ("[[object]]\nshape = \"sphere\"", "line 1", "name"),
         ("[[object]]\nname = \" \"\nshape = \"sphere\"", "line 1", "name"),
         ("[[object]]\nname = \"a\"\nshape = \"cube\"", "line 3", "cube"),

@@ -2,9 +2,12 @@
 
 use super::super::Atmosphere;
 use super::super::atmosphere::{HORIZON, SCALE_HEIGHT, SKY_DEPTH, SKY_ONSET, ZENITH};
+use super::super::fog::{FogLayer, GAUSS, LEVEL as FOG_LEVEL};
+use super::super::glow::{Glow, PHASE};
+use crate::raymarch::scan::PlaneGroup;
 use crate::sensor::radiance::UNITS;
 use crate::simd::math::exp_neg;
-use crate::simd::{Floats, Simd};
+use crate::simd::{Floats, Simd, Sixteen};
 
 /// Terms of the polynomial for haze, and rises in scale heights up to which it serves: exact to 10⁻⁴ over three of them.
 const TERMS: usize = 6;
@@ -27,7 +30,32 @@ pub struct Air {
     /// the rise down, which counts from `middle` in scale heights; `None`: rises are too different for one.
     series: Option<[f32; TERMS]>,
     middle: f32,
+    /// What is in the air besides haze; most air has nothing.
+    weather: Option<Weather>,
 }
+
+/// What is in the air besides haze.
+#[derive(Debug, Clone, Copy)]
+struct Weather {
+    glow: Option<Glow>,
+    /// Cosine of each lane's azimuth from that of the sun, times that of the sun's elevation.
+    sunward: Sixteen,
+    fog: Option<Fog>,
+}
+
+/// Fog about an eye.
+#[derive(Debug, Clone, Copy)]
+struct Fog {
+    layer: FogLayer,
+    /// How far the eye lies below all that is clear, metres, and the fog above it, metres of full density.
+    below: f32,
+    column: f32,
+    /// But for its glow.
+    colour: [f32; 3],
+}
+
+/// Least |sine| of an elevation by which is divided.
+const LEAST_SINE: f32 = 1.0e-6;
 
 impl Air {
     /// Seen from height `eye` ground that is not higher than `ceiling`, metres above the datum.
@@ -43,12 +71,49 @@ impl Air {
         let series = (width <= WIDEST)
             .then(|| polynomial(middle, 0.5 * width, mean).map(|term| (term * at_eye) as f32));
         let excess = atmosphere.excess() * SCALE_HEIGHT * density;
-        Self { excess, start, extinction, density, series, middle: middle as f32 }
+        let fog = atmosphere.fog().map(|layer| Fog {
+            layer: *layer,
+            below: layer.below(eye),
+            column: layer.column(layer.below(eye)),
+            colour: atmosphere.fog_colour(layer, eye).to_array(),
+        });
+        let glow = atmosphere.glow().copied();
+        let has_weather = fog.is_some() || glow.is_some();
+        let weather = has_weather.then_some(Weather { glow, sunward: Sixteen::default(), fog });
+        Self { excess, start, extinction, density, series, middle: middle as f32, weather }
+    }
+
+    /// Turns to where a group of planes looks, which only a glow needs to know.
+    pub fn face(&mut self, group: &PlaneGroup) {
+        if let Some(Weather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+            let sun = [glow.to_sun.x, glow.to_sun.y];
+            for (sunward, minor) in sunward.0.iter_mut().zip(group.minor) {
+                let ahead = group.forward as f32;
+                let along = ahead * sun[group.major] + minor * sun[1 - group.major];
+                *sunward = along / minor.hypot(ahead);
+            }
+        }
+    }
+
+    /// Turns each lane to a direction of which the parts eastward and northward are given, and need not be of unit length.
+    #[inline(always)]
+    pub fn turn<V: Simd>(&mut self, simd: V, [east, north]: [V::F; 2]) {
+        if let Some(Weather { glow: Some(glow), sunward, .. }) = &mut self.weather {
+            let least = simd.splat(1.0e-12);
+            let along = east * simd.splat(glow.to_sun.x) + north * simd.splat(glow.to_sun.y);
+            (along * (east * east + north * north + least).rsqrt()).store(&mut sunward.0);
+        }
     }
 
     /// Share of light that haze lets through from `range` metres away and `rise` metres above the eye.
     #[inline(always)]
     fn through<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {
+        exp_neg(simd, self.depth(simd, range, rise))
+    }
+
+    /// Optical depth of haze, ≥ 0.
+    #[inline(always)]
+    fn depth<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {
         let rise = (rise * simd.splat(1.0 / SCALE_HEIGHT)).max(simd.splat(-self.start));
         let mean = if let Some(series) = &self.series {
             let rise = rise - simd.splat(self.middle);
@@ -65,13 +130,20 @@ impl Air {
             let first = rise.neg_mul_add(simd.splat(0.5), simd.splat(1.0)) * density;
             first.select(level, (density - end) * rise.recip()) * simd.splat(self.extinction)
         };
-        exp_neg(simd, range * mean)
+        range * mean
     }
 
     /// Radiance that reaches the eye from ground of `radiance`, in [`UNITS`], `range` metres away and `rise` metres above the
     /// eye along the ray.
     #[inline(always)]
     pub fn haze<V: Simd>(&self, simd: V, radiance: [V::F; 3], range: V::F, rise: V::F) -> [V::F; 3] {
+        if let Some(weather) = &self.weather {
+            let mut light = radiance;
+            for (light, unit) in light.iter_mut().zip(UNITS) {
+                *light = *light * simd.splat(unit);
+            }
+            return self.through_weather(simd, weather, light, range, rise);
+        }
         let through = self.through(simd, range, rise);
         let mut seen = radiance;
         for ((seen, horizon), unit) in seen.iter_mut().zip(HORIZON.to_array()).zip(UNITS) {
@@ -84,11 +156,15 @@ impl Air {
     /// The sky's radiance in a direction of which `up` is the sine of the elevation.
     #[inline(always)]
     pub fn sky<V: Simd>(&self, simd: V, up: V::F) -> [V::F; 3] {
-        let up = up.max(simd.splat(1.0e-6));
+        let toward = up;
+        let up = up.max(simd.splat(LEAST_SINE));
         let blue = up * up * simd.splat(SKY_DEPTH) * (up + simd.splat(SKY_ONSET)).recip();
         let mut clear = simd.splat(1.0) - exp_neg(simd, blue);
         if self.excess > 0.0 {
             clear = clear * exp_neg(simd, simd.splat(self.excess) * up.recip());
+        }
+        if let Some(weather) = &self.weather {
+            return self.sky_through_weather(simd, weather, clear, toward);
         }
         let mut seen = [clear; 3];
         for (seen, (horizon, zenith)) in
@@ -97,6 +173,143 @@ impl Air {
             *seen = clear.mul_add(simd.splat(zenith - horizon), simd.splat(horizon));
         }
         seen
+    }
+}
+
+impl Air {
+    /// Radiance that reaches the eye from what sends `light`, linear Rec. 709, `range` metres away and `rise` metres above the eye.
+    #[inline(always)]
+    pub fn over<V: Simd>(&self, simd: V, light: [V::F; 3], range: V::F, rise: V::F) -> [V::F; 3] {
+        if let Some(weather) = &self.weather {
+            return self.through_weather(simd, weather, light, range, rise);
+        }
+        let mut horizon = light;
+        splat_all(simd, &mut horizon, HORIZON.to_array());
+        mixed::<V>(horizon, light, self.through(simd, range, rise))
+    }
+
+    #[inline(always)]
+    fn through_weather<V: Simd>(
+        &self,
+        simd: V,
+        weather: &Weather,
+        light: [V::F; 3],
+        range: V::F,
+        rise: V::F,
+    ) -> [V::F; 3] {
+        let (zero, up) = (simd.splat(0.0), rise * range.recip());
+        let glow = weather.share(simd, up);
+        let horizon = weather.lit(simd, HORIZON.to_array(), glow);
+        let Some(fog) = &weather.fog else {
+            return mixed::<V>(horizon, light, self.through(simd, range, rise));
+        };
+        let colour = weather.lit(simd, fog.colour, glow);
+        let veil = exp_neg(simd, fog.depth(simd, range, rise).max(zero));
+        if fog.below >= 0.0 {
+            let behind = mixed::<V>(horizon, light, self.through(simd, range, rise));
+            return mixed::<V>(colour, behind, veil);
+        }
+        let whole = self.depth(simd, range, rise);
+        // Clear air ends where a ray that sinks enters the fog.
+        let sinks = up.lt(simd.splat(-LEAST_SINE));
+        let reach = simd.splat(fog.below) * up.min(simd.splat(-LEAST_SINE)).recip();
+        let clear = reach.min(range).select(sinks, range);
+        let before = self.depth(simd, clear, clear * up).min(whole);
+        let behind = mixed::<V>(horizon, light, exp_neg(simd, whole - before));
+        mixed::<V>(horizon, mixed::<V>(colour, behind, veil), exp_neg(simd, before))
+    }
+
+    /// `clear` is the share of the zenith's blue.
+    #[inline(always)]
+    fn sky_through_weather<V: Simd>(&self, simd: V, weather: &Weather, clear: V::F, up: V::F) -> [V::F; 3] {
+        let glow = weather.share(simd, up);
+        let horizon = weather.lit(simd, HORIZON.to_array(), glow);
+        let mut zenith = horizon;
+        splat_all(simd, &mut zenith, ZENITH.to_array());
+        let sky = mixed::<V>(horizon, zenith, clear);
+        let Some(fog) = &weather.fog else { return sky };
+        let (zero, least) = (simd.splat(0.0), simd.splat(LEAST_SINE));
+        let colour = weather.lit(simd, fog.colour, glow);
+        let rises = zero.lt(up);
+        if fog.below >= 0.0 {
+            let depth = simd.splat(fog.layer.extinction * fog.column) * up.max(least).recip();
+            return mixed::<V>(colour, sky, exp_neg(simd, depth).select(rises, zero));
+        }
+        let before = simd.splat(fog.below) * up.min(zero - least).recip();
+        let through = self.through(simd, before, simd.splat(fog.below));
+        let mut floor = mixed::<V>(horizon, colour, through);
+        for (floor, sky) in floor.iter_mut().zip(sky) {
+            *floor = floor.select(up.lt(zero), sky);
+        }
+        floor
+    }
+}
+
+impl Weather {
+    /// Share of sunlight in what glows, for elevations of which `up` is the sine.
+    #[inline(always)]
+    fn share<V: Simd>(&self, simd: V, up: V::F) -> Option<(V::F, [f32; 3])> {
+        let glow = self.glow.as_ref()?;
+        let level = up.neg_mul_add(up, simd.splat(1.0)).max(simd.splat(1.0e-9)).sqrt_rough();
+        let cosine = (up * simd.splat(glow.to_sun.z)) + level * simd.load(&self.sunward.0);
+        let root = cosine.neg_mul_add(simd.splat(PHASE[1]), simd.splat(PHASE[0])).rsqrt();
+        let strength = simd.splat(glow.strength);
+        let share = (root * root * root - simd.splat(glow.least)) * strength;
+        Some((share.max(simd.splat(0.0)).min(simd.splat(1.0)), glow.colour.to_array()))
+    }
+
+    /// A colour with so much glow.
+    #[inline(always)]
+    fn lit<V: Simd>(&self, simd: V, colour: [f32; 3], glow: Option<(V::F, [f32; 3])>) -> [V::F; 3] {
+        let mut lit = [simd.splat(0.0); 3];
+        splat_all(simd, &mut lit, colour);
+        if let Some((share, sun)) = glow {
+            let mut toward = lit;
+            splat_all(simd, &mut toward, sun);
+            lit = mixed::<V>(lit, toward, share);
+        }
+        lit
+    }
+}
+
+impl Fog {
+    /// Optical depth of the fog, see [`FogLayer::depth`].
+    #[inline(always)]
+    fn depth<V: Simd>(&self, simd: V, range: V::F, rise: V::F) -> V::F {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let (soft, per_soft) = (simd.splat(self.layer.soft), simd.splat(1.0 / self.layer.soft));
+        let below = simd.splat(self.below);
+        let end = below - rise;
+        let share = (end * per_soft).max(zero).min(one);
+        let column = (soft * share * share * share)
+            .mul_add(share.neg_mul_add(simd.splat(0.5), one), (end - soft).max(zero));
+        let is_level = rise.abs().lt(simd.splat(FOG_LEVEL) * soft);
+        let mut density = zero;
+        for share in GAUSS {
+            let place = (rise.neg_mul_add(simd.splat(share), below) * per_soft).max(zero).min(one);
+            density = (place * place).mul_add(simd.splat(1.5) - place, density);
+        }
+        let rising = one.select(is_level, rise);
+        let mean = density.select(is_level, (simd.splat(self.column) - column) * rising.recip());
+        range * simd.splat(self.layer.extinction) * mean
+    }
+}
+
+/// From one light to another, by the share of the latter.
+#[inline(always)]
+fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
+    let mut mixed = from;
+    for (mixed, to) in mixed.iter_mut().zip(to) {
+        *mixed = (to - *mixed).mul_add(share, *mixed);
+    }
+    mixed
+}
+
+/// The same colour in all lanes.
+#[inline(always)]
+fn splat_all<V: Simd>(simd: V, light: &mut [V::F; 3], colour: [f32; 3]) {
+    for (light, value) in light.iter_mut().zip(colour) {
+        *light = simd.splat(value);
     }
 }
 

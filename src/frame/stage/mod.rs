@@ -14,6 +14,8 @@
 //! line's texels. What is left to resample are pixels of nearly the right size.
 
 mod air;
+#[cfg(test)]
+mod air_tests;
 mod band;
 mod cell;
 mod fan;

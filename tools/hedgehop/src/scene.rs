@@ -6,7 +6,7 @@ use hedgehop::Result;
 use hedgehop::frame::FrameRate;
 use hedgehop::objects::Body;
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Scene};
+use hedgehop::scene::{Cast, Fog, Scene, Weather};
 use hedgehop::voxel::PageSource;
 use serde_json::{Value, json};
 
@@ -57,6 +57,16 @@ pub fn record(scene: Option<&Scene>, settings: &mut Value) {
     if let Some(scene) = scene {
         let names: Vec<_> = scene.objects.iter().map(|object| &object.name).collect();
         settings["scene"] = json!({ "blake3": scene.digest, "objects": names });
+    }
+}
+
+/// What lies in the air; clear air is not mentioned.
+pub fn record_weather(weather: &Weather, settings: &mut Value) {
+    if weather.glow > 0.0 {
+        settings["glow"] = json!(weather.glow);
+    }
+    if let Some(Fog { top, visibility, soft }) = weather.fog {
+        settings["fog"] = json!({ "top_m": top, "visibility_m": visibility, "soft_m": soft });
     }
 }
 

@@ -135,6 +135,7 @@ impl LookArgs {
             );
             return Err(Error::Configuration(what));
         }
+        options.weather = scene.map(|scene| scene.weather).unwrap_or_default();
         Ok(options)
     }
 }

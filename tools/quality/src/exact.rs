@@ -47,7 +47,7 @@ impl<'a, S: PageSource> ExactEye<'a, S> {
         Self {
             marcher: Marcher::new(source, LevelBands::finest_only(), options.surface),
             light: PostLight::new(source, radiance),
-            atmosphere: Atmosphere::new(options.visibility, header.height_range.0),
+            atmosphere: options.atmosphere(header),
             grid: header.grid,
             camera,
         }
@@ -62,13 +62,13 @@ impl<'a, S: PageSource> ExactEye<'a, S> {
     /// Radiance and range (metres, infinite for the sky) at a position on the screen in pixels.
     pub fn sample(&mut self, column: f64, row: f64) -> Result<(Vec3, f64)> {
         let direction = self.camera.direction(column, row);
-        let (eye, up) = (self.camera.pose.eye, direction.z as f32);
+        let (eye, toward) = (self.camera.pose.eye, direction.as_vec3());
         let ray = GridRay::new(&self.grid, eye, direction);
         let Some(contact) = self.marcher.first_contact(&ray, 0.0)? else {
-            return Ok((self.atmosphere.sky(eye.z, up), f64::INFINITY));
+            return Ok((self.atmosphere.sky(eye.z, toward), f64::INFINITY));
         };
         let radiance = self.light.at(ray.at(contact.range).truncate())?;
-        Ok((self.atmosphere.haze(radiance, eye.z, up, contact.range as f32), contact.range))
+        Ok((self.atmosphere.haze(radiance, eye.z, toward, contact.range as f32), contact.range))
     }
 }
 

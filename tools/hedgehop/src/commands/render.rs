@@ -377,6 +377,7 @@ fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderO
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
     scene::record(scene, &mut settings);
+    scene::record_weather(&options.weather, &mut settings);
     settings
 }
 

@@ -85,6 +85,16 @@ fn description(scene: &Scene) -> String {
     if let Some(visibility) = scene.visibility {
         let _ = writeln!(text, "  visibility {visibility} m");
     }
+    if scene.weather.glow > 0.0 {
+        let _ = writeln!(text, "  glow {}", scene.weather.glow);
+    }
+    if let Some(fog) = &scene.weather.fog {
+        let _ = writeln!(
+            text,
+            "  fog up to {} m above the datum, visibility {} m inside",
+            fog.top, fog.visibility
+        );
+    }
     for object in &scene.objects {
         let _ = writeln!(text, "  {}: {}, {}", object.name, form(&object.form), place(object));
         if !object.notes.is_empty() {
