@@ -91,6 +91,11 @@ fn world_from_body(attitude: Attitude) -> DMat3 {
 }
 
 impl Body {
+    /// Where a point of its own axes (right, forward, up) lies in the world, metres.
+    pub fn from_own(&self, point: DVec3) -> DVec3 {
+        self.position + world_from_body(self.attitude) * point
+    }
+
     /// Whether it holds up light on the way from `origin` (metres in the world) along `direction` (of unit length), up to `end` metres: whether it casts
     /// a shadow on `origin`. Nothing bends here.
     pub fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {

@@ -43,7 +43,7 @@ pub struct Seen {
 
 impl Ground {
     /// One over its range, so many pixels to the right of the middle, and below it.
-    fn at(&self, offset: DVec2) -> f64 {
+    pub fn at(&self, offset: DVec2) -> f64 {
         let [across, along] = self.slope.map(f64::from);
         f64::from(self.inverse) + across * offset.x + along * offset.y
     }

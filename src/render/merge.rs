@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::Renderer;
+use super::shadows::Shadows;
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::frame::{Atmosphere, Frame, Picture};
@@ -25,16 +26,47 @@ pub struct Bodies<'v> {
 }
 
 /// How bodies look.
-struct Look {
+struct Look<'s, 'r, 'a, S> {
     isa: Isa,
     sensor: VisualSensor,
     atmosphere: Atmosphere,
+    /// `None`: all of the sun reaches them.
+    shadows: Option<&'s Shadows<'r, 'a, S>>,
 }
 
 /// The ground that a frame shows.
-struct Shown<'r> {
-    range: &'r [f32],
-    width: usize,
+pub(super) struct Shown<'r> {
+    pub range: &'r [f32],
+    pub width: usize,
+}
+
+/// Some rows of pixels, counted from the first.
+pub(super) trait Pixels: Send {
+    /// Light of one.
+    fn light(&self, pixel: usize) -> Vec3;
+    /// Has it show other light.
+    fn put(&mut self, pixel: usize, light: Vec3);
+}
+
+impl Pixels for &mut [[f32; 3]] {
+    fn light(&self, pixel: usize) -> Vec3 {
+        self[pixel].into()
+    }
+
+    fn put(&mut self, pixel: usize, light: Vec3) {
+        self[pixel] = light.to_array();
+    }
+}
+
+/// 8-bit sRGB.
+impl Pixels for &mut [[u8; RGB]] {
+    fn light(&self, pixel: usize) -> Vec3 {
+        linear_from_srgb8(self[pixel]).into()
+    }
+
+    fn put(&mut self, pixel: usize, light: Vec3) {
+        self[pixel] = light.to_array().map(srgb8_from_linear);
+    }
 }
 
 impl<'v> Bodies<'v> {
@@ -61,20 +93,18 @@ impl<'v> Bodies<'v> {
     pub fn into_picture<S: PageSource>(
         self,
         renderer: &Renderer<'_, S>,
+        shadows: Option<&Shadows<'_, '_, S>>,
         picture: &mut Picture,
         range: &[f32],
         farm: &Farm,
     ) -> Result<()> {
-        let (look, width) = (Look::of(renderer), picture.width as usize);
+        let (look, width) = (Look::of(renderer, shadows), picture.width as usize);
         let shown = Shown { range, width };
-        let tasks: Vec<_> = self.rows.into_iter().zip(picture.rgb.chunks_mut(RGB * width * SQUARE)).collect();
-        farm.each(Stage::Image, tasks, |index, (squares, rgb)| {
+        let tasks: Vec<_> = self.rows.into_iter().zip(rows_of(picture)).collect();
+        farm.each(Stage::Image, tasks, |index, (squares, mut pixels)| {
             each_pixel(&look, &shown, &squares, |row, column, seen| {
-                let first = RGB * ((row - index * SQUARE) * width + column);
-                if let Some(pixel) = rgb[first..].first_chunk_mut::<RGB>() {
-                    let ground = Vec3::from_array(linear_from_srgb8(*pixel));
-                    *pixel = over(seen, ground).to_array().map(srgb8_from_linear);
-                }
+                let pixel = (row - index * SQUARE) * width + column;
+                pixels.put(pixel, over(seen, pixels.light(pixel)));
             });
             Ok(())
         })
@@ -84,10 +114,11 @@ impl<'v> Bodies<'v> {
     pub fn into_frame<S: PageSource>(
         self,
         renderer: &Renderer<'_, S>,
+        shadows: Option<&Shadows<'_, '_, S>>,
         frame: &mut Frame,
         farm: &Farm,
     ) -> Result<()> {
-        let (look, width) = (Look::of(renderer), frame.camera.width as usize);
+        let (look, width) = (Look::of(renderer, shadows), frame.camera.width as usize);
         // Pixels look at their neighbours' ground, which other tasks may have covered.
         let ground = frame.range.clone();
         let shown = Shown { range: &ground, width };
@@ -115,14 +146,20 @@ impl<'v> Bodies<'v> {
     }
 }
 
+/// A picture's pixels, by [`SQUARE`] rows.
+pub(super) fn rows_of(picture: &mut Picture) -> impl Iterator<Item = &mut [[u8; RGB]]> {
+    let width = picture.width as usize;
+    picture.rgb.as_chunks_mut().0.chunks_mut(width * SQUARE)
+}
+
 /// Light of a pixel that bodies cover a share of.
 fn over(seen: &Seen, ground: Vec3) -> Vec3 {
     ground * (1.0 - seen.share) + seen.colour
 }
 
 /// Tells `put` row and column of every pixel with a body in it, and what is seen of that.
-fn each_pixel(
-    look: &Look,
+fn each_pixel<S: PageSource>(
+    look: &Look<'_, '_, '_, S>,
     shown: &Shown<'_>,
     squares: &[Square<'_>],
     mut put: impl FnMut(usize, usize, &Seen),
@@ -137,26 +174,28 @@ fn each_pixel(
     }
 }
 
-impl Look {
-    fn of<S: PageSource>(renderer: &Renderer<'_, S>) -> Self {
+impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
+    fn of(renderer: &Renderer<'_, S>, shadows: Option<&'s Shadows<'r, 'a, S>>) -> Self {
         let options = &renderer.options;
         Self {
             isa: renderer.isa,
             sensor: VisualSensor::new(options.sun),
             atmosphere: options.atmosphere(renderer.source.header()),
+            shadows,
         }
     }
 
     /// Radiance that reaches the eye from a hit.
     fn shade(&self, hit: &Hit, ray: &Ray) -> Vec3 {
-        let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, 1.0);
+        let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray));
+        let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, sun);
         self.atmosphere.haze(radiance, ray.origin.z, ray.direction.as_vec3(), hit.range as f32)
     }
 }
 
 impl Shown<'_> {
     /// The ground in a pixel: its slope is that to neighbours that show the same surface.
-    fn ground(&self, column: usize, row: usize) -> Ground {
+    pub fn ground(&self, column: usize, row: usize) -> Ground {
         let inverse = |column: usize, row: usize| 1.0 / self.range[row * self.width + column];
         let own = inverse(column, row);
         let slope = |before: Option<f32>, after: Option<f32>| {

@@ -10,12 +10,14 @@ mod foresight;
 mod merge;
 mod planes;
 mod reference;
+mod shadows;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod unserved;
 
-use merge::Bodies;
+use merge::{Bodies, rows_of};
+use shadows::Shadows;
 
 pub use foresight::{FlightPlan, LivePlan};
 pub use unserved::Unserved;
@@ -29,7 +31,7 @@ use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::objects::{Body, View};
+use crate::objects::{Body, SQUARE, View};
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::raymarch::{LevelBands, Surface};
 use crate::scene::Weather;
@@ -292,9 +294,17 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         self.source.intact()?;
         let mut rendered = rendered?;
         if !bodies.is_empty() {
+            let shadows = Shadows::of(self, camera, bodies);
             let view = View::new(camera, bodies, self.options.curvature);
             let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
-            rendered.account.times.image += timed(|| bodies.into_frame(self, &mut rendered.frame, farm))?;
+            rendered.account.times.image += timed(|| {
+                let frame = &mut rendered.frame;
+                if let Some(shadows) = &shadows {
+                    let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).collect();
+                    shadows.cast(camera, rows, &frame.range, farm)?;
+                }
+                bodies.into_frame(self, shadows.as_ref(), frame, farm)
+            })?;
         }
         Ok(rendered)
     }
@@ -314,11 +324,13 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     pub fn picture_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<(Picture, Account)> {
         self.options.check(camera)?;
         let view = View::new(camera, bodies, self.options.curvature);
+        let shadows = Shadows::of(self, camera, bodies);
         let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+        let takes_range = shadows.is_some() || !bodies.is_empty();
         let mut range = Vec::new();
         let rendered = match self.planes(camera, farm)? {
             Some(view) => {
-                if !bodies.is_empty() {
+                if takes_range {
                     range.resize(camera.width as usize * camera.height as usize, 0.0);
                 }
                 planes::picture(self, &view, farm, &mut range)
@@ -334,8 +346,13 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         };
         self.source.intact()?;
         let (mut picture, mut account) = rendered?;
-        if !bodies.is_empty() {
-            account.times.image += timed(|| bodies.into_picture(self, &mut picture, &range, farm))?;
+        if takes_range {
+            account.times.image += timed(|| {
+                if let Some(shadows) = &shadows {
+                    shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
+                }
+                bodies.into_picture(self, shadows.as_ref(), &mut picture, &range, farm)
+            })?;
         }
         Ok((picture, account))
     }

@@ -7,6 +7,7 @@ mod exact;
 mod merging;
 mod meshes;
 mod outlines;
+mod shadows;
 
 use std::sync::LazyLock;
 
