@@ -34,6 +34,9 @@ struct Sheet {
     /// Length of the ray through the middle as the lens gives it.
     length: f64,
     facets: Vec<Facet>,
+    /// The row of pixels that was asked for last, and the facets that may be in it, by index.
+    row: f32,
+    in_row: Vec<u32>,
 }
 
 impl Sheet {
@@ -44,7 +47,28 @@ impl Sheet {
         let basis = Pencil::new(lens, middle)?.basis(body, body.middle())?;
         let bounds = Bounds { low: reach.map(|reach| -reach), high: reach };
         mesh.before(&basis, &bounds, &mut facets);
-        Some(Self { id: body.id, middle, begin: basis.begin, length, facets })
+        Some(Self {
+            id: body.id,
+            middle,
+            begin: basis.begin,
+            length,
+            facets,
+            row: f32::NAN,
+            in_row: Vec::new(),
+        })
+    }
+}
+
+impl Sheet {
+    /// Finds what may be in the row of pixels around `y`, unless it is known.
+    fn go_to(&mut self, y: f32) {
+        if self.row == y {
+            return;
+        }
+        self.row = y;
+        self.in_row.clear();
+        let is_in = |facet: &Facet| facet.bounds.low[1] <= y + HALF && facet.bounds.high[1] >= y - HALF;
+        self.in_row.extend((0..).zip(&self.facets).filter(|(_, facet)| is_in(facet)).map(|(index, _)| index));
     }
 }
 
@@ -65,12 +89,14 @@ impl Sheets {
         let first = self.facets.len();
         let (begin, ratio) = if lens.is_straight() {
             let known = self.sheet(lens, square, body, mesh)?;
-            let sheet = &self.known[known];
+            let length = lens.line(place)?.direction.length();
+            let sheet = &mut self.known[known];
             let [x, y] = (place - sheet.middle).to_array().map(|pixels| pixels as f32);
             let around = Bounds { low: [x - HALF, y - HALF], high: [x + HALF, y + HALF] };
-            let length = lens.line(place)?.direction.length();
             let (begin, ratio) = (sheet.begin, (length / sheet.length) as f32);
-            let near = sheet.facets.iter().filter(|facet| facet.is_in(&around));
+            sheet.go_to(y);
+            let near = sheet.in_row.iter().map(|index| &sheet.facets[*index as usize]);
+            let near = near.filter(|facet| facet.is_in(&around));
             self.facets.extend(near.map(|facet| facet.around(x, y)));
             (begin, ratio)
         } else {

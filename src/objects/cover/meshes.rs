@@ -16,6 +16,9 @@ const MOST_FACES: usize = 8;
 /// Part of a pixel's footprint that one of its rays stands for, where a texture is filtered: rays overlap a little.
 const RAY_PART: f32 = 0.16;
 
+/// The same of sixteen rays, which lie in a strip of a sixth of the pixel: between its width and its height.
+const STRIP_PART: f32 = 0.4;
+
 /// A mesh before a pencil.
 #[derive(Debug, Clone)]
 pub(in crate::objects) struct Patch<'m> {
@@ -172,25 +175,19 @@ impl Patch<'_> {
             for (seen, normal) in looked.seen.normal.iter_mut().zip(normal) {
                 *seen = normal.select(mask, *seen);
             }
-            let mut colours = [Sixteen::default(); 3];
-            if triangle.varies {
-                let at = lanes(looked.seen.at);
-                for lane in each(bits) {
-                    let weights = facet.weights(offsets[0][lane], offsets[1][lane]);
-                    let metres = RAY_PART * self.metres(at[lane]);
-                    let colour = self.mesh.colour(triangle, weights, metres, self.albedo);
-                    for axis in 0..3 {
-                        colours[axis].0[lane] = colour[axis];
-                    }
-                }
+            let colour = if triangle.varies {
+                // Of the strip of the pixel that the rays lie in the mean is asked for, and from what is coarser, at once.
+                let mean = |of: &[f32; LANES]| {
+                    each(bits).map(|lane| of[lane]).sum::<f32>() / bits.count_ones() as f32
+                };
+                let weights = facet.weights(mean(&offsets[0]), mean(&offsets[1]));
+                let metres = STRIP_PART * self.metres(mean(&lanes(looked.seen.at)));
+                self.mesh.colour(triangle, weights, metres, self.albedo)
             } else {
-                let colour = self.mesh.colour(triangle, [0.0; 3], 0.0, self.albedo);
-                for axis in 0..3 {
-                    colours[axis] = Sixteen([colour[axis]; LANES]);
-                }
-            }
-            for (albedo, colour) in looked.albedo.iter_mut().zip(&colours) {
-                *albedo = simd.load(&colour.0).select(mask, *albedo);
+                self.mesh.colour(triangle, [0.0; 3], 0.0, self.albedo)
+            };
+            for (albedo, part) in looked.albedo.iter_mut().zip(colour.to_array()) {
+                *albedo = simd.splat(part).select(mask, *albedo);
             }
         }
     }

@@ -174,6 +174,7 @@ impl Basis {
 
 impl Facet {
     /// Whether it may be in `bounds`.
+    #[inline]
     pub fn is_in(&self, bounds: &Bounds) -> bool {
         self.bounds.meets(bounds) && self.edges.iter().all(|edge| bounds.most(*edge) >= 0.0)
     }

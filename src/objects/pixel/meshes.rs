@@ -58,6 +58,7 @@ impl<'v> Looking<'v> {
         if !items.iter().any(|item| matches!(item, Item::Mesh(_))) {
             return None;
         }
+        self.drop_hidden(&mut items);
         let ray = lens.ray(middle);
         if let [Item::Mesh(patch)] = items.as_slice()
             && let Some(hit) = self.one_face(patch, &pencil, ground, ray.direction)
@@ -75,6 +76,48 @@ impl<'v> Looking<'v> {
         }))
     }
 
+    /// Leaves out what lies behind a triangle that fills the pixel.
+    fn drop_hidden(&mut self, items: &mut Vec<Item<'v>>) {
+        let patches = items.iter().filter_map(|item| match item {
+            Item::Mesh(patch) => Some(patch),
+            Item::Shape(_) => None,
+        });
+        let end = patches.map(|patch| self.end_of(patch)).fold(f32::INFINITY, f32::min);
+        if end == f32::INFINITY {
+            return;
+        }
+        let facets = &mut self.sheets.facets;
+        let mut kept = 0;
+        for item in items.iter_mut() {
+            let Item::Mesh(patch) = item else { continue };
+            let first = kept;
+            for number in patch.facets.clone() {
+                if (facets[number].near + patch.begin) * patch.ratio <= end {
+                    facets[kept] = facets[number];
+                    kept += 1;
+                }
+            }
+            patch.facets = first..kept;
+        }
+        facets.truncate(kept);
+        let is_left = |item: &Item<'_>| !matches!(item, Item::Mesh(patch) if patch.facets.is_empty());
+        let mut left = items.iter().map(is_left);
+        self.near.retain(|_| left.next() == Some(true));
+        items.retain(is_left);
+    }
+
+    /// Where the nearest triangle that fills the pixel ends, multiples of the pencil's direction; none: infinity.
+    fn end_of(&self, patch: &Patch<'_>) -> f32 {
+        let filling = self.sheets.facets[patch.facets.clone()]
+            .iter()
+            .filter(|facet| facet.covers() && !patch.mesh.is_masked(patch.mesh.triangle_at(facet.triangle)));
+        let ends = filling.filter_map(|facet| {
+            let [from, to] = facet.ways().map(|way| (way + patch.begin) * patch.ratio);
+            (from >= 0.0).then_some(to)
+        });
+        ends.fold(f32::INFINITY, f32::min)
+    }
+
     /// What the middle of a pixel sees of a mesh that fills it, and looks like one face there.
     fn one_face(&self, patch: &Patch<'_>, pencil: &Pencil, ground: &Ground, direction: DVec3) -> Option<Hit> {
         let all = &self.sheets.facets[patch.facets.clone()];
@@ -83,15 +126,15 @@ impl<'v> Looking<'v> {
         }
         let middle = self.middle_of(patch)?;
         let own = &self.sheets.facets[middle.facet];
-        let end = all.iter().filter(|facet| facet.covers()).map(|facet| facet.ways()[1]);
-        let end = end.fold(f32::INFINITY, f32::min);
-        let shown = all.iter().filter(|facet| facet.ways()[0] <= end);
+        let end = self.end_of(patch);
+        let at = |way: f32| (way + patch.begin) * patch.ratio;
+        let shown = all.iter().filter(|facet| at(facet.ways()[0]) <= end);
         let (mut is_alike, mut far) = (true, 0.0_f32);
         for facet in shown {
             is_alike = is_alike && are_alike(patch, own, facet);
-            far = far.max(facet.far);
+            far = far.max(at(facet.far));
         }
-        let far = f64::from((far.min(end) + patch.begin) * patch.ratio);
+        let far = f64::from(far.min(end));
         if !is_alike || far * ground.most() >= 1.0 {
             return None;
         }
@@ -126,11 +169,12 @@ impl<'v> Looking<'v> {
         let slant = patch.turned(triangle.normal).dot(direction.as_vec3()).abs().max(GRAZING);
         // As far as a quarter of the pixel reaches on the surface, in the mean of both ways.
         let metres = 0.5 * patch.metres(middle.at) / slant.sqrt();
-        let colour = |weights| patch.mesh.colour(triangle, weights, metres, patch.albedo);
-        let albedo = if triangle.texels > 0.0 {
-            PLACES.iter().map(|place| 0.25 * colour(facet.weights(place.x, place.y))).sum()
+        let colour = |weights, metres| patch.mesh.colour(triangle, weights, metres, patch.albedo);
+        // Where a texel is larger than the pixel, its middle tells as much as four places.
+        let albedo = if 2.0 * triangle.texels * metres > 1.0 {
+            PLACES.iter().map(|place| 0.25 * colour(facet.weights(place.x, place.y), metres)).sum()
         } else {
-            colour(middle.weights)
+            colour(middle.weights, metres)
         };
         Hit { id: self.near[0].id, range: f64::from(middle.at), normal, albedo }
     }
