@@ -13,6 +13,7 @@ fn read(text: &str) -> Result<Scene> {
     fs::write(&path, text).unwrap();
     fs::write(folder.path().join("car.csv"), "time,x,y,alt_agl_m\n0,10,20,0\n10,110,20,0\n20,210,20,0\n")
         .unwrap();
+    fs::write(folder.path().join("roof.obj"), "v 0 0 0\nv 4 0 0\nv 0 2 0\nf 1 2 3\n").unwrap();
     Scene::read(&path)
 }
 
@@ -88,6 +89,8 @@ fn mistakes_name_line_and_key() {
     let tower = |lines: &str| format!("[[object]]\nname = \"t\"\nshape = \"cylinder\"\n{lines}");
     let whole = "radius_m = 3\nheight_m = 9\nat = [1, 2, 3]\n";
     assert!(read(&tower(whole)).is_ok());
+    let roof = |line: &str| format!("[[object]]\nname = \"r\"\nmodel = \"roof.obj\"\nat = [1, 2, 3]\n{line}");
+    assert!(read(&roof("levels = [{ model = \"roof.obj\", below_px = 9 }]")).is_ok());
     let cases = [
         ("sun = 3", "line 1", "sun"),
         ("[sun]\nazimuth_deg = 10", "line 2", "elevation_deg"),
@@ -128,6 +131,27 @@ fn mistakes_name_line_and_key() {
         (&tower(&format!("{whole}bank = true")), "line 7", "bank"),
         (&tower(&format!("{whole}track = \"car.csv\"")), "line 6", "track"),
         (&tower(&format!("{whole}{}", tower(whole))), "line 7", "already"),
+        ("[[object]]\nname = \"a\"\nat = [1, 2, 3]", "line 1", "shape or model"),
+        (&tower(&format!("{whole}model = \"roof.obj\"")), "line 7", "not both"),
+        (&tower(&format!("{whole}scale = 2")), "line 7", "scale"),
+        (&tower(&format!("{whole}levels = [{{ model = \"roof.obj\", below_px = 9 }}]")), "line 7", "levels"),
+        (&roof("radius_m = 3"), "line 5", "radius_m"),
+        (&roof("scale = 0"), "line 5", "scale"),
+        (&roof("scale = 2\nlength_m = 3"), "line 6", "not both"),
+        (&roof("length_m = 1e9"), "line 5", "length_m"),
+        (&roof("turn_deg = [0, nan, 0]"), "line 5", "turn_deg"),
+        (&roof("up = \"x\""), "line 5", "`x`"),
+        (&roof("origin = \"top\""), "line 5", "`top`"),
+        (&roof("levels = [{ model = \"roof.obj\" }]"), "line 5", "below_px"),
+        (&roof("levels = [{ model = \"car.csv\", below_px = 9 }]"), "line 5", ".glb"),
+        (
+            &roof(
+                "levels = [{ model = \"roof.obj\", below_px = 9 }, { model = \"roof.obj\", below_px = 9 }]",
+            ),
+            "line 5",
+            "below_px",
+        ),
+        (&roof("scale = 1e6"), "line 3", "roof.obj"),
         ("[[object", "line 1", ""),
         ("\u{0}", "line 1", ""),
     ];
@@ -144,6 +168,19 @@ fn tracks_that_are_not_there_are_named() {
     let error =
         read("[[object]]\nname = \"t\"\nshape = \"disc\"\nradius_m = 1\ntrack = \"none.csv\"").unwrap_err();
     assert!(matches!(&error, crate::Error::Io { path, .. } if path.ends_with("none.csv")), "{error}");
+}
+
+#[test]
+fn models_have_the_size_that_is_asked_for() {
+    let text =
+        "[[object]]\nname = \"r\"\nmodel = \"roof.obj\"\nat = [1, 2, 3]\nlength_m = 8\norigin = \"base\"";
+    let scene = read(text).unwrap();
+    let [low, high] = scene.objects[0].form.corners();
+    assert!((low - glam::DVec3::new(-4.0, 0.0, 0.0)).length() < 1e-3, "{low}");
+    assert!((high - glam::DVec3::new(4.0, 0.0, 4.0)).length() < 1e-3, "{high}");
+    assert!(scene.objects[0].files.iter().all(|file| file.ends_with("roof.obj")));
+    let missing = read(&text.replace("roof", "none")).unwrap_err();
+    assert!(matches!(&missing, crate::Error::Io { path, .. } if path.ends_with("none.obj")), "{missing}");
 }
 
 #[test]
