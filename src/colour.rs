@@ -67,6 +67,11 @@ pub fn linear_from_srgb8(colour: [u8; 3]) -> [f32; 3] {
     colour.map(|code| LINEAR[usize::from(code)])
 }
 
+/// Linear light, 0 … 1, of each 8-bit sRGB code.
+pub fn linear_of_codes() -> &'static [f32; 256] {
+    &LINEAR
+}
+
 /// The 8-bit sRGB code of linear light, where 1 is display white. Values beyond 0 … 1 are clipped, NaN is 0.
 pub fn srgb8_from_linear(linear: f32) -> u8 {
     encode(&TABLE, linear)

@@ -242,7 +242,7 @@ mod tests {
     }
 
     fn weather(glow: f64, visibility: f64) -> Weather {
-        Weather { glow, fog: Some(Fog { top: 400.0, visibility, soft: 20.0 }) }
+        Weather { glow, fog: Some(Fog { top: 400.0, visibility, soft: 20.0 }), ..Weather::default() }
     }
 
     const SUN: Sun = Sun { azimuth: 30.0, elevation: 8.0 };

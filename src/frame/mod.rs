@@ -21,6 +21,7 @@ use crate::voxel::Attributes;
 mod atmosphere;
 pub mod atomic;
 pub mod check;
+pub mod clouds;
 mod exr;
 mod fog;
 pub mod frames;

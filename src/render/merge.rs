@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::Renderer;
 use super::shadows::Shadows;
-use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
+use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
 use crate::sensor::VisualSensor;
@@ -40,35 +40,6 @@ pub(super) struct Shown<'r> {
     pub width: usize,
 }
 
-/// Some rows of pixels, counted from the first.
-pub(super) trait Pixels: Send {
-    /// Light of one.
-    fn light(&self, pixel: usize) -> Vec3;
-    /// Has it show other light.
-    fn put(&mut self, pixel: usize, light: Vec3);
-}
-
-impl Pixels for &mut [[f32; 3]] {
-    fn light(&self, pixel: usize) -> Vec3 {
-        self[pixel].into()
-    }
-
-    fn put(&mut self, pixel: usize, light: Vec3) {
-        self[pixel] = light.to_array();
-    }
-}
-
-/// 8-bit sRGB.
-impl Pixels for &mut [[u8; RGB]] {
-    fn light(&self, pixel: usize) -> Vec3 {
-        linear_from_srgb8(self[pixel]).into()
-    }
-
-    fn put(&mut self, pixel: usize, light: Vec3) {
-        self[pixel] = light.to_array().map(srgb8_from_linear);
-    }
-}
-
 impl<'v> Bodies<'v> {
     /// Finds what `view` holds on its screen.
     pub fn find(view: &'v View<'_>, [width, height]: [u32; 2], farm: &Farm) -> Result<Self> {
@@ -89,25 +60,35 @@ impl<'v> Bodies<'v> {
         self.rows.iter().all(Vec::is_empty)
     }
 
-    /// Puts them into a picture, of which `range` tells how far the ground is.
+    /// Puts them into a picture, of which `range` tells how far the ground is, and then what is seen.
     pub fn into_picture<S: PageSource>(
         self,
         renderer: &Renderer<'_, S>,
         shadows: Option<&Shadows<'_, '_, S>>,
         picture: &mut Picture,
-        range: &[f32],
+        range: &mut [f32],
         farm: &Farm,
     ) -> Result<()> {
         let (look, width) = (Look::of(renderer, shadows), picture.width as usize);
+        // Clouds ask for it; pixels look at their neighbours' ground, which other tasks may have covered.
+        let mut covered = if renderer.options.weather.clouds.is_some() { range.to_vec() } else { Vec::new() };
+        let ranges = covered.chunks_mut(width * SQUARE).chain(std::iter::repeat_with(Default::default));
         let shown = Shown { range, width };
-        let tasks: Vec<_> = self.rows.into_iter().zip(rows_of(picture)).collect();
-        farm.each(Stage::Image, tasks, |index, (squares, mut pixels)| {
+        let tasks: Vec<_> = self.rows.into_iter().zip(rows_of(picture).zip(ranges)).collect();
+        farm.each(Stage::Image, tasks, |index, (squares, (mut pixels, range))| {
             each_pixel(&look, &shown, &squares, |row, column, seen| {
                 let pixel = (row - index * SQUARE) * width + column;
+                if let Some(range) = range.get_mut(pixel).filter(|_| seen.share >= 0.5) {
+                    *range = seen.hit.range as f32;
+                }
                 pixels.put(pixel, over(seen, pixels.light(pixel)));
             });
             Ok(())
-        })
+        })?;
+        if !covered.is_empty() {
+            range.copy_from_slice(&covered);
+        }
+        Ok(())
     }
 
     /// Puts them into a frame.
@@ -147,9 +128,9 @@ impl<'v> Bodies<'v> {
 }
 
 /// A picture's pixels, by [`SQUARE`] rows.
-pub(super) fn rows_of(picture: &mut Picture) -> impl Iterator<Item = &mut [[u8; RGB]]> {
+pub(super) fn rows_of(picture: &mut Picture) -> impl Iterator<Item = Pixels<'_>> {
     let width = picture.width as usize;
-    picture.rgb.as_chunks_mut().0.chunks_mut(width * SQUARE)
+    picture.rgb.chunks_mut(RGB * width * SQUARE).map(Pixels::Srgb8)
 }
 
 /// Light of a pixel that bodies cover a share of.

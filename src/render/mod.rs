@@ -6,6 +6,7 @@
 //!                                        frame ◀── haze, sky ◀── merge ◀─┘
 //! ```
 
+mod clouds;
 mod foresight;
 mod merge;
 mod planes;
@@ -30,6 +31,7 @@ use glam::DVec3;
 use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
+use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::objects::{Body, SQUARE, View};
 use crate::raymarch::scan::{Profile, TurnedPages};
@@ -209,6 +211,8 @@ pub struct Renderer<'a, S> {
     source: &'a S,
     options: RenderOptions,
     isa: Isa,
+    /// Since the flight's first fix, seconds.
+    seconds: f64,
     shared: Arc<Shared>,
 }
 
@@ -222,6 +226,7 @@ struct Shared {
     pictures: Used<Vec<u8>>,
     profiles: Used<Profile>,
     lighting: Used<planes::Lighting>,
+    clouds: clouds::LastField,
 }
 
 impl Shared {
@@ -235,6 +240,7 @@ impl Shared {
             pictures: Used::default(),
             profiles: Used::default(),
             lighting: Used::default(),
+            clouds: clouds::LastField::default(),
         }
     }
 }
@@ -245,7 +251,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         let shades = options.shades(source.header(), SHADES);
         let radiance = Radiance::new(VisualSensor::new(options.sun)).shaded(shades);
         let shared = Arc::new(Shared::new(radiance, TurnedPages::default()));
-        Self { source, options: *options, isa: Isa::best(), shared }
+        Self { source, options: *options, isa: Isa::best(), seconds: 0.0, shared }
     }
 
     /// The same, keeping at most `bytes` of what is computed from pages, besides what the latest frames used.
@@ -260,13 +266,25 @@ impl<'a, S: PageSource> Renderer<'a, S> {
 
     /// The same over another source of the same database, one that has some of its pages only, say; what is kept is shared.
     pub fn over<'b, T: PageSource>(&self, source: &'b T) -> Renderer<'b, T> {
-        Renderer { source, options: self.options, isa: self.isa, shared: self.shared.clone() }
+        Renderer {
+            source,
+            options: self.options,
+            isa: self.isa,
+            seconds: self.seconds,
+            shared: self.shared.clone(),
+        }
     }
 
     /// The same with another instruction set; frames differ by rounding.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
+    }
+
+    /// The same, so many seconds after the flight's first fix: as far the wind has taken the clouds.
+    #[must_use]
+    pub fn at(&self, seconds: f64) -> Self {
+        Self { seconds, ..self.over(self.source) }
     }
 
     /// What `camera` sees, as linear light with range, normals, levels and ids. The frame has the same bits for
@@ -300,11 +318,14 @@ impl<'a, S: PageSource> Renderer<'a, S> {
             rendered.account.times.image += timed(|| {
                 let frame = &mut rendered.frame;
                 if let Some(shadows) = &shadows {
-                    let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).collect();
-                    shadows.cast(camera, rows, &frame.range, farm)?;
+                    let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
+                    shadows.cast(camera, rows.collect(), &frame.range, farm)?;
                 }
                 bodies.into_frame(self, shadows.as_ref(), frame, farm)
             })?;
+        }
+        if self.options.weather.clouds.is_some() {
+            rendered.account.times.image += timed(|| clouds::into_frame(self, &mut rendered.frame, farm))?;
         }
         Ok(rendered)
     }
@@ -326,7 +347,8 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         let view = View::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
         let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
-        let takes_range = shadows.is_some() || !bodies.is_empty();
+        let has_bodies = shadows.is_some() || !bodies.is_empty();
+        let takes_range = has_bodies || self.options.weather.clouds.is_some();
         let mut range = Vec::new();
         let rendered = match self.planes(camera, farm)? {
             Some(view) => {
@@ -346,13 +368,16 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         };
         self.source.intact()?;
         let (mut picture, mut account) = rendered?;
-        if takes_range {
+        if has_bodies {
             account.times.image += timed(|| {
                 if let Some(shadows) = &shadows {
                     shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
                 }
-                bodies.into_picture(self, shadows.as_ref(), &mut picture, &range, farm)
+                bodies.into_picture(self, shadows.as_ref(), &mut picture, &mut range, farm)
             })?;
+        }
+        if self.options.weather.clouds.is_some() {
+            account.times.image += timed(|| clouds::into_picture(self, camera, &mut picture, &range, farm))?;
         }
         Ok((picture, account))
     }

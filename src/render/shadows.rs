@@ -5,9 +5,10 @@ use std::ops::Range;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Renderer;
-use super::merge::{Pixels, Shown};
+use super::merge::Shown;
 use crate::error::Result;
 use crate::frame::Atmosphere;
+use crate::frame::stage::Pixels;
 use crate::objects::{Body, Caster, Casters, Hit, Patch, SQUARE};
 use crate::raymarch::{Contact, GridRay, SurfaceFilter};
 use crate::space::{Camera, Ray};
@@ -47,7 +48,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Darkens the ground that lies in the shadow of bodies; `range` tells how far it is.
-    pub fn cast<P: Pixels>(&self, camera: &Camera, pixels: Vec<P>, range: &[f32], farm: &Farm) -> Result<()> {
+    pub fn cast(&self, camera: &Camera, pixels: Vec<Pixels<'_>>, range: &[f32], farm: &Farm) -> Result<()> {
         let width = camera.width as usize;
         let shown = Shown { range, width };
         farm.each(Stage::Image, pixels, |index, mut pixels| {

@@ -11,7 +11,7 @@ use toml::Spanned;
 use super::model::Models;
 use super::object::{ObjectTable, object};
 use super::sun::SunTable;
-use super::weather::{self, FogTable};
+use super::weather::{self, CloudsTable, FogTable};
 use super::{Object, Scene, Weather};
 use crate::error::{Error, Result};
 
@@ -27,6 +27,7 @@ struct SceneTable {
     sun: Option<SunTable>,
     air: Option<AirTable>,
     fog: Option<FogTable>,
+    clouds: Option<CloudsTable>,
     #[serde(default)]
     object: Vec<Spanned<ObjectTable>>,
 }
@@ -111,6 +112,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     let weather = Weather {
         glow: weather::glow(&reading, air.glow.as_ref(), sun.is_some())?,
         fog: table.fog.map(|fog| fog.read(&reading)).transpose()?,
+        clouds: table.clouds.map(|clouds| clouds.read(&reading)).transpose()?,
     };
     let mut objects: BTreeMap<String, Object> = BTreeMap::new();
     let mut models = Models::default();

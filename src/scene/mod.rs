@@ -19,7 +19,7 @@ mod weather;
 use std::path::{Path, PathBuf};
 
 pub use cast::Cast;
-pub use weather::{Fog, Weather};
+pub use weather::{Clouds, Fog, Weather};
 
 use crate::error::Result;
 use crate::flight::Track;

@@ -71,6 +71,9 @@ fn weather_is_as_the_scene_says() {
     let plain = fog("[fog]\ntop_m = 420\nvisibility_m = 150");
     assert_eq!(plain, Fog { top: 420.0, visibility: 150.0, soft: 20.0 });
     assert_eq!(fog("[fog]\ntop_m = 420\nvisibility_m = 150\nsoft_m = 5").soft, 5.0);
+    let clouds = read("[clouds]\nbase_m = 900\ntop_m = 1800\ncoverage = 0.5\nwind_mps = [5, -3]").unwrap();
+    let clouds = clouds.weather.clouds.unwrap();
+    assert_eq!((clouds.base, clouds.top, clouds.coverage, clouds.wind), (900.0, 1800.0, 0.5, [5.0, -3.0]));
     // Air glows where the scene says where the sun stands, unless it says otherwise.
     let glow = |text: &str| read(text).unwrap().weather.glow;
     let sun = "[sun]\nazimuth_deg = 1\nelevation_deg = 2\n";
@@ -102,6 +105,15 @@ fn mistakes_name_line_and_key() {
         ("[air]\nvisibility_m = 0", "line 2", "visibility_m"),
         ("[air]\nvisibilty_m = 3", "line 2", "visibilty_m"),
         ("[air]\nglow = 1.5", "line 2", "glow"),
+        ("[clouds]\nbase_m = 3", "line 1", "top_m"),
+        ("[clouds]\nbase_m = 900\ntop_m = 800\ncoverage = 1", "line 3", "top_m"),
+        ("[clouds]\nbase_m = 900\ntop_m = inf\ncoverage = 1", "line 3", "top_m"),
+        ("[clouds]\nbase_m = -1e9\ntop_m = 800\ncoverage = 1", "line 2", "base_m"),
+        ("[clouds]\nbase_m = 900\ntop_m = 1800\ncoverage = 2", "line 4", "coverage"),
+        ("[clouds]\nbase_m = 900\ntop_m = 1800\ncoverage = 1\nscale_m = 1", "line 5", "scale_m"),
+        ("[clouds]\nbase_m = 900\ntop_m = 1800\ncoverage = 1\nvisibility_m = 0", "line 5", "visibility_m"),
+        ("[clouds]\nbase_m = 900\ntop_m = 1800\ncoverage = 1\nwind_mps = [nan, 0]", "line 5", "wind_mps"),
+        ("[clouds]\nbase_m = 900\ntop_m = 1800\ncoverage = 1\nseed = -1", "line 5", "-1"),
         ("[fog]\nvisibility_m = 200", "line 1", "top_m"),
         ("[fog]\ntop_m = nan\nvisibility_m = 200", "line 2", "top_m"),
         ("[fog]\ntop_m = 1e7\nvisibility_m = 200", "line 2", "top_m"),

@@ -1,5 +1,7 @@
 //! What lies in the air of a scene: glow, fog, clouds.
 
+use std::ops::RangeInclusive;
+
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -8,6 +10,17 @@ use crate::error::Result;
 
 /// Metres above or below the datum beyond which there is no weather.
 const HIGHEST: f64 = 100_000.0;
+
+/// Metres that clouds may be deep, and that may lie from one to the next.
+const CLOUD_DEPTHS: RangeInclusive<f64> = 10.0..=20_000.0;
+const CLOUD_SCALES: RangeInclusive<f64> = 100.0..=100_000.0;
+
+/// Metres per second of the strongest wind.
+const FASTEST: f64 = 1000.0;
+
+/// Visibility in clouds that say nothing of it, and from one to the next, metres.
+const CLOUD_VISIBILITY: f64 = 120.0;
+const CLOUD_SCALE: f64 = 2000.0;
 
 /// Depth of the upper edge of fog that says nothing of it, metres.
 const SOFT_TOP: f64 = 20.0;
@@ -19,6 +32,27 @@ pub struct Weather {
     pub glow: f64,
     /// A layer of fog.
     pub fog: Option<Fog>,
+    /// A layer of clouds.
+    pub clouds: Option<Clouds>,
+}
+
+/// Clouds between two heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clouds {
+    /// Height of the base, metres above the database's datum, 10⁵ at most either way.
+    pub base: f64,
+    /// Height of the top, metres above the datum: 10 m to 20 km above the base.
+    pub top: f64,
+    /// Share of the sky that is cloudy, 0…1.
+    pub coverage: f64,
+    /// Meteorological visibility where clouds are densest, metres, 1…10⁶.
+    pub visibility: f64,
+    /// From cloud to cloud, metres, 100…10⁵.
+    pub scale: f64,
+    /// Which clouds of many.
+    pub seed: u32,
+    /// How fast they move eastward and northward, metres per second, 1000 at most.
+    pub wind: [f64; 2],
 }
 
 /// Fog that fills the air below a height.
@@ -40,12 +74,40 @@ pub(super) struct FogTable {
     soft_m: Option<Spanned<f64>>,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "the table [clouds]")]
+pub(super) struct CloudsTable {
+    base_m: Spanned<f64>,
+    top_m: Spanned<f64>,
+    coverage: Spanned<f64>,
+    visibility_m: Option<Spanned<f64>>,
+    scale_m: Option<Spanned<f64>>,
+    seed: Option<u32>,
+    wind_mps: Option<Spanned<[f64; 2]>>,
+}
+
 impl Weather {
     /// Whether all values are within their ranges.
     pub fn is_sound(&self) -> bool {
         let fog = |fog: &Fog| fog.top.abs() <= HIGHEST && is_visibility(fog.visibility) && is_depth(fog.soft);
-        (0.0..=1.0).contains(&self.glow) && self.fog.as_ref().is_none_or(fog)
+        let clouds = |clouds: &Clouds| {
+            clouds.base.abs() <= HIGHEST
+                && CLOUD_DEPTHS.contains(&(clouds.top - clouds.base))
+                && is_share(clouds.coverage)
+                && is_visibility(clouds.visibility)
+                && CLOUD_SCALES.contains(&clouds.scale)
+                && clouds.wind.into_iter().all(is_wind)
+        };
+        is_share(self.glow) && self.fog.as_ref().is_none_or(fog) && self.clouds.as_ref().is_none_or(clouds)
     }
+}
+
+fn is_share(share: f64) -> bool {
+    (0.0..=1.0).contains(&share)
+}
+
+fn is_wind(speed: f64) -> bool {
+    speed.abs() <= FASTEST
 }
 
 /// Metres that may be seen inside of fog or clouds.
@@ -75,11 +137,41 @@ impl FogTable {
     }
 }
 
+impl CloudsTable {
+    pub(super) fn read(&self, reading: &Reading<'_>) -> Result<Clouds> {
+        let base = height(reading, "base_m", &self.base_m)?;
+        let is_top = |top: f64| CLOUD_DEPTHS.contains(&(top - base));
+        let top = reading.number("top_m", &self.top_m, is_top, "must lie 10 m to 20 km above base_m")?;
+        let visibility = self.visibility_m.as_ref().map(|metres| {
+            reading.number("visibility_m", metres, is_visibility, "of clouds must be 1 to 1,000,000 m")
+        });
+        let scale = self.scale_m.as_ref().map(|metres| {
+            let holds = |metres| CLOUD_SCALES.contains(&metres);
+            reading.number("scale_m", metres, holds, "must be 100 m to 100 km")
+        });
+        if let Some(wind) =
+            self.wind_mps.as_ref().filter(|wind| !wind.get_ref().iter().all(|&speed| is_wind(speed)))
+        {
+            let what =
+                format!("wind_mps must be two speeds of {FASTEST} m/s at most, not {:?}", wind.get_ref());
+            return Err(reading.wrong(wind.span(), what));
+        }
+        Ok(Clouds {
+            base,
+            top,
+            coverage: reading.number("coverage", &self.coverage, is_share, "must be 0 to 1")?,
+            visibility: visibility.transpose()?.unwrap_or(CLOUD_VISIBILITY),
+            scale: scale.transpose()?.unwrap_or(CLOUD_SCALE),
+            seed: self.seed.unwrap_or_default(),
+            wind: self.wind_mps.as_ref().map_or([0.0; 2], |wind| *wind.get_ref()),
+        })
+    }
+}
+
 /// How much the air glows: what the scene says; else all where it says where the sun stands.
 pub(super) fn glow(reading: &Reading<'_>, given: Option<&Spanned<f64>>, has_sun: bool) -> Result<f64> {
-    let share = |share: f64| (0.0..=1.0).contains(&share);
     match given {
-        Some(glow) => reading.number("glow", glow, share, "must be 0 to 1"),
+        Some(glow) => reading.number("glow", glow, is_share, "must be 0 to 1"),
         None => Ok(if has_sun { 1.0 } else { 0.0 }),
     }
 }

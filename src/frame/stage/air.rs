@@ -83,6 +83,11 @@ impl Air {
         Self { excess, start, extinction, density, series, middle: middle as f32, weather }
     }
 
+    /// Whether anything is in the air besides haze: kernels have a loop of their own for it, so that clear air stays as fast as it is.
+    pub fn has_weather(&self) -> bool {
+        self.weather.is_some()
+    }
+
     /// Turns to where a group of planes looks, which only a glow needs to know.
     pub fn face(&mut self, group: &PlaneGroup) {
         if let Some(Weather { glow: Some(glow), sunward, .. }) = &mut self.weather {
@@ -136,8 +141,14 @@ impl Air {
     /// Radiance that reaches the eye from ground of `radiance`, in [`UNITS`], `range` metres away and `rise` metres above the
     /// eye along the ray.
     #[inline(always)]
-    pub fn haze<V: Simd>(&self, simd: V, radiance: [V::F; 3], range: V::F, rise: V::F) -> [V::F; 3] {
-        if let Some(weather) = &self.weather {
+    pub fn haze<V: Simd, const WEATHER: bool>(
+        &self,
+        simd: V,
+        radiance: [V::F; 3],
+        range: V::F,
+        rise: V::F,
+    ) -> [V::F; 3] {
+        if WEATHER && let Some(weather) = &self.weather {
             let mut light = radiance;
             for (light, unit) in light.iter_mut().zip(UNITS) {
                 *light = *light * simd.splat(unit);
@@ -155,7 +166,7 @@ impl Air {
 
     /// The sky's radiance in a direction of which `up` is the sine of the elevation.
     #[inline(always)]
-    pub fn sky<V: Simd>(&self, simd: V, up: V::F) -> [V::F; 3] {
+    pub fn sky<V: Simd, const WEATHER: bool>(&self, simd: V, up: V::F) -> [V::F; 3] {
         let toward = up;
         let up = up.max(simd.splat(LEAST_SINE));
         let blue = up * up * simd.splat(SKY_DEPTH) * (up + simd.splat(SKY_ONSET)).recip();
@@ -163,7 +174,7 @@ impl Air {
         if self.excess > 0.0 {
             clear = clear * exp_neg(simd, simd.splat(self.excess) * up.recip());
         }
-        if let Some(weather) = &self.weather {
+        if WEATHER && let Some(weather) = &self.weather {
             return self.sky_through_weather(simd, weather, clear, toward);
         }
         let mut seen = [clear; 3];

@@ -29,7 +29,7 @@ impl Kernel for Seen<'_> {
         let light = [simd.splat(LIGHT.x), simd.splat(LIGHT.y), simd.splat(LIGHT.z)];
         let mut seen = [[[0.0; LANES]; 3]; 2];
         for (seen, light) in
-            seen.iter_mut().zip([air.over(simd, light, range, range * up), air.sky(simd, up)])
+            seen.iter_mut().zip([air.over(simd, light, range, range * up), air.sky::<V, true>(simd, up)])
         {
             for (seen, light) in seen.iter_mut().zip(light) {
                 light.store(seen);
@@ -55,7 +55,7 @@ proptest! {
         fog in prop::option::of((100.0_f64..1500.0, 30.0_f64..5000.0, 1.0_f64..300.0)),
     ) {
         let fog = fog.map(|(top, visibility, soft)| Fog { top, visibility, soft });
-        let weather = Weather { glow, fog };
+        let weather = Weather { glow, fog, ..Weather::default() };
         let atmosphere =
             Atmosphere::new(visibility, 100.0).with_weather(&weather, Sun { azimuth: 77.0, elevation });
         let directions: [Vec3; LANES] = std::array::from_fn(|lane| {

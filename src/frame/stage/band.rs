@@ -1,6 +1,9 @@
 //! A band of rows of the screen.
 
+use glam::Vec3;
+
 use super::fan::{LookUp, PanoramaFan, Planes, UprightFan};
+use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::raymarch::scan::Shape;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
@@ -25,6 +28,26 @@ pub enum Pixels<'b> {
     Srgb8(&'b mut [u8]),
     /// Linear Rec. 709 radiance, `[rows][width]`.
     Linear(&'b mut [[f32; 3]]),
+}
+
+impl Pixels<'_> {
+    /// Light of one, counted from the first.
+    pub fn light(&self, pixel: usize) -> Vec3 {
+        match self {
+            Self::Srgb8(bytes) => linear_from_srgb8(bytes.as_chunks::<RGB>().0[pixel]).into(),
+            Self::Linear(colour) => colour[pixel].into(),
+        }
+    }
+
+    /// Has one show other light.
+    pub fn put(&mut self, pixel: usize, light: Vec3) {
+        match self {
+            Self::Srgb8(bytes) => {
+                bytes.as_chunks_mut::<RGB>().0[pixel] = light.to_array().map(srgb8_from_linear);
+            }
+            Self::Linear(colour) => colour[pixel] = light.to_array(),
+        }
+    }
 }
 
 impl Band<'_> {

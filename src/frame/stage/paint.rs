@@ -42,11 +42,15 @@ impl Painter<'_> {
         lights: &mut Vec<Light>,
     ) -> Result<()> {
         lights.clear();
-        isa.run(Painting { painter: self, group, profile, angle, squares, lights })
+        if self.air.has_weather() {
+            isa.run(Painting::<true> { painter: self, group, profile, angle, squares, lights })
+        } else {
+            isa.run(Painting::<false> { painter: self, group, profile, angle, squares, lights })
+        }
     }
 }
 
-struct Painting<'f, 'a> {
+struct Painting<'f, 'a, const WEATHER: bool> {
     painter: &'f mut Painter<'a>,
     group: &'f PlaneGroup,
     profile: &'f Profile,
@@ -55,7 +59,7 @@ struct Painting<'f, 'a> {
     lights: &'f mut Vec<Light>,
 }
 
-impl Kernel for Painting<'_, '_> {
+impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
     type Output = Result<()>;
 
     #[inline(always)]
@@ -97,7 +101,7 @@ impl Kernel for Painting<'_, '_> {
             let depth = inverse.recip();
             let square = slope.mul_add(slope, squares);
             let slant = square.sqrt_rough();
-            let seen = air.haze(simd, colour, slant * depth, slope * depth);
+            let seen = air.haze::<V, WEATHER>(simd, colour, slant * depth, slope * depth);
             let mut light = Light::default();
             for (light, seen) in light.iter_mut().zip(seen) {
                 seen.store(&mut light.0);

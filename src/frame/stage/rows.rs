@@ -53,7 +53,11 @@ impl Rows<'_> {
         sums: &mut Sums,
     ) {
         sums.resize(self.cells.len() + 1, Light::default());
-        isa.run(Filling { rows: self, profile, lights, air, squares, sums });
+        if air.has_weather() {
+            isa.run(Filling::<true> { rows: self, profile, lights, air, squares, sums });
+        } else {
+            isa.run(Filling::<false> { rows: self, profile, lights, air, squares, sums });
+        }
     }
 
     /// Of edges that are counted from the fan's lowest, those of these rows, counted from theirs.
@@ -64,7 +68,7 @@ impl Rows<'_> {
     }
 }
 
-struct Filling<'f, 'r> {
+struct Filling<'f, 'r, const WEATHER: bool> {
     rows: Rows<'r>,
     profile: &'f Profile,
     lights: &'f [Light],
@@ -73,7 +77,7 @@ struct Filling<'f, 'r> {
     sums: &'f mut [Light],
 }
 
-impl Kernel for Filling<'_, '_> {
+impl<const WEATHER: bool> Kernel for Filling<'_, '_, WEATHER> {
     type Output = ();
 
     #[inline(always)]
@@ -107,7 +111,7 @@ impl Kernel for Filling<'_, '_> {
                 break;
             }
         }
-        covering.finish(air, simd.load(squares));
+        covering.finish::<WEATHER>(air, simd.load(squares));
     }
 }
 
@@ -243,7 +247,7 @@ impl<V: Simd> Covering<'_, V> {
 
     /// Leaves what is above to the sky, and takes light from edges to rows.
     #[inline(always)]
-    fn finish(mut self, air: &Air, squares: V::F) {
+    fn finish<const WEATHER: bool>(mut self, air: &Air, squares: V::F) {
         let simd = self.simd;
         let least = self.covered.least();
         let open = self.edges.partition_point(|&edge| edge <= least);
@@ -268,7 +272,7 @@ impl<V: Simd> Covering<'_, V> {
             let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
             let top = simd.splat(edges[row + 1]);
             let share = ((top - covered) * simd.splat(per_row)).max(zero).min(one);
-            for (seen, sky) in seen.iter_mut().zip(air.sky(simd, sine)) {
+            for (seen, sky) in seen.iter_mut().zip(air.sky::<V, WEATHER>(simd, sine)) {
                 *seen = sky.mul_add(share, *seen);
             }
             rows.scale.encode(simd, seen).store(&mut cell.0);

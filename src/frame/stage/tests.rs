@@ -136,7 +136,7 @@ impl Kernel for Haze {
     fn run<V: Simd>(self, simd: V) -> [f32; LANES] {
         let [range, rise] = self.1.map(|lanes| simd.load(&lanes));
         let mut red = [0.0; LANES];
-        self.0.haze(simd, [simd.splat(0.0); 3], range, rise)[0].store(&mut red);
+        self.0.haze::<V, false>(simd, [simd.splat(0.0); 3], range, rise)[0].store(&mut red);
         red
     }
 }

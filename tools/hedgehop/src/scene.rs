@@ -6,7 +6,7 @@ use hedgehop::Result;
 use hedgehop::frame::FrameRate;
 use hedgehop::objects::Body;
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Fog, Scene, Weather};
+use hedgehop::scene::{Cast, Clouds, Fog, Scene, Weather};
 use hedgehop::voxel::PageSource;
 use serde_json::{Value, json};
 
@@ -47,9 +47,9 @@ pub fn inputs(scene: Option<&Scene>) -> impl Iterator<Item = &Path> {
     })
 }
 
-/// Whether there is anything to be seen in a scene.
+/// Whether there is anything in a scene that is merged by range: objects or clouds.
 pub fn has_objects(scene: Option<&Scene>) -> bool {
-    scene.is_some_and(|scene| !scene.objects.is_empty())
+    scene.is_some_and(|scene| !scene.objects.is_empty() || scene.weather.clouds.is_some())
 }
 
 /// What decides pictures of a scene, besides sun and visibility: the numbers of objects follow from the order of their names.
@@ -67,6 +67,17 @@ pub fn record_weather(weather: &Weather, settings: &mut Value) {
     }
     if let Some(Fog { top, visibility, soft }) = weather.fog {
         settings["fog"] = json!({ "top_m": top, "visibility_m": visibility, "soft_m": soft });
+    }
+    if let Some(Clouds { base, top, coverage, visibility, scale, seed, wind }) = weather.clouds {
+        settings["clouds"] = json!({
+            "base_m": base,
+            "top_m": top,
+            "coverage": coverage,
+            "visibility_m": visibility,
+            "scale_m": scale,
+            "seed": seed,
+            "wind_mps": wind,
+        });
     }
 }
 
@@ -91,6 +102,11 @@ impl Playing {
 
     /// The bodies of a frame.
     pub fn bodies(&self, number: u64) -> Vec<Body> {
-        self.cast.bodies_at(self.fps.seconds_at(number))
+        self.cast.bodies_at(self.seconds(number))
+    }
+
+    /// When a frame is, seconds after the flight's first fix.
+    pub fn seconds(&self, number: u64) -> f64 {
+        self.fps.seconds_at(number)
     }
 }

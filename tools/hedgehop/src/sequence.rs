@@ -199,6 +199,7 @@ impl Sequence<'_> {
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
         let bodies = self.playing.map(|playing| playing.bodies(number)).unwrap_or_default();
+        let renderer = renderer.at(self.playing.map_or(0.0, |playing| playing.seconds(number)));
         Ok(match self.product {
             Product::Picture => {
                 let (picture, account) = renderer.picture_with(camera, &bodies, farm)?;

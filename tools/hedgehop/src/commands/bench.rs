@@ -252,6 +252,11 @@ impl Job<'_> {
         self.playing.as_ref().map(|playing| playing.bodies(number)).unwrap_or_default()
     }
 
+    /// The renderer of a frame.
+    fn at(&self, number: u64) -> Renderer<'_, ResidentPages> {
+        self.renderer.at(self.playing.as_ref().map_or(0.0, |playing| playing.seconds(number)))
+    }
+
     /// How many of the frames `engine` renders.
     fn frames_by(&self, engine: Engine) -> Result<usize> {
         let by = |(_, camera): &(u64, Camera)| self.renderer.engine_for(camera);
@@ -273,8 +278,9 @@ impl Job<'_> {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
-                let bodies = self.bodies(self.cameras[frame as usize].0);
-                Timed::render(|| self.renderer.picture_with(camera, &bodies, farm))
+                let number = self.cameras[frame as usize].0;
+                let (bodies, renderer) = (self.bodies(number), self.at(number));
+                Timed::render(|| renderer.picture_with(camera, &bodies, farm))
             };
             farm.fly(&batch, render, |number, timed| {
                 self.reporter.advance(1);
@@ -305,7 +311,7 @@ impl Job<'_> {
                 Some(folder) => ranges::dump(
                     folder,
                     number,
-                    &self.renderer.frame_with(camera, &self.bodies(number), &most.farm)?.frame,
+                    &self.at(number).frame_with(camera, &self.bodies(number), &most.farm)?.frame,
                 ),
                 None => Ok(()),
             }

@@ -95,6 +95,13 @@ fn description(scene: &Scene) -> String {
             fog.top, fog.visibility
         );
     }
+    if let Some(clouds) = &scene.weather.clouds {
+        let _ = writeln!(
+            text,
+            "  clouds from {} to {} m above the datum, over {} of the sky",
+            clouds.base, clouds.top, clouds.coverage
+        );
+    }
     for object in &scene.objects {
         let _ = writeln!(text, "  {}: {}, {}", object.name, form(&object.form), place(object));
         if !object.notes.is_empty() {

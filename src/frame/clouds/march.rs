@@ -1,0 +1,249 @@
+//! Sixteen rays through the layer.
+
+use super::field::{FIRST, LAYERS, LEVELS, ROW, SIDE};
+use super::{Cover, STEPS};
+use crate::frame::glow::PHASE;
+use crate::frame::stage::Air;
+use crate::simd::math::exp_neg;
+use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+
+/// Range beyond which there are no clouds, metres, and where they begin to thin out: haze has hidden them long before, where there is any.
+const FAR: f32 = 60_000.0;
+const THINS: f32 = 30_000.0;
+
+/// Transmittance below which nothing more is added.
+const OPAQUE: f32 = 0.002;
+
+/// Linear Rec. 709 light that the sky sends into the base and the top of a cloud.
+const AMBIENT: [[f32; 3]; 2] = [[0.36, 0.40, 0.45], [0.46, 0.52, 0.60]];
+
+/// Sunlight that a cloud sends in any direction, and towards the sun's side besides.
+const SUNLIT: [f32; 2] = [0.50, 0.55];
+
+/// Directions and ranges of sixteen rays, and where they are in the layer.
+#[derive(Clone, Copy)]
+pub struct Rays<V: Simd> {
+    /// Unit direction.
+    pub direction: [V::F; 3],
+    /// Range at which the ray enters the layer and what it has to go there, metres; the latter is 0 where it misses it.
+    pub near: V::F,
+    pub span: V::F,
+}
+
+/// Light of clouds along a ray, and the share of what lies behind that comes through.
+#[derive(Clone, Copy)]
+pub struct Veil<V: Simd> {
+    pub light: [V::F; 3],
+    pub through: V::F,
+}
+
+/// Values that a [`Veil`] has.
+pub const VALUES: usize = 4;
+
+impl<V: Simd> Rays<V> {
+    /// Rays from the eye that end after `range` metres.
+    #[inline(always)]
+    pub fn new(simd: V, cover: &Cover<'_>, direction: [V::F; 3], range: V::F) -> Self {
+        let (zero, least) = (simd.splat(0.0), simd.splat(1.0e-7));
+        let up = direction[2];
+        let slant = (least.select(up.lt(zero), least) + up.abs()).recip();
+        let slant = (zero - slant).select(up.lt(zero), slant);
+        let [base, top] = cover.heights.map(|height| simd.splat(height) * slant);
+        let near = base.min(top).max(zero);
+        let far = base.max(top).min(range).min(simd.splat(FAR));
+        Self { direction, near, span: (far - near).max(zero) }
+    }
+
+    /// Goes through the layer; `profile`, `[STEPS + 1][VALUES]`, learns light and share of what comes through up to each step's end.
+    #[inline(always)]
+    pub fn march(
+        &self,
+        simd: V,
+        cover: &Cover<'_>,
+        air: &Air,
+        mut profile: Option<&mut [Sixteen]>,
+    ) -> Veil<V> {
+        let (zero, one, least) = (simd.splat(0.0), simd.splat(1.0), simd.splat(1.0e-6));
+        let mut veil: Veil<V> = Veil { light: [zero; 3], through: one };
+        if let Some(profile) = profile.as_deref_mut() {
+            veil.store(profile);
+        }
+        let is_missed = !zero.lt(self.span).any();
+        let mut air = *air;
+        air.turn(simd, [self.direction[0], self.direction[1]]);
+        let sunlit = self.sunlit(simd, cover);
+        let bow = self.bow(simd);
+        let mut before = self.near;
+        let mut last = self.sample(simd, cover, before, zero);
+        for step in 1..=STEPS {
+            let is_done = is_missed || veil.through.greatest() < OPAQUE;
+            if is_done && profile.is_none() {
+                break;
+            }
+            if !is_done {
+                let share = step as f32 / STEPS as f32;
+                // Steps grow with the range where a ray begins in the layer: bow·u² + (1 − bow)·u.
+                let way = (bow.mul_add(simd.splat(share), one - bow)) * simd.splat(share);
+                let range = self.span.mul_add(way, self.near);
+                let next = self.sample(simd, cover, range, range - before);
+                let mean = (last.0 + next.0) * simd.splat(0.5);
+                if zero.lt(mean).any() {
+                    let middle = (before + range) * simd.splat(0.5);
+                    let thins = (simd.splat(FAR) - middle) * simd.splat(1.0 / (FAR - THINS));
+                    let depth = mean * simd.splat(cover.extinction) * (range - before);
+                    let left = exp_neg(simd, (depth * thins.max(zero).min(one)).max(zero));
+                    // What is empty has no say in the light.
+                    let lit =
+                        (last.0 * last.1 + next.0 * next.1) * (last.0 + next.0).max(least).recip() * sunlit;
+                    let height = self.direction[2].mul_add(middle, simd.splat(-cover.heights[0]));
+                    let height = (height * simd.splat(cover.per_depth)).max(zero).min(one);
+                    let mut light = [zero; 3];
+                    for (channel, light) in light.iter_mut().enumerate() {
+                        let [low, high] = [AMBIENT[0][channel], AMBIENT[1][channel]];
+                        let ambient = height.mul_add(simd.splat(high - low), simd.splat(low));
+                        *light = lit.mul_add(simd.splat(cover.sunlight[channel]), ambient);
+                    }
+                    let seen = air.over(simd, light, middle.max(one), self.direction[2] * middle.max(one));
+                    let weight = veil.through * (one - left);
+                    for (light, seen) in veil.light.iter_mut().zip(seen) {
+                        *light = seen.mul_add(weight, *light);
+                    }
+                    veil.through = veil.through * left;
+                }
+                (before, last) = (range, next);
+            }
+            if let Some(profile) = profile.as_deref_mut() {
+                veil.store(&mut profile[step * VALUES..]);
+            }
+        }
+        veil
+    }
+
+    /// Steps, from 0 to [`STEPS`], that a ray has gone after so many metres in the layer.
+    #[inline(always)]
+    pub fn steps(&self, simd: V, gone: V::F) -> V::F {
+        let (one, least) = (simd.splat(1.0), simd.splat(1.0e-3));
+        let bow = self.bow(simd);
+        let share = (gone * self.span.max(least).recip()).max(simd.splat(0.0)).min(one);
+        let rest = one - bow;
+        let root = (rest * rest + bow * share * simd.splat(4.0)).sqrt();
+        share * simd.splat(2.0 * STEPS as f32) * (rest + root).recip()
+    }
+
+    /// How much steps grow with range, 0…1: not at all far away.
+    #[inline(always)]
+    fn bow(&self, simd: V) -> V::F {
+        let least = simd.splat(1.0);
+        self.span * (self.span + self.near * simd.splat(4.0) + least).recip()
+    }
+
+    /// Sunlight that comes this way from where all of it falls.
+    #[inline(always)]
+    fn sunlit(&self, simd: V, cover: &Cover<'_>) -> V::F {
+        let mut cosine = simd.splat(0.0);
+        for (direction, sun) in self.direction.into_iter().zip(cover.to_sun) {
+            cosine = direction.mul_add(simd.splat(sun), cosine);
+        }
+        let root = cosine.neg_mul_add(simd.splat(PHASE[1]), simd.splat(PHASE[0])).rsqrt();
+        // 1 towards the sun.
+        let scale = (PHASE[0] - PHASE[1]).powf(1.5);
+        (root * root * root).mul_add(simd.splat(SUNLIT[1] * scale), simd.splat(SUNLIT[0]))
+    }
+
+    /// Density and light at a range, 0…1, of a level whose voxels are about as wide as the `step` to there is long.
+    #[inline(always)]
+    fn sample(&self, simd: V, cover: &Cover<'_>, range: V::F, step: V::F) -> (V::F, V::F) {
+        let per_voxel = simd.splat(cover.per_voxel);
+        let one = simd.splat(1.0);
+        // ⌊log₂⌋ of the step in voxels, from the exponent.
+        let ratio = (step * per_voxel).max(one).min(simd.splat((1 << (LEVELS - 1)) as f32));
+        let exponent = ratio.to_bits().shr::<23>();
+        let level = exponent - simd.splat_int(127);
+        let scale = (simd.splat_int(254) - exponent).shl::<23>().as_floats();
+        // A coarser voxel's middle lies between those that it is the mean of.
+        let shift = (scale - one) * simd.splat(0.5);
+        let mut place = [shift; 2];
+        for (axis, place) in place.iter_mut().enumerate() {
+            let fine = (self.direction[axis] * range).mul_add(per_voxel, simd.splat(cover.eye[axis]));
+            *place = fine.mul_add(scale, *place);
+        }
+        let [x, y] = place;
+        let z = self.direction[2].mul_add(range, simd.splat(-cover.heights[0]));
+        let z = z * simd.splat(cover.per_depth * (LAYERS - 1) as f32);
+        let z = z.max(simd.splat(0.0)).min(simd.splat((LAYERS - 1) as f32 - 1.0e-3));
+        let (left, south, low) = (x.floor(), y.floor(), z.floor());
+        let (x, y, z) = (x - left, y - south, z - low);
+        let side = (simd.splat(SIDE as f32) * scale).to_int();
+        let mask = side - simd.splat_int(1);
+        let (left, south) = (left.to_int() & mask, south.to_int() & mask);
+        let north = (south + simd.splat_int(1)) & mask;
+        let layer = low.to_int().mul(side);
+        let row = side + simd.splat_int(1);
+        let first = simd.gather_words(&FIRST, level) + left;
+        let rows = [(layer + south).mul(row) + first, (layer + north).mul(row) + first];
+        let (a, b) = simd.gather_word_pairs(&cover.field.words, rows[0]);
+        let (c, d) = simd.gather_word_pairs(&cover.field.words, rows[1]);
+        let words = [a, b, c, d];
+        let byte = simd.splat_int(255);
+        let mut density = [simd.splat(0.0); 4];
+        for (density, word) in density.iter_mut().zip(words) {
+            let (low, high) = ((word & byte).to_float(), (word.shr::<8>() & byte).to_float());
+            *density = (high - low).mul_add(z, low);
+        }
+        let density = bilinear::<V>(density, x, y) * simd.splat(1.0 / 255.0);
+        if !simd.splat(0.0).lt(density).any() {
+            return (density, simd.splat(0.0));
+        }
+        let mut light = [simd.splat(0.0); 4];
+        for (light, word) in light.iter_mut().zip(words) {
+            let (low, high) = ((word.shr::<16>() & byte).to_float(), word.shr::<24>().to_float());
+            *light = (high - low).mul_add(z, low);
+        }
+        (density, bilinear::<V>(light, x, y) * simd.splat(1.0 / 255.0))
+    }
+}
+
+impl<V: Simd> Veil<V> {
+    #[inline(always)]
+    fn store(&self, target: &mut [Sixteen]) {
+        let [red, green, blue] = self.light;
+        for (target, value) in target.iter_mut().zip([red, green, blue, self.through]) {
+            value.store(&mut target.0);
+        }
+    }
+}
+
+/// Between south-west, south-east, north-west and north-east.
+#[inline(always)]
+pub fn bilinear<V: Simd>(values: [V::F; 4], x: V::F, y: V::F) -> V::F {
+    let south = (values[1] - values[0]).mul_add(x, values[0]);
+    let north = (values[3] - values[2]).mul_add(x, values[2]);
+    (north - south).mul_add(y, south)
+}
+
+/// Share of sunlight that clouds let through to ground at voxels `x`, `y` below their base.
+#[inline(always)]
+pub fn shadow<V: Simd>(simd: V, cover: &Cover<'_>, [x, y]: [V::F; 2]) -> V::F {
+    let (left, south) = (x.floor(), y.floor());
+    let (x, y) = (x - left, y - south);
+    let mask = simd.splat_int(SIDE as i32 - 1);
+    let (left, south) = (left.to_int() & mask, south.to_int() & mask);
+    let north = (south + simd.splat_int(1)) & mask;
+    let (row, one) = (simd.splat_int(ROW as i32), simd.splat_int(1));
+    let [south, north] = [south.mul(row) + left, north.mul(row) + left];
+    let mut values = [simd.splat(0.0); 4];
+    for (value, index) in values.iter_mut().zip([south, south + one, north, north + one]) {
+        *value = simd.gather(&cover.field.shadow, index);
+    }
+    bilinear::<V>(values, x, y)
+}
+
+/// Lanes of a slice, the last one again behind its end.
+#[inline(always)]
+pub fn lanes(values: &[f32], first: usize) -> [f32; LANES] {
+    let mut lanes = [0.0; LANES];
+    for (lane, value) in lanes.iter_mut().enumerate() {
+        *value = values.get(first + lane).or(values.last()).copied().unwrap_or_default();
+    }
+    lanes
+}

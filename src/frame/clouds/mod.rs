@@ -1,0 +1,137 @@
+//! A layer of clouds: semitransparent voxels between the eye and what was rendered.
+//!
+//! ```text
+//! once:       densities of the voxels, and the light of the sun in each                              field
+//! each band of the screen's rows:
+//!     each point of a lattice, some pixels apart:  through the layer by steps, front to back         march
+//!         light += what comes through · (1 − e^−depth) · light there, seen through the air before
+//!         what comes through · e^−depth; both kept after every step
+//!     each pixel:                                                                                    band
+//!         ground: its light, less what clouds keep of the sun's
+//!         nearer than the layer: as it is; behind it: the lattice's last step
+//!         within it: the lattice's steps at as many metres into the layer
+//! ```
+//!
+//! Semitransparent voxels that a ray goes through are the patent's third state (Hughes 1994). Clouds are smooth, so that a ray every few pixels
+//! tells of those between; where they end at ground is told by each pixel's own range, so that ridges stay sharp. Light
+//! is scattered once, and what is scattered often is a share of light that fades more slowly (Wrenninge, Kulla and Lundqvist 2013, *Oz: The
+//! Great and Volumetric*). Nothing is random: voxels stand still in the wind, and steps depend on the ray alone.
+
+mod band;
+mod field;
+mod march;
+#[cfg(test)]
+mod tests;
+
+pub use field::Field;
+
+use glam::{DVec3, Vec3};
+
+use super::Atmosphere;
+use super::glow::sunlight;
+use super::stage::{Air, Pixels};
+use crate::scene::Clouds;
+use crate::simd::Isa;
+use crate::space::{Camera, Screen};
+use crate::sunlight::Sun;
+
+/// Steps of a ray through the layer.
+const STEPS: usize = 48;
+
+/// Angle between rays of the lattice, radians, and the most pixels between them.
+const LATTICE: f64 = 0.0045;
+const MOST_PIXELS: f64 = 8.0;
+
+/// Cells of the lattice in a band of rows.
+const BAND_CELLS: usize = 8;
+
+/// The layer about an eye.
+struct Cover<'c> {
+    field: &'c Field,
+    /// Where the eye is among the voxels, eastward and northward.
+    eye: [f32; 2],
+    /// Base and top above the eye, metres.
+    heights: [f32; 2],
+    /// Voxels per metre eastward and northward, and layers' depths per metre upward.
+    per_voxel: f32,
+    per_depth: f32,
+    /// Where clouds are densest, 1/metres.
+    extinction: f32,
+    /// Linear Rec. 709, 1 for white.
+    sunlight: [f32; 3],
+    /// Unit vector to the sun, and the direction that shadows follow.
+    to_sun: [f32; 3],
+    shadows: [f32; 3],
+}
+
+/// Clouds over what was rendered of one view.
+pub struct CloudStage<'c> {
+    isa: Isa,
+    camera: &'c Camera,
+    cover: Cover<'c>,
+    air: Air,
+    /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
+    planar: Option<[DVec3; 3]>,
+    /// Pixels from one ray of the lattice to the next.
+    cell: usize,
+}
+
+impl<'c> CloudStage<'c> {
+    /// `clouds`, of which `field` has the voxels, `seconds` into a flight, through `atmosphere` over ground not higher than `highest` metres above
+    /// the datum; `None` on orthographic screens, which show the ground from outside of all weather.
+    pub fn new(
+        isa: Isa,
+        camera: &'c Camera,
+        (field, clouds): (&'c Field, &Clouds),
+        sun: Sun,
+        (atmosphere, highest): (&Atmosphere, f64),
+        seconds: f64,
+    ) -> Option<Self> {
+        if let Screen::Orthographic { .. } = camera.screen() {
+            return None;
+        }
+        let eye = camera.pose.eye;
+        let place = field.place(eye.truncate(), clouds, seconds);
+        let cover = Cover {
+            field,
+            eye: [place.x as f32, place.y as f32],
+            heights: [(clouds.base - eye.z) as f32, (clouds.top - eye.z) as f32],
+            per_voxel: 1.0 / field.voxel as f32,
+            per_depth: 1.0 / (clouds.top - clouds.base) as f32,
+            extinction: field::extinction(clouds),
+            sunlight: sunlight(sun).to_array(),
+            to_sun: sun.direction().to_array(),
+            shadows: field::toward(sun).to_array(),
+        };
+        let at = |column: f64, row: f64| {
+            camera.mapped(column, row).map(|direction| camera.world_from_mapping() * direction)
+        };
+        let planar = match (camera.screen(), at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)) {
+            (Screen::Planar { .. }, Some(corner), Some(right), Some(down)) => {
+                Some([corner, right - corner, down - corner])
+            }
+            _ => None,
+        };
+        let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
+        let air = Air::new(atmosphere, eye.z, clouds.top.max(highest));
+        Some(Self { isa, camera, cover, air, planar, cell })
+    }
+
+    /// Rows of a band.
+    pub fn band_rows(&self) -> usize {
+        BAND_CELLS * self.cell
+    }
+
+    /// Puts clouds into a band that begins at a multiple of [`Self::band_rows`]; `range` of its pixels is metres, infinite for the sky.
+    pub fn fill(&self, first: usize, light: Pixels<'_>, range: &[f32]) {
+        self.isa.run(band::Filling { stage: self, first, light, range });
+    }
+
+    /// Unit direction of a position of the screen, pixels; `None` where the screen has no picture.
+    fn direction(&self, column: f64, row: f64) -> Option<Vec3> {
+        match self.planar {
+            Some([corner, right, down]) => Some((corner + right * column + down * row).normalize().as_vec3()),
+            None => self.camera.ray(column, row).map(|ray| ray.direction.as_vec3()),
+        }
+    }
+}

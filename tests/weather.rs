@@ -1,0 +1,135 @@
+//! Weather in whole frames: the same bits whoever renders, the same light from both engines and in both outputs, no step at the horizon.
+
+#[path = "common/scene.rs"]
+mod scene;
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use hedgehop::colour::srgb8_picture;
+use hedgehop::objects::{Body, Shape};
+use hedgehop::render::{Engine, RenderOptions, Renderer};
+use hedgehop::scene::{Clouds, Fog, Weather};
+use hedgehop::space::{Attitude, Camera, RayTable, Screen};
+use hedgehop::subimage::{Farm, TaskSize};
+use hedgehop::sunlight::Sun;
+use hedgehop::voxel::MemPages;
+use scene::{Terrain, View, clear_air};
+
+const FOG: Fog = Fog { top: 190.0, visibility: 400.0, soft: 30.0 };
+
+const CLOUDS: Clouds = Clouds {
+    base: 600.0,
+    top: 900.0,
+    coverage: 0.6,
+    visibility: 150.0,
+    scale: 1000.0,
+    seed: 2,
+    wind: [12.0, -4.0],
+};
+
+const ALL: Weather = Weather { glow: 1.0, fog: Some(FOG), clouds: Some(CLOUDS) };
+
+fn hills() -> MemPages {
+    let height = |post: DVec2| 150.0 + 60.0 * (post.x / 300.0).sin() * (post.y / 240.0).cos();
+    let colour = |post: DVec2| [90, 120 + (post.x / 50.0) as u8 % 40, 60];
+    Terrain::new([256, 256], 10.0, height, colour).in_memory()
+}
+
+fn options(engine: Engine, weather: Weather) -> RenderOptions {
+    let sun = Sun { azimuth: 60.0, elevation: 20.0 };
+    RenderOptions { engine, weather, sun, visibility: 15_000.0, ..clear_air() }
+}
+
+fn view(height: f64, ypr: [f64; 3], size: [u32; 2]) -> Camera {
+    View { eye: DVec3::new(1300.0, 400.0, height), ypr, hfov: 60.0, size }.camera()
+}
+
+fn bodies() -> [Body; 1] {
+    let position = DVec3::new(500_000.0 + 1500.0, 4_000_000.0 + 1400.0, 250.0);
+    let shape = Shape::Ellipsoid { radii: DVec3::splat(120.0) };
+    [Body {
+        id: 0,
+        form: shape.into(),
+        position,
+        attitude: Attitude::default(),
+        albedo: glam::Vec3::splat(0.5),
+    }]
+}
+
+#[test]
+fn workers_tasks_and_time_decide_as_they_should() {
+    let source = hills();
+    let table = Arc::new(RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 50, 40).unwrap());
+    let pose = view(700.0, [20.0, -10.0, 8.0], [1, 1]).pose;
+    let cameras = [
+        view(300.0, [20.0, 5.0, 0.0], [131, 77]),
+        view(700.0, [20.0, -10.0, 8.0], [131, 77]),
+        Camera::with_screen(pose, Screen::Fisheye { fov: 200.0 }, 90, 90),
+        Camera::with_screen(pose, Screen::Cylindrical { hfov: 200.0 }, 120, 50),
+        Camera::with_screen(pose, Screen::Table(table), 50, 40),
+    ];
+    for camera in &cameras {
+        let renderer = Renderer::new(&source, &options(Engine::Planes, ALL)).at(30.0);
+        let seen = |farm: &Farm| {
+            let (picture, _) = renderer.picture_with(camera, &bodies(), farm).unwrap();
+            (picture.rgb, renderer.frame_with(camera, &bodies(), farm).unwrap().frame.colour)
+        };
+        let one = Farm::new(1).unwrap();
+        let expected = seen(&one);
+        for (workers, lines, rows) in [(3, 16, 5), (2, 48, 64)] {
+            let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
+            assert!(seen(&farm) == expected, "{workers} workers");
+        }
+        let later = renderer.at(31.0).picture_with(camera, &bodies(), &one).unwrap().0.rgb;
+        assert!(later != expected.0, "clouds stand still");
+        // Where the screen has no picture all stays black.
+        if let Screen::Fisheye { .. } = camera.screen() {
+            assert_eq!(expected.0[..3], [0; 3]);
+        }
+    }
+}
+
+#[test]
+fn pictures_show_what_frames_hold_and_engines_agree() {
+    let source = hills();
+    let farm = Farm::new(2).unwrap();
+    for height in [185.0, 300.0, 700.0, 1500.0] {
+        let camera = view(height, [20.0, -4.0, 0.0], [160, 90]);
+        let [planes, reference] =
+            [Engine::Planes, Engine::Reference].map(|engine| Renderer::new(&source, &options(engine, ALL)));
+        let (picture, _) = planes.picture_with(&camera, &bodies(), &farm).unwrap();
+        let frame = planes.frame_with(&camera, &bodies(), &farm).unwrap().frame;
+        let far = |one: &[u8], other: &[u8], within: u8| {
+            one.iter().zip(other).filter(|(one, other)| one.abs_diff(**other) > within).count()
+        };
+        let codes = srgb8_picture(&frame.colour);
+        assert_eq!(far(&picture.rgb, &codes, 2), 0, "{height}");
+        let (exact, _) = reference.picture_with(&camera, &bodies(), &farm).unwrap();
+        let share = far(&picture.rgb, &exact.rgb, 6) as f64 / codes.len() as f64;
+        assert!(share < 0.02, "{height}: {share}");
+    }
+}
+
+#[test]
+fn no_step_shows_at_the_horizon() {
+    // Level ground without end, as far as haze lets anyone see.
+    let source = Terrain::new([128, 128], 4000.0, |_| 100.0, |_| [60, 90, 40]).in_memory();
+    let farm = Farm::new(2).unwrap();
+    let in_fog = Weather { clouds: None, ..ALL };
+    let below_clouds = Weather { fog: None, ..ALL };
+    for (weather, height) in [(in_fog, 150.0), (in_fog, 186.0), (below_clouds, 160.0), (below_clouds, 400.0)]
+    {
+        let eye = DVec3::new(256_000.0, 256_000.0, height);
+        let camera = View { eye, ypr: [60.0, 0.0, 0.0], hfov: 3.0, size: [48, 200] }.camera();
+        let renderer = Renderer::new(&source, &options(Engine::Planes, weather));
+        let (picture, _) = renderer.picture(&camera, &farm).unwrap();
+        let step = |row: usize| {
+            let [above, below] = [row - 1, row].map(|row| &picture.rgb[row * 144..][..144]);
+            above.iter().zip(below).map(|(above, below)| above.abs_diff(*below)).max().unwrap()
+        };
+        for row in 99..=101 {
+            assert!(step(row) <= 2, "{weather:?} from {height} m, row {row}: {}", step(row));
+        }
+    }
+}
