@@ -8,7 +8,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::Body;
+use super::{Body, Form};
 use crate::earth::Curvature;
 
 /// Half of the sun's width, metres per metre.
@@ -24,9 +24,8 @@ const STEPS: [usize; 2] = [5, 7];
 /// Times as thick as a patch and half-shadow together that bodies must be for what all four corners say to hold in between.
 const THICK: f64 = 4.0;
 
-/// How far from its own surface a body's ray starts, metres and shares of the range that it was found at.
-const LEAST_STEP: f64 = 1.0e-3;
-const STEP: f64 = 2.0e-5;
+/// How far from its own surface a body's ray starts, pixels: of a pixel with an edge in it means are known, not a point of the surface.
+const STEP: f64 = 1.0;
 
 /// Bodies under a sun.
 #[derive(Debug)]
@@ -63,9 +62,9 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// A point of a body that was seen at `range` metres, a little above its surface.
-    pub fn above(point: DVec3, normal: DVec3, range: f64) -> Self {
-        Self { middle: point + normal * (LEAST_STEP + STEP * range), right: DVec3::ZERO, down: DVec3::ZERO }
+    /// A point of a body, where a pixel is so many metres wide, a little above its surface.
+    pub fn above(point: DVec3, normal: DVec3, pixel: f64) -> Self {
+        Self { middle: point + normal * (STEP * pixel), right: DVec3::ZERO, down: DVec3::ZERO }
     }
 }
 
@@ -104,9 +103,11 @@ impl Casters {
         self.casters[from..until.max(from)].iter().filter(may).collect()
     }
 
-    /// All of them that may hide the sun from a point.
-    pub fn over_point(&self, point: DVec3) -> Vec<&Caster> {
-        self.over(std::iter::once(point), 0.0)
+    /// All of them that may hide the sun from a point of body `id`. What is convex hides none from itself that Lambert's law does not.
+    pub fn over_body(&self, id: u32, point: DVec3) -> Vec<&Caster> {
+        let mut casters = self.over(std::iter::once(point), 0.0);
+        casters.retain(|caster| caster.body.id != id || matches!(caster.body.form, Form::Model(_)));
+        casters
     }
 
     /// Share of the sun's disc, 0…1, that bodies `among` them leave to a patch.
@@ -187,7 +188,7 @@ mod tests {
     /// Share of the sun at a point of the ground.
     fn share(casters: &Casters, point: DVec3) -> f32 {
         let patch = Patch { middle: point, right: DVec3::X * 0.01, down: DVec3::Y * 0.01 };
-        casters.share(&casters.over_point(point), &patch)
+        casters.share(&casters.over(std::iter::once(point), 0.0), &patch)
     }
 
     #[test]

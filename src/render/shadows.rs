@@ -11,7 +11,7 @@ use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
 use crate::objects::{Body, Caster, Casters, Hit, Patch, SQUARE};
 use crate::raymarch::{Contact, GridRay, SurfaceFilter};
-use crate::space::{Camera, Ray};
+use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::Daylight;
 use crate::voxel::PageSource;
@@ -23,6 +23,7 @@ const STRIDE: usize = 8;
 pub struct Shadows<'r, 'a, S> {
     renderer: &'r Renderer<'a, S>,
     casters: Casters,
+    footprint: Footprint,
     daylight: Daylight,
     atmosphere: Atmosphere,
 }
@@ -37,7 +38,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let to_sun = options.sun.direction().as_dvec3().normalize();
         let casters = Casters::new(bodies, to_sun, camera.pose.eye, options.curvature);
         let atmosphere = options.atmosphere(renderer.source.header());
-        Some(Self { renderer, casters, daylight: Daylight::new(options.sun), atmosphere })
+        let footprint = camera.footprint();
+        Some(Self { renderer, casters, footprint, daylight: Daylight::new(options.sun), atmosphere })
     }
 
     /// What samples the ground.
@@ -139,8 +141,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
 
     /// Share of the sun, 0…1, that other bodies, or other parts of the same, leave to a hit on a ray.
     pub fn on_body(&self, hit: &Hit, ray: &Ray) -> f32 {
-        let normal = hit.normal.as_dvec3();
-        let patch = Patch::above(ray.origin + ray.direction * hit.range, normal, hit.range);
-        self.casters.share(&self.casters.over_point(patch.middle), &patch)
+        let (point, pixel) = (ray.origin + ray.direction * hit.range, self.footprint.at(hit.range));
+        let patch = Patch::above(point, hit.normal.as_dvec3(), pixel);
+        self.casters.share(&self.casters.over_body(hit.id, patch.middle), &patch)
     }
 }
