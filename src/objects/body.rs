@@ -82,29 +82,28 @@ impl Form {
             Self::Model(model) => model.corners(),
         }
     }
+
+    /// Whether it holds up light on the way from a point of its own axes, metres, along `direction` up to `end` times that.
+    pub(super) fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {
+        match self {
+            Self::Shape(shape) => shape.touch(origin, direction).is_some_and(|touch| touch.range <= end),
+            Self::Model(model) => model.levels()[0].mesh.blocks(origin, direction, end),
+        }
+    }
 }
 
 /// Columns: a body's axes (right, forward, up) in the world.
-fn world_from_body(attitude: Attitude) -> DMat3 {
+pub(super) fn world_from_body(attitude: Attitude) -> DMat3 {
     let view = attitude.world_from_view();
     DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis)
 }
 
 impl Body {
-    /// Where a point of its own axes (right, forward, up) lies in the world, metres.
-    pub fn from_own(&self, point: DVec3) -> DVec3 {
-        self.position + world_from_body(self.attitude) * point
-    }
-
     /// Whether it holds up light on the way from `origin` (metres in the world) along `direction` (of unit length), up to `end` metres: whether it casts
     /// a shadow on `origin`. Nothing bends here.
     pub fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {
         let body_from_world = world_from_body(self.attitude).transpose();
-        let (origin, direction) = (body_from_world * (origin - self.position), body_from_world * direction);
-        match &self.form {
-            Form::Shape(shape) => shape.touch(origin, direction).is_some_and(|touch| touch.range <= end),
-            Form::Model(model) => model.levels()[0].mesh.blocks(origin, direction, end),
-        }
+        self.form.blocks(body_from_world * (origin - self.position), body_from_world * direction, end)
     }
 }
 

@@ -24,6 +24,7 @@ mod sheet;
 mod view;
 
 pub use body::{Body, Form};
+pub use lens::Lens;
 pub use mesh::{Material, Mesh, Part, Texture, Wrap};
 pub use model::{Level, Model};
 pub use pixel::{Ground, Seen};

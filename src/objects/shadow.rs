@@ -6,8 +6,12 @@
 //! the patch of ground in a pixel → sixteen rays from all over it to all over the sun's disc, the share of them that none of these holds up
 //! ```
 
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
 use glam::{DMat3, DVec2, DVec3};
 
+use super::body::world_from_body;
 use super::{Body, Form};
 use crate::earth::Curvature;
 
@@ -34,14 +38,23 @@ pub struct Casters {
     casters: Vec<Caster>,
     /// Rows: two axes across the sun's rays, and the direction to it.
     sun_from_world: DMat3,
-    /// Greatest radius of a body, metres.
+    /// Greatest radius of a body, and how near to the sun the nearest is, metres.
     widest: f64,
+    nearest: f64,
+    /// Numbers among all by the bodies' own numbers.
+    by_id: HashMap<u32, usize>,
 }
 
 /// A body, and where it is seen from the sun.
 #[derive(Debug)]
 pub struct Caster {
-    body: Body,
+    id: u32,
+    form: Form,
+    /// Metres in the world.
+    position: DVec3,
+    body_from_world: DMat3,
+    /// Those that may hide the sun from some part of it, by their number among all; found when it is asked for first.
+    above: OnceLock<Vec<usize>>,
     /// Middle of the sphere around it: place across the sun's rays, and how near it is to the sun, metres.
     place: DVec3,
     /// Metres.
@@ -75,10 +88,11 @@ impl Casters {
         let sun_from_world = DMat3::from_cols(right, up, to_sun).transpose();
         let mut casters: Vec<_> =
             bodies.iter().map(|body| Caster::new(body, sun_from_world, eye, curvature)).collect();
-        let order = |caster: &Caster| (caster.place.x, caster.body.id);
-        casters.sort_by(|a, b| order(a).0.total_cmp(&order(b).0).then(order(a).1.cmp(&order(b).1)));
+        casters.sort_by(|a, b| a.place.x.total_cmp(&b.place.x).then(a.id.cmp(&b.id)));
         let widest = casters.iter().map(|caster| caster.radius).fold(0.0, f64::max);
-        Self { casters, sun_from_world, widest }
+        let nearest = casters.iter().map(|caster| caster.place.z).fold(f64::NEG_INFINITY, f64::max);
+        let by_id = casters.iter().enumerate().map(|(number, caster)| (caster.id, number)).collect();
+        Self { casters, sun_from_world, widest, nearest, by_id }
     }
 
     /// Those that may hide the sun from a point among `points` or up to `margin` metres beside the box around them.
@@ -87,39 +101,53 @@ impl Casters {
         let [low, high] = places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], place| {
             [low.min(place), high.max(place)]
         });
-        if low.x > high.x {
-            return Vec::new();
-        }
-        // The half-shadow of the farthest that counts is no wider than that.
-        let farthest = self.casters.iter().map(|caster| caster.place.z).fold(low.z, f64::max) - low.z;
-        let reach = self.widest + margin + SUN * farthest;
+        self.between([low, high], margin).map(|number| &self.casters[number]).collect()
+    }
+
+    /// Numbers of those that may hide the sun from a box of places, or from up to `margin` metres beside it.
+    fn between(&self, [low, high]: [DVec3; 2], margin: f64) -> impl Iterator<Item = usize> {
+        // No half-shadow that counts is wider than that of the body that is nearest to the sun.
+        let reach = self.widest + margin + SUN * (self.nearest - low.z).max(0.0);
         let from = self.casters.partition_point(|caster| caster.place.x < low.x - reach);
         let until = self.casters.partition_point(|caster| caster.place.x <= high.x + reach);
-        let may = |caster: &&Caster| {
+        let may = move |number: &usize| {
+            let caster = &self.casters[*number];
             let reach = caster.radius + margin + SUN * (caster.place.z - low.z).max(0.0);
             let beside = (low - caster.place).max(caster.place - high);
             beside.x <= reach && beside.y <= reach && caster.place.z + caster.radius + margin >= low.z
         };
-        self.casters[from..until.max(from)].iter().filter(may).collect()
+        (from..until.max(from)).filter(may)
     }
 
-    /// All of them that may hide the sun from a point of body `id`. What is convex hides none from itself that Lambert's law does not.
-    pub fn over_body(&self, id: u32, point: DVec3) -> Vec<&Caster> {
-        let mut casters = self.over(std::iter::once(point), 0.0);
-        casters.retain(|caster| caster.body.id != id || matches!(caster.body.form, Form::Model(_)));
-        casters
+    /// Share of the sun's disc, 0…1, that others, or other parts of it, leave to a patch of body `id`. What is convex hides nothing from itself that Lambert's law
+    /// does not.
+    pub fn share_of_body(&self, id: u32, patch: &Patch) -> f32 {
+        let Some(own) = self.by_id.get(&id).map(|number| &self.casters[*number]) else { return 1.0 };
+        let above = own.above.get_or_init(|| {
+            let margin = own.radius;
+            let others = self.between([own.place; 2], margin);
+            others
+                .filter(|number| self.casters[*number].id != id || matches!(own.form, Form::Model(_)))
+                .collect()
+        });
+        if above.is_empty() {
+            return 1.0;
+        }
+        let among: Vec<_> = above.iter().map(|number| &self.casters[*number]).collect();
+        self.share(&among, patch)
+    }
+
+    /// Whether one `among` them may hide the sun from something up to `size` metres around a point.
+    pub fn is_near(&self, among: &[&Caster], point: DVec3, size: f64) -> bool {
+        let place = self.sun_from_world * point;
+        among.iter().any(|caster| caster.is_near(place, size))
     }
 
     /// Share of the sun's disc, 0…1, that bodies `among` them leave to a patch.
     pub fn share(&self, among: &[&Caster], patch: &Patch) -> f32 {
         let place = self.sun_from_world * patch.middle;
         let size = patch.right.length() + patch.down.length();
-        let blur = |caster: &Caster| size + SUN * (caster.place.z - place.z).max(0.0);
-        let is_near = |caster: &&&Caster| {
-            let across = (caster.place - place).truncate().length();
-            caster.place.z + caster.radius > place.z && across <= caster.radius + blur(caster)
-        };
-        let near: Vec<_> = among.iter().filter(is_near).collect();
+        let near: Vec<_> = among.iter().filter(|caster| caster.is_near(place, size)).collect();
         if near.is_empty() {
             return 1.0;
         }
@@ -127,9 +155,9 @@ impl Casters {
             let origin = patch.middle + patch.right * on_patch.x + patch.down * on_patch.y;
             let aside = (on_sun * SUN).extend(1.0).normalize();
             let towards = self.sun_from_world.transpose() * aside;
-            near.iter().any(|caster| caster.body.blocks(origin, towards, f64::INFINITY))
+            near.iter().any(|caster| caster.blocks(origin, towards))
         };
-        if near.iter().all(|caster| caster.thickness >= THICK * blur(caster)) {
+        if near.iter().all(|caster| caster.thickness >= THICK * caster.blur(place, size)) {
             let corners = [[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0]]
                 .map(|corner| blocked(corner.into(), corner.into()));
             let crossed = blocked(DVec2::new(-1.0, -1.0), DVec2::new(1.0, 1.0));
@@ -155,15 +183,36 @@ impl Caster {
     fn new(body: &Body, sun_from_world: DMat3, eye: DVec3, curvature: Curvature) -> Self {
         let distance = (body.position - eye).truncate().length();
         let position = body.position - DVec3::Z * curvature.drop_at(distance);
-        let body = Body { position, ..body.clone() };
+        let world_from_body = world_from_body(body.attitude);
         let [low, high] = body.form.corners();
         let size = high - low;
         Self {
-            place: sun_from_world * body.from_own(0.5 * (low + high)),
+            id: body.id,
+            form: body.form.clone(),
+            position,
+            body_from_world: world_from_body.transpose(),
+            above: OnceLock::new(),
+            place: sun_from_world * (position + world_from_body * (0.5 * (low + high))),
             radius: 0.5 * size.length(),
             thickness: size.min_element(),
-            body,
         }
+    }
+
+    /// How far beside it light may be missing for something `size` metres large at a place, metres.
+    fn blur(&self, place: DVec3, size: f64) -> f64 {
+        size + SUN * (self.place.z - place.z).max(0.0)
+    }
+
+    fn is_near(&self, place: DVec3, size: f64) -> bool {
+        let reach = self.radius + self.blur(place, size);
+        self.place.z + self.radius + size > place.z
+            && (self.place - place).truncate().length_squared() <= reach * reach
+    }
+
+    /// Whether it holds up light that comes to a point of the world from a direction.
+    fn blocks(&self, point: DVec3, direction: DVec3) -> bool {
+        let origin = self.body_from_world * (point - self.position);
+        self.form.blocks(origin, self.body_from_world * direction, f64::INFINITY)
     }
 }
 

@@ -9,7 +9,7 @@ use super::merge::Shown;
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
-use crate::objects::{Body, Caster, Casters, Hit, Patch, SQUARE};
+use crate::objects::{Body, Caster, Casters, Hit, Lens, Patch, SQUARE};
 use crate::raymarch::{Contact, GridRay, SurfaceFilter};
 use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
@@ -53,13 +53,14 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     pub fn cast(&self, camera: &Camera, pixels: Vec<Pixels<'_>>, range: &[f32], farm: &Farm) -> Result<()> {
         let width = camera.width as usize;
         let shown = Shown { range, width };
+        let lens = Lens::new(camera);
         farm.each(Stage::Image, pixels, |index, mut pixels| {
             let mut filter = None;
             let first = index * SQUARE;
             let rows = first..(first + SQUARE).min(camera.height as usize);
             for column in (0..width).step_by(SQUARE) {
                 let columns = column..(column + SQUARE).min(width);
-                let among = self.among(camera, &shown, [&columns, &rows]);
+                let among = self.among(&lens, &shown, [&columns, &rows]);
                 if among.is_empty() {
                     continue;
                 }
@@ -67,7 +68,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                 for row in rows.clone() {
                     for column in columns.clone() {
                         let pixel = (row - first) * width + column;
-                        if let Some((left, air)) = self.left(camera, &shown, filter, &among, [column, row])? {
+                        if let Some((left, air)) = self.left(&lens, &shown, filter, &among, [column, row])? {
                             let seen = pixels.light(pixel);
                             pixels.put(pixel, air + (seen - air) * left);
                         }
@@ -79,7 +80,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Bodies that may throw shadows into a square.
-    fn among(&self, camera: &Camera, shown: &Shown<'_>, [columns, rows]: [&Range<usize>; 2]) -> Vec<&Caster> {
+    fn among(&self, lens: &Lens<'_>, shown: &Shown<'_>, [columns, rows]: [&Range<usize>; 2]) -> Vec<&Caster> {
         let ends = |range: &Range<usize>| {
             (range.start..range.end).step_by(STRIDE).chain([range.end - 1]).collect::<Vec<_>>()
         };
@@ -89,10 +90,10 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         for row in ends(rows) {
             for &column in &columns {
                 let range = f64::from(shown.range[row * shown.width + column]);
-                let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+                let ray = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5);
                 if let Some(ray) = ray.filter(|_| range.is_finite()) {
                     points.push(ray.origin + ray.direction * range);
-                    margin = margin.max(STRIDE as f64 * camera.footprint().at(range));
+                    margin = margin.max(STRIDE as f64 * self.footprint.at(range));
                 }
             }
         }
@@ -102,7 +103,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     /// Which part of a pixel's light is left where bodies hide the sun, and the light of the air before it; `None`: all is.
     fn left(
         &self,
-        camera: &Camera,
+        lens: &Lens<'_>,
         shown: &Shown<'_>,
         filter: &mut SurfaceFilter<'_, S>,
         among: &[&Caster],
@@ -114,12 +115,17 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         }
         let middle = DVec2::new(column as f64, row as f64) + 0.5;
         let point = |offset: DVec2| {
-            let ray = camera.ray(middle.x + offset.x, middle.y + offset.y)?;
+            let ray = lens.ray_at(middle + offset)?;
             let inverse = plane.at(offset);
             (inverse > 0.0).then(|| ray.origin + ray.direction / inverse)
         };
-        let Some(ray) = camera.ray(middle.x, middle.y) else { return Ok(None) };
+        let Some(ray) = lens.ray_at(middle) else { return Ok(None) };
         let own = ray.origin + ray.direction / f64::from(plane.inverse);
+        let range = 1.0 / f64::from(plane.inverse);
+        let [across, along] = plane.slope.map(|slope| f64::from(slope).abs() * range * range);
+        if !self.casters.is_near(among, own, self.footprint.at(range) + across + along) {
+            return Ok(None);
+        }
         let side = |offset: DVec2| point(offset).map_or(DVec3::ZERO, |beside| beside - own);
         let patch =
             Patch { middle: own, right: side(DVec2::new(0.5, 0.0)), down: side(DVec2::new(0.0, 0.5)) };
@@ -127,7 +133,6 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         if share == 1.0 {
             return Ok(None);
         }
-        let range = 1.0 / f64::from(plane.inverse);
         let contact = Contact { range, level: 0, wanted: 0, face: None };
         let Renderer { source, options, .. } = self.renderer;
         let over_ground =
@@ -143,6 +148,6 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     pub fn on_body(&self, hit: &Hit, ray: &Ray) -> f32 {
         let (point, pixel) = (ray.origin + ray.direction * hit.range, self.footprint.at(hit.range));
         let patch = Patch::above(point, hit.normal.as_dvec3(), pixel);
-        self.casters.share(&self.casters.over_body(hit.id, patch.middle), &patch)
+        self.casters.share_of_body(hit.id, &patch)
     }
 }
