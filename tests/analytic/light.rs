@@ -1,7 +1,7 @@
 //! Colour: the sun's side, haze by range, and the light of what a pixel covers.
 
 use glam::{DVec2, DVec3, Vec3};
-use hedgehop::render::RenderOptions;
+use hedgehop::render::{Engine, RenderOptions};
 use hedgehop::sunlight::Sun;
 
 use crate::judge::by_engine;
@@ -87,6 +87,31 @@ fn contrast_falls_to_a_twentieth_at_the_visibility_range() {
             near_visibility += u32::from((range / visibility - 1.0).abs() < 0.2);
         }
         assert!(near_visibility > 0, "no pixel near {visibility} m");
+    }
+}
+
+#[test]
+fn the_row_of_five_percent_contrast_lies_at_the_visibility_range() {
+    for visibility in [800.0, 5000.0, 30_000.0] {
+        let world = Terrain::new([256; 2], visibility / 20.0, |_| 300.0, |_| [0; 3]).in_memory();
+        let middle = DVec2::splat(128.0 * visibility / 20.0);
+        // So low that haze is as thick at the eye as at the ground.
+        let eye = middle.extend(300.0 + visibility / 4000.0);
+        for engine in [Engine::Planes, Engine::Reference] {
+            let view = View { eye, ypr: [40.0, 0.0, 0.0], hfov: 0.02, size: [16, 256] };
+            let frame = view.frame(&world, &RenderOptions { visibility, engine, ..clear_air() });
+            let light = |row: usize| f64::from(frame.colour[row * 16 + 8][1]);
+            let contrast = |row: usize| 1.0 - light(row) / light(127);
+            let ground = (128..256).filter(|row| frame.range[row * 16 + 8].is_finite());
+            let apart = |row: &usize| (contrast(*row) / 0.05).ln().abs();
+            let row = ground.min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap();
+            // Contrast falls exponentially: what is left of the way to 5 % follows from that of the nearest row.
+            let range = f64::from(frame.range[row * 16 + 8]) * 0.05_f64.ln() / contrast(row).ln();
+            assert!(
+                (range / visibility - 1.0).abs() < 0.02,
+                "{engine:?}, {visibility}: {range} m, row {row}"
+            );
+        }
     }
 }
 

@@ -81,7 +81,7 @@ impl Field {
         Self { words, shadow: shadow.collect(), voxel }
     }
 
-    /// Where a place (metres) lies among the voxels, when wind has blown for so many seconds: 0…[`SIDE`].
+    /// Where a place (metres) lies among the voxels, when wind has blown for so many seconds: 0…`SIDE`.
     pub fn place(&self, at: DVec2, clouds: &Clouds, seconds: f64) -> DVec2 {
         let still = at - DVec2::from_array(clouds.wind) * seconds;
         (still / self.voxel).map(|place| place.rem_euclid(SIDE as f64))
