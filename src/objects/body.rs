@@ -99,6 +99,13 @@ pub(super) fn world_from_body(attitude: Attitude) -> DMat3 {
 }
 
 impl Body {
+    /// Middle (metres in the world) and radius (metres) of the sphere around the box around it.
+    pub fn sphere(&self) -> (DVec3, f64) {
+        let [low, high] = self.form.corners();
+        let middle = self.position + world_from_body(self.attitude) * (0.5 * (low + high));
+        (middle, 0.5 * (high - low).length())
+    }
+
     /// Whether it holds up light on the way from `origin` (metres in the world) along `direction` (of unit length), up to `end` metres: whether it casts
     /// a shadow on `origin`. Nothing bends here.
     pub fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {

@@ -14,9 +14,10 @@ use glam::{DMat3, DVec2, DVec3};
 use super::body::world_from_body;
 use super::{Body, Form};
 use crate::earth::Curvature;
+use crate::sunlight::SUN_SEMIDIAMETER;
 
 /// Half of the sun's width, metres per metre.
-const SUN: f64 = 0.004_653;
+const SUN: f64 = SUN_SEMIDIAMETER * std::f64::consts::PI / 180.0;
 
 /// Rays from a patch.
 const RAYS: usize = 16;

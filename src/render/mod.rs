@@ -12,6 +12,7 @@ mod merge;
 mod planes;
 mod reference;
 mod shadows;
+mod sunlit;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -321,7 +322,8 @@ impl<'a, S: PageSource> Renderer<'a, S> {
                     let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
                     shadows.cast(camera, rows.collect(), &frame.range, farm)?;
                 }
-                bodies.into_frame(self, shadows.as_ref(), frame, farm)
+                bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
+                shadows.map_or(Ok(()), Shadows::check)
             })?;
         }
         if self.options.weather.clouds.is_some() {
@@ -373,7 +375,8 @@ impl<'a, S: PageSource> Renderer<'a, S> {
                 if let Some(shadows) = &shadows {
                     shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
                 }
-                bodies.into_picture(self, shadows.as_ref(), &mut picture, &mut range, farm)
+                bodies.into_picture(self, shadows.as_ref(), &mut picture, &mut range, farm)?;
+                shadows.map_or(Ok(()), Shadows::check)
             })?;
         }
         if self.options.weather.clouds.is_some() {

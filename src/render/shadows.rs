@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Renderer;
 use super::merge::Shown;
+use super::sunlit::Sunlit;
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
@@ -23,6 +24,7 @@ const STRIDE: usize = 8;
 pub struct Shadows<'r, 'a, S> {
     renderer: &'r Renderer<'a, S>,
     casters: Casters,
+    sunlit: Sunlit<'r, 'a, S>,
     footprint: Footprint,
     daylight: Daylight,
     atmosphere: Atmosphere,
@@ -39,7 +41,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let casters = Casters::new(bodies, to_sun, camera.pose.eye, options.curvature);
         let atmosphere = options.atmosphere(renderer.source.header());
         let footprint = camera.footprint();
-        Some(Self { renderer, casters, footprint, daylight: Daylight::new(options.sun), atmosphere })
+        let (sunlit, daylight) = (Sunlit::new(renderer, bodies), Daylight::new(options.sun));
+        Some(Self { renderer, casters, sunlit, footprint, daylight, atmosphere })
     }
 
     /// What samples the ground.
@@ -144,10 +147,22 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Ok(Some((left, air)))
     }
 
-    /// Share of the sun, 0…1, that other bodies, or other parts of the same, leave to a hit on a ray.
+    /// What went wrong with what was asked of it.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn check(self) -> Result<()> {
+        self.sunlit.check()
+    }
+
+    /// Share of the sun, 0…1, that the ground, other bodies, or other parts of the same, leave to a hit on a ray.
     pub fn on_body(&self, hit: &Hit, ray: &Ray) -> f32 {
+        let share = self.sunlit.share(hit.id);
+        if share == 0.0 {
+            return share;
+        }
         let (point, pixel) = (ray.origin + ray.direction * hit.range, self.footprint.at(hit.range));
         let patch = Patch::above(point, hit.normal.as_dvec3(), pixel);
-        self.casters.share_of_body(hit.id, &patch)
+        share * self.casters.share_of_body(hit.id, &patch)
     }
 }

@@ -6,7 +6,7 @@ use super::Sun;
 use crate::voxel::{Grid, Header, PAGE_SIDE, PageId, RADIX};
 
 /// Half the sun's width, degrees.
-const SEMIDIAMETER: f64 = 0.2666;
+pub const SUN_SEMIDIAMETER: f64 = 0.2666;
 
 /// Least and greatest height of a rim of the sun, degrees: one that sets shines level.
 const RIMS: [f64; 2] = [0.005, 89.9];
@@ -65,7 +65,7 @@ impl Course {
             towards: if along[major] > 0.0 { 1 } else { -1 },
             lean,
             stride: lean.hypot(1.0),
-            falls: [SEMIDIAMETER, -SEMIDIAMETER].map(|rim| fall(sun.elevation + rim)),
+            falls: [SUN_SEMIDIAMETER, -SUN_SEMIDIAMETER].map(|rim| fall(sun.elevation + rim)),
             fall: fall(sun.elevation),
             relief: header.height_range.1 - header.height_range.0,
         }

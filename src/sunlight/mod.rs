@@ -20,6 +20,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use course::SUN_SEMIDIAMETER;
 pub use daylight::Daylight;
 pub use sample::ShadeSampler;
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};

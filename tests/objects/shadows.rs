@@ -7,7 +7,7 @@ use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::sunlight::Sun;
 
-use crate::scene::View;
+use crate::scene::{Terrain, View};
 use crate::{FARM, PLAIN, black, options};
 
 /// Under a sun that throws shadows.
@@ -78,6 +78,35 @@ fn bodies_lie_in_the_shadow_of_others_and_of_the_ground() {
     let [free, below] = [brightness(&[ball(1, 20.0)]), brightness(&[ball(1, 20.0), roof])];
     assert!((free - 0.5).abs() < 0.03, "{free}");
     assert!((below - 0.5 * 0.35).abs() < 0.03, "{below}");
+}
+
+#[test]
+fn bodies_lie_in_the_shadow_of_the_ground() {
+    // A wall of 100 m; the sun behind it stands 30° high, so that its shadow reaches 173 m.
+    let world =
+        Terrain::new([300, 300], 2.0, |place| if place.y > 400.0 { 100.0 } else { 0.0 }, |_| [120; 3]);
+    let world = world.in_memory();
+    let light = |north: f64, up: f64| {
+        let shape = Shape::Ellipsoid { radii: DVec3::splat(4.0) };
+        let body = Body { albedo: Vec3::splat(0.5), ..black(shape, [300.0, north, up]) };
+        // From above, where the sun shines upon it.
+        let view = View {
+            eye: DVec3::new(300.0, north, up + 60.0),
+            ypr: [0.0, -90.0, 0.0],
+            hfov: 20.0,
+            size: [64, 64],
+        };
+        let under = under(Engine::Planes, 0.0, 30.0);
+        let renderer = Renderer::new(&world, &under);
+        let frame = renderer.frame_with(&view.camera(), &[body], &FARM).unwrap().frame;
+        assert_eq!(frame.id[32 * 64 + 32], Frame::body_id(1));
+        frame.colour[32 * 64 + 32][1]
+    };
+    // On the ground and above it, before the shadow's end and behind it.
+    let found = [light(350.0, 3.0), light(200.0, 3.0), light(350.0, 30.0), light(350.0, 110.0)];
+    let wanted = [0.175, 0.5, 0.175, 0.5];
+    // The pixel beside the middle sees the ball 2.4° aslant.
+    assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.03), "{found:?}");
 }
 
 #[test]
