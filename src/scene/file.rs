@@ -42,7 +42,8 @@ struct AirTable {
 /// A scene file while it is read.
 pub(super) struct Reading<'f> {
     pub path: &'f Path,
-    text: &'f str,
+    /// Bytes behind the ends of lines.
+    lines: Vec<usize>,
 }
 
 impl Reading<'_> {
@@ -54,7 +55,7 @@ impl Reading<'_> {
 
     /// The line of a place of the file, from 1 on.
     pub fn line(&self, span: &Range<usize>) -> usize {
-        line_at(self.text.as_bytes(), span.start)
+        1 + self.lines.partition_point(|end| *end <= span.start)
     }
 
     /// A number that `holds`; `want` says which do, beginning with a verb.
@@ -95,7 +96,8 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         Error::invalid(path, format!("line {line}: not UTF-8; save it as UTF-8"))
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let reading = Reading { path, text };
+    let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+    let reading = Reading { path, lines: ends.map(|(at, _)| at + 1).collect() };
     let table: SceneTable = toml::from_str(text).map_err(|error| {
         let message = error.message().trim().replace('\n', ", ");
         reading.wrong(error.span().unwrap_or(0..0), format!("{message}; docs/scene.md lists all keys"))

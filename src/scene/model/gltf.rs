@@ -37,7 +37,7 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
     let blob = document.blob.take();
     let buffers = buffers(&document, blob, files)?;
     let count = document.textures().count();
-    let raw = Raw { parts: Vec::new(), body_from_model: axes(), notes: notes(&document) };
+    let raw = Raw { parts: Vec::new(), counts: [0; 2], body_from_model: axes(), notes: notes(&document) };
     let mut reader = Reader {
         document: &document,
         buffers,
@@ -151,7 +151,7 @@ impl Reader<'_> {
                 };
                 match part {
                     Ok(Some(part)) => {
-                        self.raw.parts.push(part);
+                        self.raw.push(part);
                     }
                     Ok(None) => {}
                     Err(Wrong::Here(what)) => return Err(place(what)),

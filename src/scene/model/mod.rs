@@ -86,6 +86,8 @@ struct RawPart {
 #[derive(Debug)]
 struct Raw {
     parts: Vec<RawPart>,
+    /// Triangles and corners of all parts.
+    counts: [usize; 2],
     /// Columns: what the model's axes are in a body's (right, forward, up).
     body_from_model: DMat3,
     notes: Vec<String>,
@@ -171,11 +173,14 @@ fn read(path: &Path, hasher: &mut blake3::Hasher) -> Result<Read> {
 impl Raw {
     /// Counts a part's triangles and corners before there are any.
     fn check(&self, triangles: usize, corners: usize) -> Clause<()> {
-        let sum = |count: fn(&RawPart) -> usize| self.parts.iter().map(count).sum::<usize>();
-        let triangles = sum(|part| part.triangles.len()).saturating_add(triangles);
-        let corners = sum(|part| part.positions.len()).saturating_add(corners);
-        within("triangles", triangles, MOST_TRIANGLES)?;
-        within("corners", corners, MOST_CORNERS)
+        within("triangles", self.counts[0].saturating_add(triangles), MOST_TRIANGLES)?;
+        within("corners", self.counts[1].saturating_add(corners), MOST_CORNERS)
+    }
+
+    fn push(&mut self, part: RawPart) {
+        self.counts[0] += part.triangles.len();
+        self.counts[1] += part.positions.len();
+        self.parts.push(part);
     }
 
     /// The mesh in a body's axes.

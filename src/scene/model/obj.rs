@@ -89,7 +89,9 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
     if parts.is_empty() {
         return Err(files.wrong("it has no faces"));
     }
-    Ok(Raw { parts, body_from_model: axes(), notes })
+    let mut raw = Raw { parts: Vec::new(), counts: [0; 2], body_from_model: axes(), notes };
+    parts.into_iter().for_each(|part| raw.push(part));
+    Ok(raw)
 }
 
 /// Lines with their numbers, joined where they end in a backslash, without what follows a `#`.

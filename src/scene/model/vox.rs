@@ -22,7 +22,8 @@ const MOST_INSTANCES: usize = 65_536;
 pub(super) fn read(bytes: &[u8]) -> Clause<Raw> {
     check(bytes)?;
     let data = dot_vox::load_bytes(bytes).map_err(|error| format!("it is no MagicaVoxel file: {error}"))?;
-    let mut raw = Raw { parts: Vec::new(), body_from_model: DMat3::IDENTITY, notes: Vec::new() };
+    let mut raw =
+        Raw { parts: Vec::new(), counts: [0; 2], body_from_model: DMat3::IDENTITY, notes: Vec::new() };
     let mut part = RawPart {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -37,7 +38,7 @@ pub(super) fn read(bytes: &[u8]) -> Clause<Raw> {
     if part.triangles.is_empty() {
         return Err("it shows no voxels".to_owned());
     }
-    raw.parts.push(part);
+    raw.push(part);
     Ok(raw)
 }
 

@@ -59,6 +59,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let what = format!("{} is the database to take; name another file with -o", args.output.display());
         return Err(hedgehop::Error::Configuration(what).into());
     }
+    if args.output == Path::new("-") {
+        let what = "a database cannot go to standard output; name a file with -o, like SHADED.hop";
+        return Err(hedgehop::Error::Configuration(what.into()).into());
+    }
     let file = PageFile::open(&args.area)?;
     let (sun, bytes) =
         bake(&file, args.sun, (&args.output, args.overwrite), args.workers.count(), &reporter)?;

@@ -245,7 +245,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 fn build_and_bake(args: &Args, sun: SunSetting, reporter: &Reporter) -> hedgehop::Result<BuildReport> {
     let beside = |error| Error::io(&args.output, "create a folder beside it", error);
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = tempfile::tempdir_in(folder.unwrap_or(Path::new("."))).map_err(beside)?;
+    // Named as what else a kill leaves behind.
+    let mut prefix = args.output.file_name().unwrap_or_default().to_owned();
+    prefix.push(".part-");
+    let folder = folder.unwrap_or(Path::new("."));
+    let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder).map_err(beside)?;
     let bare = folder.path().join("without-shadows.hop");
     let begun = Instant::now();
     let report = build(&BuildOptions { output: bare.clone(), ..args.options()? }, reporter)?;
