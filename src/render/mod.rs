@@ -8,6 +8,7 @@
 
 mod clouds;
 mod foresight;
+mod joined;
 mod merge;
 mod planes;
 mod reference;
@@ -18,23 +19,17 @@ mod surface;
 mod tests;
 mod unserved;
 
-use merge::{Bodies, rows_of};
-use shadows::Shadows;
-
 pub use foresight::{FlightPlan, LivePlan};
 pub use unserved::Unserved;
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::DVec3;
 
-use crate::colour::srgb8_picture;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
-use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture};
-use crate::objects::{Body, SQUARE, View};
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::raymarch::{LevelBands, Surface};
 use crate::scene::Weather;
@@ -288,103 +283,6 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         Self { seconds, ..self.over(self.source) }
     }
 
-    /// What `camera` sees, as linear light with range, normals, levels and ids. The frame has the same bits for
-    /// any number of workers.
-    ///
-    /// # Errors
-    /// A page that is damaged; a database that changed or could not be read while the frame was rendered; options or a pose outside
-    /// their ranges.
-    pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
-        self.frame_with(camera, &[], farm)
-    }
-
-    /// [`Self::frame`] with `bodies` in it.
-    ///
-    /// # Errors
-    /// As of [`Self::frame`].
-    pub fn frame_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<Rendered> {
-        self.options.check(camera)?;
-        let rendered = match self.planes(camera, farm)? {
-            Some(view) => planes::frame(self, &view, farm),
-            None => {
-                reference::render(self.source, camera, &self.options, self.shared.radiance.shades(), farm)
-            }
-        };
-        self.source.intact()?;
-        let mut rendered = rendered?;
-        if !bodies.is_empty() {
-            let shadows = Shadows::of(self, camera, bodies);
-            let view = View::new(camera, bodies, self.options.curvature);
-            let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
-            rendered.account.times.image += timed(|| {
-                let frame = &mut rendered.frame;
-                if let Some(shadows) = &shadows {
-                    let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-                    shadows.cast(camera, rows.collect(), &frame.range, farm)?;
-                }
-                bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
-                shadows.map_or(Ok(()), Shadows::check)
-            })?;
-        }
-        if self.options.weather.clouds.is_some() {
-            rendered.account.times.image += timed(|| clouds::into_frame(self, &mut rendered.frame, farm))?;
-        }
-        Ok(rendered)
-    }
-
-    /// What `camera` sees, as an 8-bit picture: the same light as [`Self::frame`]'s, without the rest.
-    ///
-    /// # Errors
-    /// As of [`Self::frame`].
-    pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, Account)> {
-        self.picture_with(camera, &[], farm)
-    }
-
-    /// [`Self::picture`] with `bodies` in it.
-    ///
-    /// # Errors
-    /// As of [`Self::frame`].
-    pub fn picture_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<(Picture, Account)> {
-        self.options.check(camera)?;
-        let view = View::new(camera, bodies, self.options.curvature);
-        let shadows = Shadows::of(self, camera, bodies);
-        let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
-        let has_bodies = shadows.is_some() || !bodies.is_empty();
-        let takes_range = has_bodies || self.options.weather.clouds.is_some();
-        let mut range = Vec::new();
-        let rendered = match self.planes(camera, farm)? {
-            Some(view) => {
-                if takes_range {
-                    range.resize(camera.width as usize * camera.height as usize, 0.0);
-                }
-                planes::picture(self, &view, farm, &mut range)
-            }
-            None => {
-                reference::render(self.source, camera, &self.options, self.shared.radiance.shades(), farm)
-                    .map(|rendered| {
-                        let rgb = srgb8_picture(&rendered.frame.colour);
-                        range = rendered.frame.range;
-                        (Picture { width: camera.width, height: camera.height, rgb }, rendered.account)
-                    })
-            }
-        };
-        self.source.intact()?;
-        let (mut picture, mut account) = rendered?;
-        if has_bodies {
-            account.times.image += timed(|| {
-                if let Some(shadows) = &shadows {
-                    shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
-                }
-                bodies.into_picture(self, shadows.as_ref(), &mut picture, &mut range, farm)?;
-                shadows.map_or(Ok(()), Shadows::check)
-            })?;
-        }
-        if self.options.weather.clouds.is_some() {
-            account.times.image += timed(|| clouds::into_picture(self, camera, &mut picture, &range, farm))?;
-        }
-        Ok((picture, account))
-    }
-
     /// Parts of pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds
     /// of coarse pages are read to know it.
     ///
@@ -443,12 +341,6 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         }
         planes::View::new(self.source.header(), camera, &self.shared.screen, farm)
     }
-}
-
-/// Wall time of something that may fail.
-fn timed(work: impl FnOnce() -> Result<()>) -> Result<Duration> {
-    let begun = Instant::now();
-    work().map(|()| begun.elapsed())
 }
 
 /// Renders what `camera` sees, once; a [`Renderer`] is faster for several frames.

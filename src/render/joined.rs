@@ -1,0 +1,115 @@
+//! A view with all that joins its ground, one after the other: shadows of bodies, bodies, clouds.
+
+use std::time::{Duration, Instant};
+
+use super::merge::{Bodies, rows_of};
+use super::shadows::Shadows;
+use super::{Account, Rendered, Renderer, clouds, planes, reference};
+use crate::colour::srgb8_picture;
+use crate::error::Result;
+use crate::frame::Picture;
+use crate::frame::stage::Pixels;
+use crate::objects::{Body, SQUARE, View};
+use crate::space::Camera;
+use crate::subimage::Farm;
+use crate::voxel::PageSource;
+
+impl<S: PageSource> Renderer<'_, S> {
+    /// What `camera` sees, as linear light with range, normals, levels and ids. The frame has the same bits for
+    /// any number of workers.
+    ///
+    /// # Errors
+    /// A page that is damaged; a database that changed or could not be read while the frame was rendered; options or a pose outside
+    /// their ranges.
+    pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
+        self.frame_with(camera, &[], farm)
+    }
+
+    /// [`Self::frame`] with `bodies` in it.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn frame_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<Rendered> {
+        self.options.check(camera)?;
+        let mut rendered = match self.planes(camera, farm)? {
+            Some(view) => planes::frame(self, &view, farm)?,
+            None => self.by_reference(camera, farm)?,
+        };
+        self.source.intact()?;
+        rendered.account.times.image += timed(|| {
+            let frame = &mut rendered.frame;
+            let shadows = Shadows::of(self, camera, bodies);
+            let view = View::new(camera, bodies, self.options.curvature);
+            let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+            if let Some(shadows) = &shadows {
+                let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
+                shadows.cast(camera, rows.collect(), &frame.range, farm)?;
+            }
+            if !bodies.is_empty() {
+                bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
+            }
+            shadows.map_or(Ok(()), Shadows::check)?;
+            clouds::into_frame(self, frame, farm)
+        })?;
+        Ok(rendered)
+    }
+
+    /// What `camera` sees, as an 8-bit picture: the same light as [`Self::frame`]'s, without the rest.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, Account)> {
+        self.picture_with(camera, &[], farm)
+    }
+
+    /// [`Self::picture`] with `bodies` in it.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn picture_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<(Picture, Account)> {
+        self.options.check(camera)?;
+        let view = View::new(camera, bodies, self.options.curvature);
+        let shadows = Shadows::of(self, camera, bodies);
+        let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+        let has_clouds = self.options.weather.clouds.is_some();
+        let takes_range = shadows.is_some() || !bodies.is_empty() || has_clouds;
+        let mut range = Vec::new();
+        let (mut picture, mut account) = match self.planes(camera, farm)? {
+            Some(view) => {
+                range.resize(
+                    if takes_range { camera.width as usize * camera.height as usize } else { 0 },
+                    0.0,
+                );
+                planes::picture(self, &view, farm, &mut range)?
+            }
+            None => {
+                let Rendered { frame, account } = self.by_reference(camera, farm)?;
+                let rgb = srgb8_picture(&frame.colour);
+                range = frame.range;
+                (Picture { width: camera.width, height: camera.height, rgb }, account)
+            }
+        };
+        self.source.intact()?;
+        account.times.image += timed(|| {
+            if let Some(shadows) = &shadows {
+                shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
+            }
+            if !bodies.is_empty() {
+                bodies.into_picture(self, shadows.as_ref(), &mut picture, &mut range, farm)?;
+            }
+            shadows.map_or(Ok(()), Shadows::check)?;
+            clouds::into_picture(self, camera, &mut picture, &range, farm)
+        })?;
+        Ok((picture, account))
+    }
+
+    fn by_reference(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
+        reference::render(self.source, camera, &self.options, self.shared.radiance.shades(), farm)
+    }
+}
+
+/// Wall time of something that may fail.
+fn timed(work: impl FnOnce() -> Result<()>) -> Result<Duration> {
+    let begun = Instant::now();
+    work().map(|()| begun.elapsed())
+}
