@@ -21,6 +21,9 @@ const RAYLEIGH: Vec3 = Vec3::new(0.064, 0.098, 0.194);
 /// Air masses beyond which sunlight does not redden any more: haze itself hides a lower sun.
 const MOST_AIR: f32 = 12.0;
 
+/// The sun's elevation at which twilight ends, degrees.
+const DARK: f64 = -18.0;
+
 /// How air glows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Glow {
@@ -38,6 +41,8 @@ impl Glow {
     /// A glow of 0…1 around `sun`; none for 0.
     pub fn new(glow: f64, sun: Sun) -> Option<Self> {
         let (least, most) = (lobe(-1.0), lobe(1.0));
+        // After sunset it goes with twilight.
+        let glow = glow * (1.0 - sun.elevation / DARK).clamp(0.0, 1.0);
         (glow > 0.0).then(|| Self {
             to_sun: sun.direction(),
             colour: sunlight(sun),

@@ -31,7 +31,7 @@ const ROUND: u64 = 64;
 /// a database.
 ///
 /// # Errors
-/// [`Error::Configuration`]: the database has shadows already, or `output` exists and `overwrite` is false; a page that is damaged; what the
+/// [`Error::Configuration`]: the database has shadows already, the sun is below the horizon, or `output` exists and `overwrite` is false; a page that is damaged; what the
 /// disk refuses.
 pub fn bake_shadows(
     source: &dyn PageSource,
@@ -46,6 +46,11 @@ pub fn bake_shadows(
         let what =
             "the database's colours hold shadows already; bake them into the one that it was made from";
         return Err(Error::Configuration(what.into()));
+    }
+    if !sun.is_up() {
+        let what =
+            format!("at {:.1}° the sun throws no shadows; choose one above the horizon", sun.elevation);
+        return Err(Error::Configuration(what));
     }
     let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?;
     let shades = Shades::new(Shade::new(header, sun), KEPT);

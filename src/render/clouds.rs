@@ -61,10 +61,12 @@ fn each_band<'b, S: PageSource>(
     let field = renderer.shared.clouds.get(|| Field::new(clouds, sun));
     let atmosphere = renderer.options.atmosphere(header);
     let air = (&atmosphere, header.height_range.1);
+    let tint = renderer.options.brightness().tint();
     let layer: (&Field, &Clouds) = (&field, clouds);
     let Some(stage) = CloudStage::new(renderer.isa, camera, layer, sun, air, renderer.seconds) else {
         return Ok(());
     };
+    let stage = stage.tinted(tint);
     let rows = stage.band_rows();
     farm.each(Stage::Image, bands(&stage), |index, (light, range)| {
         stage.fill(index * rows, light, range);

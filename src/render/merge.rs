@@ -30,6 +30,8 @@ struct Look<'s, 'r, 'a, S> {
     isa: Isa,
     sensor: VisualSensor,
     atmosphere: Atmosphere,
+    /// Factor on light, by channel.
+    tint: Vec3,
     /// `None`: all of the sun reaches them.
     shadows: Option<&'s Shadows<'r, 'a, S>>,
 }
@@ -162,6 +164,7 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
             isa: renderer.isa,
             sensor: VisualSensor::new(options.sun),
             atmosphere: options.atmosphere(renderer.source.header()),
+            tint: options.brightness().tint(),
             shadows,
         }
     }
@@ -170,7 +173,7 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
     fn shade(&self, hit: &Hit, ray: &Ray) -> Vec3 {
         let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray));
         let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, sun);
-        self.atmosphere.haze(radiance, ray.origin.z, ray.direction.as_vec3(), hit.range as f32)
+        self.tint * self.atmosphere.haze(radiance, ray.origin.z, ray.direction.as_vec3(), hit.range as f32)
     }
 }
 

@@ -38,7 +38,7 @@ use crate::sensor::radiance::Radiance;
 use crate::simd::Isa;
 use crate::space::{Camera, Footprint};
 use crate::subimage::Farm;
-use crate::sunlight::{Shade, Shades, Sun};
+use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::{Header, PageNeeds, PageSource, Used};
 
 /// How a frame is rendered.
@@ -50,6 +50,8 @@ pub struct RenderOptions {
     pub visibility: f64,
     /// Where the sun stands.
     pub sun: Sun,
+    /// What light there is besides that of the sun.
+    pub night: Night,
     /// Ground lies in the shadow of ground.
     pub shadows: bool,
     /// What lies in the air besides haze.
@@ -95,6 +97,7 @@ impl Default for RenderOptions {
             surface: Surface::Smooth,
             visibility: DEFAULT_VISIBILITY,
             sun: Sun::default(),
+            night: Night::default(),
             shadows: false,
             weather: Weather::default(),
             detail: 1.0,
@@ -113,9 +116,19 @@ impl RenderOptions {
         Self { curvature, ..Self::default() }
     }
 
+    /// Whether there is a sun that throws shadows, if they are asked for.
+    fn has_shadows(&self) -> bool {
+        self.shadows && self.sun.is_up()
+    }
+
+    /// How bright the light of the hour is.
+    pub fn brightness(&self) -> Brightness {
+        Brightness::new(self.sun, self.night.lux)
+    }
+
     /// What lies in shadow over a database with this header, within a budget in bytes; `None`: nothing does.
     fn shades(&self, header: &Header, budget: usize) -> Option<Shades> {
-        self.shadows.then(|| Shades::new(Shade::new(header, self.sun), budget))
+        self.has_shadows().then(|| Shades::new(Shade::new(header, self.sun), budget))
     }
 
     /// The air over a database.
@@ -131,7 +144,8 @@ impl RenderOptions {
         let bend = self.curvature.inverse_diameter;
         let within = [
             (self.visibility > 0.0, "visibility must be more than 0 m"),
-            (self.sun.elevation > 0.0 && self.sun.elevation <= 90.0, "the sun must stand 0 to 90° high"),
+            (self.sun.elevation.abs() <= 90.0, "the sun must stand -90 to 90° high"),
+            (self.night.is_sound(), "the light of the night must be 0 to 1000 lx"),
             (self.sun.azimuth.is_finite(), "the sun's azimuth must be finite"),
             (self.weather.is_sound(), "the weather must be within the ranges of its fields"),
             (self.detail > 0.0 && self.detail.is_finite(), "detail must be more than 0"),
@@ -254,7 +268,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     #[must_use]
     pub fn with_memory(self, bytes: usize) -> Self {
         let turned = bytes / TURNED_SHARE;
-        let shaded = if self.options.shadows { bytes / SHADED_SHARE } else { 0 };
+        let shaded = if self.options.has_shadows() { bytes / SHADED_SHARE } else { 0 };
         let radiance = Radiance::with_budget(VisualSensor::new(self.options.sun), bytes - turned - shaded)
             .shaded(self.options.shades(self.source.header(), shaded));
         Self { shared: Arc::new(Shared::new(radiance, TurnedPages::new(turned))), ..self }

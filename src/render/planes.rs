@@ -188,7 +188,8 @@ fn render<S: PageSource>(
     fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
     let rays =
         see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
-    let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, inverse: &fan.inverse };
+    let tint = renderer.options.brightness().tint().to_array();
+    let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, tint, inverse: &fan.inverse };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
     farm.each(Stage::Image, bands, |index, band| {
         imaging.time(|| {

@@ -43,7 +43,7 @@ pub(super) fn render<S: PageSource>(
     let started = Instant::now();
     let mut frame = merge(camera, &subimages);
     let atmosphere = options.atmosphere(source.header());
-    add_air(&mut frame, &atmosphere, farm);
+    add_air(&mut frame, &atmosphere, options.brightness().tint(), farm);
     times.image = started.elapsed();
     let mut rays = Rays::default();
     subimages.iter().for_each(|subimage| rays += subimage.rays);
@@ -112,8 +112,8 @@ fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
     frame
 }
 
-/// Adds haze before the ground and fills the rest with sky; pixels without a ray stay black.
-fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
+/// Adds haze before the ground and fills the rest with sky, all as bright as the hour's `tint`; pixels without a ray stay black.
+fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, tint: Vec3, farm: &Farm) {
     let camera = &frame.camera;
     let range = &frame.range;
     let width = camera.width as usize;
@@ -127,7 +127,7 @@ fn add_air(frame: &mut Frame, atmosphere: &Atmosphere, farm: &Farm) {
             } else {
                 atmosphere.sky(eye, direction)
             };
-            *colour = seen.to_array();
+            *colour = (tint * seen).to_array();
         }
     });
 }

@@ -34,7 +34,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     /// Those of `bodies` as `camera` finds them; `None` without shadows.
     pub fn of(renderer: &'r Renderer<'a, S>, camera: &Camera, bodies: &[Body]) -> Option<Self> {
         let options = &renderer.options;
-        if !options.shadows || bodies.is_empty() {
+        if !options.has_shadows() || bodies.is_empty() {
             return None;
         }
         let to_sun = options.sun.direction().as_dvec3().normalize();

@@ -10,7 +10,7 @@ use toml::Spanned;
 
 use super::model::Models;
 use super::object::{ObjectTable, object};
-use super::sun::SunTable;
+use super::sun::{NightTable, SunTable};
 use super::weather::{self, CloudsTable, FogTable};
 use super::{Object, Scene, Weather};
 use crate::error::{Error, Result};
@@ -25,6 +25,7 @@ const MOST_MESSAGE: usize = 500;
 #[serde(deny_unknown_fields, expecting = "a scene")]
 struct SceneTable {
     sun: Option<SunTable>,
+    night: Option<NightTable>,
     air: Option<AirTable>,
     fog: Option<FogTable>,
     clouds: Option<CloudsTable>,
@@ -106,6 +107,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     hasher.update(&bytes);
     let shadows = table.sun.as_ref().and_then(SunTable::shadows);
     let sun = table.sun.map_or(Ok(None), |sun| sun.read(&reading))?;
+    let night = table.night.unwrap_or_default().read(&reading)?;
     let air = table.air.unwrap_or_default();
     let visibility = air.visibility_m.as_ref();
     let visibility = visibility
@@ -133,6 +135,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         digest: hasher.finalize().to_hex().to_string(),
         sun,
         shadows,
+        night,
         visibility,
         weather,
         objects,

@@ -24,7 +24,23 @@ pub use weather::{Clouds, Fog, Weather};
 use crate::error::Result;
 use crate::flight::Track;
 use crate::objects::Form;
-use crate::sunlight::SunSetting;
+use crate::sunlight::{Night, SunSetting};
+
+/// What a night is like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NightSky {
+    /// Illuminance of level ground by moon, and by the lamps of the land about, lx, 0…1000.
+    pub lux: f64,
+    /// Whether stars are seen.
+    pub stars: bool,
+}
+
+impl Default for NightSky {
+    /// Stars, and as much moonlight as [`Night`] has.
+    fn default() -> Self {
+        Self { lux: Night::default().lux, stars: true }
+    }
+}
 
 /// What a scene file says.
 #[derive(Debug, Clone)]
@@ -37,6 +53,8 @@ pub struct Scene {
     pub sun: Option<SunSetting>,
     /// Whether ground lies in the shadow of ground, if it says so.
     pub shadows: Option<bool>,
+    /// Light besides the sun's.
+    pub night: NightSky,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
     pub visibility: Option<f64>,
     /// What lies in the air besides haze.

@@ -1,13 +1,14 @@
-//! The table `[sun]`.
+//! The tables `[sun]` and `[night]`.
 
 use serde::Deserialize;
 use time::OffsetDateTime;
 use toml::Spanned;
 use toml::value::Datetime;
 
+use super::NightSky;
 use super::file::Reading;
 use crate::error::Result;
-use crate::sunlight::{Sun, SunSetting};
+use crate::sunlight::{Night, Sun, SunSetting};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the table [sun]")]
@@ -16,6 +17,27 @@ pub(super) struct SunTable {
     elevation_deg: Option<Spanned<f64>>,
     time: Option<Spanned<Time>>,
     shadows: Option<bool>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, expecting = "the table [night]")]
+pub(super) struct NightTable {
+    light_lx: Option<Spanned<f64>>,
+    stars: Option<bool>,
+}
+
+impl NightTable {
+    pub fn read(self, reading: &Reading<'_>) -> Result<NightSky> {
+        let default = NightSky::default();
+        let lux = match &self.light_lx {
+            Some(lux) => {
+                let is_sound = |lux: f64| (0.0..=Night::BRIGHTEST).contains(&lux);
+                reading.number("light_lx", lux, is_sound, "must be 0 to 1000 lx")?
+            }
+            None => default.lux,
+        };
+        Ok(NightSky { lux, stars: self.stars.unwrap_or(default.stars) })
+    }
 }
 
 #[derive(Deserialize)]
@@ -51,8 +73,8 @@ impl SunTable {
             elevation: reading.number(
                 "elevation_deg",
                 &elevation,
-                |degrees| degrees > 0.0 && degrees <= 90.0,
-                "must be more than 0 and at most 90 degrees",
+                |degrees| degrees.abs() <= 90.0,
+                "must be -90 to 90 degrees",
             )?,
         })))
     }

@@ -97,7 +97,7 @@ fn mistakes_name_line_and_key() {
     let cases = [
         ("sun = 3", "line 1", "sun"),
         ("[sun]\nazimuth_deg = 10", "line 2", "elevation_deg"),
-        ("[sun]\nazimuth_deg = 10\nelevation_deg = -3", "line 3", "elevation_deg"),
+        ("[sun]\nazimuth_deg = 10\nelevation_deg = -93", "line 3", "elevation_deg"),
         ("[sun]\nazimuth_deg = nan\nelevation_deg = 3", "line 2", "azimuth_deg"),
         ("[sun]\ntime = 2026-06-21", "line 2", "offset"),
         ("[sun]\ntime = 3", "line 2", "time"),

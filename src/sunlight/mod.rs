@@ -10,18 +10,22 @@
 //! lowers. It carries two of them, of the sun's upper and its lower rim, and what lies between the two sees a part of the sun: shadows are as soft
 //! as they are wide of their edge. The way to a far edge leads over coarser levels, whose voxels are no larger than the half-shadow is wide there.
 
+mod brightness;
 mod course;
 mod daylight;
 mod rows;
 mod sample;
 mod shade;
+mod stars;
 mod sun;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use brightness::{Brightness, illuminance};
 pub use course::SUN_SEMIDIAMETER;
 pub use daylight::Daylight;
 pub use sample::ShadeSampler;
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
-pub use sun::{Sun, SunSetting};
+pub use stars::{Firmament, Star, starlight_through, stars};
+pub use sun::{Night, Sky, Sun, SunSetting};

@@ -6,6 +6,7 @@ use solar_positioning::{Location, RefractionCorrection, SolarPositions, delta_t}
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
+use super::Firmament;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform, grid_convergence};
 
@@ -13,12 +14,17 @@ use crate::geo::{Crs, Transform, grid_convergence};
 const UNIX_EPOCH: f64 = 2_440_587.5;
 const DAY: f64 = 86_400.0;
 
+/// Julian date of the epoch of star catalogues; hour angle of the equinox at Greenwich then, degrees, and how far it goes in a day of universal time (IAU 1982).
+const J2000: f64 = 2_451_545.0;
+const SIDEREAL_AT_J2000: f64 = 280.460_618_37;
+const SIDEREAL_PER_DAY: f64 = 360.985_647_366_29;
+
 /// Direction to the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sun {
     /// Clockwise from grid north, degrees.
     pub azimuth: f64,
-    /// Above the horizon, degrees, 0 < elevation ≤ 90.
+    /// Above the horizon, degrees, -90…90; below 0 it is night.
     pub elevation: f64,
 }
 
@@ -30,6 +36,11 @@ impl Default for Sun {
 }
 
 impl Sun {
+    /// Whether it stands above the horizon.
+    pub fn is_up(&self) -> bool {
+        self.elevation > 0.0
+    }
+
     /// Unit vector to the sun, world axes.
     pub fn direction(&self) -> Vec3 {
         let (sin_azimuth, cos_azimuth) = self.azimuth.to_radians().sin_cos();
@@ -39,6 +50,43 @@ impl Sun {
             (cos_azimuth * cos_elevation) as f32,
             sin_elevation as f32,
         )
+    }
+}
+
+/// What stands over a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sky {
+    /// The sun.
+    pub sun: Sun,
+    /// The stars.
+    pub firmament: Firmament,
+}
+
+/// Light besides that of the sun.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Night {
+    /// Illuminance of level ground by moon, and by the lamps of the land about, lx, 0…1000.
+    pub lux: f64,
+    /// How the stars stand; `None`: there are none.
+    pub stars: Option<Firmament>,
+}
+
+impl Default for Night {
+    /// Some moonlight, and no stars.
+    fn default() -> Self {
+        Self { lux: 0.1, stars: None }
+    }
+}
+
+impl Night {
+    /// Brightest that a night may be, lx: the end of a day.
+    pub const BRIGHTEST: f64 = 1000.0;
+
+    /// Whether its values lie within their ranges.
+    pub fn is_sound(&self) -> bool {
+        let of_stars = |stars: &Firmament| [stars.sidereal, stars.latitude, stars.convergence];
+        (0.0..=Self::BRIGHTEST).contains(&self.lux)
+            && self.stars.as_ref().is_none_or(|stars| of_stars(stars).into_iter().all(f64::is_finite))
     }
 }
 
@@ -63,14 +111,14 @@ impl SunSetting {
         parse(text).or_else(|| with_seconds(text))
     }
 
-    /// Where the sun stands over a place of `crs` (its metres or degrees): by time as the Solar Position Algorithm says (Reda and Andreas 2004), lifted by
+    /// Where sun and stars stand over a place of `crs` (its metres or degrees): by time as the Solar Position Algorithm says (Reda and Andreas 2004), lifted by
     /// refraction, its azimuth from grid north.
     ///
     /// # Errors
-    /// [`Error::Configuration`]: a time without a place on Earth, or outside the years -2000 to 6000; a sun below the horizon.
-    pub fn over(&self, crs: &Crs, place: DVec2) -> Result<Sun> {
+    /// [`Error::Configuration`]: a time without a place on Earth, or outside the years -2000 to 6000.
+    pub fn over(&self, crs: &Crs, place: DVec2) -> Result<Sky> {
         let time = match self {
-            Self::At(sun) => return Ok(*sun),
+            Self::At(sun) => return Ok(Sky { sun: *sun, firmament: Firmament::default() }),
             Self::Time(time) => time,
         };
         let wrong = |what: String| Error::Configuration(format!("the sun by time: {what}"));
@@ -92,16 +140,13 @@ impl SunSetting {
         let position = SolarPositions::new()
             .at_from_julian(moment, location, 0.0, Some(RefractionCorrection::standard()))
             .map_err(of_crate)?;
-        let elevation = position.elevation_angle();
-        if elevation <= 0.0 {
-            let what = format!(
-                "at {time} it stands {:.1}° below the horizon of longitude {longitude:.3}°, latitude {latitude:.3}°; choose an hour of the day there",
-                -elevation
-            );
-            return Err(wrong(what));
-        }
-        let azimuth = (position.azimuth() + grid_convergence(crs, place.x, place.y)).rem_euclid(360.0);
-        Ok(Sun { azimuth, elevation })
+        let convergence = grid_convergence(crs, place.x, place.y);
+        let azimuth = (position.azimuth() + convergence).rem_euclid(360.0);
+        let sun = Sun { azimuth, elevation: position.elevation_angle() };
+        let days = UNIX_EPOCH + seconds / DAY - J2000;
+        let sidereal = SIDEREAL_AT_J2000 + SIDEREAL_PER_DAY * days + longitude;
+        let firmament = Firmament { sidereal: sidereal.rem_euclid(360.0), latitude, convergence };
+        Ok(Sky { sun, firmament })
     }
 }
 
@@ -112,7 +157,7 @@ mod tests {
     use super::*;
 
     fn over(time: OffsetDateTime, longitude: f64, latitude: f64) -> Result<Sun> {
-        SunSetting::Time(time).over(&Crs::wgs84(), DVec2::new(longitude, latitude))
+        SunSetting::Time(time).over(&Crs::wgs84(), DVec2::new(longitude, latitude)).map(|sky| sky.sun)
     }
 
     #[test]
@@ -141,7 +186,7 @@ mod tests {
         let place = Transform::new(&Crs::wgs84(), &utm).unwrap().apply(14.0, 47.5).unwrap();
         let time = datetime!(2026-06-21 09:00 UTC);
         let [on_grid, on_earth] = [
-            SunSetting::Time(time).over(&utm, place.into()).unwrap().azimuth,
+            SunSetting::Time(time).over(&utm, place.into()).unwrap().sun.azimuth,
             over(time, 14.0, 47.5).unwrap().azimuth,
         ];
         // Meridian convergence, closely: difference of longitude times the sine of latitude.
@@ -150,9 +195,10 @@ mod tests {
     }
 
     #[test]
-    fn nights_and_places_that_are_nowhere_are_told() {
-        let night = over(datetime!(2026-06-21 00:00 UTC), 10.0, 47.0).unwrap_err().to_string();
-        assert!(night.contains("below the horizon"), "{night}");
+    fn nights_have_a_sun_below_the_horizon_and_places_that_are_nowhere_are_told() {
+        let night = over(datetime!(2026-06-21 00:00 UTC), 10.0, 47.0).unwrap();
+        // Midsummer at 47° N: as far below as the obliquity leaves of the colatitude, at true midnight.
+        assert!(!night.is_up() && (night.elevation - (23.44 - 43.0)).abs() < 1.0, "{night:?}");
         let nowhere = SunSetting::Time(datetime!(2026-06-21 12:00 UTC)).over(&Crs::local(), DVec2::ZERO);
         assert!(nowhere.unwrap_err().to_string().contains("--crs"));
     }

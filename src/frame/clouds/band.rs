@@ -256,22 +256,22 @@ impl<V: Simd> Chunk<'_, '_, V> {
         let one = simd.splat(1.0);
         let mut seen = load(simd, light, pixels.clone());
         let before = seen;
-        if is_ground.any() {
+        if stage.cover.sunlight != [0.0; 3] && is_ground.any() {
             let range = range.select(is_ground, one);
             let lit = lit(simd, &stage.cover, direction, range).select(is_ground, one);
             if lit.lt(one).any() {
                 let mut air = stage.air;
                 air.turn(simd, [direction[0], direction[1]]);
                 let haze = air.over(simd, [simd.splat(0.0); 3], range, direction[2] * range);
-                for (seen, haze) in seen.iter_mut().zip(haze) {
+                for ((seen, haze), tint) in seen.iter_mut().zip(haze).zip(stage.tint) {
                     // Haze lies before the shadow.
-                    let haze = haze.min(*seen);
+                    let haze = (haze * simd.splat(tint)).min(*seen);
                     *seen = (*seen - haze).mul_add(lit, haze);
                 }
             }
         }
-        for (seen, light) in seen.iter_mut().zip(veil.light) {
-            *seen = seen.mul_add(veil.through, light);
+        for ((seen, light), tint) in seen.iter_mut().zip(veil.light).zip(stage.tint) {
+            *seen = seen.mul_add(veil.through, light * simd.splat(tint));
         }
         let mut changed = simd.mask(0);
         for (seen, before) in seen.iter().zip(before) {

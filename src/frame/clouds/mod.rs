@@ -57,7 +57,7 @@ struct Cover<'c> {
     per_depth: f32,
     /// Where clouds are densest, 1/metres.
     extinction: f32,
-    /// Linear Rec. 709, 1 for white.
+    /// Linear Rec. 709, 1 for white; 0 by night.
     sunlight: [f32; 3],
     /// Unit vector to the sun, and the direction that shadows follow.
     to_sun: [f32; 3],
@@ -70,6 +70,8 @@ pub struct CloudStage<'c> {
     camera: &'c Camera,
     cover: Cover<'c>,
     air: Air,
+    /// Factor on light, by channel: how bright the hour is.
+    tint: [f32; 3],
     /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
     planar: Option<[DVec3; 3]>,
     /// Pixels from one ray of the lattice to the next.
@@ -99,7 +101,7 @@ impl<'c> CloudStage<'c> {
             per_voxel: 1.0 / field.voxel as f32,
             per_depth: 1.0 / (clouds.top - clouds.base) as f32,
             extinction: field::extinction(clouds),
-            sunlight: sunlight(sun).to_array(),
+            sunlight: if sun.is_up() { sunlight(sun).to_array() } else { [0.0; 3] },
             to_sun: sun.direction().to_array(),
             shadows: field::toward(sun).to_array(),
         };
@@ -114,7 +116,13 @@ impl<'c> CloudStage<'c> {
         };
         let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
         let air = Air::new(atmosphere, eye.z, clouds.top.max(highest));
-        Some(Self { isa, camera, cover, air, planar, cell })
+        Some(Self { isa, camera, cover, air, tint: [1.0; 3], planar, cell })
+    }
+
+    /// The same by the light of an hour, `tint` times that of day by channel.
+    #[must_use]
+    pub fn tinted(self, tint: Vec3) -> Self {
+        Self { tint: tint.to_array(), ..self }
     }
 
     /// Rows of a band.

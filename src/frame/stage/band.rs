@@ -95,7 +95,9 @@ impl Filling<'_, '_> {
     #[inline(always)]
     fn fill<V: Simd>(self, simd: V, fan: &impl LookUp<V>) {
         let Self { mut band, planes, width, first } = self;
-        let (count, units) = (band.rows(width), planes.scale.units());
+        let mut units = planes.scale.units();
+        units.iter_mut().zip(planes.tint).for_each(|(unit, tint)| *unit *= tint);
+        let count = band.rows(width);
         // Strip by strip: rows of one group of planes follow each other in memory.
         for column in (0..width).step_by(LANES) {
             for row in 0..count {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use glam::{DVec2, DVec3};
 use hedgehop::Result;
 use hedgehop::geo::{Crs, Transform};
-use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::sunlight::{Sky, SunSetting};
 use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header};
 use serde_json::{Value, json};
 
@@ -19,7 +19,7 @@ pub fn crs(header: &Header) -> Result<Crs> {
 }
 
 /// Where a sun stands over the middle of the area.
-pub fn sun(sun: SunSetting, header: &Header) -> Result<Sun> {
+pub fn sky(sun: SunSetting, header: &Header) -> Result<Sky> {
     sun.over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
 

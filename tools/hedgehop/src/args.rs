@@ -135,10 +135,10 @@ pub fn sun(text: &str) -> Result<SunSetting, String> {
     let angles: [f64; 2] = numbers(text, "225,40")?;
     if angles[0].abs() > MAX_TURN {
         Err("want an azimuth in degrees, at most ten turns".into())
-    } else if angles[1] > 0.0 && angles[1] <= 90.0 {
+    } else if angles[1].abs() <= 90.0 {
         Ok(SunSetting::At(Sun { azimuth: angles[0], elevation: angles[1] }))
     } else {
-        Err("want an elevation above 0 and up to 90 degrees".into())
+        Err("want an elevation from -90 to 90 degrees".into())
     }
 }
 

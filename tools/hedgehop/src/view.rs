@@ -12,7 +12,7 @@ use hedgehop::progress::Observer;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
-use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop::sunlight::{Night, Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 
@@ -122,7 +122,8 @@ impl LookArgs {
             options.visibility = visibility;
         }
         let asked = self.sun.or(scene.and_then(|scene| scene.sun));
-        let sun = asked.map(|sun| area::sun(sun, header)).transpose()?;
+        let sky = asked.map(|sun| area::sky(sun, header)).transpose()?;
+        let sun = sky.map(|sky| sky.sun);
         let baked = header.metadata.baked_sun.map(|[azimuth, elevation]| Sun { azimuth, elevation });
         options.sun = sun.or(baked).unwrap_or(options.sun);
         let shadows = self.shadows.map(|switch| switch == Switch::On);
@@ -135,6 +136,9 @@ impl LookArgs {
             );
             return Err(Error::Configuration(what));
         }
+        let night = scene.map(|scene| scene.night).unwrap_or_default();
+        let firmament = sky.map(|sky| sky.firmament).unwrap_or_default();
+        options.night = Night { lux: night.lux, stars: night.stars.then_some(firmament) };
         options.weather = scene.map(|scene| scene.weather).unwrap_or_default();
         Ok(options)
     }

@@ -25,6 +25,8 @@ pub struct Planes<'a> {
     pub cells: &'a [Cell],
     /// What the cells' codes stand for.
     pub scale: Scale,
+    /// Factor on the light that a screen shows, by channel: how bright the hour is.
+    pub tint: [f32; 3],
     /// Inverse depth, or what the shape makes of it; in the same order, empty if nobody asks.
     pub inverse: &'a [Sixteen],
 }

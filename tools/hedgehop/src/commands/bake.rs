@@ -86,7 +86,7 @@ pub fn bake(
     threads: usize,
     reporter: &Reporter,
 ) -> hedgehop::Result<(Sun, u64)> {
-    let sun = area::sun(sun, file.header())?;
+    let sun = area::sky(sun, file.header())?.sun;
     let mut pages: Vec<(u64, PageId)> =
         file.directory().present().map(|(id, entry)| (entry.offset, id)).collect();
     pages.sort_unstable();
