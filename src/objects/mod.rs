@@ -14,20 +14,26 @@
 
 mod body;
 mod cover;
+mod glint;
 mod lens;
+mod light;
 mod mesh;
 mod model;
 mod pixel;
+mod puff;
 mod shadow;
 mod shape;
 mod sheet;
 mod view;
 
 pub use body::{Body, Form};
+pub use glint::Glint;
 pub use lens::Lens;
+pub use light::{Beam, Below, Cone, Fixture, PointLight};
 pub use mesh::{Material, Mesh, Part, Texture, Wrap};
 pub use model::{Level, Model};
 pub use pixel::{Ground, Seen};
+pub use puff::{Puff, SeenPuff};
 pub use shadow::{Caster, Casters, Patch};
 pub use shape::Shape;
 pub use view::{Hit, SQUARE, Square, View};
