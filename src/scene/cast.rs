@@ -3,10 +3,13 @@
 use glam::{DVec2, Vec3};
 
 use super::Scene;
+use super::light::LampCast;
+use super::plume::PlumeCast;
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Trajectory};
 use crate::geo::Crs;
-use crate::objects::{Body, Form};
+use crate::objects::{Body, Form, PointLight, Puff};
+use crate::space::Pose;
 
 /// A field of view that nobody looks through, degrees.
 const UNUSED_HFOV: f64 = 60.0;
@@ -16,6 +19,8 @@ const UNUSED_HFOV: f64 = 60.0;
 pub struct Cast {
     /// By name.
     actors: Vec<Actor>,
+    lamps: LampCast,
+    plumes: PlumeCast,
 }
 
 #[derive(Debug, Clone)]
@@ -32,7 +37,8 @@ impl Scene {
     /// or where there is no surface.
     ///
     /// # Errors
-    /// [`Error::Invalid`] with the object's line and name: what [`Trajectory::bind`] says of its track.
+    /// [`Error::Invalid`] with the line and name of an object or a light: what [`Trajectory::bind`] says of its track; a lamp without ground below it, a light of an object
+    /// that is none.
     pub fn bind(&self, crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<Cast> {
         let actors = self.objects.iter().map(|object| {
             let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
@@ -53,7 +59,30 @@ impl Scene {
                 start: object.start,
             })
         });
-        Ok(Cast { actors: actors.collect::<Result<_>>()? })
+        let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
+        let actor = |name: &str| actors.iter().position(|actor| actor.name == name);
+        let lamps = LampCast::bind(&self.path, &self.lights, crs, ground, &actor)?;
+        let wrong = |line: usize, what: &str| Error::invalid(&self.path, format!("line {line}: {what}"));
+        let plumes = PlumeCast::bind(&self.plumes, crs, ground, wrong, &actor)?;
+        Ok(Cast { actors, lamps, plumes })
+    }
+}
+
+/// What is where at some moment.
+#[derive(Debug, Clone, Default)]
+pub struct Moment {
+    /// All objects.
+    pub bodies: Vec<Body>,
+    /// The lamps that shine.
+    pub lights: Vec<PointLight>,
+    /// Smoke and dust.
+    pub puffs: Vec<Puff>,
+}
+
+impl Actor {
+    /// Where it is, so many seconds after the flight's first fix.
+    fn pose_at(&self, seconds: f64) -> Pose {
+        self.trajectory.pose_at(seconds - self.start)
     }
 }
 
@@ -66,7 +95,7 @@ impl Cast {
     /// All bodies, so many seconds after the flight's first fix.
     pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
         let body = |(id, actor): (u32, &Actor)| {
-            let pose = actor.trajectory.pose_at(seconds - actor.start);
+            let pose = actor.pose_at(seconds);
             Body {
                 id,
                 form: actor.form.clone(),
@@ -76,5 +105,24 @@ impl Cast {
             }
         };
         (0..).zip(&self.actors).map(body).collect()
+    }
+
+    /// All of them, so many seconds after the flight's first fix.
+    pub fn at(&self, seconds: f64) -> Moment {
+        Moment {
+            bodies: self.bodies_at(seconds),
+            lights: self.lights_at(seconds),
+            puffs: self.puffs_at(seconds),
+        }
+    }
+
+    /// All puffs of smoke and dust, so many seconds after the flight's first fix.
+    pub fn puffs_at(&self, seconds: f64) -> Vec<Puff> {
+        self.plumes.at(seconds, |actor, seconds| self.actors[actor].pose_at(seconds))
+    }
+
+    /// All lamps that shine, so many seconds after the flight's first fix.
+    pub fn lights_at(&self, seconds: f64) -> Vec<PointLight> {
+        self.lamps.at(seconds, |actor| self.actors[actor].pose_at(seconds))
     }
 }

@@ -8,8 +8,11 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::light::{LightTable, light};
 use super::model::Models;
 use super::object::{ObjectTable, object};
+use super::plume::{PlumeTable, plume};
+use super::precipitation::{GroundTable, PrecipitationTable};
 use super::sun::{NightTable, SunTable};
 use super::weather::{self, CloudsTable, FogTable};
 use super::{Object, Scene, Weather};
@@ -29,8 +32,14 @@ struct SceneTable {
     air: Option<AirTable>,
     fog: Option<FogTable>,
     clouds: Option<CloudsTable>,
+    precipitation: Option<PrecipitationTable>,
+    ground: Option<GroundTable>,
     #[serde(default)]
     object: Vec<Spanned<ObjectTable>>,
+    #[serde(default)]
+    light: Vec<Spanned<LightTable>>,
+    #[serde(default)]
+    plume: Vec<Spanned<PlumeTable>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -73,6 +82,13 @@ impl Reading<'_> {
         }
         Err(self.wrong(value.span(), format!("{key} {want}, not {number}")))
     }
+
+    /// Exactly so many numbers.
+    pub fn numbers<const N: usize>(&self, key: &str, values: &Spanned<Vec<f64>>) -> Result<[f64; N]> {
+        let given = values.get_ref();
+        let what = || format!("{key} must be {N} numbers, not {}", given.len());
+        <[f64; N]>::try_from(given.as_slice()).map_err(|_| self.wrong(values.span(), what()))
+    }
 }
 
 /// The line of a byte, from 1 on.
@@ -113,7 +129,10 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     let visibility = visibility
         .map(|metres| reading.number("visibility_m", metres, |metres| metres > 0.0, "must be more than 0 m"))
         .transpose()?;
+    let precipitation = table.precipitation.map(|falls| falls.read(&reading)).transpose()?;
     let weather = Weather {
+        precipitation,
+        ground: table.ground.unwrap_or_default().read(&reading, precipitation.as_ref())?,
         glow: weather::glow(&reading, air.glow.as_ref(), sun.is_some())?,
         fog: table.fog.map(|fog| fog.read(&reading)).transpose()?,
         clouds: table.clouds.map(|clouds| clouds.read(&reading)).transpose()?,
@@ -129,6 +148,10 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         }
         objects.insert(object.name.clone(), object);
     }
+    let lights = table.light.iter().enumerate();
+    let lights = lights.map(|(index, table)| light(&reading, table, index + 1)).collect::<Result<_>>()?;
+    let plumes = table.plume.into_iter().enumerate();
+    let plumes = plumes.map(|(index, table)| plume(&reading, table, index + 1)).collect::<Result<_>>()?;
     let objects = objects.into_values().collect();
     Ok(Scene {
         path: path.to_owned(),
@@ -139,6 +162,8 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         visibility,
         weather,
         objects,
+        lights,
+        plumes,
     })
 }
 

@@ -8,9 +8,15 @@
 
 mod cast;
 mod file;
+mod light;
 mod look;
 mod model;
+#[cfg(test)]
+mod night_tests;
 mod object;
+mod place;
+mod plume;
+mod precipitation;
 mod sun;
 #[cfg(test)]
 mod tests;
@@ -18,7 +24,11 @@ mod weather;
 
 use std::path::{Path, PathBuf};
 
-pub use cast::Cast;
+pub use cast::{Cast, Moment};
+pub(crate) use light::unit as scatter;
+pub use light::{Anchor, Flash, Lamp, Layout, Light, Rhythm};
+pub use plume::{Kind as PlumeKind, Plume};
+pub use precipitation::{Cover, Kind as PrecipitationKind, Precipitation};
 pub use weather::{Clouds, Fog, Weather};
 
 use crate::error::Result;
@@ -61,6 +71,10 @@ pub struct Scene {
     pub weather: Weather,
     /// Objects, by name.
     pub objects: Vec<Object>,
+    /// Lights, in the order of the file.
+    pub lights: Vec<Light>,
+    /// Plumes, in the order of the file.
+    pub plumes: Vec<Plume>,
 }
 
 /// Something that stands somewhere, or moves.

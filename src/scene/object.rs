@@ -222,7 +222,7 @@ fn is_size(metres: f64) -> bool {
 }
 
 /// `#rrggbb`.
-fn srgb(text: &str) -> Option<[u8; 3]> {
+pub(super) fn srgb(text: &str) -> Option<[u8; 3]> {
     let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii())?;
     let [_, red, green, blue] =
         u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))?.to_be_bytes();

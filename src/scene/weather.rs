@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::file::Reading;
+use super::{Cover, Precipitation};
 use crate::error::Result;
 
 /// Metres above or below the datum beyond which there is no weather.
@@ -34,6 +35,10 @@ pub struct Weather {
     pub fog: Option<Fog>,
     /// A layer of clouds.
     pub clouds: Option<Clouds>,
+    /// Rain or snow.
+    pub precipitation: Option<Precipitation>,
+    /// What lies on the ground.
+    pub ground: Cover,
 }
 
 /// Clouds between two heights.
@@ -98,7 +103,11 @@ impl Weather {
                 && CLOUD_SCALES.contains(&clouds.scale)
                 && clouds.wind.into_iter().all(is_wind)
         };
-        is_share(self.glow) && self.fog.as_ref().is_none_or(fog) && self.clouds.as_ref().is_none_or(clouds)
+        is_share(self.glow)
+            && self.fog.as_ref().is_none_or(fog)
+            && self.clouds.as_ref().is_none_or(clouds)
+            && self.precipitation.as_ref().is_none_or(Precipitation::is_sound)
+            && self.ground.is_sound()
     }
 }
 

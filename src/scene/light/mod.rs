@@ -1,0 +1,106 @@
+//! Lights of a scene file: single lamps, and what airfields and towns have many of.
+
+mod cast;
+mod kinds;
+mod lamp;
+mod table;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+pub(super) use cast::LampCast;
+pub(crate) use kinds::unit;
+pub(super) use table::{LightTable, light};
+
+use crate::flight::Track;
+use crate::objects::Fixture;
+
+/// Lamps of all lights of a scene.
+pub const MOST_LAMPS: usize = 1_000_000;
+
+/// One `[[light]]`: a lamp, or many that belong together.
+#[derive(Debug, Clone)]
+pub struct Light {
+    /// What it is called in messages.
+    pub name: String,
+    /// Line of the scene file, from 1 on.
+    pub line: usize,
+    /// Where it is.
+    pub anchor: Anchor,
+    /// How its lamps lie about that.
+    pub layout: Layout,
+}
+
+/// Where a light is.
+#[derive(Debug, Clone)]
+pub enum Anchor {
+    /// It stands; the only fix.
+    At(Track),
+    /// It goes with the object of this name, whose axes its lamps lie in.
+    On(String),
+}
+
+/// How lamps lie about their anchor.
+#[derive(Debug, Clone)]
+pub enum Layout {
+    /// One by one.
+    Lamps(Vec<Lamp>),
+    /// The same one again and again, from the anchor to another place, so many metres apart; a flash, if it has one, runs along in so many seconds.
+    String(Lamp, Track, f64, Option<f64>),
+}
+
+/// A lamp of a light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lamp {
+    /// From the anchor: right, forward and up, metres.
+    pub offset: DVec3,
+    /// Where its front is turned against the anchor's, degrees clockwise; of a lamp that turns, at the flight's first fix.
+    pub yaw: f64,
+    /// Its kind.
+    pub fixture: Arc<Fixture>,
+    /// What it does in time.
+    pub rhythm: Rhythm,
+}
+
+/// What a lamp does in time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rhythm {
+    /// It shines for a part of each period only.
+    pub flash: Option<Flash>,
+    /// Turns clockwise, per second.
+    pub turns: f64,
+}
+
+/// A lamp that flashes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flash {
+    /// From flash to flash, seconds, > 0.
+    pub period: f64,
+    /// How long each lasts, seconds, > 0.
+    pub on: f64,
+    /// Seconds after the flight's first fix at which one begins.
+    pub phase: f64,
+}
+
+impl Rhythm {
+    /// Share of its intensity that the lamp has, so many seconds after the flight's first fix.
+    fn level(&self, seconds: f64) -> f32 {
+        let is_on = |flash: Flash| (seconds - flash.phase).rem_euclid(flash.period) < flash.on;
+        if self.flash.is_none_or(is_on) { 1.0 } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flashes_begin_at_their_phase_and_last_their_time() {
+        let flash = |phase| Rhythm { flash: Some(Flash { period: 2.0, on: 0.5, phase }), turns: 0.0 };
+        let at = |phase, seconds| flash(phase).level(seconds) > 0.0;
+        assert!(at(0.0, 0.0) && at(0.0, 0.49) && !at(0.0, 0.51) && !at(0.0, 1.99) && at(0.0, 2.0));
+        assert!(!at(0.25, 0.0) && at(0.25, 0.3) && at(-1.0, 1.2) && !at(0.25, -0.1));
+        assert!(Rhythm::default().level(77.0) > 0.0);
+    }
+}
