@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use hedgehop::colour::srgb8_picture;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
-use hedgehop::scene::{Clouds, Fog, Weather};
+use hedgehop::scene::{Clouds, Cover, Fog, Precipitation, PrecipitationKind, Weather};
 use hedgehop::space::{Attitude, Camera, RayTable, Screen};
 use hedgehop::subimage::{Farm, TaskSize};
 use hedgehop::sunlight::Sun;
@@ -28,7 +28,13 @@ const CLOUDS: Clouds = Clouds {
     wind: [12.0, -4.0],
 };
 
-const ALL: Weather = Weather { glow: 1.0, fog: Some(FOG), clouds: Some(CLOUDS) };
+const ALL: Weather = Weather {
+    glow: 1.0,
+    fog: Some(FOG),
+    clouds: Some(CLOUDS),
+    precipitation: None,
+    ground: Cover { wet: 0.0, snow: 0.0 },
+};
 
 fn hills() -> MemPages {
     let height = |post: DVec2| 150.0 + 60.0 * (post.x / 300.0).sin() * (post.y / 240.0).cos();
@@ -132,4 +138,71 @@ fn no_step_shows_at_the_horizon() {
             assert!(step(row) <= 2, "{weather:?} from {height} m, row {row}: {}", step(row));
         }
     }
+}
+
+/// Snow and rain over the hills.
+fn winter(kind: PrecipitationKind) -> Weather {
+    let precipitation = Precipitation { kind, rate: 4.0, wind: [3.0, 1.0] };
+    Weather {
+        precipitation: Some(precipitation),
+        ground: Cover { wet: 0.7, snow: 0.9 },
+        ..Weather::default()
+    }
+}
+
+#[test]
+fn what_falls_is_the_same_whoever_renders_and_both_engines_cover_the_ground_alike() {
+    let source = hills();
+    let camera = view(260.0, [20.0, -6.0, 5.0], [160, 90]);
+    for kind in [PrecipitationKind::Rain, PrecipitationKind::Snow] {
+        let see = |engine, farm: &Farm, velocity: f64| {
+            let renderer = Renderer::new(&source, &options(engine, winter(kind)));
+            let renderer = renderer.at(12.0).moving(DVec3::new(0.0, velocity, 0.0));
+            (
+                renderer.picture(&camera, farm).unwrap().0.rgb,
+                renderer.frame(&camera, farm).unwrap().frame.colour,
+            )
+        };
+        let expected = see(Engine::Planes, &Farm::new(1).unwrap(), 40.0);
+        for (workers, lines, rows) in [(3, 16, 5), (2, 48, 64)] {
+            let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
+            assert!(see(Engine::Planes, &farm, 40.0) == expected, "{workers} workers");
+        }
+        let farm = Farm::new(2).unwrap();
+        assert!(see(Engine::Planes, &farm, 0.0).0 != expected.0, "the eye's motion makes no difference");
+        let far = |one: &[u8], other: &[u8], within: u8| {
+            one.iter().zip(other).filter(|(one, other)| one.abs_diff(**other) > within).count()
+        };
+        assert_eq!(far(&expected.0, &srgb8_picture(&expected.1), 2), 0);
+        let exact = see(Engine::Reference, &farm, 40.0).0;
+        let share = far(&expected.0, &exact, 6) as f64 / exact.len() as f64;
+        assert!(share < 0.02, "{share}");
+    }
+}
+
+#[test]
+fn snow_is_white_and_what_falls_hides_the_distance() {
+    let source = hills();
+    let farm = Farm::new(2).unwrap();
+    let camera = view(400.0, [20.0, -25.0, 0.0], [160, 90]);
+    let mean = |weather: Weather| {
+        let frame =
+            Renderer::new(&source, &options(Engine::Planes, weather)).frame(&camera, &farm).unwrap().frame;
+        let sum: glam::Vec3 = frame.colour.iter().map(|colour| glam::Vec3::from(*colour)).sum();
+        sum / frame.colour.len() as f32
+    };
+    let dry = mean(Weather::default());
+    let cover = |wet, snow| mean(Weather { ground: Cover { wet, snow }, ..Weather::default() });
+    let (wet, white) = (cover(1.0, 0.0), cover(0.0, 1.0));
+    assert!(wet.x < 0.85 * dry.x && white.x > 2.5 * dry.x, "{dry} {wet} {white}");
+    assert!((white.x / white.z - 1.0).abs() < 0.15, "{white}");
+    let level = view(400.0, [20.0, -1.0, 0.0], [160, 90]);
+    let through = |weather: Weather| {
+        let air = options(Engine::Planes, weather).atmosphere(hedgehop::voxel::PageSource::header(&source));
+        air.through(level.pose.eye.z, glam::Vec3::Y, 800.0)
+    };
+    assert!(
+        through(winter(PrecipitationKind::Snow)) < 0.01 && through(winter(PrecipitationKind::Rain)) < 0.7
+    );
+    assert!(through(Weather::default()) > 0.8);
 }

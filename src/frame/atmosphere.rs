@@ -134,6 +134,12 @@ impl Atmosphere {
         horizon.lerp(veiled, (-before).exp())
     }
 
+    /// Share of light that comes through the air on the way of [`Self::haze`].
+    pub fn through(&self, eye: f64, direction: Vec3, range: f32) -> f32 {
+        let of = |radiance| self.haze(radiance, eye, direction, range).x;
+        (of(Vec3::ONE) - of(Vec3::ZERO)).max(0.0)
+    }
+
     /// Range beyond which nothing of the ground is seen from height `eye`, metres: haze lets through less than
     /// a thousandth of a surface at any height up to `highest`. Infinite where there is no haze.
     pub fn reach(&self, eye: f64, highest: f64) -> f64 {

@@ -23,6 +23,7 @@ pub mod atomic;
 pub mod check;
 pub mod clouds;
 mod exr;
+mod fall;
 mod fog;
 pub mod frames;
 mod glow;
@@ -40,6 +41,7 @@ pub mod video;
 pub mod y4m;
 
 pub use atmosphere::Atmosphere;
+pub use fall::Fall;
 pub use frames::FrameSet;
 pub use info::FrameInfo;
 pub use pattern::{FramePattern, Target};

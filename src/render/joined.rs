@@ -2,17 +2,54 @@
 
 use std::time::{Duration, Instant};
 
+use super::lights::Glints;
 use super::merge::{Bodies, rows_of};
 use super::shadows::Shadows;
-use super::{Account, Rendered, Renderer, clouds, planes, reference};
+use super::{Account, Rendered, Renderer, clouds, fall, lights, planes, puffs, reference};
 use crate::colour::srgb8_picture;
 use crate::error::Result;
 use crate::frame::Picture;
 use crate::frame::stage::Pixels;
-use crate::objects::{Body, SQUARE, View};
+use crate::objects::{Body, PointLight, Puff, SQUARE, View};
+use crate::scene::Moment;
 use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::voxel::PageSource;
+
+/// What may join the ground.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Things<'t> {
+    /// Bodies, no two with the same id.
+    pub bodies: &'t [Body],
+    /// Lamps that shine.
+    pub lights: &'t [PointLight],
+    /// Smoke and dust.
+    pub puffs: &'t [Puff],
+}
+
+impl<'t> From<&'t [Body]> for Things<'t> {
+    fn from(bodies: &'t [Body]) -> Self {
+        Self { bodies, ..Self::default() }
+    }
+}
+
+impl<'t> From<&'t Vec<Body>> for Things<'t> {
+    fn from(bodies: &'t Vec<Body>) -> Self {
+        bodies.as_slice().into()
+    }
+}
+
+impl<'t> From<&'t Moment> for Things<'t> {
+    fn from(moment: &'t Moment) -> Self {
+        Self { bodies: &moment.bodies, lights: &moment.lights, puffs: &moment.puffs }
+    }
+}
+
+impl<'t, const COUNT: usize> From<&'t [Body; COUNT]> for Things<'t> {
+    fn from(bodies: &'t [Body; COUNT]) -> Self {
+        bodies.as_slice().into()
+    }
+}
 
 impl<S: PageSource> Renderer<'_, S> {
     /// What `camera` sees, as linear light with range, normals, levels and ids. The frame has the same bits for
@@ -22,20 +59,27 @@ impl<S: PageSource> Renderer<'_, S> {
     /// A page that is damaged; a database that changed or could not be read while the frame was rendered; options or a pose outside
     /// their ranges.
     pub fn frame(&self, camera: &Camera, farm: &Farm) -> Result<Rendered> {
-        self.frame_with(camera, &[], farm)
+        self.frame_with(camera, Things::default(), farm)
     }
 
-    /// [`Self::frame`] with `bodies` in it.
+    /// [`Self::frame`] with bodies and lamps in it.
     ///
     /// # Errors
     /// As of [`Self::frame`].
-    pub fn frame_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<Rendered> {
+    pub fn frame_with<'t>(
+        &self,
+        camera: &Camera,
+        things: impl Into<Things<'t>>,
+        farm: &Farm,
+    ) -> Result<Rendered> {
+        let Things { bodies, lights, puffs } = things.into();
         self.options.check(camera)?;
         let mut rendered = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, farm)?,
             None => self.by_reference(camera, farm)?,
         };
         self.source.intact()?;
+        let has_lights = lights::any(self, lights);
         rendered.account.times.image += timed(|| {
             let frame = &mut rendered.frame;
             let shadows = Shadows::of(self, camera, bodies);
@@ -49,7 +93,16 @@ impl<S: PageSource> Renderer<'_, S> {
                 bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
             }
             shadows.map_or(Ok(()), Shadows::check)?;
-            clouds::into_frame(self, frame, farm)
+            if has_lights {
+                let glints = Glints::find(self, camera, lights, &frame.range, farm)?;
+                let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
+                glints.add(rows.collect(), farm)?;
+            }
+            let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
+            puffs::add(self, camera, puffs, rows.collect(), &frame.range, farm)?;
+            clouds::into_frame(self, frame, farm)?;
+            let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
+            fall::add(self, camera, rows.collect(), &frame.range, farm)
         })?;
         Ok(rendered)
     }
@@ -59,20 +112,29 @@ impl<S: PageSource> Renderer<'_, S> {
     /// # Errors
     /// As of [`Self::frame`].
     pub fn picture(&self, camera: &Camera, farm: &Farm) -> Result<(Picture, Account)> {
-        self.picture_with(camera, &[], farm)
+        self.picture_with(camera, Things::default(), farm)
     }
 
-    /// [`Self::picture`] with `bodies` in it.
+    /// [`Self::picture`] with bodies and lamps in it.
     ///
     /// # Errors
     /// As of [`Self::frame`].
-    pub fn picture_with(&self, camera: &Camera, bodies: &[Body], farm: &Farm) -> Result<(Picture, Account)> {
+    pub fn picture_with<'t>(
+        &self,
+        camera: &Camera,
+        things: impl Into<Things<'t>>,
+        farm: &Farm,
+    ) -> Result<(Picture, Account)> {
+        let Things { bodies, lights, puffs } = things.into();
         self.options.check(camera)?;
         let view = View::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
         let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
-        let has_clouds = self.options.weather.clouds.is_some();
-        let takes_range = shadows.is_some() || !bodies.is_empty() || has_clouds;
+        let has_lights = lights::any(self, lights);
+        let weather = &self.options.weather;
+        let has_weather = weather.clouds.is_some() || weather.precipitation.is_some();
+        let ranges_count = has_lights || !puffs.is_empty() || has_weather;
+        let takes_range = shadows.is_some() || !bodies.is_empty() || ranges_count;
         let mut range = Vec::new();
         let (mut picture, mut account) = match self.planes(camera, farm)? {
             Some(view) => {
@@ -95,10 +157,22 @@ impl<S: PageSource> Renderer<'_, S> {
                 shadows.cast(camera, rows_of(&mut picture).collect(), &range, farm)?;
             }
             if !bodies.is_empty() {
-                bodies.into_picture(self, shadows.as_ref(), &mut picture, &mut range, farm)?;
+                bodies.into_picture(
+                    self,
+                    shadows.as_ref(),
+                    &mut picture,
+                    (&mut range, ranges_count),
+                    farm,
+                )?;
             }
             shadows.map_or(Ok(()), Shadows::check)?;
-            clouds::into_picture(self, camera, &mut picture, &range, farm)
+            if has_lights {
+                let glints = Glints::find(self, camera, lights, &range, farm)?;
+                glints.add(rows_of(&mut picture).collect(), farm)?;
+            }
+            puffs::add(self, camera, puffs, rows_of(&mut picture).collect(), &range, farm)?;
+            clouds::into_picture(self, camera, &mut picture, &range, farm)?;
+            fall::add(self, camera, rows_of(&mut picture).collect(), &range, farm)
         })?;
         Ok((picture, account))
     }

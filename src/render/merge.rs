@@ -62,18 +62,18 @@ impl<'v> Bodies<'v> {
         self.rows.iter().all(Vec::is_empty)
     }
 
-    /// Puts them into a picture, of which `range` tells how far the ground is, and then what is seen.
+    /// Puts them into a picture, of which `range` tells how far the ground is, and then, if that `counts`, what is seen.
     pub fn into_picture<S: PageSource>(
         self,
         renderer: &Renderer<'_, S>,
         shadows: Option<&Shadows<'_, '_, S>>,
         picture: &mut Picture,
-        range: &mut [f32],
+        (range, counts): (&mut [f32], bool),
         farm: &Farm,
     ) -> Result<()> {
         let (look, width) = (Look::of(renderer, shadows), picture.width as usize);
-        // Clouds ask for it; pixels look at their neighbours' ground, which other tasks may have covered.
-        let mut covered = if renderer.options.weather.clouds.is_some() { range.to_vec() } else { Vec::new() };
+        // Pixels look at their neighbours' ground, which other tasks may have covered.
+        let mut covered = if counts { range.to_vec() } else { Vec::new() };
         let ranges = covered.chunks_mut(width * SQUARE).chain(std::iter::repeat_with(Default::default));
         let shown = Shown { range, width };
         let tasks: Vec<_> = self.rows.into_iter().zip(rows_of(picture).zip(ranges)).collect();

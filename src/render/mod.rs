@@ -7,10 +7,13 @@
 //! ```
 
 mod clouds;
+mod fall;
 mod foresight;
 mod joined;
+mod lights;
 mod merge;
 mod planes;
+mod puffs;
 mod reference;
 mod shadows;
 mod sunlit;
@@ -20,6 +23,7 @@ mod tests;
 mod unserved;
 
 pub use foresight::{FlightPlan, LivePlan};
+pub use joined::Things;
 pub use unserved::Unserved;
 
 use std::sync::Arc;
@@ -121,6 +125,11 @@ impl RenderOptions {
         self.shadows && self.sun.is_up()
     }
 
+    /// What sees the ground.
+    fn sensor(&self) -> VisualSensor {
+        VisualSensor::new(self.sun).covered(self.weather.ground)
+    }
+
     /// How bright the light of the hour is.
     pub fn brightness(&self) -> Brightness {
         Brightness::new(self.sun, self.night.lux)
@@ -133,7 +142,10 @@ impl RenderOptions {
 
     /// The air over a database.
     pub fn atmosphere(&self, header: &Header) -> Atmosphere {
-        Atmosphere::new(self.visibility, header.height_range.0).with_weather(&self.weather, self.sun)
+        // What hides adds up.
+        let hides = self.weather.precipitation.map_or(0.0, |falls| 1.0 / falls.visibility());
+        let visibility = 1.0 / (1.0 / self.visibility + hides);
+        Atmosphere::new(visibility, header.height_range.0).with_weather(&self.weather, self.sun)
     }
 
     /// Refuses values outside the ranges that the fields state, and poses that are no view.
@@ -223,6 +235,8 @@ pub struct Renderer<'a, S> {
     isa: Isa,
     /// Since the flight's first fix, seconds.
     seconds: f64,
+    /// Of the eye, metres per second.
+    velocity: DVec3,
     shared: Arc<Shared>,
 }
 
@@ -259,9 +273,9 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     /// A renderer with the fastest instruction set of this machine.
     pub fn new(source: &'a S, options: &RenderOptions) -> Self {
         let shades = options.shades(source.header(), SHADES);
-        let radiance = Radiance::new(VisualSensor::new(options.sun)).shaded(shades);
+        let radiance = Radiance::new(options.sensor()).shaded(shades);
         let shared = Arc::new(Shared::new(radiance, TurnedPages::default()));
-        Self { source, options: *options, isa: Isa::best(), seconds: 0.0, shared }
+        Self { source, options: *options, isa: Isa::best(), seconds: 0.0, velocity: DVec3::ZERO, shared }
     }
 
     /// The same, keeping at most `bytes` of what is computed from pages, besides what the latest frames used.
@@ -269,7 +283,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     pub fn with_memory(self, bytes: usize) -> Self {
         let turned = bytes / TURNED_SHARE;
         let shaded = if self.options.has_shadows() { bytes / SHADED_SHARE } else { 0 };
-        let radiance = Radiance::with_budget(VisualSensor::new(self.options.sun), bytes - turned - shaded)
+        let radiance = Radiance::with_budget(self.options.sensor(), bytes - turned - shaded)
             .shaded(self.options.shades(self.source.header(), shaded));
         Self { shared: Arc::new(Shared::new(radiance, TurnedPages::new(turned))), ..self }
     }
@@ -281,6 +295,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
             options: self.options,
             isa: self.isa,
             seconds: self.seconds,
+            velocity: self.velocity,
             shared: self.shared.clone(),
         }
     }
@@ -295,6 +310,12 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     #[must_use]
     pub fn at(&self, seconds: f64) -> Self {
         Self { seconds, ..self.over(self.source) }
+    }
+
+    /// The same for an eye that moves, metres per second (x east, y north, z up): how rain and snow come towards it.
+    #[must_use]
+    pub fn moving(&self, velocity: DVec3) -> Self {
+        Self { velocity, ..self.over(self.source) }
     }
 
     /// Parts of pages that a picture of what `camera` sees may touch, in the order of need; none where the reference marcher renders. Bounds

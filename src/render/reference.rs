@@ -8,7 +8,6 @@ use super::{Account, Rays, RenderOptions, Rendered, StageTimes, far_limit, level
 use crate::error::Result;
 use crate::frame::{Atmosphere, Frame};
 use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
-use crate::sensor::VisualSensor;
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
 use crate::sunlight::Shades;
@@ -71,7 +70,7 @@ fn render_subimage<S: PageSource>(
         columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
     let marched = Instant::now();
 
-    let sensor = VisualSensor::new(options.sun);
+    let sensor = options.sensor();
     let mut pixels = Vec::with_capacity(contacts.len() * camera.height as usize);
     let stands_in = |contact: &&Contact| contact.level > contact.wanted;
     let coarser = contacts.iter().flatten().flatten().filter(stands_in).count() as u64;

@@ -3,6 +3,8 @@
 use glam::Vec3;
 
 use crate::raymarch::SurfaceSample;
+use crate::scene::Cover;
+use crate::simd::{Floats, Simd};
 use crate::sunlight::{Daylight, Sun};
 
 /// Shades imagery so that level ground keeps its colour, whatever the sun's elevation: photographs
@@ -10,12 +12,60 @@ use crate::sunlight::{Daylight, Sun};
 #[derive(Debug, Clone, Copy)]
 pub struct VisualSensor {
     daylight: Daylight,
+    cover: Cover,
 }
+
+/// How much light of those that enter a film of water on the ground it holds back: the square of its refractive index (Ångström 1925, *Geografiska Annaler* 7, 323–342).
+const WATER: f32 = 1.33 * 1.33;
+
+/// Linear Rec. 709 reflectance of fresh snow.
+const SNOW: [f32; 3] = [0.84, 0.87, 0.91];
+
+/// Upward parts of unit normals between which snow begins to hold: slopes of 58 and 38 degrees.
+const HOLDS: [f32; 2] = [0.53, 0.79];
 
 impl VisualSensor {
     /// A sensor under `sun`.
     pub fn new(sun: Sun) -> Self {
-        Self { daylight: Daylight::new(sun) }
+        Self { daylight: Daylight::new(sun), cover: Cover::default() }
+    }
+
+    /// The same over ground that is wet, or white.
+    #[must_use]
+    pub fn covered(self, cover: Cover) -> Self {
+        Self { cover, ..self }
+    }
+
+    /// Reflectance of ground that would have `dry` reflectance, as wet as it is.
+    pub fn wetted(&self, dry: f32) -> f32 {
+        let wet = dry / (WATER * (1.0 - dry) + dry);
+        dry + (wet - dry) * self.cover.wet as f32
+    }
+
+    /// Whether there is snow on it.
+    pub fn has_snow(&self) -> bool {
+        self.cover.snow > 0.0
+    }
+
+    /// Reflectances of sixteen posts with the snow that their slopes hold: how far they rise eastward and northward per unit.
+    #[inline(always)]
+    pub fn snowed<V: Simd>(&self, simd: V, [eastward, northward]: [V::F; 2], bare: [V::F; 3]) -> [V::F; 3] {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let upward = one / (eastward * eastward + northward * northward + one).sqrt();
+        let holds = (upward - simd.splat(HOLDS[0])) * simd.splat(1.0 / (HOLDS[1] - HOLDS[0]));
+        let share = holds.max(zero).min(one) * simd.splat(self.cover.snow as f32);
+        let mut covered = bare;
+        for (covered, snow) in covered.iter_mut().zip(SNOW) {
+            *covered = (simd.splat(snow) - *covered).mul_add(share, *covered);
+        }
+        covered
+    }
+
+    /// Reflectance of the ground of `sample`, with what lies on it.
+    fn albedo(&self, sample: &SurfaceSample) -> Vec3 {
+        let wet = sample.albedo.map(|dry| self.wetted(dry));
+        let holds = ((sample.normal.z - HOLDS[0]) / (HOLDS[1] - HOLDS[0])).clamp(0.0, 1.0);
+        wet.lerp(Vec3::from_array(SNOW), holds * self.cover.snow as f32)
     }
 
     /// The light that it sees by.
@@ -25,7 +75,7 @@ impl VisualSensor {
 
     /// Radiance towards the eye, linear Rec. 709, 1 = display white.
     pub fn radiance(&self, sample: &SurfaceSample) -> Vec3 {
-        sample.albedo * self.daylight.on(sample.normal, sample.sun)
+        self.albedo(sample) * self.daylight.on(sample.normal, sample.sun)
     }
 }
 
@@ -49,6 +99,19 @@ mod tests {
     fn level_ground_keeps_its_colour() {
         let sensor = VisualSensor::new(Sun { azimuth: 200.0, elevation: 12.0 });
         assert!((sensor.radiance(&sample(Vec3::Z)) - Vec3::new(0.2, 0.3, 0.4)).length() < 1e-6);
+    }
+
+    #[test]
+    fn wet_ground_is_darker_and_snow_lies_where_it_is_not_steep() {
+        let dry = VisualSensor::new(Sun::default());
+        let wet = dry.covered(Cover { wet: 1.0, snow: 0.0 });
+        // Ångström's figures for n = 1.33: 0.124 of 0.2.
+        assert!((wet.radiance(&sample(Vec3::Z)).x - 0.1238).abs() < 1e-3);
+        assert!(wet.wetted(1.0) == 1.0 && wet.wetted(0.0) == 0.0 && dry.wetted(0.3) == 0.3);
+        let white = dry.covered(Cover { wet: 0.0, snow: 1.0 });
+        assert!((white.radiance(&sample(Vec3::Z)) - Vec3::from_array(SNOW)).length() < 1e-6);
+        let cliff = sample(Vec3::new(0.0, -0.9, 0.19_f32.sqrt()));
+        assert_eq!(white.radiance(&cliff), dry.radiance(&cliff));
     }
 
     #[test]

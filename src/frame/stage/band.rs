@@ -39,6 +39,16 @@ impl Pixels<'_> {
         }
     }
 
+    /// Adds light to one. What is brighter than display white keeps its hue in a picture: a red lamp stays red.
+    pub fn add(&mut self, pixel: usize, light: Vec3) {
+        let sum = self.light(pixel) + light;
+        let fits = match self {
+            Self::Srgb8(_) => sum / sum.max_element().max(1.0),
+            Self::Linear(_) => sum,
+        };
+        self.put(pixel, fits);
+    }
+
     /// Has one show other light.
     pub fn put(&mut self, pixel: usize, light: Vec3) {
         match self {

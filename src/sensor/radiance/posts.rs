@@ -54,7 +54,7 @@ pub struct Rows<'t> {
 /// A part of a page's posts under a lamp, and those around it. All that a post needs is in the page.
 pub struct Posts<'a> {
     lamp: Lamp<'a>,
-    /// The colours' linear values.
+    /// The colours' linear values, as wet as the ground is.
     linear: [f32; 256],
     view: PageView<'a>,
     facing: Facing,
@@ -101,7 +101,7 @@ impl<'a> Posts<'a> {
             let (inside, part) = (&inside[axis], &part[axis]);
             inside.start.max(part.start)..inside.end.min(part.end)
         });
-        let linear = std::array::from_fn(|code| linear_from_srgb8([code as u8; 3])[0]);
+        let linear = std::array::from_fn(|code| lamp.sensor.wetted(linear_from_srgb8([code as u8; 3])[0]));
         Self { lamp: *lamp, linear, view, facing: *facing, half_step, inside, part, lit, edges }
     }
 
@@ -116,8 +116,12 @@ impl<'a> Posts<'a> {
         for x in columns.clone().step_by(LANES) {
             let here = self.heights(simd, self.place([x, y], APRON));
             let none = here.eq(simd.splat_int(i32::from(HeightCode::EMPTY)));
-            let (light, weight) = self.light(simd, [x, y], self.slopes(simd, [x, y], here, along));
-            let colour = self.linear(simd, [x, y]);
+            let slopes = self.slopes(simd, [x, y], here, along);
+            let (light, weight) = self.light(simd, [x, y], slopes);
+            let mut colour = self.linear(simd, [x, y]);
+            if self.lamp.sensor.has_snow() {
+                colour = self.lamp.sensor.snowed(simd, slopes, colour);
+            }
             let first = x - columns.start;
             store(void.select(none, colour[0] * light), red, first);
             store(zero.select(none, colour[1] * light), green, first);

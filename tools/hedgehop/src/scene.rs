@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::Result;
 use hedgehop::frame::FrameRate;
-use hedgehop::objects::Body;
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Clouds, Fog, Scene, Weather};
+use hedgehop::scene::{Cast, Clouds, Fog, Moment, Scene, Weather};
 use hedgehop::voxel::PageSource;
 use serde_json::{Value, json};
 
@@ -47,9 +46,15 @@ pub fn inputs(scene: Option<&Scene>) -> impl Iterator<Item = &Path> {
     })
 }
 
-/// Whether there is anything in a scene that is merged by range: objects or clouds.
+/// Whether there is anything in a scene that is merged by range: objects, lights, stars, or clouds.
 pub fn has_objects(scene: Option<&Scene>) -> bool {
-    scene.is_some_and(|scene| !scene.objects.is_empty() || scene.weather.clouds.is_some())
+    scene.is_some_and(|scene| {
+        !scene.objects.is_empty()
+            || !scene.lights.is_empty()
+            || !scene.plumes.is_empty()
+            || scene.weather.clouds.is_some()
+            || (scene.night.stars && scene.sun.is_some())
+    })
 }
 
 /// What decides pictures of a scene, besides sun and visibility: the numbers of objects follow from the order of their names.
@@ -100,9 +105,9 @@ impl Playing {
         Ok(Self { cast, fps })
     }
 
-    /// The bodies of a frame.
-    pub fn bodies(&self, number: u64) -> Vec<Body> {
-        self.cast.bodies_at(self.seconds(number))
+    /// What is where in a frame.
+    pub fn moment(&self, number: u64) -> Moment {
+        self.cast.at(self.seconds(number))
     }
 
     /// When a frame is, seconds after the flight's first fix.

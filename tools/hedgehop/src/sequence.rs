@@ -198,15 +198,15 @@ impl Sequence<'_> {
         camera: &Camera,
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
-        let bodies = self.playing.map(|playing| playing.bodies(number)).unwrap_or_default();
+        let moment = self.playing.map(|playing| playing.moment(number)).unwrap_or_default();
         let renderer = renderer.at(self.playing.map_or(0.0, |playing| playing.seconds(number)));
         Ok(match self.product {
             Product::Picture => {
-                let (picture, account) = renderer.picture_with(camera, &bodies, farm)?;
+                let (picture, account) = renderer.picture_with(camera, &moment, farm)?;
                 (Image::Picture(picture, Box::new(camera.clone())), account.rays)
             }
             Product::Frame => {
-                let Rendered { frame, account } = renderer.frame_with(camera, &bodies, farm)?;
+                let Rendered { frame, account } = renderer.frame_with(camera, &moment, farm)?;
                 (Image::Frame(Box::new(frame)), account.rays)
             }
         })

@@ -20,10 +20,9 @@ use std::time::{Duration, Instant};
 use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::{PageFile, ResidentPages};
-use hedgehop::objects::Body;
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
-use hedgehop::scene::Scene;
+use hedgehop::scene::{Moment, Scene};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
 use hedgehop::voxel::PageSource;
@@ -247,9 +246,9 @@ fn measure(
 }
 
 impl Job<'_> {
-    /// The bodies of a frame.
-    fn bodies(&self, number: u64) -> Vec<Body> {
-        self.playing.as_ref().map(|playing| playing.bodies(number)).unwrap_or_default()
+    /// What is where in a frame.
+    fn moment(&self, number: u64) -> Moment {
+        self.playing.as_ref().map(|playing| playing.moment(number)).unwrap_or_default()
     }
 
     /// The renderer of a frame.
@@ -279,8 +278,8 @@ impl Job<'_> {
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
                 let number = self.cameras[frame as usize].0;
-                let (bodies, renderer) = (self.bodies(number), self.at(number));
-                Timed::render(|| renderer.picture_with(camera, &bodies, farm))
+                let (moment, renderer) = (self.moment(number), self.at(number));
+                Timed::render(|| renderer.picture_with(camera, &moment, farm))
             };
             farm.fly(&batch, render, |number, timed| {
                 self.reporter.advance(1);
@@ -311,7 +310,7 @@ impl Job<'_> {
                 Some(folder) => ranges::dump(
                     folder,
                     number,
-                    &self.at(number).frame_with(camera, &self.bodies(number), &most.farm)?.frame,
+                    &self.at(number).frame_with(camera, &self.moment(number), &most.farm)?.frame,
                 ),
                 None => Ok(()),
             }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
-use hedgehop::scene::{Object, Scene};
+use hedgehop::scene::{Layout, Object, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 
@@ -57,6 +57,10 @@ pub fn run(args: &Args) -> Outcome {
         }
         let cast = over_ground(&source, WorldArgs::default(), |crs, ground| scene.bind(crs, ground))?;
         let bodies = cast.bodies_at(0.0);
+        let lamps = cast.lights_at(0.0).len();
+        if lamps > 0 {
+            let _ = writeln!(text, "  {lamps} lamps shine when it begins");
+        }
         for (name, body) in cast.names().zip(&bodies) {
             let [x, y, z] = body.position.to_array();
             // Writing to a string does not fail.
@@ -102,6 +106,9 @@ fn description(scene: &Scene) -> String {
             clouds.base, clouds.top, clouds.coverage
         );
     }
+    for light in &scene.lights {
+        let _ = writeln!(text, "  {}: {}", light.name, lamps(&light.layout));
+    }
     for object in &scene.objects {
         let _ = writeln!(text, "  {}: {}, {}", object.name, form(&object.form), place(object));
         if !object.notes.is_empty() {
@@ -109,6 +116,14 @@ fn description(scene: &Scene) -> String {
         }
     }
     text
+}
+
+fn lamps(layout: &Layout) -> String {
+    match layout {
+        Layout::Lamps(lamps) if lamps.len() == 1 => "a lamp".to_owned(),
+        Layout::Lamps(lamps) => format!("{} lamps", lamps.len()),
+        Layout::String(_, _, spacing, _) => format!("a string of lamps, {spacing} m apart"),
+    }
 }
 
 fn form(form: &Form) -> String {

@@ -1,0 +1,77 @@
+//! Puffs of smoke and dust, put into what was rendered.
+
+use glam::{DVec2, Vec3};
+
+use super::Renderer;
+use crate::error::Result;
+use crate::frame::stage::Pixels;
+use crate::objects::{Lens, Puff, SQUARE, SeenPuff};
+use crate::space::{Camera, Screen};
+use crate::subimage::{Farm, Stage};
+use crate::voxel::PageSource;
+
+/// Share of what is behind puffs below which nothing of it is seen.
+const OPAQUE: f32 = 1.0e-3;
+
+/// Puts `puffs` into pixels, which come by [`SQUARE`] rows, before what is `range` metres away there.
+pub fn add<S: PageSource>(
+    renderer: &Renderer<'_, S>,
+    camera: &Camera,
+    puffs: &[Puff],
+    pixels: Vec<Pixels<'_>>,
+    range: &[f32],
+    farm: &Farm,
+) -> Result<()> {
+    // Parallel rays have no eye from which anything could be nearer.
+    if puffs.is_empty() || matches!(camera.screen(), Screen::Orthographic { .. }) {
+        return Ok(());
+    }
+    let options = &renderer.options;
+    let lens = Lens::new(camera);
+    let mut seen: Vec<_> =
+        puffs.iter().filter_map(|puff| SeenPuff::new(*puff, &lens, options.curvature)).collect();
+    // Front to back, whatever order they come in.
+    seen.sort_by_cached_key(SeenPuff::rank);
+    let (atmosphere, tint) = (options.atmosphere(renderer.source.header()), options.brightness().tint());
+    let light = |puff: &SeenPuff| {
+        let direction = puff.direction().as_vec3();
+        tint * atmosphere.haze(puff.albedo(), camera.pose.eye.z, direction, puff.range() as f32)
+    };
+    let lit: Vec<_> = seen.iter().map(|puff| (puff, light(puff))).collect();
+    let width = camera.width as usize;
+    farm.each(Stage::Image, pixels, |index, mut pixels| {
+        let first = index * SQUARE;
+        let rows = first..(first + SQUARE).min(camera.height as usize);
+        for column in (0..width).step_by(SQUARE) {
+            let columns = column..(column + SQUARE).min(width);
+            let among: Vec<_> = lit.iter().filter(|(puff, _)| puff.is_in(&columns, &rows)).collect();
+            if among.is_empty() {
+                continue;
+            }
+            for row in rows.clone() {
+                for column in columns.clone() {
+                    let middle = DVec2::new(column as f64, row as f64) + 0.5;
+                    let Some(ray) = lens.ray_at(middle) else { continue };
+                    let end = f64::from(range[row * width + column]);
+                    let (mut through, mut light) = (1.0, Vec3::ZERO);
+                    for (puff, own) in &among {
+                        let depth = puff.depth(ray.direction, end);
+                        if depth > 0.0 {
+                            let left = (-depth).exp();
+                            light += *own * (through * (1.0 - left));
+                            through *= left;
+                            if through < OPAQUE {
+                                break;
+                            }
+                        }
+                    }
+                    if through < 1.0 {
+                        let pixel = (row - first) * width + column;
+                        pixels.put(pixel, light + pixels.light(pixel) * through);
+                    }
+                }
+            }
+        }
+        Ok(())
+    })
+}
