@@ -170,6 +170,11 @@ impl Placed {
         [world_from_body.x_axis, world_from_body.y_axis, world_from_body.z_axis].map(DVec3::as_vec3)
     }
 
+    /// The eye, in its axes, metres.
+    pub fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
     /// The middle of the box around it, in its axes, metres.
     pub fn middle(&self) -> DVec3 {
         0.5 * (self.corners[0] + self.corners[1])

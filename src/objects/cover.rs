@@ -4,6 +4,7 @@
 //! the middle one by a multiple of what a pixel to the right and one down add to it. Loops stand for `map`: its closures are not inlined into
 //! code of an instruction set.
 
+mod alone;
 mod meshes;
 
 use glam::{DVec2, DVec3, Vec3};
@@ -15,6 +16,7 @@ use super::mesh::Basis;
 use super::pixel::Ground;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd, Sixteen};
 
+pub(super) use alone::{FEW, Grounds, Middles, Rays, Row};
 pub(super) use meshes::{CountAll, Item, Patch, Probe};
 
 /// Rays of a pixel in which an edge may lie, and columns of their lattice from one row to the next: of all lattices of 96 points that with the most exact
@@ -148,7 +150,7 @@ impl Pencil {
 }
 
 /// Where sixteen rays go at a time, from the middle of a pixel, pixels to the right and down.
-const OFFSETS: [[[f32; LANES]; 2]; RAYS / LANES] = {
+pub(super) const ALL: [[[f32; LANES]; 2]; RAYS / LANES] = {
     let mut offsets = [[[0.0; LANES]; 2]; RAYS / LANES];
     let mut ray = 0;
     while ray < RAYS {
@@ -169,7 +171,7 @@ impl Kernel for Count<'_> {
         let zero = simd.splat(0.0);
         let mut batches = [Seen::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; RAYS / LANES];
         for (batch, seen) in batches.iter_mut().enumerate() {
-            let [x, y] = &OFFSETS[batch];
+            let [x, y] = &ALL[batch];
             let offsets = [simd.load(x), simd.load(y)];
             *seen = begin_rays(simd, pencil, ground, offsets);
             for (index, aim) in aims.iter().enumerate() {
@@ -311,13 +313,73 @@ fn between<V: Simd>(simd: V, at: V::F, speed: V::F, low: f32, high: f32) -> [V::
     [first.min(second), first.max(second)]
 }
 
+/// Where sixteen rays are in a shape.
+#[inline(always)]
+fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes<V::F>) -> Inside<V> {
+    let all = [simd.splat(-FAR), simd.splat(FAR)];
+    let always = simd.mask(u16::MAX);
+    match *shape {
+        Shape::Ellipsoid { radii } => {
+            let inverse = radii.recip().as_vec3();
+            let (origin, direction) = (times(simd, origin, inverse), times(simd, direction, inverse));
+            let (side, meets) = roots(
+                simd,
+                dot::<V>(direction, direction),
+                dot::<V>(origin, direction),
+                dot::<V>(origin, origin) - simd.splat(1.0),
+            );
+            Inside { side, caps: all, meets }
+        }
+        Shape::Box { size } => {
+            let half = (0.5 * size).as_vec3();
+            let x = between(simd, origin[0], direction[0], -half.x, half.x);
+            let y = between(simd, origin[1], direction[1], -half.y, half.y);
+            let side = [x[0].max(y[0]), x[1].min(y[1])];
+            let caps = between(simd, origin[2], direction[2], 0.0, size.z as f32);
+            Inside { side, caps, meets: always }
+        }
+        Shape::Cylinder { radius, height } => {
+            let (side, meets) = roots(
+                simd,
+                flat::<V>(direction, direction).max(simd.splat(SLOW)),
+                flat::<V>(origin, direction),
+                flat::<V>(origin, origin) - simd.splat((radius * radius) as f32),
+            );
+            let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
+            Inside { side, caps, meets }
+        }
+        Shape::Cone { radius, height } => {
+            let slope = simd.splat((radius / height * (radius / height)) as f32);
+            let below = [origin[0], origin[1], origin[2] - simd.splat(height as f32)];
+            let a = flat::<V>(direction, direction) - direction[2] * direction[2] * slope;
+            let a = not_zero(simd, a);
+            let b = flat::<V>(below, direction) - below[2] * direction[2] * slope;
+            let c = flat::<V>(below, below) - below[2] * below[2] * slope;
+            let ([low, high], meets) = roots(simd, a, b, c);
+            // Steep rays leave one half of the double cone and enter the other, of which the lower one counts.
+            let zero = simd.splat(0.0);
+            let (is_steep, sinks) = (a.lt(zero), direction[2].lt(zero));
+            let steep = [high.select(sinks, all[0]), all[1].select(sinks, low)];
+            let side = [steep[0].select(is_steep, low), steep[1].select(is_steep, high)];
+            let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
+            Inside { side, caps, meets }
+        }
+        Shape::Disc { radius } => {
+            let at = (simd.splat(0.0) - origin[2]) * not_zero(simd, direction[2]).recip();
+            let point = along(origin, direction, at);
+            let meets = flat::<V>(point, point).le(simd.splat((radius * radius) as f32));
+            Inside { side: all, caps: [at; 2], meets }
+        }
+    }
+}
+
 impl Aim {
     /// Keeps what of the body lies before what sixteen rays have `seen` so far.
     #[inline(always)]
     fn look<V: Simd>(&self, simd: V, index: usize, offsets: [V::F; 2], seen: &mut Seen<V>) {
         let origin = spread(simd, &self.origin, offsets);
         let direction = spread(simd, &self.direction, offsets);
-        let Inside { side, caps, meets } = self.inside(simd, origin, direction);
+        let Inside { side, caps, meets } = inside(simd, &self.shape, origin, direction);
         let (enter, leave) = (side[0].max(caps[0]), side[1].min(caps[1]));
         let begin = simd.splat(-self.begin);
         let starts_outside = begin.le(enter);
@@ -338,65 +400,6 @@ impl Aim {
             let turned = normal[1].mul_add(simd.splat(forward[axis]), normal[0] * simd.splat(right[axis]));
             let turned = normal[2].mul_add(simd.splat(up[axis]), turned);
             seen.normal[axis] = turned.select(is_seen, seen.normal[axis]);
-        }
-    }
-
-    #[inline(always)]
-    fn inside<V: Simd>(&self, simd: V, origin: Lanes<V::F>, direction: Lanes<V::F>) -> Inside<V> {
-        let all = [simd.splat(-FAR), simd.splat(FAR)];
-        let always = simd.mask(u16::MAX);
-        match self.shape {
-            Shape::Ellipsoid { radii } => {
-                let inverse = radii.recip().as_vec3();
-                let (origin, direction) = (times(simd, origin, inverse), times(simd, direction, inverse));
-                let (side, meets) = roots(
-                    simd,
-                    dot::<V>(direction, direction),
-                    dot::<V>(origin, direction),
-                    dot::<V>(origin, origin) - simd.splat(1.0),
-                );
-                Inside { side, caps: all, meets }
-            }
-            Shape::Box { size } => {
-                let half = (0.5 * size).as_vec3();
-                let x = between(simd, origin[0], direction[0], -half.x, half.x);
-                let y = between(simd, origin[1], direction[1], -half.y, half.y);
-                let side = [x[0].max(y[0]), x[1].min(y[1])];
-                let caps = between(simd, origin[2], direction[2], 0.0, size.z as f32);
-                Inside { side, caps, meets: always }
-            }
-            Shape::Cylinder { radius, height } => {
-                let (side, meets) = roots(
-                    simd,
-                    flat::<V>(direction, direction).max(simd.splat(SLOW)),
-                    flat::<V>(origin, direction),
-                    flat::<V>(origin, origin) - simd.splat((radius * radius) as f32),
-                );
-                let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
-                Inside { side, caps, meets }
-            }
-            Shape::Cone { radius, height } => {
-                let slope = simd.splat((radius / height * (radius / height)) as f32);
-                let below = [origin[0], origin[1], origin[2] - simd.splat(height as f32)];
-                let a = flat::<V>(direction, direction) - direction[2] * direction[2] * slope;
-                let a = not_zero(simd, a);
-                let b = flat::<V>(below, direction) - below[2] * direction[2] * slope;
-                let c = flat::<V>(below, below) - below[2] * below[2] * slope;
-                let ([low, high], meets) = roots(simd, a, b, c);
-                // Steep rays leave one half of the double cone and enter the other, of which the lower one counts.
-                let zero = simd.splat(0.0);
-                let (is_steep, sinks) = (a.lt(zero), direction[2].lt(zero));
-                let steep = [high.select(sinks, all[0]), all[1].select(sinks, low)];
-                let side = [steep[0].select(is_steep, low), steep[1].select(is_steep, high)];
-                let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
-                Inside { side, caps, meets }
-            }
-            Shape::Disc { radius } => {
-                let at = (simd.splat(0.0) - origin[2]) * not_zero(simd, direction[2]).recip();
-                let point = along(origin, direction, at);
-                let meets = flat::<V>(point, point).le(simd.splat((radius * radius) as f32));
-                Inside { side: all, caps: [at; 2], meets }
-            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Rays of a screen, many per pixel.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use crate::space::{Camera, Ray, Screen};
 
@@ -19,6 +19,8 @@ pub struct Lens<'c> {
     pub(super) camera: &'c Camera,
     /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
     planar: Option<[DVec3; 3]>,
+    /// Their inverse: world directions to columns and rows, times how far they go.
+    projection: Option<DMat3>,
 }
 
 impl<'c> Lens<'c> {
@@ -33,7 +35,13 @@ impl<'c> Lens<'c> {
             }
             _ => None,
         };
-        Self { camera, planar }
+        let projection = planar.map(|[corner, right, down]| DMat3::from_cols(right, down, corner).inverse());
+        Self { camera, planar, projection }
+    }
+
+    /// Planar screens: what takes directions of the world to columns and rows of the screen, times how far they go.
+    pub(super) fn projection(&self) -> Option<DMat3> {
+        self.projection
     }
 
     /// The ray through a position of the screen, as [`Camera::ray`], but faster on planar ones; `None` where there is none.

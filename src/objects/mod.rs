@@ -14,12 +14,15 @@
 
 mod body;
 mod cover;
+mod coverage;
 mod glint;
 mod lens;
 mod light;
 mod mesh;
 mod model;
+mod outline;
 mod pixel;
+mod plot;
 mod puff;
 mod shadow;
 mod shape;

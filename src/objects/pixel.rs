@@ -6,6 +6,7 @@ use glam::{DVec2, Vec3};
 
 use super::body::{Placed, Sight};
 use super::cover::{Aim, Count, Face, ONE_FACE, Pencil, RAYS};
+use super::plot::Plot;
 use super::sheet::Sheets;
 use super::view::{Hit, Shown, Square, nearest};
 use crate::simd::Isa;
@@ -48,8 +49,8 @@ impl Ground {
         f64::from(self.inverse) + across * offset.x + along * offset.y
     }
 
-    /// Its farthest point in the pixel.
-    fn least(&self) -> f64 {
+    /// One over the range of its farthest point in the pixel, 1/metres.
+    pub(super) fn least(&self) -> f64 {
         let [across, along] = self.slope.map(|slope| f64::from(slope).abs());
         f64::from(self.inverse) - 0.5 * (across + along)
     }
@@ -76,9 +77,17 @@ impl Square<'_> {
         shade: impl Fn(&Hit, &Ray) -> Vec3,
         mut put: impl FnMut(usize, usize, &Seen),
     ) {
+        let mut plot = Plot::new(self, isa, &ground);
+        plot.look(&shade, &mut put);
+        if !plot.has_left() {
+            return;
+        }
         let mut looking = Looking::at(self, isa);
         for row in self.rows.clone() {
             for column in looking.begin(row) {
+                if !plot.is_left(column, row) {
+                    continue;
+                }
                 if let Some(seen) = looking.pixel(column, row, || ground(column, row), &shade) {
                     put(row, column, &seen);
                 }
@@ -107,12 +116,11 @@ struct Looking<'v> {
 impl<'v> Looking<'v> {
     /// Nothing is known yet.
     fn at(square: &'v Square<'v>, isa: Isa) -> Self {
-        let corners = (square.columns.len() + 1) * (square.rows.len() + 1);
         Self {
             square,
             row: Vec::new(),
             near: Vec::new(),
-            corners: vec![None; corners],
+            corners: Vec::new(),
             isa,
             aims: Vec::new(),
             faces: Vec::new(),
@@ -234,6 +242,9 @@ impl<'v> Looking<'v> {
     fn corner(&mut self, column: usize, row: usize) -> Option<Hit> {
         let Square { lens, bodies, columns, rows } = self.square;
         let index = (row - rows.start) * (columns.len() + 1) + column - columns.start;
+        if self.corners.is_empty() {
+            self.corners.resize((columns.len() + 1) * (rows.len() + 1), None);
+        }
         if let Some(known) = self.corners[index] {
             return known;
         }

@@ -8,6 +8,7 @@ use super::Body;
 use super::body::Placed;
 use super::lens::{Lens, Line};
 use crate::earth::Curvature;
+use crate::simd::LANES;
 use crate::space::{Camera, Footprint, Ray};
 
 /// Pixels across and along a square: few enough that a small body concerns few, enough that finding its bodies costs little.
@@ -33,6 +34,8 @@ pub(super) struct Shown {
     pub placed: Placed,
     pub columns: Range<usize>,
     pub rows: Range<usize>,
+    /// These are known to hold it, and not just all of the screen.
+    pub is_bounded: bool,
 }
 
 /// Where a ray meets a body.
@@ -84,17 +87,38 @@ impl<'c> View<'c> {
         self.bodies.is_empty()
     }
 
-    /// The square that begins at a pixel of the screen; `None`: no body is in it.
-    pub fn square(&self, column: usize, row: usize) -> Option<Square<'_>> {
-        let until = |first: usize, size: u32| first..(first + SQUARE).min(size as usize);
-        let (columns, rows) = (until(column, self.lens.camera.width), until(row, self.lens.camera.height));
-        let is_on = |body: &&Shown| meet(&body.columns, &columns) && meet(&body.rows, &rows);
-        let mut bodies: Vec<_> = self.bodies.iter().filter(is_on).collect();
-        if !bodies.is_empty() {
-            let cone = Cone::of(self.lens.camera, &columns, &rows)?;
-            bodies.retain(|body| cone.meets(&body.placed));
+    /// Which parts of rows, [`LANES`] pixels wide, bodies may be in or beside, `[rows][parts of a row]`; empty if there are no bodies.
+    pub fn parts(&self) -> Vec<bool> {
+        if self.is_empty() {
+            return Vec::new();
         }
-        (!bodies.is_empty()).then_some(Square { lens: self.lens, bodies, columns, rows })
+        let Camera { width, height, .. } = self.lens.camera;
+        let (count, height) = ((*width as usize).div_ceil(LANES), *height as usize);
+        let mut parts = vec![false; count * height];
+        for Shown { columns, rows, .. } in &self.bodies {
+            let across = columns.start.saturating_sub(1) / LANES..(columns.end / LANES + 1).min(count);
+            for row in rows.start.saturating_sub(1)..(rows.end + 1).min(height) {
+                parts[row * count + across.start..row * count + across.end].fill(true);
+            }
+        }
+        parts
+    }
+
+    /// The squares that begin at a row of the screen, from the left, but for those that no body is in.
+    pub fn squares(&self, row: usize) -> impl Iterator<Item = Square<'_>> {
+        let until = |first: usize, size: u32| first..(first + SQUARE).min(size as usize);
+        let (width, rows) = (self.lens.camera.width, until(row, self.lens.camera.height));
+        let in_rows: Vec<_> = self.bodies.iter().filter(|body| meet(&body.rows, &rows)).collect();
+        (0..width as usize).step_by(SQUARE).filter_map(move |column| {
+            let (columns, rows) = (until(column, width), rows.clone());
+            let mut bodies: Vec<_> =
+                in_rows.iter().copied().filter(|body| meet(&body.columns, &columns)).collect();
+            if bodies.iter().any(|body| !body.is_bounded) {
+                let cone = Cone::of(self.lens.camera, &columns, &rows)?;
+                bodies.retain(|body| body.is_bounded || cone.meets(&body.placed));
+            }
+            (!bodies.is_empty()).then_some(Square { lens: self.lens, bodies, columns, rows })
+        })
     }
 }
 
@@ -105,10 +129,12 @@ impl Shown {
         let range = |from: f64, to: f64, size: usize| {
             from.floor() as usize..(to.floor() as usize).saturating_add(1).min(size)
         };
-        let bounds = lens.bounds(placed.box_corners()).unwrap_or([DVec2::ZERO, DVec2::MAX]);
+        let bounds = lens.bounds(placed.box_corners());
+        let is_bounded = bounds.is_some();
+        let bounds = bounds.unwrap_or([DVec2::ZERO, DVec2::MAX]);
         let is_beside = bounds[1].cmplt(DVec2::ZERO).any();
         let [columns, rows] = [0, 1].map(|axis| range(bounds[0][axis], bounds[1][axis], size[axis]));
-        Self { placed, columns: if is_beside { 0..0 } else { columns }, rows }
+        Self { placed, columns: if is_beside { 0..0 } else { columns }, rows, is_bounded }
     }
 }
 

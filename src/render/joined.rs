@@ -84,7 +84,7 @@ impl<S: PageSource> Renderer<'_, S> {
             let frame = &mut rendered.frame;
             let shadows = Shadows::of(self, camera, bodies);
             let view = View::new(camera, bodies, self.options.curvature);
-            let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+            let bodies = Bodies::find(&view, camera.height, farm)?;
             if let Some(shadows) = &shadows {
                 let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
                 shadows.cast(camera, rows.collect(), &frame.range, farm)?;
@@ -129,21 +129,18 @@ impl<S: PageSource> Renderer<'_, S> {
         self.options.check(camera)?;
         let view = View::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
-        let bodies = Bodies::find(&view, [camera.width, camera.height], farm)?;
+        let bodies = Bodies::find(&view, camera.height, farm)?;
         let has_lights = lights::any(self, lights);
         let weather = &self.options.weather;
         let has_weather = weather.clouds.is_some() || weather.precipitation.is_some();
         let ranges_count = has_lights || !puffs.is_empty() || has_weather;
-        let takes_range = shadows.is_some() || !bodies.is_empty() || ranges_count;
-        let mut range = Vec::new();
+        let takes_all = shadows.is_some() || ranges_count;
+        let takes_range = takes_all || !bodies.is_empty();
+        let parts = if takes_all { Vec::new() } else { view.parts() };
+        let mut range = self.shared.ranges.take();
+        range.resize(if takes_range { camera.width as usize * camera.height as usize } else { 0 }, 0.0);
         let (mut picture, mut account) = match self.planes(camera, farm)? {
-            Some(view) => {
-                range.resize(
-                    if takes_range { camera.width as usize * camera.height as usize } else { 0 },
-                    0.0,
-                );
-                planes::picture(self, &view, farm, &mut range)?
-            }
+            Some(view) => planes::picture(self, &view, farm, &mut range, &parts)?,
             None => {
                 let Rendered { frame, account } = self.by_reference(camera, farm)?;
                 let rgb = srgb8_picture(&frame.colour);
@@ -174,6 +171,7 @@ impl<S: PageSource> Renderer<'_, S> {
             clouds::into_picture(self, camera, &mut picture, &range, farm)?;
             fall::add(self, camera, rows_of(&mut picture).collect(), &range, farm)
         })?;
+        self.shared.ranges.give_back(range);
         Ok((picture, account))
     }
 

@@ -44,14 +44,13 @@ pub(super) struct Shown<'r> {
 
 impl<'v> Bodies<'v> {
     /// Finds what `view` holds on its screen.
-    pub fn find(view: &'v View<'_>, [width, height]: [u32; 2], farm: &Farm) -> Result<Self> {
+    pub fn find(view: &'v View<'_>, height: u32, farm: &Farm) -> Result<Self> {
         if view.is_empty() {
             return Ok(Self { rows: Vec::new() });
         }
         let mut rows: Vec<_> = (0..(height as usize).div_ceil(SQUARE)).map(|_| Vec::new()).collect();
         farm.each(Stage::Image, rows.iter_mut().collect(), |index, squares| {
-            let columns = (0..width as usize).step_by(SQUARE);
-            squares.extend(columns.filter_map(|column| view.square(column, index * SQUARE)));
+            squares.extend(view.squares(index * SQUARE));
             Ok(())
         })?;
         Ok(Self { rows })

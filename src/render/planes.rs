@@ -125,12 +125,14 @@ impl Clock {
     }
 }
 
-/// Renders an 8-bit picture, and the range of its pixels into `range`, which is as long as it or empty.
+/// Renders an 8-bit picture, and the range of its pixels into `range`, which is as long as it or empty: of those in `parts` of rows (see [`Band::parts`]), or of all
+/// if these are empty.
 pub fn picture<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     farm: &Farm,
     range: &mut [f32],
+    parts: &[bool],
 ) -> Result<(Picture, Account)> {
     let (width, height) = (view.camera.width, view.camera.height);
     // All of it is overwritten.
@@ -138,10 +140,12 @@ pub fn picture<S: PageSource>(
     rgb.resize(width as usize * height as usize * 3, 0);
     let band = band_rows(farm) * width as usize;
     let ranges = range.chunks_mut(band).chain(std::iter::repeat_with(Default::default));
+    let per_band = band_rows(farm) * (width as usize).div_ceil(LANES);
+    let parts = parts.chunks(per_band).chain(std::iter::repeat(Default::default()));
     let bands = rgb
         .chunks_mut(band * 3)
-        .zip(ranges)
-        .map(|(rgb, range)| Band { light: Pixels::Srgb8(rgb), range })
+        .zip(ranges.zip(parts))
+        .map(|(rgb, (range, parts))| Band { light: Pixels::Srgb8(rgb), range, parts })
         .collect();
     let account = render(renderer, view, farm, bands, Scale::DISPLAY)?;
     Ok((Picture { width, height, rgb }, account))
@@ -156,7 +160,7 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
         .colour
         .chunks_mut(band)
         .zip(frame.range.chunks_mut(band))
-        .map(|(colour, range)| Band { light: Pixels::Linear(colour), range })
+        .map(|(colour, range)| Band { light: Pixels::Linear(colour), range, parts: &[] })
         .collect();
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
     super::surface::describe(renderer, &mut frame, farm)?;

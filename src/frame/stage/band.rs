@@ -20,6 +20,8 @@ pub struct Band<'b> {
     pub light: Pixels<'b>,
     /// Range, metres, `[rows][width]`; infinite: sky. Empty if nobody asks.
     pub range: &'b mut [f32],
+    /// Of which parts of rows, [`LANES`] pixels wide, the range is asked for, `[rows][parts of a row]`; the others keep what they hold. Empty: of all.
+    pub parts: &'b [bool],
 }
 
 /// What pixels hold of light.
@@ -69,6 +71,11 @@ impl Band<'_> {
     /// Whether ranges are asked for.
     pub fn has_range(&self) -> bool {
         !self.range.is_empty()
+    }
+
+    /// Whether the range of a part of a row is asked for, if any is.
+    fn asks(&self, part: usize) -> bool {
+        self.parts.get(part).is_none_or(|asked| *asked)
     }
 
     fn rows(&self, width: usize) -> usize {
@@ -121,7 +128,7 @@ impl Filling<'_, '_> {
                     }
                     Pixels::Linear(colour) => put_light(simd, light, units, &mut colour[start..end]),
                 }
-                if band.has_range() {
+                if band.has_range() && band.asks(row * width.div_ceil(LANES) + column / LANES) {
                     let mut lanes = Sixteen::default();
                     fan.range(&place).store(&mut lanes.0);
                     band.range[start..end].copy_from_slice(&lanes.0[..end - start]);

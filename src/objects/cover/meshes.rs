@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    Aim, Face, LANES, Lanes, OFFSETS, ONE_FACE, Pencil, RAYS, SLOW, Seen, begin_rays, dot, is_of, lane_of,
-    total,
+    ALL, Aim, Face, LANES, Lanes, ONE_FACE, Pencil, RAYS, SLOW, Seen, begin_rays, dot, is_of, lane_of, total,
 };
 use crate::objects::mesh::{Facet, Mesh};
 use crate::objects::pixel::Ground;
@@ -261,9 +260,9 @@ impl Kernel for CountAll<'_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let Self { items, facets, pencil, ground, faces } = self;
-        let mut batches = [begin(simd, pencil, ground, &OFFSETS[0]); RAYS / LANES];
+        let mut batches = [begin(simd, pencil, ground, &ALL[0]); RAYS / LANES];
         for (batch, looked) in batches.iter_mut().enumerate() {
-            let offsets = &OFFSETS[batch];
+            let offsets = &ALL[batch];
             *looked = begin(simd, pencil, ground, offsets);
             for (index, item) in items.iter().enumerate() {
                 match item {

@@ -10,7 +10,7 @@ use crate::space::{Attitude, Camera, Pose};
 fn shares_of_half_planes_are_nearly_exact() {
     let offsets = || {
         (0..RAYS / LANES).flat_map(|batch| {
-            let [x, y] = OFFSETS[batch].map(|offsets| offsets.map(f64::from));
+            let [x, y] = ALL[batch].map(|offsets| offsets.map(f64::from));
             (0..LANES).map(move |lane| DVec2::new(x[lane], y[lane]))
         })
     };
@@ -80,7 +80,7 @@ fn counts_are_those_of_single_rays() {
         isa.run(Count { aims: &aims, pencil: &pencil, ground: &ground, faces: &mut faces });
         let hits: Vec<_> = (0..RAYS)
             .filter_map(|ray| {
-                let [x, y] = OFFSETS[ray / LANES].map(|offsets| f64::from(offsets[ray % LANES]));
+                let [x, y] = ALL[ray / LANES].map(|offsets| f64::from(offsets[ray % LANES]));
                 nearest(bodies.iter(), &lens.line(middle + DVec2::new(x, y))?, camera.footprint())
             })
             .collect();
