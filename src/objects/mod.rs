@@ -37,6 +37,6 @@ pub use mesh::{Material, Mesh, Part, Texture, Wrap};
 pub use model::{Level, Model};
 pub use pixel::{Ground, Seen};
 pub use puff::{Puff, SeenPuff};
-pub use shadow::{Caster, Casters, Patch};
+pub use shadow::{Bounds, Caster, Casters, Patch};
 pub use shape::Shape;
 pub use view::{Hit, SQUARE, Square, View};

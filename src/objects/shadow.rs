@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! bodies as discs on a plane across the sun's rays, in order along one axis of it
-//! some points → the bodies that may hide the sun from one of them
+//! a part of the screen, and from where to where its ground lies → the bodies that may hide the sun from some of it
 //! the patch of ground in a pixel → sixteen rays from all over it to all over the sun's disc, the share of them that none of these holds up
 //! ```
 
@@ -12,19 +12,14 @@ use std::sync::OnceLock;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::body::world_from_body;
-use super::{Body, Form};
+use super::cover::{Beam, PLACES};
+use super::{Body, Form, Shape};
 use crate::earth::Curvature;
+use crate::simd::{Isa, LANES};
 use crate::sunlight::SUN_SEMIDIAMETER;
 
 /// Half of the sun's width, metres per metre.
 const SUN: f64 = SUN_SEMIDIAMETER * std::f64::consts::PI / 180.0;
-
-/// Rays from a patch.
-const RAYS: usize = 16;
-
-/// Where rays start in a patch, and where they end on the sun, both in a square from −1 to 1 each way: of lattices of sixteen points with one in every row and
-/// column, two that share no direction.
-const STEPS: [usize; 2] = [5, 7];
 
 /// Times as thick as a patch and half-shadow together that bodies must be for what all four corners say to hold in between.
 const THICK: f64 = 4.0;
@@ -44,6 +39,14 @@ pub struct Casters {
     nearest: f64,
     /// Numbers among all by the bodies' own numbers.
     by_id: HashMap<u32, usize>,
+    isa: Isa,
+}
+
+/// A box across the sun's rays that holds some ground, metres.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds {
+    low: DVec3,
+    high: DVec3,
 }
 
 /// A body, and where it is seen from the sun.
@@ -54,6 +57,8 @@ pub struct Caster {
     /// Metres in the world.
     position: DVec3,
     body_from_world: DMat3,
+    /// In its axes: to the sun's middle, of unit length, and what half of the sun to the right adds, and half of it up.
+    to_sun: [DVec3; 3],
     /// Those that may hide the sun from some part of it, by their number among all; found when it is asked for first.
     above: OnceLock<Vec<usize>>,
     /// Middle of the sphere around it: place across the sun's rays, and how near it is to the sun, metres.
@@ -84,7 +89,7 @@ impl Patch {
 
 impl Casters {
     /// `bodies` under a sun in the direction `to_sun` (of unit length), lowered by the Earth's curvature as `eye` finds them.
-    pub fn new(bodies: &[Body], to_sun: DVec3, eye: DVec3, curvature: Curvature) -> Self {
+    pub fn new(bodies: &[Body], to_sun: DVec3, eye: DVec3, curvature: Curvature, isa: Isa) -> Self {
         let (right, up) = to_sun.any_orthonormal_pair();
         let sun_from_world = DMat3::from_cols(right, up, to_sun).transpose();
         let mut casters: Vec<_> =
@@ -93,49 +98,47 @@ impl Casters {
         let widest = casters.iter().map(|caster| caster.radius).fold(0.0, f64::max);
         let nearest = casters.iter().map(|caster| caster.place.z).fold(f64::NEG_INFINITY, f64::max);
         let by_id = casters.iter().enumerate().map(|(number, caster)| (caster.id, number)).collect();
-        Self { casters, sun_from_world, widest, nearest, by_id }
+        Self { casters, sun_from_world, widest, nearest, by_id, isa }
     }
 
-    /// Those that may hide the sun from a point among `points` or up to `margin` metres beside the box around them.
-    pub fn over(&self, points: impl Iterator<Item = DVec3>, margin: f64) -> Vec<&Caster> {
-        let places = points.map(|point| self.sun_from_world * point);
-        let [low, high] = places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], place| {
-            [low.min(place), high.max(place)]
-        });
-        self.between([low, high], margin).map(|number| &self.casters[number]).collect()
+    /// The box around some points (metres in the world) and `margin` metres beside them; `None`: there are none.
+    pub fn bounds(&self, points: impl Iterator<Item = DVec3>, margin: f64) -> Option<Bounds> {
+        let bounds = points.map(|point| self.sun_from_world * point).map(|place| Bounds::at(place, 0.0));
+        bounds.reduce(|bounds, own| bounds.with(&own)).map(|bounds| bounds.grown(margin))
     }
 
-    /// Numbers of those that may hide the sun from a box of places, or from up to `margin` metres beside it.
-    fn between(&self, [low, high]: [DVec3; 2], margin: f64) -> impl Iterator<Item = usize> {
+    /// Those that may hide the sun from something in a box.
+    pub fn over(&self, bounds: &Bounds) -> Vec<&Caster> {
+        self.between(bounds).map(|number| &self.casters[number]).collect()
+    }
+
+    /// Numbers of those that may hide the sun from something in a box.
+    fn between(&self, bounds: &Bounds) -> impl Iterator<Item = usize> {
         // No half-shadow that counts is wider than that of the body that is nearest to the sun.
-        let reach = self.widest + margin + SUN * (self.nearest - low.z).max(0.0);
-        let from = self.casters.partition_point(|caster| caster.place.x < low.x - reach);
-        let until = self.casters.partition_point(|caster| caster.place.x <= high.x + reach);
-        let may = move |number: &usize| {
-            let caster = &self.casters[*number];
-            let reach = caster.radius + margin + SUN * (caster.place.z - low.z).max(0.0);
-            let beside = (low - caster.place).max(caster.place - high);
-            beside.x <= reach && beside.y <= reach && caster.place.z + caster.radius + margin >= low.z
-        };
-        (from..until.max(from)).filter(may)
+        let reach = self.widest + SUN * (self.nearest - bounds.low.z).max(0.0);
+        let from = self.casters.partition_point(|caster| caster.place.x < bounds.low.x - reach);
+        let until = self.casters.partition_point(|caster| caster.place.x <= bounds.high.x + reach);
+        (from..until.max(from)).filter(move |number| self.casters[*number].is_over(bounds))
     }
 
-    /// Share of the sun's disc, 0…1, that others, or other parts of it, leave to a patch of body `id`. What is convex hides nothing from itself that Lambert's law
+    /// The body of that number.
+    pub fn of_body(&self, id: u32) -> Option<&Caster> {
+        self.by_id.get(&id).map(|number| &self.casters[*number])
+    }
+
+    /// Share of the sun's disc, 0…1, that others, or other parts of it, leave to a patch of a body. What is convex hides nothing from itself that Lambert's law
     /// does not.
-    pub fn share_of_body(&self, id: u32, patch: &Patch) -> f32 {
-        let Some(own) = self.by_id.get(&id).map(|number| &self.casters[*number]) else { return 1.0 };
+    pub fn share_of_body(&self, own: &Caster, patch: &Patch) -> f32 {
         let above = own.above.get_or_init(|| {
-            let margin = own.radius;
-            let others = self.between([own.place; 2], margin);
-            others
-                .filter(|number| self.casters[*number].id != id || matches!(own.form, Form::Model(_)))
+            let bounds = Bounds::at(own.place, own.radius);
+            self.between(&bounds)
+                .filter(|number| self.casters[*number].id != own.id || matches!(own.form, Form::Model(_)))
                 .collect()
         });
         if above.is_empty() {
             return 1.0;
         }
-        let among: Vec<_> = above.iter().map(|number| &self.casters[*number]).collect();
-        self.share(&among, patch)
+        self.share_of(above.iter().map(|number| &self.casters[*number]), patch)
     }
 
     /// Whether one `among` them may hide the sun from something up to `size` metres around a point.
@@ -146,37 +149,60 @@ impl Casters {
 
     /// Share of the sun's disc, 0…1, that bodies `among` them leave to a patch.
     pub fn share(&self, among: &[&Caster], patch: &Patch) -> f32 {
+        self.share_of(among.iter().copied(), patch)
+    }
+
+    fn share_of<'c>(&self, among: impl Iterator<Item = &'c Caster>, patch: &Patch) -> f32 {
         let place = self.sun_from_world * patch.middle;
         let size = patch.right.length() + patch.down.length();
-        let near: Vec<_> = among.iter().filter(|caster| caster.is_near(place, size)).collect();
-        if near.is_empty() {
-            return 1.0;
+        let mut blocked = 0;
+        let mut models: Vec<&Caster> = Vec::new();
+        for caster in among.filter(|caster| caster.is_near(place, size)) {
+            match caster.form {
+                Form::Shape(shape) => blocked |= self.isa.run(&caster.beam(shape, patch)),
+                Form::Model(_) => models.push(caster),
+            }
         }
+        if !models.is_empty() && blocked != u16::MAX {
+            blocked |= self.blocked_by(&models, place, size, patch);
+        }
+        blocked.count_zeros() as f32 / LANES as f32
+    }
+
+    /// Which of sixteen rays models hold up.
+    fn blocked_by(&self, models: &[&Caster], place: DVec3, size: f64, patch: &Patch) -> u16 {
         let blocked = |on_patch: DVec2, on_sun: DVec2| {
             let origin = patch.middle + patch.right * on_patch.x + patch.down * on_patch.y;
             let aside = (on_sun * SUN).extend(1.0).normalize();
             let towards = self.sun_from_world.transpose() * aside;
-            near.iter().any(|caster| caster.blocks(origin, towards))
+            models.iter().any(|caster| caster.blocks(origin, towards))
         };
-        if near.iter().all(|caster| caster.thickness >= THICK * caster.blur(place, size)) {
+        if models.iter().all(|caster| caster.thickness >= THICK * caster.blur(place, size)) {
             let corners = [[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0]]
                 .map(|corner| blocked(corner.into(), corner.into()));
             let crossed = blocked(DVec2::new(-1.0, -1.0), DVec2::new(1.0, 1.0));
             if corners.iter().all(|corner| *corner == crossed) {
-                return if crossed { 0.0 } else { 1.0 };
+                return if crossed { u16::MAX } else { 0 };
             }
         }
-        let lattice = |step: usize, ray: usize| {
-            let at = |index: usize| (2 * index + 1) as f64 / RAYS as f64 - 1.0;
-            DVec2::new(at(ray), at(ray * step % RAYS))
-        };
-        let free = (0..RAYS).filter(|ray| {
-            // A disc of the square's points.
-            let on_sun = lattice(STEPS[1], ray * 3 % RAYS);
-            let on_sun = on_sun * on_sun.abs().max_element() / on_sun.length();
-            !blocked(lattice(STEPS[0], *ray), on_sun)
-        });
-        free.count() as f32 / RAYS as f32
+        let [on_patch, on_sun] =
+            PLACES.map(|[x, y]| move |ray: usize| DVec2::new(f64::from(x[ray]), f64::from(y[ray])));
+        (0..LANES).fold(0, |all, ray| all | u16::from(blocked(on_patch(ray), on_sun(ray))) << ray)
+    }
+}
+
+impl Bounds {
+    fn at(place: DVec3, margin: f64) -> Self {
+        Self { low: place - margin, high: place + margin }
+    }
+
+    /// That of both.
+    pub fn with(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    fn grown(&self, margin: f64) -> Self {
+        Self { low: self.low - margin, high: self.high + margin }
     }
 }
 
@@ -187,11 +213,15 @@ impl Caster {
         let world_from_body = world_from_body(body.attitude);
         let [low, high] = body.form.corners();
         let size = high - low;
+        let world_from_sun = sun_from_world.transpose();
+        let to_sun = [world_from_sun.z_axis, world_from_sun.x_axis * SUN, world_from_sun.y_axis * SUN]
+            .map(|part| world_from_body.transpose() * part);
         Self {
             id: body.id,
             form: body.form.clone(),
             position,
             body_from_world: world_from_body.transpose(),
+            to_sun,
             above: OnceLock::new(),
             place: sun_from_world * (position + world_from_body * (0.5 * (low + high))),
             radius: 0.5 * size.length(),
@@ -202,6 +232,26 @@ impl Caster {
     /// How far beside it light may be missing for something `size` metres large at a place, metres.
     fn blur(&self, place: DVec3, size: f64) -> f64 {
         size + SUN * (self.place.z - place.z).max(0.0)
+    }
+
+    /// Whether it may hide the sun from something in a box.
+    pub fn is_over(&self, bounds: &Bounds) -> bool {
+        let reach = self.radius + SUN * (self.place.z - bounds.low.z).max(0.0);
+        let beside = (bounds.low - self.place).max(self.place - bounds.high);
+        beside.x <= reach && beside.y <= reach && self.place.z + self.radius >= bounds.low.z
+    }
+
+    /// The rays of a patch before its shape.
+    fn beam(&self, shape: Shape, patch: &Patch) -> Beam {
+        let origin = self.body_from_world * (patch.middle - self.position);
+        let begin = -origin.dot(self.to_sun[0]);
+        let aside = [patch.right, patch.down].map(|side| (self.body_from_world * side).as_vec3());
+        Beam {
+            shape,
+            origin: [(origin + self.to_sun[0] * begin).as_vec3(), aside[0], aside[1]],
+            direction: self.to_sun.map(DVec3::as_vec3),
+            begin: begin as f32,
+        }
     }
 
     fn is_near(&self, place: DVec3, size: f64) -> bool {
@@ -222,7 +272,6 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::objects::Shape;
     use crate::space::Attitude;
 
     fn ball(id: u32, position: DVec3, radius: f64) -> Body {
@@ -235,18 +284,22 @@ mod tests {
         }
     }
 
+    fn casters(bodies: &[Body], to_sun: DVec3) -> Casters {
+        Casters::new(bodies, to_sun, DVec3::ZERO, Curvature::FLAT, Isa::best())
+    }
+
     /// Share of the sun at a point of the ground.
     fn share(casters: &Casters, point: DVec3) -> f32 {
         let patch = Patch { middle: point, right: DVec3::X * 0.01, down: DVec3::Y * 0.01 };
-        casters.share(&casters.over(std::iter::once(point), 0.0), &patch)
+        let bounds = casters.bounds(std::iter::once(point), 0.02).unwrap();
+        casters.share(&casters.over(&bounds), &patch)
     }
 
     #[test]
     fn a_balls_shadow_is_an_ellipse() {
         // The sun in the east, 30° high: the shadow's middle lies 20/tan 30° to the west, and it is twice as long as wide.
         let to_sun = DVec3::new(30.0_f64.to_radians().cos(), 0.0, 0.5);
-        let casters =
-            Casters::new(&[ball(0, DVec3::new(0.0, 0.0, 20.0), 3.0)], to_sun, DVec3::ZERO, Curvature::FLAT);
+        let casters = casters(&[ball(0, DVec3::new(0.0, 0.0, 20.0), 3.0)], to_sun);
         let middle = DVec3::new(-20.0 * 3.0_f64.sqrt(), 0.0, 0.0);
         let at = |x: f64, y: f64| share(&casters, middle + DVec3::new(x, y, 0.0));
         assert_eq!([at(0.0, 0.0), at(5.5, 0.0), at(0.0, 2.7)], [0.0; 3]);
@@ -259,7 +312,7 @@ mod tests {
     #[test]
     fn nothing_hides_the_sun_from_what_lies_between() {
         let to_sun = DVec3::Z;
-        let casters = Casters::new(&[ball(0, DVec3::ZERO, 3.0)], to_sun, DVec3::ZERO, Curvature::FLAT);
+        let casters = casters(&[ball(0, DVec3::ZERO, 3.0)], to_sun);
         assert_eq!(share(&casters, DVec3::new(0.0, 0.0, 4.0)), 1.0);
         assert_eq!(share(&casters, DVec3::new(0.0, 0.0, -4.0)), 0.0);
     }
@@ -273,14 +326,15 @@ mod tests {
                 ball(index, DVec3::new(at(0.618), at(0.755), at(0.57) * 0.2), 0.5 + at(0.3) * 0.02)
             })
             .collect();
-        let casters = Casters::new(&bodies, to_sun, DVec3::ZERO, Curvature::FLAT);
+        let casters = casters(&bodies, to_sun);
         let all: Vec<_> = casters.casters.iter().collect();
         let mut dark = 0;
         for step in 0..4000 {
             let at = |by: f64| 260.0 * (f64::from(step) * by).fract() - 30.0;
             let point = DVec3::new(at(0.618), at(0.755), 0.0);
             let patch = Patch { middle: point, right: DVec3::X * 0.2, down: DVec3::Y * 0.2 };
-            let found = casters.share(&casters.over(std::iter::once(point), 0.4), &patch);
+            let bounds = casters.bounds(std::iter::once(point), 0.4).unwrap();
+            let found = casters.share(&casters.over(&bounds), &patch);
             assert_eq!(found, casters.share(&all, &patch), "{point}");
             dark += u32::from(found < 1.0);
         }

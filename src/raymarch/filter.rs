@@ -58,6 +58,17 @@ struct LevelBlend {
     share: f64,
 }
 
+/// Where a ray ended, and what of the sun is there.
+struct Lit {
+    blend: LevelBlend,
+    /// Place, units.
+    units: DVec2,
+    /// See [`SurfaceFilter::along`].
+    footprint: (DVec2, f64),
+    normal: DVec3,
+    sun: f32,
+}
+
 impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     /// A filter over `source` for pixels that are as wide as `footprint` says.
     pub fn new(source: &'a S, footprint: Footprint) -> Self {
@@ -84,20 +95,8 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
 
     /// What `ray` sees where it ended.
     pub fn sample(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
-        let units = ray.at(contact.range).truncate();
-        let width = self.footprint.at(contact.range);
-        let blend = self.levels_for(width);
-        let normal = match contact.face {
-            Some(face) => face,
-            None => self.normal(blend, units)?,
-        };
-        let slope = ray.slope.truncate().extend(ray.rise_at(contact.range));
-        let footprint = self.along(slope, width, normal);
+        let Lit { blend, units, footprint, normal, sun } = self.lit(ray, contact)?;
         let albedo = self.mean(units, footprint, |filter, units| filter.blended_colour(blend, units))?;
-        let sun = match self.shade {
-            Some(_) => self.mean(units, footprint, |filter, units| filter.sun(blend, units))?,
-            None => 1.0,
-        };
         // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
         let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
         let attributes = self.cursor.attributes_at(contact.level, units + behind)?;
@@ -109,6 +108,28 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             attributes,
             sun,
         })
+    }
+
+    /// Unit normal (world space) and share of the sun's disc (0…1; 1 without shadows) where `ray` ended, as [`Self::sample`] tells them, without its colour.
+    pub fn light(&mut self, ray: &GridRay, contact: &Contact) -> Result<(Vec3, f32)> {
+        self.lit(ray, contact).map(|lit| (lit.normal.as_vec3(), lit.sun))
+    }
+
+    fn lit(&mut self, ray: &GridRay, contact: &Contact) -> Result<Lit> {
+        let units = ray.at(contact.range).truncate();
+        let width = self.footprint.at(contact.range);
+        let blend = self.levels_for(width);
+        let normal = match contact.face {
+            Some(face) => face,
+            None => self.normal(blend, units)?,
+        };
+        let slope = ray.slope.truncate().extend(ray.rise_at(contact.range));
+        let footprint = self.along(slope, width, normal);
+        let sun = match self.shade {
+            Some(_) => self.mean(units, footprint, |filter, units| filter.sun(blend, units))?,
+            None => 1.0,
+        };
+        Ok(Lit { blend, units, footprint, normal, sun })
     }
 
     /// Flags of a pixel whose ray ended at `range` where `level` should be seen: [`Attributes::STAND_IN`] if its page there is damaged.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Renderer;
-use super::shadows::Shadows;
+use super::shadows::{Latest, Shadows};
 use crate::error::Result;
 use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture};
@@ -140,17 +140,18 @@ fn over(seen: &Seen, ground: Vec3) -> Vec3 {
 }
 
 /// Tells `put` row and column of every pixel with a body in it, and what is seen of that.
-fn each_pixel<S: PageSource>(
-    look: &Look<'_, '_, '_, S>,
+fn each_pixel<'s, S: PageSource>(
+    look: &Look<'s, '_, '_, S>,
     shown: &Shown<'_>,
     squares: &[Square<'_>],
     mut put: impl FnMut(usize, usize, &Seen),
 ) {
+    let latest = Latest::default();
     for square in squares {
         square.look(
             look.isa,
             |column, row| shown.ground(column, row),
-            |hit, ray| look.shade(hit, ray),
+            |hit, ray| look.shade(hit, ray, &latest),
             &mut put,
         );
     }
@@ -169,8 +170,8 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
     }
 
     /// Radiance that reaches the eye from a hit.
-    fn shade(&self, hit: &Hit, ray: &Ray) -> Vec3 {
-        let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray));
+    fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>) -> Vec3 {
+        let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray, latest));
         let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, sun);
         self.tint * self.atmosphere.haze(radiance, ray.origin.z, ray.direction.as_vec3(), hit.range as f32)
     }

@@ -1,5 +1,6 @@
 //! Shadows of bodies on the ground, put into what was rendered of it, and what sun reaches bodies.
 
+use std::cell::Cell;
 use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
@@ -10,15 +11,121 @@ use super::sunlit::Sunlit;
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
-use crate::objects::{Body, Caster, Casters, Hit, Lens, Patch, SQUARE};
+use crate::objects::{Body, Bounds, Caster, Casters, Hit, Lens, Patch, SQUARE};
 use crate::raymarch::{Contact, GridRay, SurfaceFilter};
 use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::Daylight;
 use crate::voxel::PageSource;
 
-/// Pixels from one to the next of those that tell where the ground of a square lies.
-const STRIDE: usize = 8;
+/// Pixels each way of the blocks of a square whose bodies are found together.
+const BLOCK: usize = 8;
+
+/// Sides of a block from its middle to its corners, and a little more.
+const RADIUS: f64 = 0.75;
+
+/// Part of the way from the nearest to the farthest ground of a block by which patches of its pixels may lie before and behind that.
+const BESIDE: f64 = 0.125;
+
+/// Pixels each way of the cells of a block, which share the light of the ground if they show the same surface.
+const CELL: usize = 4;
+
+/// Ranges that differ by more than this share belong to two surfaces.
+const EDGE: f64 = 0.06;
+
+/// The ground of a picture, and its rays.
+struct Lit<'s> {
+    shown: Shown<'s>,
+    lens: Lens<'s>,
+}
+
+/// A few pixels, and what holds their ground.
+struct Block {
+    columns: Range<usize>,
+    rows: Range<usize>,
+    bounds: Bounds,
+}
+
+/// What the ground of a cell has of the sun.
+#[derive(Clone, Copy)]
+struct Light {
+    /// Of the pixel that asked, metres.
+    range: f64,
+    normal: Vec3,
+    sun: f32,
+}
+
+/// Corners of the cells of a block each way.
+const CORNERS: usize = BLOCK / CELL + 1;
+
+/// Light of the ground at the corners of a block's cells, as far as it was asked for; `None` of it: there is sky.
+struct Lights {
+    /// First column and row of the block, last ones of the picture.
+    first: [usize; 2],
+    last: [usize; 2],
+    known: [Option<Option<Light>>; CORNERS * CORNERS],
+}
+
+impl Lights {
+    /// None is known yet.
+    fn of(block: &Block, shown: &Shown<'_>) -> Self {
+        let last = [shown.width - 1, shown.range.len() / shown.width - 1];
+        Self { first: [block.columns.start, block.rows.start], last, known: [None; CORNERS * CORNERS] }
+    }
+
+    /// Between the four corners around a pixel, of which `light` tells those that are not known; `None`: not all of them show the surface of the pixel.
+    fn between(
+        &mut self,
+        pixel: [usize; 2],
+        range: f64,
+        mut light: impl FnMut([usize; 2]) -> Result<Option<Light>>,
+    ) -> Result<Option<Light>> {
+        let offset = [0, 1].map(|axis| pixel[axis] - self.first[axis]);
+        let share = offset.map(|offset| (offset % CELL) as f32 / CELL as f32);
+        let mut mean = Light { range, normal: Vec3::ZERO, sun: 0.0 };
+        for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
+            let corner = [offset[0] / CELL + right, offset[1] / CELL + down];
+            let known = &mut self.known[corner[1] * CORNERS + corner[0]];
+            let own = match *known {
+                Some(own) => own,
+                None => {
+                    let at = [0, 1].map(|axis| (self.first[axis] + CELL * corner[axis]).min(self.last[axis]));
+                    *known.insert(light(at)?)
+                }
+            };
+            let Some(own) = own.filter(|own| (own.range - range).abs() <= EDGE * range) else {
+                return Ok(None);
+            };
+            let of = |share: f32, step: usize| if step == 1 { share } else { 1.0 - share };
+            let weight = of(share[0], right) * of(share[1], down);
+            mean.normal += own.normal * weight;
+            mean.sun += own.sun * weight;
+        }
+        mean.normal = mean.normal.normalize_or(Vec3::Z);
+        Ok(Some(mean))
+    }
+}
+
+impl Block {
+    /// Bodies `among` some that may hide the sun from it.
+    fn among<'c>(&self, among: &[&'c Caster]) -> Vec<&'c Caster> {
+        among.iter().copied().filter(|caster| caster.is_over(&self.bounds)).collect()
+    }
+
+    fn pixels(&self) -> impl Iterator<Item = [usize; 2]> {
+        pixels(&self.columns, &self.rows)
+    }
+}
+
+/// Column and row of all pixels of some columns and rows.
+fn pixels(columns: &Range<usize>, rows: &Range<usize>) -> impl Iterator<Item = [usize; 2]> {
+    let columns = columns.clone();
+    rows.clone().flat_map(move |row| columns.clone().map(move |column| [column, row]))
+}
+
+/// The body that was asked for last, by its number: share of the sun that the ground leaves to it, and what hides it from the sun.
+#[derive(Default)]
+pub struct Latest<'s>(Cell<Option<(u32, f32, Option<&'s Caster>)>>);
 
 /// Bodies and ground under a sun.
 pub struct Shadows<'r, 'a, S> {
@@ -38,7 +145,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
             return None;
         }
         let to_sun = options.sun.direction().as_dvec3().normalize();
-        let casters = Casters::new(bodies, to_sun, camera.pose.eye, options.curvature);
+        let casters = Casters::new(bodies, to_sun, camera.pose.eye, options.curvature, renderer.isa);
         let atmosphere = options.atmosphere(renderer.source.header());
         let footprint = camera.footprint();
         let (sunlit, daylight) = (Sunlit::new(renderer, bodies), Daylight::new(options.sun));
@@ -55,25 +162,35 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     /// Darkens the ground that lies in the shadow of bodies; `range` tells how far it is.
     pub fn cast(&self, camera: &Camera, pixels: Vec<Pixels<'_>>, range: &[f32], farm: &Farm) -> Result<()> {
         let width = camera.width as usize;
-        let shown = Shown { range, width };
-        let lens = Lens::new(camera);
+        let ground = Lit { shown: Shown { range, width }, lens: Lens::new(camera) };
         farm.each(Stage::Image, pixels, |index, mut pixels| {
             let mut filter = None;
             let first = index * SQUARE;
             let rows = first..(first + SQUARE).min(camera.height as usize);
             for column in (0..width).step_by(SQUARE) {
                 let columns = column..(column + SQUARE).min(width);
-                let among = self.among(&lens, &shown, [&columns, &rows]);
-                if among.is_empty() {
+                let blocks = self.parts(&ground, [&columns, &rows], BLOCK);
+                let Some(all) = blocks.iter().map(|block| block.bounds).reduce(|all, own| all.with(&own))
+                else {
                     continue;
-                }
-                let filter = filter.get_or_insert_with(|| self.filter(camera));
-                for row in rows.clone() {
-                    for column in columns.clone() {
-                        let pixel = (row - first) * width + column;
-                        if let Some((left, air)) = self.left(&lens, &shown, filter, &among, [column, row])? {
-                            let seen = pixels.light(pixel);
-                            pixels.put(pixel, air + (seen - air) * left);
+                };
+                let of_square = self.casters.over(&all);
+                for block in blocks {
+                    let of_block = block.among(&of_square);
+                    if of_block.is_empty() {
+                        continue;
+                    }
+                    let filter = filter.get_or_insert_with(|| self.filter(camera));
+                    let mut lights = Lights::of(&block, &ground.shown);
+                    for cell in self.parts(&ground, [&block.columns, &block.rows], CELL) {
+                        let among = cell.among(&of_block);
+                        for [column, row] in cell.pixels().filter(|_| !among.is_empty()) {
+                            let left = self.left(&ground, filter, &mut lights, &among, [column, row])?;
+                            if let Some((left, air)) = left {
+                                let pixel = (row - first) * width + column;
+                                let seen = pixels.light(pixel);
+                                pixels.put(pixel, air + (seen - air) * left);
+                            }
                         }
                     }
                 }
@@ -82,69 +199,106 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         })
     }
 
-    /// Bodies that may throw shadows into a square.
-    fn among(&self, lens: &Lens<'_>, shown: &Shown<'_>, [columns, rows]: [&Range<usize>; 2]) -> Vec<&Caster> {
-        let ends = |range: &Range<usize>| {
-            (range.start..range.end).step_by(STRIDE).chain([range.end - 1]).collect::<Vec<_>>()
+    /// Parts of some columns and rows, so many pixels each way, in which there is ground.
+    fn parts(&self, ground: &Lit<'_>, [columns, rows]: [&Range<usize>; 2], size: usize) -> Vec<Block> {
+        let starts = |range: &Range<usize>| {
+            let end = range.end;
+            range.clone().step_by(size).map(move |start| start..(start + size).min(end))
         };
-        let columns = ends(columns);
-        let mut points = Vec::new();
-        let mut margin: f64 = 0.0;
-        for row in ends(rows) {
-            for &column in &columns {
-                let range = f64::from(shown.range[row * shown.width + column]);
-                let ray = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5);
-                if let Some(ray) = ray.filter(|_| range.is_finite()) {
-                    points.push(ray.origin + ray.direction * range);
-                    margin = margin.max(STRIDE as f64 * self.footprint.at(range));
-                }
+        let parts = starts(rows).flat_map(|rows| starts(columns).map(move |columns| (columns, rows.clone())));
+        parts.filter_map(|(columns, rows)| self.block(ground, columns, rows)).collect()
+    }
+
+    /// Where the ground of a block lies; `None`: it is all sky.
+    fn block(&self, ground: &Lit<'_>, columns: Range<usize>, rows: Range<usize>) -> Option<Block> {
+        let Shown { range, width } = ground.shown;
+        let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
+        for row in rows.clone() {
+            for range in &range[row * width + columns.start..row * width + columns.end] {
+                near = near.min(*range);
+                far = far.max(if range.is_finite() { *range } else { 0.0 });
             }
         }
-        self.casters.over(points.into_iter(), margin)
+        if near > far {
+            return None;
+        }
+        let beside = BESIDE * f64::from(far - near);
+        let ends = [(f64::from(near) - beside).max(0.0), f64::from(far) + beside];
+        let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
+        let ray = ground.lens.ray_at(DVec2::new(middle(&columns), middle(&rows)));
+        // At the rim of a round picture any pixel will do.
+        let radius = RADIUS * columns.len().max(rows.len()) as f64;
+        let ray = ray.map(|ray| (ray, radius)).or_else(|| {
+            let ray =
+                |[column, row]: [usize; 2]| ground.lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5);
+            pixels(&columns, &rows).find_map(ray).map(|ray| (ray, 2.0 * radius))
+        });
+        let (ray, radius) = ray?;
+        let points = ends.into_iter().map(|range| ray.origin + ray.direction * range);
+        let bounds = self.casters.bounds(points, radius * self.footprint.at(ends[1]))?;
+        Some(Block { columns, rows, bounds })
     }
 
     /// Which part of a pixel's light is left where bodies hide the sun, and the light of the air before it; `None`: all is.
     fn left(
         &self,
-        lens: &Lens<'_>,
-        shown: &Shown<'_>,
+        ground: &Lit<'_>,
         filter: &mut SurfaceFilter<'_, S>,
+        lights: &mut Lights,
         among: &[&Caster],
         [column, row]: [usize; 2],
     ) -> Result<Option<(f32, Vec3)>> {
+        let Lit { shown, lens } = ground;
         let plane = shown.ground(column, row);
         if plane.inverse <= 0.0 {
             return Ok(None);
         }
         let middle = DVec2::new(column as f64, row as f64) + 0.5;
-        let point = |offset: DVec2| {
-            let ray = lens.ray_at(middle + offset)?;
-            let inverse = plane.at(offset);
-            (inverse > 0.0).then(|| ray.origin + ray.direction / inverse)
-        };
         let Some(ray) = lens.ray_at(middle) else { return Ok(None) };
-        let own = ray.origin + ray.direction / f64::from(plane.inverse);
         let range = 1.0 / f64::from(plane.inverse);
+        let own = ray.origin + ray.direction * range;
         let [across, along] = plane.slope.map(|slope| f64::from(slope).abs() * range * range);
         if !self.casters.is_near(among, own, self.footprint.at(range) + across + along) {
             return Ok(None);
         }
-        let side = |offset: DVec2| point(offset).map_or(DVec3::ZERO, |beside| beside - own);
+        let side = |offset: DVec2| {
+            let inverse = plane.at(offset);
+            let ray = lens.ray_at(middle + offset).filter(|_| inverse > 0.0);
+            ray.map_or(DVec3::ZERO, |ray| ray.origin + ray.direction / inverse - own)
+        };
         let patch =
             Patch { middle: own, right: side(DVec2::new(0.5, 0.0)), down: side(DVec2::new(0.0, 0.5)) };
         let share = self.casters.share(among, &patch);
         if share == 1.0 {
             return Ok(None);
         }
-        let contact = Contact { range, level: 0, wanted: 0, face: None };
-        let Renderer { source, options, .. } = self.renderer;
-        let over_ground =
-            GridRay::new(&source.header().grid, ray.origin, ray.direction).over(options.curvature);
-        let sample = filter.sample(&over_ground, &contact)?;
-        let left =
-            self.daylight.on(sample.normal, sample.sun * share) / self.daylight.on(sample.normal, sample.sun);
+        let between = lights.between([column, row], range, |pixel| self.light(ground, filter, pixel))?;
+        let light = match between {
+            Some(light) => Some(light),
+            None => self.light(ground, filter, [column, row])?,
+        };
+        let Some(Light { normal, sun, .. }) = light else { return Ok(None) };
+        let left = self.daylight.on(normal, sun * share) / self.daylight.on(normal, sun);
         let air = self.atmosphere.haze(Vec3::ZERO, ray.origin.z, ray.direction.as_vec3(), range as f32);
         Ok(Some((left, air)))
+    }
+
+    /// What the ground of a pixel has of the sun; `None`: it is sky.
+    fn light(
+        &self,
+        Lit { shown, lens }: &Lit<'_>,
+        filter: &mut SurfaceFilter<'_, S>,
+        [column, row]: [usize; 2],
+    ) -> Result<Option<Light>> {
+        let range = f64::from(shown.range[row * shown.width + column]);
+        let ray = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5);
+        let Some(ray) = ray.filter(|_| range.is_finite()) else { return Ok(None) };
+        let Renderer { source, options, .. } = self.renderer;
+        let contact = Contact { range, level: 0, wanted: 0, face: None };
+        let over_ground =
+            GridRay::new(&source.header().grid, ray.origin, ray.direction).over(options.curvature);
+        let (normal, sun) = filter.light(&over_ground, &contact)?;
+        Ok(Some(Light { range, normal, sun }))
     }
 
     /// What went wrong with what was asked of it.
@@ -156,13 +310,15 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
     }
 
     /// Share of the sun, 0…1, that the ground, other bodies, or other parts of the same, leave to a hit on a ray.
-    pub fn on_body(&self, hit: &Hit, ray: &Ray) -> f32 {
-        let share = self.sunlit.share(hit.id);
-        if share == 0.0 {
-            return share;
-        }
+    pub fn on_body<'s>(&'s self, hit: &Hit, ray: &Ray, latest: &Latest<'s>) -> f32 {
+        let (_, share, own) = latest.0.get().filter(|(id, ..)| *id == hit.id).unwrap_or_else(|| {
+            let found = (hit.id, self.sunlit.share(hit.id), self.casters.of_body(hit.id));
+            latest.0.set(Some(found));
+            found
+        });
+        let Some(own) = own.filter(|_| share > 0.0) else { return share };
         let (point, pixel) = (ray.origin + ray.direction * hit.range, self.footprint.at(hit.range));
         let patch = Patch::above(point, hit.normal.as_dvec3(), pixel);
-        share * self.casters.share_of_body(hit.id, &patch)
+        share * self.casters.share_of_body(own, &patch)
     }
 }
