@@ -239,9 +239,11 @@ impl Pipe {
     }
 }
 
-/// Even size, and BT.709 instead of ffmpeg's default of BT.601.
+/// Even size, and BT.709 instead of ffmpeg's default of BT.601, and tagged so.
 const FILTER: &str = "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,\
-     scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p";
+     scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p,\
+     setparams=range=tv:colorspace=bt709:color_primaries=bt709:color_trc=iec61966-2-1";
+/// Frames carry the same tags as the flags: encoders of ffmpeg 7 and later take primaries and transfer from frames alone, those before from flags alone.
 const TAGS: [&str; 10] = [
     "-color_range",
     "tv",

@@ -60,7 +60,9 @@ fn frames_become_a_video_with_exact_rate_and_tags() {
         encode_video(frames(folder.path(), extension, size).into_iter(), rate(), &out, &notes).unwrap();
         let (words, first) = probe(&out);
         assert!(words.contains("23.98 fps"), "{words}");
-        assert!(words.contains("64x48") && words.contains("bt709"), "{words}");
+        assert!(words.contains("64x48"), "{words}");
+        // Range, matrix, primaries, transfer.
+        assert!(words.contains("yuv420p(tv, bt709/bt709/iec61966-2-1"), "{words}");
         assert!(words.contains("frame=    8"), "{words}");
         let expected = read_picture(&folder.path().join("0001.png")).unwrap().rgb;
         let error: u64 = first.iter().zip(&expected).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();
@@ -103,6 +105,27 @@ fn stand_in(folder: &Path, script: &str) -> PathBuf {
     std::fs::write(&path, text).unwrap();
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
     path
+}
+
+#[cfg(unix)]
+#[test]
+fn colours_are_tagged_for_old_and_new_ffmpeg() {
+    let (folder, out) = testing::place("out.mp4");
+    let paths = frames(folder.path(), "png", (8, 6));
+    let program = stand_in(folder.path(), "printf '%s\\n' \"$@\" > \"$0.asked\"; cat > /dev/null");
+    encode_with(program.as_os_str(), paths.into_iter(), rate(), &out, &Silent).unwrap();
+    let asked = std::fs::read_to_string(folder.path().join("ffmpeg.sh.asked")).unwrap();
+    let asked: Vec<&str> = asked.lines().collect();
+    for pair in TAGS.chunks(2) {
+        assert!(asked.windows(2).any(|words| words == pair), "{pair:?} of {asked:?}");
+    }
+    let filter = asked.iter().skip_while(|word| **word != "-vf").nth(1).unwrap();
+    for part in [
+        "scale=out_color_matrix=bt709:out_range=tv",
+        "setparams=range=tv:colorspace=bt709:color_primaries=bt709:color_trc=iec61966-2-1",
+    ] {
+        assert!(filter.contains(part) && !filter.contains(' '), "{filter}");
+    }
 }
 
 #[cfg(unix)]
