@@ -7,6 +7,7 @@ mod contact_sheet;
 mod exit;
 mod figures;
 mod interrupt;
+mod making;
 mod memory;
 mod output;
 mod plot;

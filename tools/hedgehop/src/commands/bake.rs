@@ -8,11 +8,12 @@ use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::{PageId, PageSource};
 
 use crate::area;
-use crate::args::{self, Workers};
+use crate::args;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::making::Making;
 use crate::program::program;
-use crate::progress::{Mode, Reporter};
+use crate::progress::Reporter;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -39,20 +40,12 @@ pub struct Args {
     output: PathBuf,
 
     #[command(flatten)]
-    workers: Workers,
-
-    /// Replace the database if it exists
-    #[arg(long)]
-    overwrite: bool,
-
-    /// How progress is told on standard error
-    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
-    progress: Mode,
+    making: Making,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
-    let reporter = Reporter::new(args.progress, interrupt);
+    let reporter = Reporter::new(args.making.progress, interrupt);
     if let (Ok(area), Ok(output)) = (args.area.canonicalize(), args.output.canonicalize())
         && area == output
     {
@@ -65,7 +58,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     let file = PageFile::open(&args.area)?;
     let (sun, bytes) =
-        bake(&file, args.sun, (&args.output, args.overwrite), args.workers.count(), &reporter)?;
+        bake(&file, args.sun, (&args.output, args.making.overwrite), args.making.workers.count(), &reporter)?;
     let text = format!(
         "baked {}: {:.1} MB, shadows of a sun {:.1}° from grid north, {:.1}° high\nNext:\n  {} render {} --path TRACK -o frames/####.png\n",
         args.output.display(),

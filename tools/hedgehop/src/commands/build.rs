@@ -14,12 +14,13 @@ use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 
 use crate::area;
-use crate::args::{self, Workers};
+use crate::args;
 use crate::commands::bake::bake;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
+use crate::making::Making;
 use crate::program::program;
-use crate::progress::{Mode, Reporter};
+use crate::progress::Reporter;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -111,15 +112,7 @@ pub struct Args {
     memory: u64,
 
     #[command(flatten)]
-    workers: Workers,
-
-    /// Replace the database if it exists
-    #[arg(long)]
-    overwrite: bool,
-
-    /// How progress is told on standard error
-    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
-    progress: Mode,
+    making: Making,
 }
 
 /// Vertical datums as users name them.
@@ -169,7 +162,7 @@ impl Args {
             elevation: self.elevation.clone(),
             imagery: self.imagery.clone(),
             output: self.output.clone(),
-            overwrite: self.overwrite,
+            overwrite: self.making.overwrite,
             crs: self.crs.clone(),
             elevation_crs: self.elevation_crs.clone(),
             imagery_crs: self.imagery_crs.clone(),
@@ -184,7 +177,7 @@ impl Args {
             nodata_fill: self.nodata_fill,
             bands: self.bands,
             memory: self.memory,
-            threads: self.workers.count(),
+            threads: self.making.workers.count(),
         })
     }
 
@@ -225,14 +218,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
     args::check_inputs("--corridor", &args.corridor, "*.csv")?;
-    if args.output.exists() && !args.overwrite {
+    if args.output.exists() && !args.making.overwrite {
         return Err(Error::Configuration(format!(
             "{} exists; --overwrite replaces it",
             args.output.display()
         ))
         .into());
     }
-    let reporter = Reporter::new(args.progress, interrupt);
+    let reporter = Reporter::new(args.making.progress, interrupt);
     let report = match args.bake_shadows {
         None => build(&args.options()?, &reporter)?,
         Some(sun) => build_and_bake(args, sun, &reporter)?,
@@ -253,8 +246,8 @@ fn build_and_bake(args: &Args, sun: SunSetting, reporter: &Reporter) -> hedgehop
     let bare = folder.path().join("without-shadows.hop");
     let begun = Instant::now();
     let report = build(&BuildOptions { output: bare.clone(), ..args.options()? }, reporter)?;
-    let target = (args.output.as_path(), args.overwrite);
-    let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, args.workers.count(), reporter)?;
+    let target = (args.output.as_path(), args.making.overwrite);
+    let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, args.making.workers.count(), reporter)?;
     Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
 }
 

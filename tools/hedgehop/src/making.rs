@@ -1,0 +1,21 @@
+//! Flags of commands that make a database.
+
+use clap::Args;
+
+use crate::args::Workers;
+use crate::progress::Mode;
+
+/// How a database is made.
+#[derive(Debug, Args)]
+pub struct Making {
+    #[command(flatten)]
+    pub workers: Workers,
+
+    /// Replace the database if it exists
+    #[arg(long)]
+    pub overwrite: bool,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    pub progress: Mode,
+}
