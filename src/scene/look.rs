@@ -118,7 +118,7 @@ fn fit(reading: &Reading<'_>, table: &ObjectTable) -> Result<Fit> {
     };
     let turn = match &table.turn_deg {
         Some(turn) => {
-            let angles = *turn.get_ref();
+            let angles: [f64; 3] = reading.numbers("turn_deg", turn)?;
             if !angles.into_iter().all(|degrees| degrees.abs() <= 360.0) {
                 let what =
                     format!("turn_deg must be [yaw, pitch, roll] of -360 to 360 degrees, not {angles:?}");

@@ -35,12 +35,12 @@ pub(super) struct ObjectTable {
     pub(super) name: String,
     pub(super) shape: Option<Spanned<Kind>>,
     radius_m: Option<Spanned<f64>>,
-    radii_m: Option<Spanned<[f64; 3]>>,
-    size_m: Option<Spanned<[f64; 3]>>,
+    radii_m: Option<Spanned<Vec<f64>>>,
+    size_m: Option<Spanned<Vec<f64>>>,
     height_m: Option<Spanned<f64>>,
     colour: Option<Spanned<String>>,
-    at: Option<Spanned<[f64; 3]>>,
-    at_lonlat: Option<Spanned<[f64; 3]>>,
+    at: Option<Spanned<Vec<f64>>>,
+    at_lonlat: Option<Spanned<Vec<f64>>>,
     altitude: Option<Spanned<Above>>,
     yaw_deg: Option<Spanned<f64>>,
     pitch_deg: Option<Spanned<f64>>,
@@ -51,7 +51,7 @@ pub(super) struct ObjectTable {
     pub(super) model: Option<Spanned<PathBuf>>,
     pub(super) scale: Option<Spanned<f64>>,
     pub(super) length_m: Option<Spanned<f64>>,
-    pub(super) turn_deg: Option<Spanned<[f64; 3]>>,
+    pub(super) turn_deg: Option<Spanned<Vec<f64>>>,
     pub(super) up: Option<Spanned<Up>>,
     pub(super) origin: Option<Spanned<Origin>>,
     #[serde(default)]
@@ -206,9 +206,9 @@ impl Sizes<'_, '_> {
         self.reading.number(key, value, is_size, "must be more than 0 m and at most 100 km")
     }
 
-    fn three(&self, key: &str, value: &Option<Spanned<[f64; 3]>>) -> Result<DVec3> {
+    fn three(&self, key: &str, value: &Option<Spanned<Vec<f64>>>) -> Result<DVec3> {
         let value = value.as_ref().ok_or_else(|| self.missing(key))?;
-        let sizes = *value.get_ref();
+        let sizes: [f64; 3] = self.reading.numbers(key, value)?;
         if sizes.into_iter().all(is_size) {
             return Ok(sizes.into());
         }
@@ -313,8 +313,8 @@ fn mode(table: &ObjectTable) -> Option<AltitudeMode> {
     })
 }
 
-fn finite(reading: &Reading<'_>, key: &str, at: &Spanned<[f64; 3]>) -> Result<[f64; 3]> {
-    let place = *at.get_ref();
+fn finite(reading: &Reading<'_>, key: &str, at: &Spanned<Vec<f64>>) -> Result<[f64; 3]> {
+    let place: [f64; 3] = reading.numbers(key, at)?;
     if place.into_iter().all(|value| value.abs() <= FARTHEST) {
         return Ok(place);
     }

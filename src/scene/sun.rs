@@ -69,7 +69,12 @@ impl SunTable {
             (None, Some(one), None) => return Err(reading.wrong(one.span(), "[sun] needs azimuth_deg, too")),
         };
         Ok(Some(SunSetting::At(Sun {
-            azimuth: reading.number("azimuth_deg", &azimuth, |_| true, "must be finite")?,
+            azimuth: reading.number(
+                "azimuth_deg",
+                &azimuth,
+                |degrees| degrees.abs() <= 360.0,
+                "must lie between -360 and 360 degrees",
+            )?,
             elevation: reading.number(
                 "elevation_deg",
                 &elevation,

@@ -88,7 +88,7 @@ pub(super) struct CloudsTable {
     visibility_m: Option<Spanned<f64>>,
     scale_m: Option<Spanned<f64>>,
     seed: Option<u32>,
-    wind_mps: Option<Spanned<[f64; 2]>>,
+    wind_mps: Option<Spanned<Vec<f64>>>,
 }
 
 impl Weather {
@@ -158,13 +158,14 @@ impl CloudsTable {
             let holds = |metres| CLOUD_SCALES.contains(&metres);
             reading.number("scale_m", metres, holds, "must be 100 m to 100 km")
         });
-        if let Some(wind) =
-            self.wind_mps.as_ref().filter(|wind| !wind.get_ref().iter().all(|&speed| is_wind(speed)))
-        {
-            let what =
-                format!("wind_mps must be two speeds of {FASTEST} m/s at most, not {:?}", wind.get_ref());
-            return Err(reading.wrong(wind.span(), what));
-        }
+        let wind = self.wind_mps.as_ref().map(|given| {
+            let wind: [f64; 2] = reading.numbers("wind_mps", given)?;
+            if wind.into_iter().all(is_wind) {
+                return Ok(wind);
+            }
+            let what = format!("wind_mps must be two speeds of {FASTEST} m/s at most, not {wind:?}");
+            Err(reading.wrong(given.span(), what))
+        });
         Ok(Clouds {
             base,
             top,
@@ -172,7 +173,7 @@ impl CloudsTable {
             visibility: visibility.transpose()?.unwrap_or(CLOUD_VISIBILITY),
             scale: scale.transpose()?.unwrap_or(CLOUD_SCALE),
             seed: self.seed.unwrap_or_default(),
-            wind: self.wind_mps.as_ref().map_or([0.0; 2], |wind| *wind.get_ref()),
+            wind: wind.transpose()?.unwrap_or_default(),
         })
     }
 }
