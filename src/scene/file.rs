@@ -89,6 +89,22 @@ impl Reading<'_> {
         let what = || format!("{key} must be {N} numbers, not {}", given.len());
         <[f64; N]>::try_from(given.as_slice()).map_err(|_| self.wrong(values.span(), what()))
     }
+
+    /// What is wrong with something that a place of the file names; `whose` says what that is.
+    pub fn through(&self, span: Range<usize>, whose: &str, error: Error) -> Error {
+        match error {
+            Error::Io { path, action, source } => {
+                let (line, scene) = (self.line(&span), self.path.display());
+                Error::io(path, plain(&format!("{action} it, {whose} (line {line} of {scene})")), source)
+            }
+            Error::Unsupported { path, what, remedy } => {
+                let what = format!("line {}: {whose}: {}: {what}", self.line(&span), path.display());
+                Error::unsupported(self.path, plain(&what), plain(&remedy))
+            }
+            stopped @ Error::Interrupted(_) => stopped,
+            other => self.wrong(span, format!("{whose}: {other}")),
+        }
+    }
 }
 
 /// The line of a byte, from 1 on.

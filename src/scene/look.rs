@@ -144,8 +144,5 @@ fn place(reading: &Reading<'_>, path: &Spanned<PathBuf>) -> Result<PathBuf> {
 }
 
 fn of_scene(reading: &Reading<'_>, name: &str, span: Range<usize>, error: Error) -> Error {
-    match error {
-        Error::Io { .. } => error,
-        other => reading.wrong(span, format!("the model of object `{name}`: {other}")),
-    }
+    reading.through(span, &format!("the model of object `{name}`"), error)
 }

@@ -292,15 +292,13 @@ fn moving(
         return Err(reading.wrong(span, "an object with a track is where, and turned as, its track says"));
     }
     let path = reading.path.parent().unwrap_or(".".as_ref()).join(track.get_ref());
-    let of_scene = |error: Error| match error {
-        Error::Io { .. } => error,
-        other => reading.wrong(track.span(), format!("the track of object `{}`: {other}", table.name)),
-    };
+    let whose = format!("the track of object `{}`", table.name);
+    let of_scene = |error: Error| reading.through(track.span(), &whose, error);
     if track.get_ref().to_string_lossy().chars().any(char::is_control) {
         return Err(reading.wrong(track.span(), "track must be the name of a file"));
     }
     let read = read_track(&path, &ReadOptions { altitude_mode: mode(table) }).map_err(of_scene)?;
-    let bytes = fs::read(&path).map_err(|source| Error::io(&path, "read", source))?;
+    let bytes = fs::read(&path).map_err(|source| of_scene(Error::io(&path, "read", source)))?;
     hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
     Ok(read)
 }

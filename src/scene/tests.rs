@@ -199,6 +199,11 @@ fn tracks_that_are_not_there_are_named() {
     let error =
         read("[[object]]\nname = \"t\"\nshape = \"disc\"\nradius_m = 1\ntrack = \"none.csv\"").unwrap_err();
     assert!(matches!(&error, crate::Error::Io { path, .. } if path.ends_with("none.csv")), "{error}");
+    let message = error.to_string();
+    assert!(
+        message.contains("the track of object `t` (line 5 of ") && message.contains("scene.toml)"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -212,6 +217,10 @@ fn models_have_the_size_that_is_asked_for() {
     assert!(scene.objects[0].files.iter().all(|file| file.ends_with("roof.obj")));
     let missing = read(&text.replace("roof", "none")).unwrap_err();
     assert!(matches!(&missing, crate::Error::Io { path, .. } if path.ends_with("none.obj")), "{missing}");
+    assert!(missing.to_string().contains("the model of object `r` (line 3 of "), "{missing}");
+    let unknown = read(&text.replace("roof.obj", "car.csv")).unwrap_err();
+    assert!(matches!(unknown, crate::Error::Unsupported { .. }), "{unknown}");
+    assert!(unknown.to_string().contains("scene.toml: line 3: the model of object `r`: "), "{unknown}");
 }
 
 #[test]

@@ -27,6 +27,11 @@ impl<'h> Files<'h> {
         Error::invalid(&self.path, what)
     }
 
+    /// What the model uses that is not read, and what helps.
+    pub fn unsupported(&self, what: impl Into<String>, remedy: &str) -> Error {
+        Error::unsupported(&self.path, what, remedy)
+    }
+
     /// The model's own file.
     pub fn first(&mut self) -> Result<Vec<u8>> {
         let path = self.path.clone();

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::files::{self, Files};
 use super::picture::Pictures;
-use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, accessor};
+use super::{MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, accessor};
 use crate::error::Result;
 use crate::objects::{Material, Texture, Wrap};
 
@@ -18,6 +18,9 @@ const SEEN_THROUGH: f32 = 0.5;
 
 /// Bytes of a binary file's header.
 const HEADER: usize = 12;
+
+/// Extensions that a file may require.
+const READ: [&str; 1] = ["KHR_texture_transform"];
 
 /// Errors of a file that are told at once.
 const MOST_TOLD: usize = 3;
@@ -33,7 +36,7 @@ struct Reader<'d> {
 }
 
 pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
-    let mut document = parse(bytes).map_err(|what| files.wrong(what))?;
+    let mut document = parse(bytes, files)?;
     let blob = document.blob.take();
     let buffers = buffers(&document, blob, files)?;
     let count = document.textures().count();
@@ -54,15 +57,15 @@ fn axes() -> DMat3 {
     DMat3::from_cols(DVec3::NEG_X, DVec3::Z, DVec3::Y)
 }
 
-fn parse(bytes: &[u8]) -> Clause<Gltf> {
+fn parse(bytes: &[u8], files: &Files<'_>) -> Result<Gltf> {
     if bytes.starts_with(b"glTF") {
         let length =
             bytes.get(8..HEADER).and_then(<[u8]>::first_chunk).map(|length| u32::from_le_bytes(*length));
         if length.is_none_or(|length| (length as usize) < HEADER) {
-            return Err("it is cut short in its header".to_owned());
+            return Err(files.wrong("it is cut short in its header"));
         }
     }
-    let wrong = |error: gltf::Error| match error {
+    let clause = |error: gltf::Error| match error {
         gltf::Error::Validation(errors) => {
             let told: Vec<_> =
                 errors.iter().take(MOST_TOLD).map(|(path, error)| format!("{path}: {error}")).collect();
@@ -71,13 +74,20 @@ fn parse(bytes: &[u8]) -> Clause<Gltf> {
         gltf::Error::Deserialize(error) => format!("it is no glTF: {error}"),
         other => format!("it is no glTF that can be read, or cut short: {other}"),
     };
+    let wrong = |error: gltf::Error| files.wrong(clause(error));
     let read = Gltf::from_slice_without_validation(bytes).map_err(wrong)?;
     let root = read.document.into_json();
+    if let Some(extension) =
+        root.extensions_required.iter().find(|extension| !READ.contains(&extension.as_str()))
+    {
+        let what = format!("it requires {extension:?} (extensionsRequired), which is not read");
+        return Err(files.unsupported(what, "export it without compression and without such extensions"));
+    }
     // The library's own validation takes these for granted.
     let mut used =
         root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|part| part.attributes.values());
     if let Some(outside) = used.find(|index| index.value() >= root.accessors.len()) {
-        return Err(format!("it names accessor {outside}, of {}", root.accessors.len()));
+        return Err(files.wrong(format!("it names accessor {outside}, of {}", root.accessors.len())));
     }
     Ok(Gltf { document: gltf::Document::from_json(root).map_err(wrong)?, blob: read.blob })
 }

@@ -163,8 +163,8 @@ fn read(path: &Path, hasher: &mut blake3::Hasher) -> Result<Read> {
         Some("obj") => obj::read(&bytes, &mut files)?,
         Some("vox") => vox::read(&bytes).map_err(|what| Error::invalid(path, what))?,
         _ => {
-            let what = "is no model that is known by its name; models end in .glb, .gltf, .obj or .vox";
-            return Err(Error::invalid(path, what));
+            let what = "is no model that is known by its name";
+            return Err(Error::unsupported(path, what, "models end in .glb, .gltf, .obj or .vox"));
         }
     };
     Ok(Read { raw, files: files.read() })

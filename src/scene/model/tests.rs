@@ -267,6 +267,12 @@ fn mistakes_are_named() {
     folder.put("square.mtl", b"newmtl red\nKd 1\n");
     assert!(folder.refused("wrong.obj", OBJ.as_bytes()).contains("square.mtl, line 2"));
     assert!(folder.refused("wrong.ply", b"ply").contains(".glb"));
+    for name in ["wrong.ply", "wrong.gltf"] {
+        let draco = r#""version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]"#;
+        folder.put("wrong.gltf", json(r#""version":"2.0"}"#, draco).as_bytes());
+        let error = folder.read(name, &PLAIN).unwrap_err();
+        assert!(matches!(error, Error::Unsupported { .. }), "{name}: {error}");
+    }
     let nested = [
         &b"VOX "[..],
         &[150, 0, 0, 0],

@@ -159,3 +159,21 @@ fn bench_measures_frames_with_their_objects() {
     let nearer = nearer.count();
     assert!(nearer > 100, "{nearer} pixels are nearer");
 }
+
+#[test]
+fn models_that_cannot_be_read_end_with_the_code_of_their_kind() {
+    let site = site();
+    let check = |model: &str| {
+        let scene = format!("[[object]]\nname = \"m\"\nmodel = \"{model}\"\nat = [800, 900, 0]\n");
+        fs::write(site.path().join("model.toml"), scene).expect("a scene");
+        run(&site, "scene check model.toml")
+    };
+    fs::write(site.path().join("a.ply"), "ply\n").expect("a model");
+    let draco = r#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#;
+    fs::write(site.path().join("draco.gltf"), draco).expect("a model");
+    fs::write(site.path().join("cut.glb"), b"glTF").expect("a model");
+    for (model, code) in [("a.ply", 4), ("draco.gltf", 4), ("cut.glb", 3), ("none.glb", 5)] {
+        let text = ends(&check(model), code);
+        assert!(text.contains("model.toml") && text.contains("line 3") && text.contains(model), "{text}");
+    }
+}
