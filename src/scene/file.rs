@@ -137,6 +137,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     })?;
     let mut hasher = blake3::Hasher::new();
     hasher.update(&bytes);
+    let lines = table.sun.as_ref().map(|sun| sun.lines(&reading)).unwrap_or_default();
     let shadows = table.sun.as_ref().and_then(SunTable::shadows);
     let sun = table.sun.map_or(Ok(None), |sun| sun.read(&reading))?;
     let night = table.night.unwrap_or_default().read(&reading)?;
@@ -175,6 +176,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         sun,
         shadows,
         night,
+        lines,
         visibility,
         weather,
         objects,

@@ -31,10 +31,13 @@ pub use plume::{Kind as PlumeKind, Plume};
 pub use precipitation::{Cover, Kind as PrecipitationKind, Precipitation};
 pub use weather::{Clouds, Fog, Weather};
 
-use crate::error::Result;
+use glam::DVec2;
+
+use crate::error::{Error, Result};
 use crate::flight::Track;
+use crate::geo::Crs;
 use crate::objects::Form;
-use crate::sunlight::{Night, SunSetting};
+use crate::sunlight::{Night, Sky, SunSetting};
 
 /// What a night is like.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +68,8 @@ pub struct Scene {
     pub shadows: Option<bool>,
     /// Light besides the sun's.
     pub night: NightSky,
+    /// Where the file says when the sun stands, and that ground lies in shadow.
+    pub lines: SunLines,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
     pub visibility: Option<f64>,
     /// What lies in the air besides haze.
@@ -75,6 +80,15 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Plumes, in the order of the file.
     pub plumes: Vec<Plume>,
+}
+
+/// Lines of a scene file, from 1 on, for what is wrong with a sun over some database; `None`: it says nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SunLines {
+    /// That of `time`.
+    pub time: Option<usize>,
+    /// That of `shadows`.
+    pub shadows: Option<usize>,
 }
 
 /// Something that stands somewhere, or moves.
@@ -109,5 +123,19 @@ impl Scene {
     /// what is wrong with a model, with its file and place.
     pub fn read(path: &Path) -> Result<Self> {
         file::read(path)
+    }
+
+    /// Where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with the line: what [`SunSetting::over`] says of its time.
+    pub fn sky_over(&self, crs: &Crs, place: DVec2) -> Result<Option<Sky>> {
+        let of_scene = |error: Error| match (error, self.lines.time) {
+            (Error::Configuration(what), Some(line)) => {
+                Error::invalid(&self.path, format!("line {line}: {what}"))
+            }
+            (other, _) => other,
+        };
+        self.sun.map(|sun| sun.over(crs, place)).transpose().map_err(of_scene)
     }
 }

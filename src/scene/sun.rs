@@ -5,8 +5,8 @@ use time::OffsetDateTime;
 use toml::Spanned;
 use toml::value::Datetime;
 
-use super::NightSky;
 use super::file::Reading;
+use super::{NightSky, SunLines};
 use crate::error::Result;
 use crate::sunlight::{Night, Sun, SunSetting};
 
@@ -16,7 +16,7 @@ pub(super) struct SunTable {
     azimuth_deg: Option<Spanned<f64>>,
     elevation_deg: Option<Spanned<f64>>,
     time: Option<Spanned<Time>>,
-    shadows: Option<bool>,
+    shadows: Option<Spanned<bool>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -49,7 +49,15 @@ enum Time {
 
 impl SunTable {
     pub fn shadows(&self) -> Option<bool> {
-        self.shadows
+        self.shadows.as_ref().map(|shadows| *shadows.get_ref())
+    }
+
+    /// Where the file says so.
+    pub fn lines(&self, reading: &Reading<'_>) -> SunLines {
+        SunLines {
+            time: self.time.as_ref().map(|time| reading.line(&time.span())),
+            shadows: self.shadows.as_ref().map(|shadows| reading.line(&shadows.span())),
+        }
     }
 
     /// Where the sun stands, if it says so.

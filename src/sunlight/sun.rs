@@ -1,5 +1,7 @@
 //! Where the sun stands.
 
+use std::ops::RangeInclusive;
+
 use glam::{DVec2, Vec3};
 use solar_positioning::time::JulianDate;
 use solar_positioning::{Location, RefractionCorrection, SolarPositions, delta_t};
@@ -18,6 +20,9 @@ const DAY: f64 = 86_400.0;
 const J2000: f64 = 2_451_545.0;
 const SIDEREAL_AT_J2000: f64 = 280.460_618_37;
 const SIDEREAL_PER_DAY: f64 = 360.985_647_366_29;
+
+/// For which the algorithm holds.
+const YEARS: RangeInclusive<i32> = -2000..=6000;
 
 /// Direction to the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,8 +135,17 @@ impl SunSetting {
             Transform::new(crs, &Crs::wgs84())?.apply(place.x, place.y).ok_or_else(|| {
                 wrong(format!("{}, {} of {} is no place on Earth", place.x, place.y, crs.name()))
             })?;
-        let of_crate = |error: solar_positioning::Error| wrong(error.to_string());
         let utc = time.to_utc();
+        if !YEARS.contains(&utc.year()) {
+            let what = format!(
+                "the year {} is none of {} to {}, for which it is computed",
+                utc.year(),
+                YEARS.start(),
+                YEARS.end()
+            );
+            return Err(wrong(what));
+        }
+        let of_crate = |error: solar_positioning::Error| wrong(error.to_string());
         let late =
             delta_t::estimate_from_date(utc.year(), u32::from(u8::from(utc.month()))).map_err(of_crate)?;
         let seconds = utc.unix_timestamp() as f64 + f64::from(utc.nanosecond()) * 1.0e-9;
@@ -199,6 +213,8 @@ mod tests {
         let night = over(datetime!(2026-06-21 00:00 UTC), 10.0, 47.0).unwrap();
         // Midsummer at 47° N: as far below as the obliquity leaves of the colatitude, at true midnight.
         assert!(!night.is_up() && (night.elevation - (23.44 - 43.0)).abs() < 1.0, "{night:?}");
+        let far = over(datetime!(9999-06-21 12:00 UTC), 10.0, 47.0).unwrap_err().to_string();
+        assert!(far.contains("the year 9999 is none of -2000 to 6000"), "{far}");
         let nowhere = SunSetting::Time(datetime!(2026-06-21 12:00 UTC)).over(&Crs::local(), DVec2::ZERO);
         assert!(nowhere.unwrap_err().to_string().contains("--crs"));
     }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use glam::{DVec2, DVec3};
 use hedgehop::Result;
 use hedgehop::geo::{Crs, Transform};
+use hedgehop::scene::Scene;
 use hedgehop::sunlight::{Sky, SunSetting};
 use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header};
 use serde_json::{Value, json};
@@ -18,9 +19,14 @@ pub fn crs(header: &Header) -> Result<Crs> {
     Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())
 }
 
-/// Where a sun stands over the middle of the area.
+/// Where sun and stars stand over the middle of the area.
 pub fn sky(sun: SunSetting, header: &Header) -> Result<Sky> {
     sun.over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
+}
+
+/// Where sun and stars of a scene stand over the middle of a database's area, if it says so.
+pub fn sky_of(scene: &Scene, header: &Header) -> Result<Option<Sky>> {
+    scene.sky_over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
 
 /// West, south, east and north of the area, degrees (WGS 84); `None` for areas without a place on Earth.

@@ -121,8 +121,11 @@ impl LookArgs {
         if let Some(visibility) = self.visibility.or(scene.and_then(|scene| scene.visibility)) {
             options.visibility = visibility;
         }
-        let asked = self.sun.or(scene.and_then(|scene| scene.sun));
-        let sky = asked.map(|sun| area::sky(sun, header)).transpose()?;
+        let sky = match (self.sun, scene) {
+            (Some(sun), _) => Some(area::sky(sun, header)?),
+            (None, Some(scene)) => area::sky_of(scene, header)?,
+            (None, None) => None,
+        };
         let sun = sky.map(|sky| sky.sun);
         let baked = header.metadata.baked_sun.map(|[azimuth, elevation]| Sun { azimuth, elevation });
         options.sun = sun.or(baked).unwrap_or(options.sun);
@@ -130,11 +133,21 @@ impl LookArgs {
         options.shadows = shadows.or(scene.and_then(|scene| scene.shadows)).unwrap_or(options.shadows);
         if let (Some(baked), true) = (baked, options.shadows) {
             let what = format!(
-                "the database's colours hold the shadows of a sun {:.1}° from grid north and {:.1}° high already; render it without --shadows on, or the \
-                 database that it was baked from",
+                "the database's colours hold the shadows of a sun {:.1}° from grid north and {:.1}° high already",
                 baked.azimuth, baked.elevation
             );
-            return Err(Error::Configuration(what));
+            let line = scene.and_then(|scene| Some((&scene.path, scene.lines.shadows?)));
+            return Err(match line.filter(|_| self.shadows.is_none()) {
+                Some((path, line)) => Error::invalid(
+                    path,
+                    format!(
+                        "line {line}: shadows = true, and {what}; leave it out, give --shadows off, or render the database that it was baked from"
+                    ),
+                ),
+                None => Error::Configuration(format!(
+                    "{what}; render it without --shadows on, or the database that it was baked from"
+                )),
+            });
         }
         let night = scene.map(|scene| scene.night).unwrap_or_default();
         let firmament = sky.map(|sky| sky.firmament).unwrap_or_default();

@@ -177,3 +177,22 @@ fn models_that_cannot_be_read_end_with_the_code_of_their_kind() {
         assert!(text.contains("model.toml") && text.contains("line 3") && text.contains(model), "{text}");
     }
 }
+
+#[test]
+fn shadows_that_are_there_already_are_refused_in_words_of_the_scene() {
+    let site = site();
+    ends(&run(&site, "bake area.hop --sun 200,30 -o baked.hop"), 0);
+    let scene = SCENE.replace("elevation_deg = 30", "elevation_deg = 30\nshadows = true");
+    fs::write(site.path().join("shadows.toml"), scene).expect("a scene");
+    let fly = |more: &str| {
+        let args = "render baked.hop --path path.csv --frames 1 --size 64x36 -o x/####.png --scene";
+        run(&site, &format!("{args} {more}"))
+    };
+    let text = ends(&fly("shadows.toml"), 3);
+    assert!(
+        text.contains("shadows.toml: line 5: shadows = true") && !text.contains("--shadows on"),
+        "{text}"
+    );
+    assert!(ends(&fly("scene.toml --shadows on"), 2).contains("--shadows on"));
+    ends(&fly("shadows.toml --shadows off"), 0);
+}

@@ -51,8 +51,8 @@ pub fn run(args: &Args) -> Outcome {
     let mut text = description(&scene);
     if let Some(file) = area {
         let source = PageFile::open(file)?;
-        if let Some(setting @ SunSetting::Time(_)) = scene.sun {
-            let Sun { azimuth, elevation } = area::sky(setting, source.header())?.sun;
+        if let (Some(SunSetting::Time(_)), Some(sky)) = (scene.sun, area::sky_of(&scene, source.header())?) {
+            let Sun { azimuth, elevation } = sky.sun;
             let _ = writeln!(text, "  the sun is then {azimuth:.1}° from grid north, {elevation:.1}° high");
         }
         let cast = over_ground(&source, WorldArgs::default(), |crs, ground| scene.bind(crs, ground))?;
