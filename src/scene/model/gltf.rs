@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::files::{self, Files};
 use super::picture::Pictures;
-use super::{MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, accessor};
+use super::{MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, accessor, numbers};
 use crate::error::Result;
 use crate::objects::{Material, Texture, Wrap};
 
@@ -36,6 +36,7 @@ struct Reader<'d> {
 }
 
 pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
+    numbers::check(bytes).map_err(|what| files.wrong(what))?;
     let mut document = parse(bytes, files)?;
     let blob = document.blob.take();
     let buffers = buffers(&document, blob, files)?;

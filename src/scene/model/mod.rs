@@ -10,6 +10,7 @@
 mod accessor;
 mod files;
 mod gltf;
+mod numbers;
 mod obj;
 mod picture;
 #[cfg(test)]

@@ -243,6 +243,10 @@ fn mistakes_are_named() {
             r#""version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]"#,
             "extensionsRequired",
         ),
+        (r#""mesh":0"#, r#""mesh":9223372036854775808"#, "9223372036854775808"),
+        (r#""POSITION":0"#, r#""POSITION":4294967296"#, "4294967296"),
+        (r#""nodes":[0]"#, r#""nodes":[4294967296]"#, "4294967296"),
+        (r#""componentType":5126"#, r#""componentType":4294972422"#, "4294972422"),
     ];
     for (from, to, told) in cases {
         let message = folder.refused("wrong.gltf", json(from, to).as_bytes());
@@ -273,6 +277,10 @@ fn mistakes_are_named() {
         let error = folder.read(name, &PLAIN).unwrap_err();
         assert!(matches!(error, Error::Unsupported { .. }), "{name}: {error}");
     }
+    // Numbers that are no indices may be as large as they like.
+    let large = json(r#""version":"2.0"}"#, r#""version":"2.0"},"extras":{"mesh":9223372036854775808}"#);
+    folder.put("large.gltf", large.as_bytes());
+    assert!(folder.read("large.gltf", &PLAIN).is_ok());
     let nested = [
         &b"VOX "[..],
         &[150, 0, 0, 0],
