@@ -300,6 +300,12 @@ fn mistakes_are_named() {
     let at = turned.windows(2).position(|pair| pair == b"17").unwrap();
     turned[at + 1] = b'5';
     assert!(folder.refused("wrong.vox", &turned).contains("turn"));
+    for odd in ["10 20 3x", "10 20+30", "10 20 \t ", "1 20 3 4"] {
+        let mut moved = vox();
+        let at = moved.windows(8).position(|bytes| bytes == b"10 20 30").unwrap();
+        moved[at..at + 8].copy_from_slice(format!("{odd:8}").as_bytes());
+        assert!(folder.refused("wrong.vox", &moved).contains("no place"), "{odd:?}");
+    }
 }
 
 /// A generator of numbers that look like chance (Marsaglia, "Xorshift RNGs", 2003).

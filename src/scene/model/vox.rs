@@ -97,9 +97,11 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
                         .ok_or_else(|| format!("its node {index} is turned by {text:?}, which is no turn"))?,
                     None => DMat3::IDENTITY,
                 };
-                let place = frame
-                    .and_then(dot_vox::Frame::position)
-                    .map_or(IVec3::ZERO, |place| IVec3::new(place.x, place.y, place.z));
+                let place = match frame.and_then(|frame| frame.attributes.get("_t")) {
+                    Some(text) => place(text)
+                        .ok_or_else(|| format!("its node {index} is moved by {text:?}, which is no place"))?,
+                    None => IVec3::ZERO,
+                };
                 let moved = (turn * place.as_dvec3()).as_ivec3();
                 waiting.push((*child, turn * own, shift.saturating_add(moved)));
             }
@@ -116,6 +118,13 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
         within("instances", found.len().max(waiting.len()), MOST_INSTANCES)?;
     }
     Ok(found)
+}
+
+/// A place of the format: three whole numbers.
+fn place(text: &str) -> Option<IVec3> {
+    let mut parts = text.split_ascii_whitespace().map(|part| part.parse().ok());
+    let place = IVec3::new(parts.next()??, parts.next()??, parts.next()??);
+    parts.next().is_none().then_some(place)
 }
 
 /// A turn of the format: where the entries of the first two rows are, and the signs of all three.
