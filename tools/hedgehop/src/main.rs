@@ -72,7 +72,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args, &interrupt),
         Command::Info(args) => info::run(args),
         Command::Verify(args) => verify::run(args, &interrupt),
-        Command::Scene(args) => scenes::run(args),
+        Command::Scene(args) => scenes::run(args, &interrupt),
         Command::Bench(args) => bench::run(args, &interrupt),
         Command::Demo(args) => demo::run(args, &interrupt),
     });

@@ -1,16 +1,24 @@
 //! Scenes on the command line: what a flight meets besides the ground.
 
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
 
-use hedgehop::Result;
+use crossbeam::channel::{RecvTimeoutError, bounded};
 use hedgehop::frame::FrameRate;
 use hedgehop::progress::Observer;
 use hedgehop::scene::{Cast, Clouds, Fog, Moment, Scene, Weather};
 use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::view::over_ground;
 use crate::world::WorldArgs;
+
+/// How often it is asked whether to go on.
+const PATIENCE: Duration = Duration::from_millis(50);
+/// Stack of the thread that reads, bytes: that of a main thread.
+const STACK: usize = 8 << 20;
 
 /// What is in sight besides the ground.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -30,8 +38,41 @@ pub struct Playing {
 
 impl SceneArgs {
     /// Reads the scene, if one was asked for.
-    pub fn read(&self) -> Result<Option<Scene>> {
-        self.scene.as_deref().map(Scene::read).transpose()
+    pub fn read(&self, observer: &dyn Observer) -> Result<Option<Scene>> {
+        self.scene.as_deref().map(|path| read(path, observer)).transpose()
+    }
+}
+
+/// Reads a scene, and stops when the user wants to.
+pub fn read(path: &Path, observer: &dyn Observer) -> Result<Scene> {
+    let file = path.to_owned();
+    answering(path, observer, move || Scene::read(&file))
+}
+
+/// Reads something from `path`. Large models take many seconds in libraries that ask nobody whether to go on, so that another thread reads them, which
+/// is left to itself when the user wants to stop: reading leaves nothing behind.
+fn answering<T: Send + 'static>(
+    path: &Path,
+    observer: &dyn Observer,
+    read: impl FnOnce() -> Result<T> + Send + 'static,
+) -> Result<T> {
+    let (sender, receiver) = bounded(1);
+    let reader = thread::Builder::new().name("scene".into()).stack_size(STACK);
+    // Nobody listens any more once the user has stopped it.
+    let reader = reader.spawn(move || drop(sender.send(read())));
+    let reader = reader.map_err(|error| Error::io(path, "start a thread to read it", error))?;
+    loop {
+        match receiver.recv_timeout(PATIENCE) {
+            Ok(outcome) => return outcome,
+            Err(RecvTimeoutError::Timeout) if observer.cancelled() => {
+                return Err(Error::Interrupted(format!("{} was not read to its end", path.display())));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => match reader.join() {
+                Err(panic) => std::panic::resume_unwind(panic),
+                Ok(()) => return Err(Error::invalid(path, "could not be read")),
+            },
+        }
     }
 }
 
@@ -113,5 +154,29 @@ impl Playing {
     /// When a frame is, seconds after the flight's first fix.
     pub fn seconds(&self, number: u64) -> f64 {
         self.fps.seconds_at(number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Stops;
+
+    impl Observer for Stops {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn who_wants_to_stop_does_not_wait_for_what_is_read() {
+        let (release, held) = bounded::<()>(0);
+        let path = Path::new("scene.toml");
+        // It would wait for ever.
+        let stopped = answering(path, &Stops, move || Ok(held.recv().is_err()));
+        assert!(matches!(stopped, Err(Error::Interrupted(what)) if what.contains("scene.toml")));
+        drop(release);
+        assert_eq!(answering(path, &hedgehop::progress::Silent, || Ok(3)).unwrap(), 3);
     }
 }

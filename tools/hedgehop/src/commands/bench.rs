@@ -136,7 +136,7 @@ struct Job<'a> {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
-    let scene = args.scene.read()?;
+    let scene = args.scene.read(&reporter)?;
     let files = std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path);
     let inputs: Vec<&Path> = files.chain(scene::inputs(scene.as_ref())).collect();
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {

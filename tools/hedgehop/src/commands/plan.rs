@@ -166,7 +166,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         inputs.extend(args.flight.path.as_deref());
         traffic::check(map, &inputs)?;
     }
-    let scene = args.scene.read()?;
+    let scene = args.scene.read(&reporter)?;
     let file = PageFile::open(&args.area)?;
     let setup = args.flight.screen.setup()?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));

@@ -214,7 +214,7 @@ impl Done {
 
 /// Renders everything that `args` asks for. Frames that are finished when something goes wrong stay, and are listed.
 pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
-    let scene = args.scene.read()?;
+    let scene = args.scene.read(reporter)?;
     let scene = scene.as_ref();
     check_combination(args, scene)?;
     let setup = args.flight.screen.setup()?;

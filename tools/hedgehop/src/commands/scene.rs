@@ -12,6 +12,9 @@ use hedgehop::voxel::PageSource;
 
 use crate::area;
 use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Mode, Reporter};
+use crate::scene;
 use crate::view::over_ground;
 use crate::world::WorldArgs;
 
@@ -45,9 +48,10 @@ enum Command {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let Command::Check { scene, area } = &args.command;
-    let scene = Scene::read(scene)?;
+    let reporter = Reporter::new(Mode::Auto, interrupt);
+    let scene = scene::read(scene, &reporter)?;
     let mut text = description(&scene);
     if let Some(file) = area {
         let source = PageFile::open(file)?;
