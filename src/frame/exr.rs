@@ -8,6 +8,8 @@
 //! | `N.X N.Y N.Z` | half | unit normal, x east, y north, z up; 0 for the sky |
 //! | `level` | uint | level index of the surface, 255 for the sky |
 //! | `id` | uint | source << 16 \| material << 8 \| flags, 4294967295 for the sky |
+//! | `forward.u`, `forward.v` | float | pixels to the right and up until the next frame, if asked for ([`super::motion`]) |
+//! | `CryptoObject00.R` … | float | ids and shares of bodies and ground, if asked for ([`super::matte`]) |
 //!
 //! The colour channels have no layer prefix, since viewers open a blank picture without a default
 //! layer. ZIP compression, 16 scan lines at a time, every reader knows it.
@@ -34,7 +36,7 @@ use ::exr::prelude::{
 
 use super::info::{CAMERA_CONVENTIONS, Value};
 use super::picture::Refusal;
-use super::{Frame, FrameInfo};
+use super::{Frame, FrameInfo, Matte};
 use crate::error::{Error, Result};
 use crate::space::{Camera, Ray, Screen};
 
@@ -48,16 +50,19 @@ const CHANNEL_CONVENTIONS: &str = "R G B: linear Rec. 709, 1 is display white; Z
      sky; id: source << 16 | material << 8 | flags, 4294967295 for the sky; worldToCamera: row vectors, \
      camera x right, y up, z forward; its translation is rounded to f32, the eye is exact in hedgehop.eye_m";
 
+/// And of motion vectors.
+const MOTION_CONVENTIONS: &str = "; forward: pixels to the right (u) and up (v) until the next frame";
+
 /// Name of the attribute that holds the digest of entries and channels.
 const DIGEST: &str = "hedgehop.digest";
 
-/// Most bytes that one pixel of a file that is read may take in memory: ours takes 32.
+/// Most bytes that one pixel of a file that is read may take in memory: ours takes 88 at most.
 const PIXEL_BYTES: usize = 256;
 
 /// The bytes of an EXR of `frame`.
 pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec<u8>> {
     let channels = channels(frame);
-    let attributes = attributes(&frame.camera, info, &channels);
+    let attributes = attributes(frame, info, &channels);
     let size = Vec2(frame.camera.width as usize, frame.camera.height as usize);
     let encoding = Encoding {
         compression: Compression::ZIP16,
@@ -106,7 +111,23 @@ fn channels(frame: &Frame) -> Channels {
         ("level", level),
         ("id", FlatSamples::U32(frame.id.clone())),
     ];
-    AnyChannels::sort(named.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect())
+    let aov =
+        further(frame).into_iter().map(|(name, samples)| AnyChannel::new(name.as_str(), float(samples)));
+    AnyChannels::sort(
+        named.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).chain(aov).collect(),
+    )
+}
+
+/// Channels that were asked for.
+fn further(frame: &Frame) -> Vec<(String, Vec<f32>)> {
+    let mut channels = frame.aov.matte.as_ref().map_or_else(Vec::new, |matte| matte.channels(frame));
+    if let Some(motion) = &frame.aov.motion {
+        let part = |part: usize| motion.iter().map(|vector| vector[part]).collect();
+        channels.extend(
+            ["forward.u", "forward.v"].into_iter().zip([part(0), part(1)]).map(|(n, p)| (n.to_owned(), p)),
+        );
+    }
+    channels
 }
 
 /// Radiance as a half: what exceeds the largest half, 65504, is clipped to it, not made infinite.
@@ -135,18 +156,23 @@ fn depth(frame: &Frame) -> Vec<f32> {
     rays(frame).zip(&frame.range).map(planar).collect()
 }
 
-fn attributes(camera: &Camera, info: &FrameInfo, channels: &Channels) -> LayerAttributes {
+fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttributes {
+    let camera = &frame.camera;
     let mut attributes = LayerAttributes::default();
     let mut entries = info.entries(camera);
     entries.push((DIGEST, Value::Text(digest(&texts(&entries), channels))));
-    entries
-        .push(("hedgehop.conventions", Value::Text(format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}"))));
+    let motion = frame.aov.motion.as_ref().map_or("", |_| MOTION_CONVENTIONS);
+    let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}");
+    entries.push(("hedgehop.conventions", Value::Text(conventions)));
     for (name, value) in entries {
         let value = match value {
             Value::Text(value) => AttributeValue::Text(text(&value)),
             Value::Number(value) => AttributeValue::F64(value),
         };
         attributes.other.insert(text(name), value);
+    }
+    for (name, value) in frame.aov.matte.iter().flat_map(Matte::attributes) {
+        attributes.other.insert(text(&name), AttributeValue::Text(text(&value)));
     }
     attributes.software_name = Some(text(&info.writer));
     attributes.world_to_camera = Some(camera_from_world(camera));

@@ -28,6 +28,8 @@ mod fog;
 pub mod frames;
 mod glow;
 mod info;
+mod matte;
+mod motion;
 pub mod pattern;
 mod picture;
 mod png;
@@ -44,6 +46,8 @@ pub use atmosphere::Atmosphere;
 pub use fall::Fall;
 pub use frames::FrameSet;
 pub use info::FrameInfo;
+pub use matte::{Cover, Matte};
+pub use motion::{Step, motion};
 pub use pattern::{FramePattern, Target};
 pub use picture::Picture;
 pub use rate::FrameRate;
@@ -65,6 +69,17 @@ pub struct Frame {
     pub level: Vec<u8>,
     /// `source << 16 | material << 8 | flags` of the voxel; [`Frame::SKY_ID`] for the sky, [`Frame::body_id`] for bodies.
     pub id: Vec<u32>,
+    /// What else was asked for.
+    pub aov: Aov,
+}
+
+/// Further values of a frame's pixels, which EXR files hold if they are there. The field calls them arbitrary output variables.
+#[derive(Debug, Clone, Default)]
+pub struct Aov {
+    /// What share of each pixel bodies and ground have.
+    pub matte: Option<Matte>,
+    /// How many pixels what is seen moves to the right and up until the next frame, `[height][width]`; see [`motion()`].
+    pub motion: Option<Vec<[f32; 2]>>,
 }
 
 impl Frame {
@@ -85,6 +100,7 @@ impl Frame {
             normal: vec![[0.0; 3]; pixels],
             level: vec![Self::SKY_LEVEL; pixels],
             id: vec![Self::SKY_ID; pixels],
+            aov: Aov::default(),
         }
     }
 
@@ -110,6 +126,9 @@ impl Frame {
                  {width}×{height}; --size must be at least 1×1"
             );
             return Err(Error::invalid(path, what));
+        }
+        if self.aov.motion.as_ref().is_some_and(|motion| motion.len() != self.id.len()) {
+            return Err(Error::invalid(path, "motion of other pixels than those of the picture"));
         }
         Ok(())
     }

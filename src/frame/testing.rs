@@ -21,6 +21,7 @@ pub fn frame(width: u32, height: u32) -> Frame {
         normal: Vec::new(),
         level: Vec::new(),
         id: Vec::new(),
+        aov: super::Aov::default(),
     };
     for row in 0..height {
         for column in 0..width {

@@ -106,6 +106,11 @@ impl Body {
         (middle, 0.5 * (high - low).length())
     }
 
+    /// Columns: its axes (right, forward, up) in the world.
+    pub fn world_from_body(&self) -> DMat3 {
+        world_from_body(self.attitude)
+    }
+
     /// Whether it holds up light on the way from `origin` (metres in the world) along `direction` (of unit length), up to `end` metres: whether it casts
     /// a shadow on `origin`. Nothing bends here.
     pub fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {

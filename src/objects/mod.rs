@@ -35,7 +35,7 @@ pub use lens::Lens;
 pub use light::{Beam, Below, Cone, Fixture, PointLight};
 pub use mesh::{Material, Mesh, Part, Texture, Wrap};
 pub use model::{Level, Model};
-pub use pixel::{Ground, Seen};
+pub use pixel::{Ground, Seen, Share};
 pub use puff::{Puff, SeenPuff};
 pub use shadow::{Bounds, Caster, Casters, Patch};
 pub use shape::Shape;

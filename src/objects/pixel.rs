@@ -1,6 +1,9 @@
 //! How much of a pixel bodies cover, and what they look like.
 
 mod meshes;
+mod shares;
+
+pub use shares::Share;
 
 use glam::{DVec2, Vec3};
 
@@ -146,6 +149,7 @@ impl<'v> Looking<'v> {
         ground: impl FnOnce() -> Ground,
         shade: impl Fn(&Hit, &Ray) -> Vec3,
     ) -> Option<Seen> {
+        self.faces.clear();
         if !self.row.iter().any(|body| body.columns.contains(&column)) {
             return None;
         }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::lights::Glints;
 use super::merge::{Bodies, rows_of};
 use super::shadows::Shadows;
-use super::{Account, Rendered, Renderer, clouds, fall, lights, planes, puffs, reference};
+use super::{Account, Rendered, Renderer, clouds, fall, lights, matte, planes, puffs, reference};
 use crate::colour::srgb8_picture;
 use crate::error::Result;
 use crate::frame::Picture;
@@ -79,6 +79,9 @@ impl<S: PageSource> Renderer<'_, S> {
             None => self.by_reference(camera, farm)?,
         };
         self.source.intact()?;
+        if self.options.matte {
+            rendered.frame.aov.matte = Some(matte::of_ground(self, &rendered.frame, farm)?);
+        }
         let has_lights = lights::any(self, lights);
         rendered.account.times.image += timed(|| {
             let frame = &mut rendered.frame;

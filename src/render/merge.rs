@@ -22,7 +22,7 @@ const RGB: usize = 3;
 
 /// Squares of the screen that bodies are in, by [`SQUARE`] rows of it.
 pub struct Bodies<'v> {
-    rows: Vec<Vec<Square<'v>>>,
+    pub(super) rows: Vec<Vec<Square<'v>>>,
 }
 
 /// How bodies look.
@@ -103,6 +103,10 @@ impl<'v> Bodies<'v> {
         let (look, width) = (Look::of(renderer, shadows), frame.camera.width as usize);
         // Pixels look at their neighbours' ground, which other tasks may have covered.
         let ground = frame.range.clone();
+        if let Some(mut matte) = frame.aov.matte.take() {
+            self.into_matte(renderer.isa, frame, &mut matte, farm)?;
+            frame.aov.matte = Some(matte);
+        }
         let shown = Shown { range: &ground, width };
         let rows = width * SQUARE;
         let planes = frame

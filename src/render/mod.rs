@@ -11,6 +11,8 @@ mod fall;
 mod foresight;
 mod joined;
 mod lights;
+mod limits;
+mod matte;
 mod merge;
 mod planes;
 mod puffs;
@@ -24,6 +26,7 @@ mod unserved;
 
 pub use foresight::{FlightPlan, LivePlan};
 pub use joined::Things;
+pub use limits::{far_limit, level_bands};
 pub use unserved::Unserved;
 
 use std::sync::Arc;
@@ -34,13 +37,13 @@ use glam::DVec3;
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame, Picture};
+use crate::raymarch::Surface;
 use crate::raymarch::scan::{Profile, TurnedPages};
-use crate::raymarch::{LevelBands, Surface};
 use crate::scene::Weather;
 use crate::sensor::VisualSensor;
 use crate::sensor::radiance::Radiance;
 use crate::simd::Isa;
-use crate::space::{Camera, Footprint};
+use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::{Header, PageNeeds, PageSource, Used};
@@ -69,6 +72,8 @@ pub struct RenderOptions {
     pub tile_world: bool,
     /// What marches.
     pub engine: Engine,
+    /// Frames say what share of each pixel bodies have ([`crate::frame::Aov::matte`]).
+    pub matte: bool,
 }
 
 /// What finds the surface that a pixel sees.
@@ -108,6 +113,7 @@ impl Default for RenderOptions {
             curvature: Curvature::FLAT,
             tile_world: false,
             engine: Engine::default(),
+            matte: false,
         }
     }
 }
@@ -408,21 +414,4 @@ pub fn render_reference<S: PageSource>(
     let rendered = reference::render(source, camera, options, shades.as_ref(), farm);
     source.intact()?;
     rendered
-}
-
-/// The bands of distance in which `camera` sees each level.
-pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) -> LevelBands {
-    let clearance = camera.pose.eye.z - header.height_range.1;
-    let (grid, count) = (&header.grid, header.level_count);
-    match camera.footprint() {
-        Footprint::Angle(angle) => LevelBands::new(grid, count, angle, clearance, options.detail),
-        Footprint::Width(width) => LevelBands::uniform(grid, count, width, options.detail),
-    }
-}
-
-/// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
-/// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
-pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
-    let (_, highest) = header.height_range;
-    options.atmosphere(header).reach(camera.pose.eye.z, highest)
 }

@@ -60,10 +60,9 @@ fn render_subimage<S: PageSource>(
     let started = Instant::now();
     let header = source.header();
     let bands = level_bands(header, camera, options);
-    let mut marcher = Marcher::new(source, bands.clone(), options.surface).curved(options.curvature);
+    let mut marcher = marcher(source, camera, options);
     let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades);
     if options.tile_world {
-        marcher = marcher.endless(far_limit(header, camera, options));
         filter = filter.endless();
     }
     let contacts: Vec<Vec<Option<Contact>>> =
@@ -90,6 +89,18 @@ fn render_subimage<S: PageSource>(
         }
     }
     Ok(SubimagePixels { pixels, rays, march: marched - started, shade: marched.elapsed() })
+}
+
+/// What finds the ground that a camera sees.
+pub(super) fn marcher<'a, S: PageSource>(
+    source: &'a S,
+    camera: &Camera,
+    options: &RenderOptions,
+) -> Marcher<'a, S> {
+    let header = source.header();
+    let bands = level_bands(header, camera, options);
+    let marcher = Marcher::new(source, bands, options.surface).curved(options.curvature);
+    if options.tile_world { marcher.endless(far_limit(header, camera, options)) } else { marcher }
 }
 
 /// Puts the subimages' columns side by side.

@@ -4,6 +4,7 @@
 mod scene;
 
 mod exact;
+mod matte;
 mod merging;
 mod meshes;
 mod outlines;

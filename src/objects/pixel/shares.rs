@@ -1,0 +1,57 @@
+//! What share of a pixel each body covers.
+
+use super::{Ground, Looking, Seen};
+use crate::objects::Square;
+use crate::objects::cover::RAYS;
+use crate::simd::Isa;
+
+/// What one body covers of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// The body's number.
+    pub id: u32,
+    /// Share of the pixel, 0…1, more than 0.
+    pub share: f32,
+}
+
+impl Square<'_> {
+    /// Tells `put` row and column of every pixel of the screen in which bodies are seen, row by row, and what each of them covers of it before what
+    /// `ground` says of a pixel: the most first, of equals that of the lower number. The shares add up to [`Seen::share`].
+    pub fn shares(
+        &self,
+        isa: Isa,
+        ground: impl Fn(usize, usize) -> Ground,
+        mut put: impl FnMut(usize, usize, &[Share]),
+    ) {
+        let mut looking = Looking::at(self, isa);
+        let mut shares = Vec::new();
+        for row in self.rows.clone() {
+            for column in looking.begin(row) {
+                let seen = looking.pixel(column, row, || ground(column, row), |_, _| glam::Vec3::ZERO);
+                if let Some(seen) = seen {
+                    looking.split(&seen, &mut shares);
+                    put(row, column, &shares);
+                }
+            }
+        }
+    }
+}
+
+impl Looking<'_> {
+    /// Puts what each body has of what was `seen` of the latest pixel into `shares`.
+    fn split(&self, seen: &Seen, shares: &mut Vec<Share>) {
+        shares.clear();
+        // Where all rays see one face, they are not counted.
+        if self.faces.is_empty() {
+            shares.push(Share { id: seen.hit.id, share: seen.share });
+        }
+        for face in &self.faces {
+            let (id, share) = (self.near[face.aim].id, face.rays as f32 / RAYS as f32);
+            match shares.iter_mut().find(|known| known.id == id) {
+                Some(known) => known.share += share,
+                None => shares.push(Share { id, share }),
+            }
+        }
+        shares.sort_unstable_by(|a, b| b.share.total_cmp(&a.share).then(a.id.cmp(&b.id)));
+    }
+}

@@ -1,0 +1,23 @@
+//! How far each level is seen, and how far ground is.
+
+use super::RenderOptions;
+use crate::raymarch::LevelBands;
+use crate::space::{Camera, Footprint};
+use crate::voxel::Header;
+
+/// The bands of distance in which `camera` sees each level.
+pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) -> LevelBands {
+    let clearance = camera.pose.eye.z - header.height_range.1;
+    let (grid, count) = (&header.grid, header.level_count);
+    match camera.footprint() {
+        Footprint::Angle(angle) => LevelBands::new(grid, count, angle, clearance, options.detail),
+        Footprint::Width(width) => LevelBands::uniform(grid, count, width, options.detail),
+    }
+}
+
+/// Ground distance beyond which an area without end ([`RenderOptions::tile_world`]) is sky, metres: haze leaves less than
+/// a thousandth of any ground there. In clear air it is infinite; the marcher then sets an end of its own.
+pub fn far_limit(header: &Header, camera: &Camera, options: &RenderOptions) -> f64 {
+    let (_, highest) = header.height_range;
+    options.atmosphere(header).reach(camera.pose.eye.z, highest)
+}
