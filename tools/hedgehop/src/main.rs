@@ -1,5 +1,6 @@
 //! The `hedgehop` program: from elevation and imagery to flown pictures. Exit codes are in `exit.rs`.
 
+mod aov;
 mod area;
 mod args;
 mod commands;

@@ -81,6 +81,8 @@ pub struct Frames {
     pub product: Product,
     /// Objects are merged into them.
     pub has_objects: bool,
+    /// Bytes of a pixel of further channels.
+    pub further: u64,
     /// Frames that are rendered at once.
     pub in_flight: usize,
     /// Threads that write.
@@ -91,7 +93,7 @@ impl Frames {
     /// Bytes of them, with those of the program.
     fn bytes(self) -> u64 {
         let pixels = u64::from(self.size.width) * u64::from(self.size.height);
-        let whole = if self.product == Product::Frame { WHOLE } else { 0 };
+        let whole = if self.product == Product::Frame { WHOLE + self.further } else { 0 };
         // Every encoder holds a frame and what it makes of it, and may have another waiting.
         let waiting = 3 * (WAITING + whole) * self.encoders as u64;
         let ranged = if self.has_objects { RANGED } else { 0 };
@@ -284,7 +286,7 @@ mod tests {
     const SIZE: Size = Size { width: 1920, height: 1080 };
 
     fn frames(product: Product, in_flight: usize) -> Frames {
-        Frames { size: SIZE, product, has_objects: false, in_flight, encoders: 1 }
+        Frames { size: SIZE, product, has_objects: false, further: 0, in_flight, encoders: 1 }
     }
 
     fn shares(mib: u64, in_flight: usize) -> Result<Option<Shares>> {

@@ -151,6 +151,11 @@ impl Playing {
         self.cast.at(self.seconds(number))
     }
 
+    /// Names of the objects, by the ids of their bodies.
+    pub fn names(&self) -> Vec<String> {
+        self.cast.names().map(str::to_owned).collect()
+    }
+
     /// When a frame is, seconds after the flight's first fix.
     pub fn seconds(&self, number: u64) -> f64 {
         self.fps.seconds_at(number)

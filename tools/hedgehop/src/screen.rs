@@ -197,6 +197,11 @@ impl Setup {
         matches!(self.screen, Some(Screen::Orthographic { .. }))
     }
 
+    /// Whether rays come from a table, of which nobody knows where a point is.
+    pub fn is_table(&self) -> bool {
+        matches!(self.screen, Some(Screen::Table(_)))
+    }
+
     /// The camera of an aircraft at `pose`.
     pub fn camera(&self, pose: Pose) -> Camera {
         let screen = self.screen.clone().unwrap_or(Screen::Planar { hfov: pose.hfov });

@@ -19,6 +19,7 @@ use hedgehop::subimage::{Batch, Farm};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
+use crate::aov::Further;
 use crate::memory::Live;
 use crate::scene::Playing;
 
@@ -70,6 +71,8 @@ pub struct Sequence<'a> {
     pub stats: bool,
     /// Objects that are in sight.
     pub playing: Option<&'a Playing>,
+    /// What whole frames need for their further channels.
+    pub further: &'a Further,
 }
 
 /// What became of a sequence.
@@ -206,7 +209,8 @@ impl Sequence<'_> {
                 (Image::Picture(picture, Box::new(camera.clone())), account.rays)
             }
             Product::Frame => {
-                let Rendered { frame, account } = renderer.frame_with(camera, &moment, farm)?;
+                let Rendered { mut frame, account } = renderer.frame_with(camera, &moment, farm)?;
+                self.further.complete(&mut frame, number, (self.playing, &moment.bodies), farm)?;
                 (Image::Frame(Box::new(frame)), account.rays)
             }
         })

@@ -1,6 +1,7 @@
 //! From flags to cameras: the path or the single eye, bound to a database, and how its pictures look.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -8,7 +9,7 @@ use glam::DVec2;
 use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::geo::Crs;
-use hedgehop::progress::Observer;
+use hedgehop::progress::{Observer, Silent};
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
@@ -16,6 +17,7 @@ use hedgehop::sunlight::{Night, Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 
+use crate::aov::Partner;
 use crate::area;
 use crate::args::{self, AltitudeMode};
 use crate::screen::{ScreenArgs, Setup};
@@ -221,6 +223,28 @@ impl FlightArgs {
         self.world.note_seam(source.header(), observer);
         note_underground(source, self.world, &poses, observer)?;
         Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect())
+    }
+
+    /// The frame next to each of `numbers`, which tells its motion: the one behind it, or before the last; of a single one itself a moment later.
+    pub fn partners<S: PageSource>(
+        &self,
+        source: &S,
+        setup: &Setup,
+        fps: FrameRate,
+        numbers: impl Iterator<Item = u64>,
+    ) -> Result<BTreeMap<u64, Partner>> {
+        // What there is to say was said when the frames were chosen.
+        let trajectory = self.bind(source, setup, &Silent)?;
+        let count = trajectory.frame_count(fps.per_second());
+        let beside = |number: u64| if number < count || number == 1 { number + 1 } else { number - 1 };
+        let numbers: Vec<u64> = numbers.collect();
+        let pose = |number: u64| (number, trajectory.pose_at(fps.seconds_at(number)));
+        let mut poses: Vec<_> = numbers.iter().map(|number| pose(beside(*number))).collect();
+        if setup.is_map() {
+            self.look_down(source.header().height_range.1, &mut poses, &Silent);
+        }
+        let partner = |(own, (number, pose))| (own, Partner { number, camera: setup.camera(pose) });
+        Ok(numbers.into_iter().zip(poses).map(partner).collect())
     }
 
     fn track(&self) -> Result<Track> {

@@ -161,6 +161,35 @@ fn bench_measures_frames_with_their_objects() {
 }
 
 #[test]
+fn further_channels_are_for_exr_and_made_when_asked_for() {
+    let site = site();
+    let fly = |args: &str| run(&site, &format!("{FLY} --frames 10-11 {args}"));
+    ends(&fly("-o plain/####.exr"), 0);
+    ends(&fly("--aov cryptomatte,motion -o aov/####.exr"), 0);
+    ends(&fly("--aov cryptomatte,motion -j 1 -o one/####.exr"), 0);
+    for number in ["0010", "0011"] {
+        let file =
+            |folder: &str| fs::read(site.path().join(format!("{folder}/{number}.exr"))).expect("a frame");
+        let has = |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+        let (plain, aov) = (file("plain"), file("aov"));
+        for text in ["forward.u", "CryptoObject02.A", "\"car\":\"", "\"ground\":\"", "MurmurHash3_32"] {
+            assert!(has(&aov, text) && !has(&plain, text), "{number}: {text}");
+        }
+        assert!(aov == file("one"), "{number} differs with one worker");
+    }
+    let manifest = fs::read_to_string(site.path().join("aov/manifest.json")).expect("a manifest");
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    assert_eq!(manifest["settings"]["aov"], serde_json::json!(["cryptomatte", "motion"]));
+    assert!(ends(&fly("--aov motion --skip-existing -o aov/####.exr"), 0).contains("rendered 2 frames"));
+    // Frames whose next ones are elsewhere move otherwise.
+    assert!(ends(&fly("--aov motion --skip-existing -o aov/####.exr"), 0).contains("kept 2"));
+    let path = "t_s,x_m,y_m,alt_agl_m,yaw_deg\n0,700,500,60,0\n1,720,520,60,0\n2,720,550,60,0\n";
+    fs::write(site.path().join("path.csv"), path).expect("a path");
+    assert!(ends(&fly("--aov motion --skip-existing -o aov/####.exr"), 0).contains("rendered 2 frames"));
+    assert!(ends(&fly("--aov motion -o frames/####.png"), 2).contains("--aov"));
+}
+
+#[test]
 fn models_that_cannot_be_read_end_with_the_code_of_their_kind() {
     let site = site();
     let check = |model: &str| {

@@ -151,7 +151,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let most = *args.workers.iter().max().unwrap_or(&args::available_cores());
     let in_flight = Farm::new(most)?.in_flight(args.overlap.in_flight);
     let has_objects = scene::has_objects(scene.as_ref());
-    let frames = Frames { size: setup.size, product: Product::Picture, has_objects, in_flight, encoders: 0 };
+    let frames = Frames {
+        size: setup.size,
+        product: Product::Picture,
+        has_objects,
+        further: 0,
+        in_flight,
+        encoders: 0,
+    };
     let shares = args.memory.shares(frames)?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;

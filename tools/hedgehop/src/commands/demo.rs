@@ -10,6 +10,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, build};
 use hedgehop::{Error, Result};
 
+use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Size, Workers};
 use crate::commands::render;
 use crate::contact_sheet;
@@ -127,6 +128,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         late: Late::default(),
         stats: false,
         traffic: None,
+        aov: AovArgs::default(),
         trust: TrustArgs::default(),
         instructions: Instructions::default(),
         flight: FlightArgs {

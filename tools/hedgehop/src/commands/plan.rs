@@ -180,6 +180,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let farm = Farm::new(args.workers.count())?;
     let frames = Frames {
         has_objects: scene::has_objects(scene.as_ref()),
+        further: 0,
         size: setup.size,
         product: Product::Picture,
         in_flight: farm.in_flight(args.overlap.in_flight),

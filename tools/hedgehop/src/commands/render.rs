@@ -19,6 +19,7 @@ use hedgehop::voxel::{PageId, PageSource};
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
 
+use crate::aov::{Aov, AovArgs, Further};
 use crate::area;
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
@@ -98,6 +99,9 @@ pub struct Args {
     /// Draw a map of the database's pages by the first frame that needed them
     #[arg(long, value_name = "MAP.svg")]
     pub traffic: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub aov: AovArgs,
 
     #[command(flatten)]
     pub trust: TrustArgs,
@@ -218,13 +222,21 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let scene = scene.as_ref();
     check_combination(args, scene)?;
     let setup = args.flight.screen.setup()?;
+    args.aov.check(args.output.target(), &setup)?;
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let farm = Farm::new(args.workers.count())?;
     let encoders = farm.workers().div_ceil(WORKERS_PER_ENCODER);
     let in_flight = farm.in_flight(args.overlap.in_flight);
     let has_objects = scene::has_objects(scene);
-    let shares =
-        args.memory.shares(Frames { size: setup.size, product, has_objects, in_flight, encoders })?;
+    let further = args.aov.pixel_bytes();
+    let shares = args.memory.shares(Frames {
+        size: setup.size,
+        product,
+        has_objects,
+        further,
+        in_flight,
+        encoders,
+    })?;
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
@@ -241,7 +253,8 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     });
     let playing = playing.transpose()?;
     let look = args.look.options(scene, source.header())?;
-    let look = RenderOptions { engine: args.instructions.engine(), ..look };
+    let matte = args.aov.has(Aov::Cryptomatte);
+    let look = RenderOptions { engine: args.instructions.engine(), matte, ..look };
     let options = args.flight.world.apply(source.header(), look);
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
@@ -253,6 +266,12 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     args.memory.preload(source, shares, reporter)?;
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
+    let numbers = cameras.iter().map(|(number, _)| *number);
+    let motion = args.aov.has(Aov::Motion);
+    let partners =
+        motion.then(|| args.flight.partners(source.file(), &setup, args.fps, numbers)).transpose()?;
+    let names = matte.then(|| playing.as_ref().map(Playing::names).unwrap_or_default());
+    let further = Further { names, partners, curvature: options.curvature };
     let sequence = Sequence {
         pages: source,
         renderer: &renderer,
@@ -263,6 +282,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         live: (args.late == Late::Coarser).then_some(args.fps),
         stats: args.stats,
         playing: playing.as_ref(),
+        further: &further,
     };
     let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
@@ -378,6 +398,7 @@ fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderO
     args.late.record(&mut settings);
     scene::record(scene, &mut settings);
     scene::record_weather(&options.weather, &mut settings);
+    args.aov.record(flight.path.as_deref(), &mut settings);
     settings
 }
 
