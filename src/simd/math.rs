@@ -18,6 +18,21 @@ pub fn exp_neg<V: Simd>(simd: V, x: V::F) -> V::F {
     power * scale
 }
 
+/// Logarithm to the base 2 of x from 1 to 10³⁸, within 1.5·10⁻⁵; 0 for 1.
+#[inline(always)]
+pub fn log2<V: Simd>(simd: V, x: V::F) -> V::F {
+    let bits = x.to_bits();
+    let whole = (bits.shr::<23>() - simd.splat_int(127)).to_float();
+    let part = ((bits & simd.splat_int(0x007f_ffff)) | simd.splat_int(0x3f80_0000)).as_floats();
+    let part = part - simd.splat(1.0);
+    // log₂(1 + y)/y over 0…1, interpolated at Chebyshev's points.
+    let mut slope = simd.splat(-0.033_822_046);
+    for coefficient in [0.144_471_1, -0.301_638, 0.468_658_9, -0.720_358_8, 1.442_681_5] {
+        slope = slope.mul_add(part, simd.splat(coefficient));
+    }
+    slope.mul_add(part, whole)
+}
+
 /// 1.055·r^(5/6) − 0.055 for r from √0.0031308 to 1, from the highest power down (least maximal error, by linear programming).
 const CURVE: [f32; 7] =
     [-0.947_668_8, 3.418_678_7, -5.003_158_5, 3.898_435_7, -1.899_474_9, 1.575_270_7, -0.042_231_945];
@@ -102,6 +117,34 @@ mod tests {
             assert!((far[0] / (-60.0_f32).exp() - 1.0).abs() < 1e-5);
             assert_eq!(isa.run(All([f32::INFINITY; LANES])).0[0], isa.run(All([87.0; LANES])).0[0]);
             assert_eq!(isa.run(All([7.5; LANES])).1[0], 255);
+        }
+    }
+
+    struct Logarithm([f32; LANES]);
+
+    impl Kernel for Logarithm {
+        type Output = [f32; LANES];
+
+        #[inline(always)]
+        fn run<V: Simd>(self, simd: V) -> Self::Output {
+            let mut logarithms = [0.0; LANES];
+            log2(simd, simd.load(&self.0)).store(&mut logarithms);
+            logarithms
+        }
+    }
+
+    #[test]
+    fn logarithms_are_within_their_bounds() {
+        for isa in Isa::available() {
+            for step in 0..2000 {
+                let lanes = std::array::from_fn(|lane| 1.003_f32.powi(step * LANES as i32 + lane as i32));
+                let lanes = lanes.map(|value: f32| value.min(1.0e38));
+                for (value, found) in lanes.into_iter().zip(isa.run(Logarithm(lanes))) {
+                    let exact = f64::from(value).log2();
+                    assert!((f64::from(found) - exact).abs() < 1.5e-5, "{isa}: {value}: {found} {exact}");
+                }
+            }
+            assert_eq!(isa.run(Logarithm([1.0; LANES]))[0], 0.0);
         }
     }
 

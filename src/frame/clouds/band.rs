@@ -1,7 +1,7 @@
 //! A band of rows of the screen: the lattice's rays, then pixels between them.
 
 use super::CloudStage;
-use super::march::{Rays, VALUES, Veil, bilinear, lanes, shadow};
+use super::march::{Pace, Rays, VALUES, Veil, bilinear, lanes, shadow};
 use super::{Cover, STEPS};
 use crate::colour::linear_of_codes;
 use crate::frame::stage::Pixels;
@@ -17,6 +17,10 @@ const SKY: f32 = 1.0e30;
 /// Share of the light on ground that clouds may keep from it: the sun's, but for what they scatter downward.
 const SHADOWED: f32 = 0.55;
 
+/// Mean difference of a lattice's rays from the mean of those above and below, as light, from which on it has twice as many rows: far clouds near the
+/// horizon are that flat.
+const FLAT: f32 = 0.012;
+
 /// Values of a ray's profile.
 const PROFILE: usize = (STEPS + 1) * VALUES * LANES;
 
@@ -28,11 +32,17 @@ pub(super) struct Filling<'b, 'c> {
 }
 
 /// Rays of the lattice in a band, `[rows][groups][LANES]`.
+#[derive(Default)]
 struct Lattice {
     groups: usize,
+    /// Where each row stands in memory, downward.
+    rows: Vec<usize>,
+    /// Pixels from row to row.
+    spacing: f32,
     direction: [Vec<f32>; 3],
-    near: Vec<f32>,
-    span: Vec<f32>,
+    /// Parts of a [`Pace`].
+    per_onset: Vec<f32>,
+    rate: Vec<f32>,
     /// `[rows][groups][STEPS + 1][VALUES][LANES]`
     profiles: Vec<Sixteen>,
     /// Screen positions without a picture, by the rows and columns of the lattice.
@@ -47,23 +57,26 @@ impl Kernel for Filling<'_, '_> {
         let Self { stage, first, mut light, range } = self;
         let width = stage.camera.width as usize;
         let rows = range.len() / width.max(1);
-        let lattice = Lattice::new(simd, stage, first, rows.div_ceil(stage.cell) + 1);
+        let lattice = Lattice::new(simd, stage, first, rows);
         let profiles: &[f32] = bytemuck::cast_slice(&lattice.profiles);
         let has_blind = lattice.blind.contains(&true);
         let mut line = [const { Vec::new() }; 3 + VALUES];
         for row in 0..rows {
-            let upper = row / stage.cell;
-            let down = ((row % stage.cell) as f32 + 0.5) / stage.cell as f32;
-            lattice.row(upper, down, &mut line);
+            let down = (row as f32 + 0.5) / lattice.spacing;
+            let upper = down as usize;
+            let down = down - upper as f32;
+            let between = [lattice.rows[upper], lattice.rows[upper + 1]];
+            lattice.row(between, down, &mut line);
             for column in (0..width).step_by(LANES) {
                 let start = row * width + column;
                 let end = start + LANES.min(width - column);
                 let pixels = Chunk { simd, stage, column, row: first + row };
                 let ranges = simd.load(&lanes(&range[start..end], 0)).min(simd.splat(SKY));
-                if has_blind && lattice.is_blind(upper, column / stage.cell, (column + LANES) / stage.cell) {
+                if has_blind && lattice.is_blind(between, column / stage.cell, (column + LANES) / stage.cell)
+                {
                     pixels.by_rays(&mut light, start..end, ranges);
                 } else {
-                    let places = Places { lattice: &lattice, profiles, line: &line, upper, down };
+                    let places = Places { lattice: &lattice, profiles, line: &line, between, down };
                     pixels.by_lattice(&mut light, start..end, ranges, &places);
                 }
             }
@@ -72,75 +85,106 @@ impl Kernel for Filling<'_, '_> {
 }
 
 impl Lattice {
+    /// The lattice of so many rows of pixels.
     #[inline(always)]
     fn new<V: Simd>(simd: V, stage: &CloudStage<'_>, first: usize, rows: usize) -> Self {
         let columns = (stage.camera.width as usize).div_ceil(stage.cell) + 1;
-        let groups = columns.div_ceil(LANES);
-        let size = rows * groups * LANES;
-        let empty = || vec![0.0; size];
-        let mut lattice = Self {
-            groups,
-            direction: [empty(), empty(), empty()],
-            near: empty(),
-            span: empty(),
-            profiles: vec![Sixteen::default(); rows * groups * (STEPS + 1) * VALUES],
-            blind: vec![false; size],
-        };
-        for index in 0..size {
-            let (row, column) = (index / (groups * LANES), index % (groups * LANES));
-            let at = [column.min(columns - 1) * stage.cell, first + row * stage.cell];
-            let direction = stage.direction(at[0] as f64, at[1] as f64);
-            lattice.blind[index] = direction.is_none();
-            for (axis, target) in lattice.direction.iter_mut().enumerate() {
-                target[index] = direction.map_or(0.0, |direction| direction[axis]);
-            }
+        let spacing = stage.cell as f32;
+        let mut lattice = Self { groups: columns.div_ceil(LANES), spacing, ..Self::default() };
+        let cells = rows.div_ceil(stage.cell);
+        for row in 0..=cells {
+            lattice.march(simd, stage, (first + row * stage.cell) as f64);
         }
-        for group in 0..rows * groups {
-            let start = group * LANES;
-            let mut direction = [simd.splat(0.0); 3];
-            for (lanes_of, values) in direction.iter_mut().zip(&lattice.direction) {
-                *lanes_of = simd.load(&lanes(values, start));
+        lattice.rows = (0..=cells).collect();
+        if stage.cell > 1 && lattice.flatness() > FLAT {
+            for row in 0..cells {
+                lattice.march(simd, stage, first as f64 + (row as f64 + 0.5) * stage.cell as f64);
             }
-            let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
-            let profile = &mut lattice.profiles[group * PROFILE / LANES..][..PROFILE / LANES];
-            rays.march(simd, &stage.cover, &stage.air, Some(profile));
-            for (values, target) in [(rays.near, &mut lattice.near), (rays.span, &mut lattice.span)] {
-                let mut stored = [0.0; LANES];
-                values.store(&mut stored);
-                target[start..start + LANES].copy_from_slice(&stored);
-            }
+            // Those between follow in memory.
+            lattice.rows = (0..=2 * cells).map(|row| row / 2 + row % 2 * (cells + 1)).collect();
+            lattice.spacing *= 0.5;
         }
         lattice
     }
 
+    /// Adds a row at a height of the screen, pixels.
+    #[inline(always)]
+    fn march<V: Simd>(&mut self, simd: V, stage: &CloudStage<'_>, height: f64) {
+        let last = (stage.camera.width as usize).div_ceil(stage.cell);
+        let first = self.blind.len();
+        for column in 0..self.groups * LANES {
+            let direction = stage.direction((column.min(last) * stage.cell) as f64, height);
+            self.blind.push(direction.is_none());
+            for (axis, target) in self.direction.iter_mut().enumerate() {
+                target.push(direction.map_or(0.0, |direction| direction[axis]));
+            }
+        }
+        for group in 0..self.groups {
+            let mut direction = [simd.splat(0.0); 3];
+            for (lanes_of, values) in direction.iter_mut().zip(&self.direction) {
+                *lanes_of = simd.load(&lanes(values, first + group * LANES));
+            }
+            let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
+            let start = self.profiles.len();
+            self.profiles.resize(start + PROFILE / LANES, Sixteen::default());
+            rays.march(simd, &stage.cover, &stage.air, Some(&mut self.profiles[start..]));
+            let Pace { per_onset, rate } = rays.pace;
+            for (values, target) in [(per_onset, &mut self.per_onset), (rate, &mut self.rate)] {
+                let mut stored = [0.0; LANES];
+                values.store(&mut stored);
+                target.extend(stored);
+            }
+        }
+    }
+
+    /// Mean difference of green light and transmittance of rays from the mean of those above and below.
+    fn flatness(&self) -> f32 {
+        let row = |row: usize| {
+            let groups =
+                &self.profiles[row * self.groups * PROFILE / LANES..][..self.groups * PROFILE / LANES];
+            groups.chunks(PROFILE / LANES).flat_map(|profile| {
+                let last = &profile[STEPS * VALUES..];
+                last[1].0.into_iter().chain(last[VALUES - 1].0)
+            })
+        };
+        let mut sum = 0.0;
+        for middle in 1..self.rows.len() - 1 {
+            let around = row(middle - 1).zip(row(middle + 1));
+            sum += around
+                .zip(row(middle))
+                .map(|((above, below), own)| (0.5 * (above + below) - own).abs())
+                .sum::<f32>();
+        }
+        sum / (2 * self.groups * LANES * self.rows.len().saturating_sub(2).max(1)) as f32
+    }
+
     /// Directions, and what the last steps know, along a row of pixels that lies `down` the way from one row of the lattice to the next.
     #[inline(always)]
-    fn row(&self, upper: usize, down: f32, line: &mut [Vec<f32>; 3 + VALUES]) {
+    fn row(&self, rows: [usize; 2], down: f32, line: &mut [Vec<f32>; 3 + VALUES]) {
         let width = self.groups * LANES;
         let between = |from: f32, to: f32| (to - from).mul_add(down, from);
         let profiles: &[f32] = bytemuck::cast_slice(&self.profiles);
         for (value, line) in line.iter_mut().enumerate() {
             line.clear();
             if let Some(direction) = self.direction.get(value) {
-                let [from, to] = [upper, upper + 1].map(|row| &direction[row * width..][..width]);
+                let [from, to] = rows.map(|row| &direction[row * width..][..width]);
                 line.extend(from.iter().zip(to).map(|(from, to)| between(*from, *to)));
                 continue;
             }
             for group in 0..self.groups {
-                let last = |row: usize| {
+                let [from, to] = rows.map(|row| {
                     let at = (row * self.groups + group) * PROFILE;
                     &profiles[at + (STEPS * VALUES + value - 3) * LANES..][..LANES]
-                };
-                line.extend(last(upper).iter().zip(last(upper + 1)).map(|(from, to)| between(*from, *to)));
+                });
+                line.extend(from.iter().zip(to).map(|(from, to)| between(*from, *to)));
             }
         }
     }
 
     /// Whether the screen has no picture somewhere about these cells.
-    fn is_blind(&self, upper: usize, from: usize, to: usize) -> bool {
+    fn is_blind(&self, rows: [usize; 2], from: usize, to: usize) -> bool {
         let width = self.groups * LANES;
-        [upper, upper + 1]
-            .into_iter()
+        rows.into_iter()
             .any(|row| self.blind[row * width + from..row * width + (to + 2).min(width)].contains(&true))
     }
 }
@@ -150,7 +194,8 @@ struct Places<'l> {
     lattice: &'l Lattice,
     profiles: &'l [f32],
     line: &'l [Vec<f32>; 3 + VALUES],
-    upper: usize,
+    /// Where the rows of the lattice above it and below it stand, and how far it lies from the one to the other.
+    between: [usize; 2],
     down: f32,
 }
 
@@ -290,14 +335,14 @@ impl Places<'_> {
         let zero = simd.splat(0.0);
         let mut corners = [[zero; 4]; VALUES];
         for corner in 0..4 {
-            let row = self.upper + corner / 2;
+            let row = self.between[corner / 2];
             let column = columns[corner % 2];
             let width = self.lattice.groups * LANES;
             let at = column + simd.splat_int((row * width) as i32);
-            let near = simd.gather(&self.lattice.near, at);
-            let span = simd.gather(&self.lattice.span, at);
-            let steps = Rays::<V> { direction: [zero; 3], near, span }.steps(simd, gone);
-            let whole = steps.floor().max(zero).min(simd.splat((STEPS - 1) as f32));
+            let per_onset = simd.gather(&self.lattice.per_onset, at);
+            let pace: Pace<V> = Pace { per_onset, rate: simd.gather(&self.lattice.rate, at) };
+            let steps = pace.steps(simd, gone);
+            let whole = steps.floor().min(simd.splat((STEPS - 1) as f32));
             let share = (steps - whole).max(zero).min(simd.splat(1.0));
             let group = column.shr::<4>() + simd.splat_int((row * self.lattice.groups) as i32);
             let first = group.mul(simd.splat_int(PROFILE as i32))

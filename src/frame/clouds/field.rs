@@ -1,7 +1,7 @@
 //! The voxels of a layer of clouds.
 //!
 //! ```text
-//! cover(x, y)      = gradient noise of two octaves, less its quantile that leaves the coverage
+//! cover(x, y)      = gradient noise of two octaves, less the threshold that leaves the coverage
 //! density(x, y, z) = cover + finer noise − a dome's height², between a flat base and the top
 //! depth to the sun = that of the voxel above, where its ray comes from, and the way between      from the top down
 //! ```
@@ -40,6 +40,9 @@ const PER_CLOUD: f32 = 16.0;
 
 /// Least sine of the elevation that light is followed along: rays of a lower sun would leap from voxel to voxel.
 pub const LOWEST_SUN: f32 = 0.15;
+
+/// Parts, at most, of the sun's way from layer to layer.
+const MOST_PARTS: usize = 16;
 
 /// Light in a cloud: what comes straight, and what has been scattered forward often (its share, and the share of extinction that it suffers).
 const SCATTERED: [f32; 2] = [0.45, 0.15];
@@ -113,40 +116,119 @@ fn pack([densities, lights]: &[Vec<f32>; 2], side: usize, words: &mut Vec<u32>) 
     }
 }
 
+/// What densities follow from.
+struct Shapes<'c> {
+    clouds: &'c Clouds,
+    /// Layers' depth, voxels.
+    rise: f32,
+    /// How cloudy each place is, `[SIDE][SIDE]`.
+    cover: Vec<f32>,
+    /// What all places have besides: where clouds are closing no thin places are left.
+    closed: f32,
+    /// Less than 1 where hardly a cloud is left.
+    few: f32,
+}
+
+/// Bound of [`noise`].
+const MOST_NOISE: f32 = 1.04;
+
+impl<'c> Shapes<'c> {
+    fn new(clouds: &'c Clouds, voxel: f64) -> Self {
+        let coverage = clouds.coverage as f32;
+        let cover = |index: usize| {
+            let place = [(index % SIDE) as f32, (index / SIDE) as f32, 0.0];
+            noise(place, PER_CLOUD, clouds.seed) + 0.5 * noise(place, 0.5 * PER_CLOUD, clouds.seed ^ 0x51)
+        };
+        Self {
+            clouds,
+            rise: ((clouds.top - clouds.base) / voxel) as f32 / (LAYERS - 1) as f32,
+            cover: (0..SIDE * SIDE).map(cover).collect(),
+            closed: 1.2 * smooth((coverage - 0.75) / 0.25),
+            few: (20.0 * coverage).min(1.0),
+        }
+    }
+
+    /// What finer noise and the dome add to a voxel.
+    fn detail(&self, index: usize, layer: usize) -> f32 {
+        let seed = self.clouds.seed;
+        let at = [(index % SIDE) as f32, (index / SIDE) as f32, layer as f32 * self.rise];
+        let finer = noise(at, 8.0, seed ^ 0xa3) + 0.6 * noise(at, 4.0, seed ^ 0xb7);
+        finer * finer_share(layer) - dome(layer)
+    }
+
+    /// Density of a voxel if there are clouds where the cover is above about a threshold.
+    fn density(&self, index: usize, layer: usize, detail: f32, threshold: f32) -> f32 {
+        let body = self.body(index, threshold) + detail;
+        self.few * edges(layer) * (2.0 * body).clamp(0.0, 1.0)
+    }
+
+    fn body(&self, index: usize, threshold: f32) -> f32 {
+        3.2 * (self.cover[index] - threshold) + self.closed
+    }
+
+    /// The threshold that leaves as much of the sky covered as was asked for, found by halving on a part of the columns. A column covers where less than half of light
+    /// from the zenith comes through, or, of clouds too thin for that, where a quarter of the depth is dense.
+    fn threshold(&self) -> f32 {
+        let covers =
+            (std::f32::consts::LN_2 / extinction(self.clouds) / (self.clouds.top - self.clouds.base) as f32)
+                .min(0.25);
+        let columns: Vec<usize> = (0..SIDE * SIDE)
+            .filter(|index| (index % SIDE).is_multiple_of(SAMPLED) && (index / SIDE).is_multiple_of(SAMPLED))
+            .collect();
+        let details: Vec<[f32; LAYERS]> =
+            columns.iter().map(|&index| std::array::from_fn(|layer| self.detail(index, layer))).collect();
+        let share = |threshold: f32| {
+            let covered = columns.iter().zip(&details).filter(|(index, details)| {
+                let dense = |(layer, detail): (usize, &f32)| self.density(**index, layer, *detail, threshold);
+                let depth: f32 = details.iter().enumerate().map(dense).sum();
+                self.few * covers * ((LAYERS - 1) as f32) < depth
+            });
+            covered.count() as f64 / columns.len() as f64
+        };
+        let (mut low, mut high) = (-3.0, 3.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if share(middle) > self.clouds.coverage { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+}
+
+/// Every so many columns each way tell of the others, which are like them: noise has no finer cells than twice that.
+const SAMPLED: usize = 2;
+
+/// A threshold within 6·2⁻¹⁴.
+const HALVINGS: usize = 14;
+
+fn height(layer: usize) -> f32 {
+    layer as f32 / (LAYERS - 1) as f32
+}
+
+/// Density fades towards base and top.
+fn edges(layer: usize) -> f32 {
+    smooth(height(layer) / 0.15) * smooth((1.0 - height(layer)) / 0.15)
+}
+
+fn finer_share(layer: usize) -> f32 {
+    0.5 + 0.6 * height(layer)
+}
+
+fn dome(layer: usize) -> f32 {
+    1.1 * height(layer) * height(layer)
+}
+
 fn densities(clouds: &Clouds, voxel: f64) -> Vec<f32> {
-    let seed = clouds.seed;
-    let place = |index: usize| [(index % SIDE) as f32, (index / SIDE) as f32];
-    let cover: Vec<f32> = (0..SIDE * SIDE)
-        .map(|index| {
-            let [x, y] = place(index);
-            noise([x, y, 0.0], PER_CLOUD, seed) + 0.5 * noise([x, y, 0.0], 0.5 * PER_CLOUD, seed ^ 0x51)
-        })
-        .collect();
-    let mut sorted = cover.clone();
-    sorted.sort_by(f32::total_cmp);
-    let coverage = clouds.coverage as f32;
-    let clear = (1.0 - coverage) * (sorted.len() - 1) as f32;
-    let threshold = sorted[clear as usize];
-    // Where clouds are closing no thin places are left.
-    let closed = 1.2 * smooth((coverage - 0.75) / 0.25);
-    let few = (20.0 * coverage).min(1.0);
-    let rise = ((clouds.top - clouds.base) / voxel) as f32 / (LAYERS - 1) as f32;
+    let shapes = Shapes::new(clouds, voxel);
+    let threshold = shapes.threshold();
     let mut densities = Vec::with_capacity(LAYERS * SIDE * SIDE);
     for layer in 0..LAYERS {
-        let height = layer as f32 / (LAYERS - 1) as f32;
-        let edges = smooth(height / 0.15) * smooth((1.0 - height) / 0.15);
-        for (index, cover) in cover.iter().enumerate() {
-            let [x, y] = place(index);
-            let at = [x, y, layer as f32 * rise];
-            let body = 3.2 * (cover - threshold) + closed;
-            if edges == 0.0 || body < -1.0 {
-                densities.push(0.0);
-                continue;
+        let most = 1.6 * MOST_NOISE * finer_share(layer) - dome(layer);
+        densities.extend((0..SIDE * SIDE).map(|index| {
+            if edges(layer) == 0.0 || shapes.body(index, threshold) + most <= 0.0 {
+                return 0.0;
             }
-            let finer = noise(at, 8.0, seed ^ 0xa3) + 0.6 * noise(at, 4.0, seed ^ 0xb7);
-            let body = body + (0.5 + 0.6 * height) * finer - 1.1 * height * height;
-            densities.push(few * edges * (2.0 * body).clamp(0.0, 1.0));
-        }
+            shapes.density(index, layer, shapes.detail(index, layer), threshold)
+        }));
     }
     densities
 }
@@ -156,7 +238,9 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
     let to_sun = toward(sun);
     let rise = (clouds.top - clouds.base) as f32 / (LAYERS - 1) as f32;
     let step = [to_sun.x, to_sun.y].map(|along| rise * along / to_sun.z / voxel as f32);
-    let way = extinction(clouds) * rise / to_sun.z;
+    // Under a low sun rays pass several voxels from layer to layer; what they leap over would leave the others' light in combs.
+    let parts = (step[0].hypot(step[1]).ceil() as usize).clamp(1, MOST_PARTS);
+    let way = extinction(clouds) * rise / to_sun.z / parts as f32;
     let plane = SIDE * SIDE;
     let mut depth = vec![0.0_f32; plane];
     let mut lights = vec![1.0; densities.len()];
@@ -164,8 +248,15 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
         let (own, above) = (&densities[layer * plane..][..plane], &densities[(layer + 1) * plane..][..plane]);
         depth = (0..plane)
             .map(|index| {
-                let at = [(index % SIDE) as f32 + step[0], (index / SIDE) as f32 + step[1]];
-                bilinear(&depth, at) + 0.5 * way * (own[index] + bilinear(above, at))
+                let at = |share: f32| {
+                    [(index % SIDE) as f32 + step[0] * share, (index / SIDE) as f32 + step[1] * share]
+                };
+                let between: f32 = (1..parts)
+                    .map(|part| part as f32 / parts as f32)
+                    .map(|share| lerp(bilinear(own, at(share)), bilinear(above, at(share)), share))
+                    .sum();
+                let ends = 0.5 * (own[index] + bilinear(above, at(1.0)));
+                bilinear(&depth, at(1.0)) + way * (ends + between)
             })
             .collect();
         for (light, depth) in lights[layer * plane..].iter_mut().zip(&depth) {
@@ -190,14 +281,14 @@ pub fn extinction(clouds: &Clouds) -> f32 {
 /// Between four values of a plane that repeats.
 fn bilinear(plane: &[f32], [x, y]: [f32; 2]) -> f32 {
     let (left, low) = (x.floor(), y.floor());
-    let wrap = |place: f32| (place as i64).rem_euclid(SIDE as i64) as usize;
+    let wrap = |place: f32| (place as i32 & (SIDE as i32 - 1)) as usize;
     let columns = [wrap(left), (wrap(left) + 1) % SIDE];
     let rows = [wrap(low), (wrap(low) + 1) % SIDE].map(|row| row * SIDE);
     let along = rows.map(|row| lerp(plane[row + columns[0]], plane[row + columns[1]], x - left));
     lerp(along[0], along[1], y - low)
 }
 
-/// Gradient noise (Perlin 1985, 2002) in cells of `cell` voxels that repeats after [`SIDE`] of them eastward and northward; about −0.7…0.7.
+/// Gradient noise (Perlin 1985, 2002) in cells of `cell` voxels, a power of two, that repeats after [`SIDE`] of them eastward and northward; about −0.7…0.7.
 fn noise(place: [f32; 3], cell: f32, seed: u32) -> f32 {
     let period = (SIDE as f32 / cell) as i32;
     let at = place.map(|place| place / cell);
@@ -205,7 +296,7 @@ fn noise(place: [f32; 3], cell: f32, seed: u32) -> f32 {
     let share = [at[0] - base[0], at[1] - base[1], at[2] - base[2]];
     let corner = |dx: i32, dy: i32, dz: i32| {
         let [x, y, z] = base.map(|base| base as i32);
-        let index = [(x + dx).rem_euclid(period), (y + dy).rem_euclid(period), z + dz];
+        let index = [(x + dx) & (period - 1), (y + dy) & (period - 1), z + dz];
         let away = [share[0] - dx as f32, share[1] - dy as f32, share[2] - dz as f32];
         slope(hash(index, seed), away)
     };

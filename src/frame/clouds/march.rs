@@ -4,12 +4,19 @@ use super::field::{FIRST, LAYERS, LEVELS, ROW, SIDE};
 use super::{Cover, STEPS};
 use crate::frame::glow::PHASE;
 use crate::frame::stage::Air;
-use crate::simd::math::exp_neg;
+use crate::simd::math::{exp_neg, log2};
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 
 /// Range beyond which there are no clouds, metres, and where they begin to thin out: haze has hidden them long before, where there is any.
 const FAR: f32 = 60_000.0;
 const THINS: f32 = 30_000.0;
+
+/// Metres over which steps double besides those before the layer: they grow with the range from there on. If they took the whole way for their measure, a
+/// ray that leaves the layer a little later would meet all clouds at other places, and rows near the horizon would differ.
+const ONSET: f32 = 200.0;
+
+/// Where between the widths of a level's voxels and the next one's steps begin to read both.
+const BLENDS: f32 = 0.5;
 
 /// Transmittance below which nothing more is added.
 const OPAQUE: f32 = 0.002;
@@ -28,6 +35,16 @@ pub struct Rays<V: Simd> {
     /// Range at which the ray enters the layer and what it has to go there, metres; the latter is 0 where it misses it.
     pub near: V::F,
     pub span: V::F,
+    pub pace: Pace<V>,
+}
+
+/// How rays stride through the layer: `steps = rate · log₂(1 + metres · per_onset)`.
+#[derive(Clone, Copy)]
+pub struct Pace<V: Simd> {
+    /// 1/metres.
+    pub per_onset: V::F,
+    /// Steps per doubling.
+    pub rate: V::F,
 }
 
 /// Light of clouds along a ray, and the share of what lies behind that comes through.
@@ -51,7 +68,8 @@ impl<V: Simd> Rays<V> {
         let [base, top] = cover.heights.map(|height| simd.splat(height) * slant);
         let near = base.min(top).max(zero);
         let far = base.max(top).min(range).min(simd.splat(FAR));
-        Self { direction, near, span: (far - near).max(zero) }
+        let span = (far - near).max(zero);
+        Self { direction, near, span, pace: Pace::new(simd, near, span) }
     }
 
     /// Goes through the layer; `profile`, `[STEPS + 1][VALUES]`, learns light and share of what comes through up to each step's end.
@@ -72,7 +90,8 @@ impl<V: Simd> Rays<V> {
         let mut air = *air;
         air.turn(simd, [self.direction[0], self.direction[1]]);
         let sunlit = self.sunlit(simd, cover);
-        let bow = self.bow(simd);
+        let (onset, growth) = self.pace.growth(simd);
+        let mut onward = onset;
         let mut before = self.near;
         let mut last = self.sample(simd, cover, before, zero);
         for step in 1..=STEPS {
@@ -81,10 +100,9 @@ impl<V: Simd> Rays<V> {
                 break;
             }
             if !is_done {
-                let share = step as f32 / STEPS as f32;
-                // Steps grow with the range where a ray begins in the layer: bow·u² + (1 − bow)·u.
-                let way = (bow.mul_add(simd.splat(share), one - bow)) * simd.splat(share);
-                let range = self.span.mul_add(way, self.near);
+                onward = onward * growth;
+                let gone = if step == STEPS { self.span } else { (onward - onset).min(self.span) };
+                let range = self.near + gone;
                 let next = self.sample(simd, cover, range, range - before);
                 let mean = (last.0 + next.0) * simd.splat(0.5);
                 if zero.lt(mean).any() {
@@ -93,8 +111,7 @@ impl<V: Simd> Rays<V> {
                     let depth = mean * simd.splat(cover.extinction) * (range - before);
                     let left = exp_neg(simd, (depth * thins.max(zero).min(one)).max(zero));
                     // What is empty has no say in the light.
-                    let lit =
-                        (last.0 * last.1 + next.0 * next.1) * (last.0 + next.0).max(least).recip() * sunlit;
+                    let lit = (last.1 + next.1) * (last.0 + next.0).max(least).recip() * sunlit;
                     let height = self.direction[2].mul_add(middle, simd.splat(-cover.heights[0]));
                     let height = (height * simd.splat(cover.per_depth)).max(zero).min(one);
                     let mut light = [zero; 3];
@@ -119,24 +136,6 @@ impl<V: Simd> Rays<V> {
         veil
     }
 
-    /// Steps, from 0 to [`STEPS`], that a ray has gone after so many metres in the layer.
-    #[inline(always)]
-    pub fn steps(&self, simd: V, gone: V::F) -> V::F {
-        let (one, least) = (simd.splat(1.0), simd.splat(1.0e-3));
-        let bow = self.bow(simd);
-        let share = (gone * self.span.max(least).recip()).max(simd.splat(0.0)).min(one);
-        let rest = one - bow;
-        let root = (rest * rest + bow * share * simd.splat(4.0)).sqrt();
-        share * simd.splat(2.0 * STEPS as f32) * (rest + root).recip()
-    }
-
-    /// How much steps grow with range, 0…1: not at all far away.
-    #[inline(always)]
-    fn bow(&self, simd: V) -> V::F {
-        let least = simd.splat(1.0);
-        self.span * (self.span + self.near * simd.splat(4.0) + least).recip()
-    }
-
     /// Sunlight that comes this way from where all of it falls.
     #[inline(always)]
     fn sunlit(&self, simd: V, cover: &Cover<'_>) -> V::F {
@@ -150,14 +149,31 @@ impl<V: Simd> Rays<V> {
         (root * root * root).mul_add(simd.splat(SUNLIT[1] * scale), simd.splat(SUNLIT[0]))
     }
 
-    /// Density and light at a range, 0…1, of a level whose voxels are about as wide as the `step` to there is long.
+    /// Density at a range, 0…1, and light times it, of levels whose voxels are about as wide as the `step` to there is long. Where it is nearly as long as the next level's are
+    /// wide, that one has its share: voxels that change their level at once would leave lines.
     #[inline(always)]
     fn sample(&self, simd: V, cover: &Cover<'_>, range: V::F, step: V::F) -> (V::F, V::F) {
-        let per_voxel = simd.splat(cover.per_voxel);
         let one = simd.splat(1.0);
         // ⌊log₂⌋ of the step in voxels, from the exponent.
-        let ratio = (step * per_voxel).max(one).min(simd.splat((1 << (LEVELS - 1)) as f32));
+        let ratio = (step * simd.splat(cover.per_voxel)).max(one).min(simd.splat((1 << (LEVELS - 1)) as f32));
         let exponent = ratio.to_bits().shr::<23>();
+        let fine = self.level(simd, cover, range, exponent);
+        let scale = (simd.splat_int(254) - exponent).shl::<23>().as_floats();
+        let share = ratio.mul_add(scale, simd.splat(-1.0 - BLENDS)) * simd.splat(1.0 / (1.0 - BLENDS));
+        let share = share.max(simd.splat(0.0));
+        if !simd.splat(0.0).lt(share).any() {
+            return fine;
+        }
+        let next = exponent + simd.splat_int(1);
+        let coarse = self.level(simd, cover, range, next.min(simd.splat_int(126 + LEVELS as i32)));
+        ((coarse.0 - fine.0).mul_add(share, fine.0), (coarse.1 - fine.1).mul_add(share, fine.1))
+    }
+
+    /// Density at a range, 0…1, and light times it, of the level whose voxels are 2^(`exponent` − 127) times as wide as the finest.
+    #[inline(always)]
+    fn level(&self, simd: V, cover: &Cover<'_>, range: V::F, exponent: V::I) -> (V::F, V::F) {
+        let per_voxel = simd.splat(cover.per_voxel);
+        let one = simd.splat(1.0);
         let level = exponent - simd.splat_int(127);
         let scale = (simd.splat_int(254) - exponent).shl::<23>().as_floats();
         // A coarser voxel's middle lies between those that it is the mean of.
@@ -192,14 +208,38 @@ impl<V: Simd> Rays<V> {
         }
         let density = bilinear::<V>(density, x, y) * simd.splat(1.0 / 255.0);
         if !simd.splat(0.0).lt(density).any() {
-            return (density, simd.splat(0.0));
+            return (density, density);
         }
         let mut light = [simd.splat(0.0); 4];
         for (light, word) in light.iter_mut().zip(words) {
             let (low, high) = ((word.shr::<16>() & byte).to_float(), word.shr::<24>().to_float());
             *light = (high - low).mul_add(z, low);
         }
-        (density, bilinear::<V>(light, x, y) * simd.splat(1.0 / 255.0))
+        (density, bilinear::<V>(light, x, y) * density * simd.splat(1.0 / 255.0))
+    }
+}
+
+impl<V: Simd> Pace<V> {
+    /// That of rays that enter the layer after `near` metres and go `span` metres there.
+    #[inline(always)]
+    fn new(simd: V, near: V::F, span: V::F) -> Self {
+        let per_onset = (near + simd.splat(ONSET)).recip();
+        let doublings = log2(simd, span.mul_add(per_onset, simd.splat(1.0)));
+        Self { per_onset, rate: simd.splat(STEPS as f32) * doublings.max(simd.splat(1.0e-6)).recip() }
+    }
+
+    /// Steps, from 0 to [`STEPS`], that a ray has gone after so many metres in the layer.
+    #[inline(always)]
+    pub fn steps(&self, simd: V, gone: V::F) -> V::F {
+        let doublings = log2(simd, gone.max(simd.splat(0.0)).mul_add(self.per_onset, simd.splat(1.0)));
+        (doublings * self.rate).min(simd.splat(STEPS as f32))
+    }
+
+    /// Metres over which steps double at first, and the quotient of a step and the one before it.
+    #[inline(always)]
+    fn growth(&self, simd: V) -> (V::F, V::F) {
+        let doublings = self.rate.recip() * simd.splat(std::f32::consts::LN_2);
+        (self.per_onset.recip(), exp_neg(simd, doublings).recip())
     }
 }
 

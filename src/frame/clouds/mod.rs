@@ -25,11 +25,12 @@ mod tests;
 
 pub use field::Field;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, Vec3};
 
 use super::Atmosphere;
 use super::glow::sunlight;
 use super::stage::{Air, Pixels};
+use crate::objects::Lens;
 use crate::scene::Clouds;
 use crate::simd::Isa;
 use crate::space::{Camera, Screen};
@@ -72,8 +73,7 @@ pub struct CloudStage<'c> {
     air: Air,
     /// Factor on light, by channel: how bright the hour is.
     tint: [f32; 3],
-    /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
-    planar: Option<[DVec3; 3]>,
+    lens: Lens<'c>,
     /// Pixels from one ray of the lattice to the next.
     cell: usize,
 }
@@ -105,18 +105,9 @@ impl<'c> CloudStage<'c> {
             to_sun: sun.direction().to_array(),
             shadows: field::toward(sun).to_array(),
         };
-        let at = |column: f64, row: f64| {
-            camera.mapped(column, row).map(|direction| camera.world_from_mapping() * direction)
-        };
-        let planar = match (camera.screen(), at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)) {
-            (Screen::Planar { .. }, Some(corner), Some(right), Some(down)) => {
-                Some([corner, right - corner, down - corner])
-            }
-            _ => None,
-        };
         let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
         let air = Air::new(atmosphere, eye.z, clouds.top.max(highest));
-        Some(Self { isa, camera, cover, air, tint: [1.0; 3], planar, cell })
+        Some(Self { isa, camera, cover, air, tint: [1.0; 3], lens: Lens::new(camera), cell })
     }
 
     /// The same by the light of an hour, `tint` times that of day by channel.
@@ -137,9 +128,6 @@ impl<'c> CloudStage<'c> {
 
     /// Unit direction of a position of the screen, pixels; `None` where the screen has no picture.
     fn direction(&self, column: f64, row: f64) -> Option<Vec3> {
-        match self.planar {
-            Some([corner, right, down]) => Some((corner + right * column + down * row).normalize().as_vec3()),
-            None => self.camera.ray(column, row).map(|ray| ray.direction.as_vec3()),
-        }
+        self.lens.ray_at(DVec2::new(column, row)).map(|ray| ray.direction.as_vec3())
     }
 }
