@@ -146,7 +146,7 @@ fn rays(frame: &Frame) -> impl Iterator<Item = Option<Ray>> + '_ {
 /// range, since depth along an axis says nothing of what is beside or behind it.
 fn depth(frame: &Frame) -> Vec<f32> {
     let camera = &frame.camera;
-    if !matches!(camera.screen(), Screen::Planar { .. } | Screen::Orthographic { .. }) {
+    if !matches!(camera.screen(), Screen::Planar { .. } | Screen::Lens { .. } | Screen::Orthographic { .. }) {
         return frame.range.clone();
     }
     let planar = |(ray, &range): (Option<Ray>, &f32)| match ray {

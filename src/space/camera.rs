@@ -77,6 +77,13 @@ impl Camera {
         }
     }
 
+    /// The same view with `times` as many pixels along each side, `u32::MAX` at most.
+    #[must_use]
+    pub fn enlarged(&self, times: u32) -> Self {
+        let (width, height) = (self.width.saturating_mul(times), self.height.saturating_mul(times));
+        Self { width, height, mapping: self.mapping.enlarged(times), ..self.clone() }
+    }
+
     /// What the picture is projected on.
     pub fn screen(&self) -> &Screen {
         &self.mapping.screen
@@ -113,7 +120,9 @@ impl Camera {
             Screen::Planar { .. } | Screen::Cylindrical { .. } | Screen::Equirectangular { .. } => {
                 self.pose.attitude.is_level()
             }
-            Screen::Fisheye { .. } | Screen::Table(_) | Screen::Orthographic { .. } => false,
+            Screen::Lens { .. } | Screen::Fisheye { .. } | Screen::Table(_) | Screen::Orthographic { .. } => {
+                false
+            }
         }
     }
 

@@ -7,6 +7,7 @@
 
 mod attitude;
 mod camera;
+mod distortion;
 mod screen;
 mod table;
 #[cfg(test)]

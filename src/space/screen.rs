@@ -5,6 +5,7 @@
 //!
 //! ```text
 //! planar           (x, y, f)                                    f = w / (2 tan(hfov/2))
+//! lens             (u, v, f), which is seen at (x, y)           see [`super::distortion`]
 //! cylindrical      azimuth α = x·s, (sin α, y·s, cos α)         s = hfov/w; upright lines stay upright
 //! equirectangular  azimuth α = x·hfov/w, elevation ε = y·vfov/h
 //! fisheye          angle from the axis θ = r·fov/d, r = |(x, y)| ≤ d/2, d = min(w, h)   (equidistant)
@@ -22,6 +23,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::RayTable;
+use super::distortion::{seen, undistorted};
 use crate::error::{Error, Result};
 
 /// What a picture is projected on.
@@ -31,6 +33,15 @@ pub enum Screen {
     Planar {
         /// Horizontal field of view, degrees, 0 < hfov < 180.
         hfov: f64,
+    },
+    /// A plane seen through a lens with radial distortion (Brown and Conrady): a point at the distance r from the middle of a planar picture, in units of its
+    /// focal length, is seen at r·(1 + k₁r² + k₂r⁴). Beyond where that folds there is no picture.
+    Lens {
+        /// Horizontal field of view of the planar picture, degrees, 0 < hfov < 180: the middle has its scale. With k₁ < 0 (a barrel) the lens sees more, with k₁ > 0
+        /// (a pincushion) less.
+        hfov: f64,
+        /// k₁ and k₂.
+        k: [f64; 2],
     },
     /// An upright cylinder around the eye: azimuth grows evenly along a row; pixels are square where the
     /// cylinder is nearest, so that the height of the picture decides how far up and down it sees, less than
@@ -98,6 +109,7 @@ impl Screen {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Planar { .. } => "planar",
+            Self::Lens { .. } => "lens",
             Self::Cylindrical { .. } => "cylindrical",
             Self::Equirectangular { .. } => "equirectangular",
             Self::Fisheye { .. } => "fisheye",
@@ -118,8 +130,11 @@ impl Screen {
             )))
         };
         match *self {
-            Self::Planar { hfov } if hfov > 0.0 && hfov < 180.0 => Ok(()),
-            Self::Planar { hfov } => Err(Error::Configuration(format!(
+            Self::Lens { k, .. } if !k.into_iter().all(f64::is_finite) => Err(Error::Configuration(
+                "a lens has finite coefficients of distortion (--distortion)".into(),
+            )),
+            Self::Planar { hfov } | Self::Lens { hfov, .. } if hfov > 0.0 && hfov < 180.0 => Ok(()),
+            Self::Planar { hfov } | Self::Lens { hfov, .. } => Err(Error::Configuration(format!(
                 "the field of view (--hfov) of a planar screen must lie between 0 and 180°, not {hfov}°; a cylindrical screen sees more"
             ))),
             Self::Cylindrical { hfov } => angle("--hfov", hfov, 360.0),
@@ -139,9 +154,10 @@ impl Screen {
     /// or parallel rays have no such angle.
     pub fn hfov(&self) -> Option<f64> {
         match *self {
-            Self::Planar { hfov } | Self::Cylindrical { hfov } | Self::Equirectangular { hfov, .. } => {
-                Some(hfov)
-            }
+            Self::Planar { hfov }
+            | Self::Lens { hfov, .. }
+            | Self::Cylindrical { hfov }
+            | Self::Equirectangular { hfov, .. } => Some(hfov),
             Self::Fisheye { fov } => Some(fov),
             Self::Table(_) | Self::Orthographic { .. } => None,
         }
@@ -160,6 +176,7 @@ impl std::fmt::Display for Screen {
         let name = self.name();
         match self {
             Self::Planar { hfov } | Self::Cylindrical { hfov } => write!(f, "{name} hfov_deg={hfov}"),
+            Self::Lens { hfov, k: [k1, k2] } => write!(f, "{name} hfov_deg={hfov} k1={k1} k2={k2}"),
             Self::Equirectangular { hfov, vfov } => write!(f, "{name} hfov_deg={hfov} vfov_deg={vfov}"),
             Self::Fisheye { fov } => write!(f, "{name} fov_deg={fov}"),
             Self::Table(table) => write!(f, "{name} blake3={}", table.digest()),
@@ -175,7 +192,9 @@ impl Mapping {
         let size = DVec2::new(f64::from(width), f64::from(height));
         let per_degree = |fov: f64, side: f64| 1.0 / (fov / side).to_radians();
         let scale = match screen {
-            Screen::Planar { hfov } => 0.5 * size.x / (0.5 * hfov.to_radians()).tan(),
+            Screen::Planar { hfov } | Screen::Lens { hfov, .. } => {
+                0.5 * size.x / (0.5 * hfov.to_radians()).tan()
+            }
             Screen::Cylindrical { hfov } => per_degree(hfov, size.x),
             // The wider side of a pixel counts, so that nothing is finer than the picture can show.
             Screen::Equirectangular { hfov, vfov } => per_degree(hfov, size.x).min(per_degree(vfov, size.y)),
@@ -189,6 +208,13 @@ impl Mapping {
             _ => 0.0,
         };
         Self { screen, size, scale, shift }
+    }
+
+    /// The same screen with `times` as many pixels along each side.
+    pub fn enlarged(&self, times: u32) -> Self {
+        let size = self.size * f64::from(times);
+        let larger = Self::new(self.screen.clone(), size.x as u32, size.y as u32, 0.0);
+        Self { shift: self.shift * f64::from(times), ..larger }
     }
 
     /// Whether both map alike.
@@ -220,6 +246,7 @@ impl Mapping {
         let (x, y) = (column - 0.5 * self.size.x, 0.5 * self.size.y - row);
         let direction = match self.screen {
             Screen::Planar { .. } => DVec3::new(x, y, self.scale),
+            Screen::Lens { k, .. } => undistorted(k, DVec2::new(x, y) / self.scale)?.extend(1.0),
             Screen::Cylindrical { hfov } => {
                 let (sine, cosine) = self.azimuth(x, hfov).sin_cos();
                 DVec3::new(sine, y / self.scale, cosine)
@@ -267,6 +294,7 @@ impl Mapping {
         let level = point.x.hypot(point.z);
         let offset = match self.screen {
             Screen::Planar { .. } if point.z > 0.0 => point.truncate() / point.z * self.scale,
+            Screen::Lens { k, .. } if point.z > 0.0 => seen(k, point.truncate() / point.z)? * self.scale,
             Screen::Cylindrical { hfov } if level > 0.0 => {
                 DVec2::new(azimuth_px(hfov), point.y / level * self.scale)
             }

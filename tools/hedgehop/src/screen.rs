@@ -179,7 +179,7 @@ impl ScreenArgs {
 fn default_size(screen: Option<&Screen>) -> Size {
     let pixels = |degrees: f64| (degrees * PER_DEGREE).round().max(1.0) as u32;
     match screen {
-        None | Some(Screen::Planar { .. } | Screen::Cylindrical { .. }) => WIDE,
+        None | Some(Screen::Planar { .. } | Screen::Lens { .. } | Screen::Cylindrical { .. }) => WIDE,
         Some(Screen::Equirectangular { hfov, vfov }) => Size { width: pixels(*hfov), height: pixels(*vfov) },
         Some(Screen::Fisheye { .. } | Screen::Orthographic { .. }) => SQUARE,
         Some(Screen::Table(table)) => Size { width: table.size().x, height: table.size().y },

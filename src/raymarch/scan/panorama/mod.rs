@@ -277,7 +277,9 @@ impl Panorama {
 fn fine_angle(camera: &Camera) -> f64 {
     match camera.screen() {
         // Planar pixels shrink with the square of the cosine, and most are near the border of a wide view.
-        Screen::Planar { hfov } => camera.pixel_angle() * (0.5 * hfov).to_radians().cos().sqrt(),
+        Screen::Planar { hfov } | Screen::Lens { hfov, .. } => {
+            camera.pixel_angle() * (0.5 * hfov).to_radians().cos().sqrt()
+        }
         _ => camera.pixel_angle(),
     }
 }
