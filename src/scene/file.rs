@@ -11,6 +11,7 @@ use toml::Spanned;
 use super::light::{LightTable, light};
 use super::model::Models;
 use super::object::{ObjectTable, object};
+use super::picture::{HudTable, PictureTable};
 use super::plume::{PlumeTable, plume};
 use super::precipitation::{GroundTable, PrecipitationTable};
 use super::sun::{NightTable, SunTable};
@@ -34,6 +35,8 @@ struct SceneTable {
     clouds: Option<CloudsTable>,
     precipitation: Option<PrecipitationTable>,
     ground: Option<GroundTable>,
+    picture: Option<PictureTable>,
+    hud: Option<HudTable>,
     #[serde(default)]
     object: Vec<Spanned<ObjectTable>>,
     #[serde(default)]
@@ -154,6 +157,8 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         fog: table.fog.map(|fog| fog.read(&reading)).transpose()?,
         clouds: table.clouds.map(|clouds| clouds.read(&reading)).transpose()?,
     };
+    let finish = table.picture.unwrap_or_default().read(&reading)?;
+    let hud = table.hud.map(|hud| hud.read(&reading)).transpose()?.unwrap_or_default();
     let mut objects: BTreeMap<String, Object> = BTreeMap::new();
     let mut models = Models::default();
     for table in table.object {
@@ -179,6 +184,8 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         lines,
         visibility,
         weather,
+        finish,
+        hud,
         objects,
         lights,
         plumes,

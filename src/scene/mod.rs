@@ -14,6 +14,7 @@ mod model;
 #[cfg(test)]
 mod night_tests;
 mod object;
+mod picture;
 mod place;
 mod plume;
 mod precipitation;
@@ -27,6 +28,7 @@ use std::path::{Path, PathBuf};
 pub use cast::{Cast, Moment};
 pub(crate) use light::unit as scatter;
 pub use light::{Anchor, Flash, Lamp, Layout, Light, Rhythm};
+pub use picture::{Dither, Finish, Hud, Tone};
 pub use plume::{Kind as PlumeKind, Plume};
 pub use precipitation::{Cover, Kind as PrecipitationKind, Precipitation};
 pub use weather::{Clouds, Fog, Weather};
@@ -74,6 +76,10 @@ pub struct Scene {
     pub visibility: Option<f64>,
     /// What lies in the air besides haze.
     pub weather: Weather,
+    /// How light becomes a picture.
+    pub finish: Finish,
+    /// What is drawn over pictures.
+    pub hud: Hud,
     /// Objects, by name.
     pub objects: Vec<Object>,
     /// Lights, in the order of the file.
