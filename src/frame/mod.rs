@@ -24,6 +24,7 @@ pub mod check;
 pub mod clouds;
 mod exr;
 mod fall;
+pub mod finish;
 mod fog;
 pub mod frames;
 mod glow;
