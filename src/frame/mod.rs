@@ -28,6 +28,7 @@ pub mod finish;
 mod fog;
 pub mod frames;
 mod glow;
+pub mod hud;
 mod info;
 mod matte;
 mod motion;
