@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::frame::Picture;
 use crate::frame::stage::Pixels;
 use crate::objects::{Body, PointLight, Puff, SQUARE, View};
-use crate::scene::Moment;
+use crate::scene::Scenery;
 use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::voxel::PageSource;
@@ -39,9 +39,9 @@ impl<'t> From<&'t Vec<Body>> for Things<'t> {
     }
 }
 
-impl<'t> From<&'t Moment> for Things<'t> {
-    fn from(moment: &'t Moment) -> Self {
-        Self { bodies: &moment.bodies, lights: &moment.lights, puffs: &moment.puffs }
+impl<'t> From<&'t Scenery> for Things<'t> {
+    fn from(scenery: &'t Scenery) -> Self {
+        Self { bodies: &scenery.bodies, lights: &scenery.lights, puffs: &scenery.puffs }
     }
 }
 
@@ -72,10 +72,21 @@ impl<S: PageSource> Renderer<'_, S> {
         things: impl Into<Things<'t>>,
         farm: &Farm,
     ) -> Result<Rendered> {
-        let Things { bodies, lights, puffs } = things.into();
+        self.seen_with(camera, things.into(), true, farm)
+    }
+
+    /// [`Self::frame_with`]; unless it `describes` surfaces, of which scan planes know nothing yet, only colour and range mean something.
+    pub(super) fn seen_with(
+        &self,
+        camera: &Camera,
+        things: Things<'_>,
+        describes: bool,
+        farm: &Farm,
+    ) -> Result<Rendered> {
+        let Things { bodies, lights, puffs } = things;
         self.options.check(camera)?;
         let mut rendered = match self.planes(camera, farm)? {
-            Some(view) => planes::frame(self, &view, farm)?,
+            Some(view) => planes::frame(self, &view, describes, farm)?,
             None => self.by_reference(camera, farm)?,
         };
         self.source.intact()?;

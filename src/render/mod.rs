@@ -7,6 +7,7 @@
 //! ```
 
 mod clouds;
+mod exposure;
 mod fall;
 mod foresight;
 mod joined;
@@ -24,6 +25,7 @@ mod surface;
 mod tests;
 mod unserved;
 
+pub use exposure::{Exposure, MOST_MOMENTS, Moment};
 pub use foresight::{FlightPlan, LivePlan};
 pub use joined::Things;
 pub use limits::{far_limit, level_bands};

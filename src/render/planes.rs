@@ -151,8 +151,13 @@ pub fn picture<S: PageSource>(
     Ok((Picture { width, height, rgb }, account))
 }
 
-/// Renders a frame with all its planes.
-pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &Farm) -> Result<Rendered> {
+/// Renders a frame with all its planes; unless it `describes` surfaces, normals, levels and ids are those of the sky.
+pub fn frame<S: PageSource>(
+    renderer: &Renderer<'_, S>,
+    view: &View<'_>,
+    describes: bool,
+    farm: &Farm,
+) -> Result<Rendered> {
     let mut frame = Frame::sky(view.camera.clone());
     let width = view.camera.width as usize;
     let band = band_rows(farm) * width;
@@ -163,7 +168,9 @@ pub fn frame<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>, farm: &
         .map(|(colour, range)| Band { light: Pixels::Linear(colour), range, parts: &[] })
         .collect();
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
-    super::surface::describe(renderer, &mut frame, farm)?;
+    if describes {
+        super::surface::describe(renderer, &mut frame, farm)?;
+    }
     Ok(Rendered { frame, account })
 }
 

@@ -70,7 +70,7 @@ impl Scene {
 
 /// What is where at some moment.
 #[derive(Debug, Clone, Default)]
-pub struct Moment {
+pub struct Scenery {
     /// All objects.
     pub bodies: Vec<Body>,
     /// The lamps that shine.
@@ -108,8 +108,8 @@ impl Cast {
     }
 
     /// All of them, so many seconds after the flight's first fix.
-    pub fn at(&self, seconds: f64) -> Moment {
-        Moment {
+    pub fn at(&self, seconds: f64) -> Scenery {
+        Scenery {
             bodies: self.bodies_at(seconds),
             lights: self.lights_at(seconds),
             puffs: self.puffs_at(seconds),

@@ -25,7 +25,7 @@ mod weather;
 
 use std::path::{Path, PathBuf};
 
-pub use cast::{Cast, Moment};
+pub use cast::{Cast, Scenery};
 pub(crate) use light::unit as scatter;
 pub use light::{Anchor, Flash, Lamp, Layout, Light, Rhythm};
 pub use picture::{Dither, Finish, Hud, Tone};

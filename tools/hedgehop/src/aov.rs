@@ -111,7 +111,7 @@ impl Further {
         }
         let partner = self.partners.as_ref().and_then(|partners| partners.get(&number));
         if let Some(partner) = partner {
-            let then = playing.map(|playing| playing.moment(partner.number).bodies).unwrap_or_default();
+            let then = playing.map(|playing| playing.scenery(partner.number).bodies).unwrap_or_default();
             let step = Step {
                 camera: &partner.camera,
                 bodies: [bodies, &then],

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crossbeam::channel::{RecvTimeoutError, bounded};
 use hedgehop::frame::FrameRate;
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Clouds, Fog, Moment, Scene, Weather};
+use hedgehop::scene::{Cast, Clouds, Fog, Scenery, Scene, Weather};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};
@@ -147,7 +147,7 @@ impl Playing {
     }
 
     /// What is where in a frame.
-    pub fn moment(&self, number: u64) -> Moment {
+    pub fn scenery(&self, number: u64) -> Scenery {
         self.cast.at(self.seconds(number))
     }
 

@@ -201,16 +201,16 @@ impl Sequence<'_> {
         camera: &Camera,
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
-        let moment = self.playing.map(|playing| playing.moment(number)).unwrap_or_default();
+        let scenery = self.playing.map(|playing| playing.scenery(number)).unwrap_or_default();
         let renderer = renderer.at(self.playing.map_or(0.0, |playing| playing.seconds(number)));
         Ok(match self.product {
             Product::Picture => {
-                let (picture, account) = renderer.picture_with(camera, &moment, farm)?;
+                let (picture, account) = renderer.picture_with(camera, &scenery, farm)?;
                 (Image::Picture(picture, Box::new(camera.clone())), account.rays)
             }
             Product::Frame => {
-                let Rendered { mut frame, account } = renderer.frame_with(camera, &moment, farm)?;
-                self.further.complete(&mut frame, number, (self.playing, &moment.bodies), farm)?;
+                let Rendered { mut frame, account } = renderer.frame_with(camera, &scenery, farm)?;
+                self.further.complete(&mut frame, number, (self.playing, &scenery.bodies), farm)?;
                 (Image::Frame(Box::new(frame)), account.rays)
             }
         })

@@ -22,7 +22,7 @@ use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
-use hedgehop::scene::{Moment, Scene};
+use hedgehop::scene::{Scenery, Scene};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
 use hedgehop::voxel::PageSource;
@@ -254,8 +254,8 @@ fn measure(
 
 impl Job<'_> {
     /// What is where in a frame.
-    fn moment(&self, number: u64) -> Moment {
-        self.playing.as_ref().map(|playing| playing.moment(number)).unwrap_or_default()
+    fn scenery(&self, number: u64) -> Scenery {
+        self.playing.as_ref().map(|playing| playing.scenery(number)).unwrap_or_default()
     }
 
     /// The renderer of a frame.
@@ -285,8 +285,8 @@ impl Job<'_> {
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
                 flight.begin(frame);
                 let number = self.cameras[frame as usize].0;
-                let (moment, renderer) = (self.moment(number), self.at(number));
-                Timed::render(|| renderer.picture_with(camera, &moment, farm))
+                let (scenery, renderer) = (self.scenery(number), self.at(number));
+                Timed::render(|| renderer.picture_with(camera, &scenery, farm))
             };
             farm.fly(&batch, render, |number, timed| {
                 self.reporter.advance(1);
@@ -317,7 +317,7 @@ impl Job<'_> {
                 Some(folder) => ranges::dump(
                     folder,
                     number,
-                    &self.at(number).frame_with(camera, &self.moment(number), &most.farm)?.frame,
+                    &self.at(number).frame_with(camera, &self.scenery(number), &most.farm)?.frame,
                 ),
                 None => Ok(()),
             }
