@@ -94,6 +94,11 @@ fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], String
         .ok_or_else(|| format!("want {N} numbers with commas between, such as {example}"))
 }
 
+/// `K1,K2`.
+pub fn pair(text: &str) -> Result<[f64; 2], String> {
+    numbers(text, "-0.2,0.05")
+}
+
 /// Farthest that a place may be from the origin, metres, as in path files.
 const FARTHEST: f64 = 1.0e9;
 

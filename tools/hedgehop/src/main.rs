@@ -7,6 +7,7 @@ mod commands;
 mod contact_sheet;
 mod exit;
 mod figures;
+mod finish;
 mod interrupt;
 mod making;
 mod memory;

@@ -79,6 +79,8 @@ pub struct Frames {
     pub size: Size,
     /// What of it.
     pub product: Product,
+    /// Rays of each pixel along a side, of frames that light is gathered for; 0: codes are made at once.
+    pub gathered: u32,
     /// Objects are merged into them.
     pub has_objects: bool,
     /// Bytes of a pixel of further channels.
@@ -97,7 +99,11 @@ impl Frames {
         // Every encoder holds a frame and what it makes of it, and may have another waiting.
         let waiting = 3 * (WAITING + whole) * self.encoders as u64;
         let ranged = if self.has_objects { RANGED } else { 0 };
-        PROGRAM + pixels * ((FLYING + whole + ranged) * self.in_flight as u64 + waiting + BETWEEN)
+        // Frames whose light is gathered are whole ones of so many pixels, and one of as many as are asked for.
+        let rays = u64::from(self.gathered.max(1)).pow(2);
+        let light = if self.gathered > 0 { WHOLE * (rays + 1) } else { whole };
+        PROGRAM
+            + pixels * (((FLYING + ranged) * rays + light) * self.in_flight as u64 + waiting + BETWEEN * rays)
     }
 
     /// Least memory that has room for so many bytes of pages.
@@ -286,7 +292,7 @@ mod tests {
     const SIZE: Size = Size { width: 1920, height: 1080 };
 
     fn frames(product: Product, in_flight: usize) -> Frames {
-        Frames { size: SIZE, product, has_objects: false, further: 0, in_flight, encoders: 1 }
+        Frames { size: SIZE, product, gathered: 0, has_objects: false, further: 0, in_flight, encoders: 1 }
     }
 
     fn shares(mib: u64, in_flight: usize) -> Result<Option<Shares>> {

@@ -148,7 +148,12 @@ impl Playing {
 
     /// What is where in a frame.
     pub fn scenery(&self, number: u64) -> Scenery {
-        self.cast.at(self.seconds(number))
+        self.scenery_at(self.seconds(number))
+    }
+
+    /// What is where so many seconds after the flight's first fix.
+    pub fn scenery_at(&self, seconds: f64) -> Scenery {
+        self.cast.at(seconds)
     }
 
     /// Names of the objects, by the ids of their bodies.

@@ -104,6 +104,8 @@ pub struct Setup {
     /// Pixels.
     pub size: Size,
     channel: Attitude,
+    /// Of a planar screen's lens, k₁ and k₂.
+    distortion: [f64; 2],
 }
 
 impl ScreenArgs {
@@ -123,6 +125,7 @@ impl ScreenArgs {
             hfov: if screen.is_none() { self.hfov.unwrap_or(PLANAR_HFOV) } else { PLANAR_HFOV },
             screen,
             channel: Attitude { yaw, pitch, roll },
+            distortion: [0.0; 2],
         })
     }
 
@@ -187,6 +190,20 @@ fn default_size(screen: Option<&Screen>) -> Size {
 }
 
 impl Setup {
+    /// The same behind a lens with radial distortion.
+    ///
+    /// # Errors
+    /// A screen that is no plane has no such lens.
+    pub fn behind_lens(self, distortion: [f64; 2]) -> Result<Self> {
+        match &self.screen {
+            Some(screen) if distortion != [0.0; 2] => Err(Error::Configuration(format!(
+                "--distortion (distortion in a scene's [picture]) is of planar screens; a screen of kind {} has its own mapping",
+                screen.name()
+            ))),
+            _ => Ok(Self { distortion, ..self }),
+        }
+    }
+
     /// Whether fields of view in the path mean something.
     pub fn takes_hfov_from_path(&self) -> bool {
         self.screen.is_none()
@@ -204,7 +221,11 @@ impl Setup {
 
     /// The camera of an aircraft at `pose`.
     pub fn camera(&self, pose: Pose) -> Camera {
-        let screen = self.screen.clone().unwrap_or(Screen::Planar { hfov: pose.hfov });
+        let planar = match self.distortion {
+            [0.0, 0.0] => Screen::Planar { hfov: pose.hfov },
+            k => Screen::Lens { hfov: pose.hfov, k },
+        };
+        let screen = self.screen.clone().unwrap_or(planar);
         Camera::with_channel(pose, self.channel, screen, self.size.width, self.size.height)
     }
 

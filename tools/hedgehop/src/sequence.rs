@@ -20,6 +20,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::aov::Further;
+use crate::finish::Finishing;
 use crate::memory::Live;
 use crate::scene::Playing;
 
@@ -73,6 +74,8 @@ pub struct Sequence<'a> {
     pub playing: Option<&'a Playing>,
     /// What whole frames need for their further channels.
     pub further: &'a Further,
+    /// What is made of light besides codes of it as it is.
+    pub finishing: Option<&'a Finishing<'a>>,
 }
 
 /// What became of a sequence.
@@ -162,12 +165,24 @@ impl Sequence<'_> {
         observer: &dyn Observer,
     ) -> (Vec<(u64, Paging)>, Result<()>) {
         let numbers = cameras.iter().map(|(number, _)| *number);
+        // What is looked up ahead is what several rays a pixel see.
+        let side = self.finishing.map_or(1, |finishing| finishing.finish.antialias);
+        let enlarged: Vec<_> = cameras
+            .iter()
+            .filter(|_| side > 1)
+            .map(|(number, camera)| (*number, camera.enlarged(side)))
+            .collect();
+        let foreseen = if side > 1 { &enlarged } else { cameras };
         let all = |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, rays, observer);
         let flown = if let Some(rate) = self.live {
             let plan = LivePlan::new(self.renderer, self.farm);
             self.pages.live(&plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
-                    plan.tell(frame, rate.seconds_at(cameras[frame as usize].0), camera)?;
+                    plan.tell(
+                        frame,
+                        rate.seconds_at(cameras[frame as usize].0),
+                        &foreseen[frame as usize].1,
+                    )?;
                     self.look(
                         &self.renderer.over(&flight.begin(frame)),
                         cameras[frame as usize].0,
@@ -179,7 +194,7 @@ impl Sequence<'_> {
                 (numbers.zip(flight.frames()).collect(), end)
             })
         } else {
-            let plan = FlightPlan::new(self.renderer, self.farm, cameras);
+            let plan = FlightPlan::new(self.renderer, self.farm, foreseen);
             let plan = if self.product == Product::Picture { plan.of_pictures() } else { plan };
             self.pages.ahead_of(cameras.len() as u32, &plan, |flight| {
                 let look = |farm: &Farm, frame: u32, camera: &Camera| {
@@ -201,6 +216,9 @@ impl Sequence<'_> {
         camera: &Camera,
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
+        if let Some(finishing) = self.finishing {
+            return self.finished(renderer, number, camera, finishing, farm);
+        }
         let scenery = self.playing.map(|playing| playing.scenery(number)).unwrap_or_default();
         let renderer = renderer.at(self.playing.map_or(0.0, |playing| playing.seconds(number)));
         Ok(match self.product {
@@ -214,6 +232,45 @@ impl Sequence<'_> {
                 (Image::Frame(Box::new(frame)), account.rays)
             }
         })
+    }
+
+    /// Renders what was asked of a frame, and finishes it.
+    fn finished<S: PageSource>(
+        &self,
+        renderer: &Renderer<'_, S>,
+        number: u64,
+        camera: &Camera,
+        finishing: &Finishing<'_>,
+        farm: &Farm,
+    ) -> Result<(Image, Rays)> {
+        let plain = || Sequence { finishing: None, ..*self }.look(renderer, number, camera, farm);
+        match self.product {
+            Product::Picture => {
+                let finished = finishing.picture(renderer, number, camera, self.playing, farm)?;
+                let (mut picture, rays) = match finished {
+                    Some((picture, account)) => (picture, account.rays),
+                    None => match plain()? {
+                        (Image::Picture(picture, _), rays) => (picture, rays),
+                        frame => return Ok(frame),
+                    },
+                };
+                if self.live.is_some() {
+                    // A frame that never waits has the ground from the file, as its path had.
+                    finishing.draw(self.pages.file(), number, camera, &mut picture)?;
+                } else {
+                    finishing.draw(self.pages, number, camera, &mut picture)?;
+                }
+                Ok((Image::Picture(picture, Box::new(camera.clone())), rays))
+            }
+            Product::Frame => match finishing.frame(renderer, number, camera, self.playing, farm)? {
+                Some(Rendered { mut frame, account }) => {
+                    let scenery = self.playing.map(|playing| playing.scenery(number)).unwrap_or_default();
+                    self.further.complete(&mut frame, number, (self.playing, &scenery.bodies), farm)?;
+                    Ok((Image::Frame(Box::new(frame)), account.rays))
+                }
+                None => plain(),
+            },
+        }
     }
 
     fn render_all(

@@ -199,6 +199,19 @@ impl FlightArgs {
         choose: impl FnOnce(u64) -> Result<FrameSet>,
         observer: &dyn Observer,
     ) -> Result<Vec<(u64, Camera)>> {
+        self.flight(file, source, setup, fps, choose, observer).map(|(_, cameras)| cameras)
+    }
+
+    /// [`Self::cameras`], and the way between them.
+    pub fn flight<S: PageSource>(
+        &self,
+        file: &Path,
+        source: &S,
+        setup: &Setup,
+        fps: FrameRate,
+        choose: impl FnOnce(u64) -> Result<FrameSet>,
+        observer: &dyn Observer,
+    ) -> Result<(Trajectory, Vec<(u64, Camera)>)> {
         let trajectory = self.bind(source, setup, observer)?;
         let count = trajectory.frame_count(fps.per_second());
         let frames = choose(count)?;
@@ -222,7 +235,8 @@ impl FlightArgs {
         }
         self.world.note_seam(source.header(), observer);
         note_underground(source, self.world, &poses, observer)?;
-        Ok(poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect())
+        let cameras = poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect();
+        Ok((trajectory, cameras))
     }
 
     /// The frame next to each of `numbers`, which tells its motion: the one behind it, or before the last; of a single one itself a moment later.

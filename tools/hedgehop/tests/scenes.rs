@@ -225,3 +225,59 @@ fn shadows_that_are_there_already_are_refused_in_words_of_the_scene() {
     assert!(ends(&fly("scene.toml --shadows on"), 2).contains("--shadows on"));
     ends(&fly("shadows.toml --shadows off"), 0);
 }
+
+#[test]
+fn pictures_are_finished_as_the_scene_and_the_flags_say() {
+    let site = site();
+    let finished = "[picture]\nexposure_ev = 1\ntone = \"filmic\"\nantialias = 2\nshutter_deg = 90\ndistortion = [-0.1, 0]\n[hud]\n";
+    fs::write(site.path().join("finished.toml"), finished).expect("a file");
+    let render = |args: &str, name: &str| {
+        let args = format!(
+            "render area.hop --path path.csv --fps 10 --size 160x90 --frames 4 --progress none {args} -o {name}-####.png"
+        );
+        ends(&run(&site, &args), 0);
+        fs::read(site.path().join(format!("{name}-0004.png"))).expect("a picture")
+    };
+    let by_scene = render("--scene finished.toml -j 1", "scene");
+    assert!(by_scene == render("--scene finished.toml -j 3", "again"));
+    // What a picture says of its settings holds the scene's digest, too: pixels are compared.
+    let pixels = |name: &str| {
+        let path = site.path().join(format!("{name}-0004.png"));
+        hedgehop::frame::read_picture(&path).expect("a picture").rgb
+    };
+    let flags = "--exposure 1 --tone filmic --antialias 2 --shutter 90 --distortion=-0.1,0 --hud";
+    render(flags, "flags");
+    assert!(pixels("scene") == pixels("flags"));
+    render("", "plain");
+    let off = "--exposure 0 --tone none --antialias 1 --shutter 0 --distortion 0,0 --hud=none";
+    render(&format!("--scene finished.toml {off}"), "off");
+    assert!(pixels("off") == pixels("plain") && pixels("plain") != pixels("flags"));
+    render("--hud=altitude", "altitude");
+    assert!(pixels("altitude") != pixels("plain"));
+    // Linear light knows nothing of exposure and instruments.
+    let linear = |args: &str, name: &str| {
+        let args = format!(
+            "render area.hop --path path.csv --frames 4 --size 80x45 --progress none {args} -o {name}-####.exr"
+        );
+        ends(&run(&site, &args), 0);
+        fs::read(site.path().join(format!("{name}-0004.exr"))).expect("a frame")
+    };
+    assert!(linear("", "linear") == linear("--exposure 2 --hud --dither ordered --gamma 2", "exposed"));
+}
+
+#[test]
+fn pictures_that_cannot_be_finished_so_are_refused() {
+    let site = site();
+    for (args, part) in [
+        ("--exposure 20", "(--exposure) must be -16 to 16 stops"),
+        ("--antialias 3", "1, 2 or 4"),
+        ("--tone dark", "none or filmic"),
+        ("--hud=clock", "horizon, heading"),
+        ("--distortion=-3,0", "before its corners"),
+        ("--screen fisheye --distortion=-0.1,0", "a screen of kind fisheye"),
+    ] {
+        let args = format!("render area.hop --path path.csv --frames 1 --size 160x90 {args} -o no-####.png");
+        let said = ends(&run(&site, &args), 2);
+        assert!(said.contains(part), "{args}: {said}");
+    }
+}

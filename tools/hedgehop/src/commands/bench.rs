@@ -154,6 +154,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let frames = Frames {
         size: setup.size,
         product: Product::Picture,
+        gathered: 0,
         has_objects,
         further: 0,
         in_flight,

@@ -15,6 +15,7 @@ use crate::args::{self, Instructions, Overlap, Size, Workers};
 use crate::commands::render;
 use crate::contact_sheet;
 use crate::exit::{self, Outcome};
+use crate::finish::FinishArgs;
 use crate::interrupt::Interrupt;
 use crate::memory::{Late, Memory};
 use crate::program::program;
@@ -144,6 +145,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         },
         look: LookArgs { surface: Surface::Smooth, visibility: None, sun: None, shadows: None, detail: 1.0 },
         scene: SceneArgs::default(),
+        finish: FinishArgs::default(),
         progress: Mode::Auto,
     })
 }

@@ -168,9 +168,16 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     let scene = args.scene.read(&reporter)?;
     let file = PageFile::open(&args.area)?;
-    let setup = args.flight.screen.setup()?;
+    let finish = scene.as_ref().map(|scene| scene.finish).unwrap_or_default();
+    let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
+    let cameras: Vec<_> = cameras
+        .into_iter()
+        .map(|(number, camera)| {
+            (number, if finish.antialias > 1 { camera.enlarged(finish.antialias) } else { camera })
+        })
+        .collect();
     let options = args.flight.world.apply(file.header(), args.look.options(scene.as_ref(), file.header())?);
     let planned = planned(&file, &cameras, &options, &reporter)?;
     if let Some(map) = &args.traffic {
@@ -183,6 +190,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         further: 0,
         size: setup.size,
         product: Product::Picture,
+        gathered: if finish.is_developed() || finish.gathers() { finish.antialias } else { 0 },
         in_flight: farm.in_flight(args.overlap.in_flight),
         encoders: 1,
     };

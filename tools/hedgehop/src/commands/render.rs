@@ -23,6 +23,7 @@ use crate::aov::{Aov, AovArgs, Further};
 use crate::area;
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
+use crate::finish::{self, FinishArgs, Finishing};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late, Memory};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
@@ -117,6 +118,9 @@ pub struct Args {
 
     #[command(flatten)]
     pub scene: SceneArgs,
+
+    #[command(flatten)]
+    pub finish: FinishArgs,
 
     /// How progress is told on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
@@ -221,7 +225,8 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let scene = args.scene.read(reporter)?;
     let scene = scene.as_ref();
     check_combination(args, scene)?;
-    let setup = args.flight.screen.setup()?;
+    let (finish, hud) = (args.finish.finish(scene)?, args.finish.hud(scene));
+    let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     args.aov.check(args.output.target(), &setup)?;
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let farm = Farm::new(args.workers.count())?;
@@ -232,6 +237,11 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let shares = args.memory.shares(Frames {
         size: setup.size,
         product,
+        gathered: if finish.gathers() || finish.is_developed() && product == Product::Picture {
+            finish.antialias
+        } else {
+            0
+        },
         has_objects,
         further,
         in_flight,
@@ -240,13 +250,12 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
-    let cameras = match args.late {
-        Late::Wait => args.flight.cameras(&args.area, source, &setup, args.fps, choose, reporter)?,
+    let (trajectory, cameras) = match args.late {
+        Late::Wait => args.flight.flight(&args.area, source, &setup, args.fps, choose, reporter)?,
         // Ground under the path is not to be in memory because the path is known.
-        Late::Coarser => {
-            args.flight.cameras(&args.area, source.file(), &setup, args.fps, choose, reporter)?
-        }
+        Late::Coarser => args.flight.flight(&args.area, source.file(), &setup, args.fps, choose, reporter)?,
     };
+    finish::check_lens(&cameras, &finish)?;
     let playing = scene.map(|scene| match args.late {
         Late::Wait => Playing::new(scene, source, args.flight.world, args.fps, reporter),
         Late::Coarser => Playing::new(scene, source.file(), args.flight.world, args.fps, reporter),
@@ -272,6 +281,17 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         motion.then(|| args.flight.partners(source.file(), &setup, args.fps, numbers)).transpose()?;
     let names = matte.then(|| playing.as_ref().map(Playing::names).unwrap_or_default());
     let further = Further { names, partners, curvature: options.curvature };
+    if product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
+        reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
+    }
+    let map = match args.late {
+        _ if product == Product::Frame => None,
+        Late::Wait => finish::mini_map(&hud, source, &trajectory)?,
+        Late::Coarser => finish::mini_map(&hud, source.file(), &trajectory)?,
+    };
+    let finishing =
+        Finishing { finish, hud, map, trajectory, setup: &setup, fps: args.fps, world: args.flight.world };
+    let is_finished = finish.is_developed() || finish.gathers() || !hud.is_empty();
     let sequence = Sequence {
         pages: source,
         renderer: &renderer,
@@ -283,6 +303,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         stats: args.stats,
         playing: playing.as_ref(),
         further: &further,
+        finishing: is_finished.then_some(&finishing),
     };
     let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
         let stream = Sequence { encoders: 1, ..sequence };
@@ -293,7 +314,11 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
             header: source.header(),
             path: args.flight.path.as_deref(),
             fps: args.fps,
-            settings: settings(args, scene, &setup, &options),
+            settings: {
+                let mut settings = settings(args, scene, &setup, &options);
+                finish::record(&finish, &hud, product == Product::Frame, &mut settings);
+                settings
+            },
         };
         let files = Files::new(origin, &args.output);
         let flown = fly_files(args, &sequence, &files, &cameras, reporter)?;

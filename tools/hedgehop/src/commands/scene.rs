@@ -12,6 +12,7 @@ use hedgehop::voxel::PageSource;
 
 use crate::area;
 use crate::exit::{self, Outcome};
+use crate::finish;
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
 use crate::scene;
@@ -112,6 +113,9 @@ fn description(scene: &Scene) -> String {
     }
     for light in &scene.lights {
         let _ = writeln!(text, "  {}: {}", light.name, lamps(&light.layout));
+    }
+    if let Some(finish) = finish::sentence(&scene.finish, &scene.hud) {
+        let _ = writeln!(text, "  picture: {finish}");
     }
     for object in &scene.objects {
         let _ = writeln!(text, "  {}: {}, {}", object.name, form(&object.form), place(object));

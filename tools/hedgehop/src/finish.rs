@@ -1,0 +1,311 @@
+//! What is made of light on its way into a file: exposure, curves, rays per pixel, shutter, lens, instruments.
+
+use hedgehop::flight::Trajectory;
+use hedgehop::frame::hud::{self, MiniMap, Readings};
+use hedgehop::frame::{FrameRate, Picture};
+use hedgehop::render::{Account, Exposure, Moment, Rendered, Renderer};
+use hedgehop::scene::{Dither, Finish, Hud, Scene, Tone};
+use hedgehop::space::{Camera, Pose};
+use hedgehop::subimage::Farm;
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
+use serde_json::{Value, json};
+
+use crate::args;
+use crate::scene::Playing;
+use crate::screen::Setup;
+use crate::world::WorldArgs;
+
+/// How light becomes a picture; flags go before what the scene says.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Picture")]
+pub struct FinishArgs {
+    /// Exposure, stops: 1 doubles light [default: 0]
+    #[arg(long, value_name = "EV", value_parser = args::number, allow_negative_numbers = true)]
+    pub exposure: Option<f64>,
+
+    /// What is made of bright light: none cuts it off at white, filmic rolls it off [default: none]
+    #[arg(long, value_name = "CURVE", value_parser = word::<Tone>)]
+    pub tone: Option<Tone>,
+
+    /// Codes are the 1/GAMMA-th power of light, 1 to 4 [default: the curve of sRGB]
+    #[arg(long, value_name = "GAMMA", value_parser = args::number, allow_negative_numbers = true)]
+    pub gamma: Option<f64>,
+
+    /// How codes are rounded: none to the nearest, ordered by a pattern that hides bands [default: none]
+    #[arg(long, value_name = "HOW", value_parser = word::<Dither>)]
+    pub dither: Option<Dither>,
+
+    /// Share of their light that the corners lose, 0 to 0.95 [default: 0]
+    #[arg(long, value_name = "SHARE", value_parser = args::number, allow_negative_numbers = true)]
+    pub vignette: Option<f64>,
+
+    /// Radial distortion of a planar screen, radii in focal lengths: -0.2,0 is a barrel [default: 0,0]
+    #[arg(long, value_name = "K1,K2", value_parser = args::pair, allow_hyphen_values = true)]
+    pub distortion: Option<[f64; 2]>,
+
+    /// Rays per pixel along each side: 1, 2 or 4; takes 4 or 16 times as long [default: 1]
+    #[arg(long, value_name = "N")]
+    pub antialias: Option<u32>,
+
+    /// Motion blur: degrees of 360 from frame to frame that the shutter is open; film has 180 [default: 0]
+    #[arg(long, value_name = "DEGREES", value_parser = args::number, allow_negative_numbers = true)]
+    pub shutter: Option<f64>,
+
+    /// Instruments over the picture: all, none, or some of horizon,heading,altitude,speed,time,map [default: none; without a LIST all]
+    #[arg(long, value_name = "LIST", value_parser = instruments, num_args = 0..=1, require_equals = true, default_missing_value = "all")]
+    pub hud: Option<Hud>,
+}
+
+fn word<T: std::str::FromStr<Err = &'static str>>(text: &str) -> std::result::Result<T, String> {
+    text.parse().map_err(str::to_owned)
+}
+
+fn instruments(text: &str) -> std::result::Result<Hud, String> {
+    match text {
+        "all" => Ok(Hud::ALL),
+        "none" => Ok(Hud::default()),
+        names => Hud::of_names(names.split(',').map(str::trim)).map_err(|unknown| {
+            format!(
+                "want all, none, or some of {} with commas between, not {unknown:?}",
+                Hud::NAMES.join(", ")
+            )
+        }),
+    }
+}
+
+impl FinishArgs {
+    /// What the flags say, and the scene where they are silent.
+    ///
+    /// # Errors
+    /// A value outside its range.
+    pub fn finish(&self, scene: Option<&Scene>) -> Result<Finish> {
+        let said = scene.map(|scene| scene.finish).unwrap_or_default();
+        let finish = Finish {
+            exposure: self.exposure.unwrap_or(said.exposure),
+            tone: self.tone.unwrap_or(said.tone),
+            gamma: self.gamma.or(said.gamma),
+            dither: self.dither.unwrap_or(said.dither),
+            vignette: self.vignette.unwrap_or(said.vignette),
+            distortion: self.distortion.unwrap_or(said.distortion),
+            antialias: self.antialias.unwrap_or(said.antialias),
+            shutter: self.shutter.unwrap_or(said.shutter),
+        };
+        finish.check().map(|()| finish)
+    }
+
+    /// Which instruments are drawn.
+    pub fn hud(&self, scene: Option<&Scene>) -> Hud {
+        self.hud.unwrap_or(scene.map(|scene| scene.hud).unwrap_or_default())
+    }
+}
+
+/// What decides pictures; what is left as it is is not mentioned. Frames in linear light (`is_linear`) know nothing of exposure, codes and instruments.
+pub fn record(finish: &Finish, hud: &Hud, is_linear: bool, settings: &mut Value) {
+    let plain = Finish::default();
+    let mut says = |key: &str, differs: bool, value: Value| {
+        if differs {
+            settings[key] = value;
+        }
+    };
+    says("distortion_k1_k2", finish.distortion != plain.distortion, json!(finish.distortion));
+    says("antialias", finish.antialias != plain.antialias, json!(finish.antialias));
+    says("shutter_deg", finish.shutter != plain.shutter, json!(finish.shutter));
+    if is_linear {
+        return;
+    }
+    says("exposure_ev", finish.exposure != plain.exposure, json!(finish.exposure));
+    says("tone", finish.tone != plain.tone, json!(format!("{:?}", finish.tone).to_lowercase()));
+    says("gamma", finish.gamma.is_some(), json!(finish.gamma));
+    says("dither", finish.dither != plain.dither, json!(format!("{:?}", finish.dither).to_lowercase()));
+    says("vignette", finish.vignette != plain.vignette, json!(finish.vignette));
+    says("hud", !hud.is_empty(), json!(hud.names()));
+}
+
+/// What a scene says of pictures, if it says anything.
+pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
+    let mut said = json!({});
+    record(finish, hud, false, &mut said);
+    let parts: Vec<_> = said.as_object()?.iter().map(|(key, value)| format!("{key} {value}")).collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
+}
+
+/// All that finishing a flight's frames needs.
+#[derive(Debug)]
+pub struct Finishing<'f> {
+    /// How light becomes a picture.
+    pub finish: Finish,
+    /// Instruments.
+    pub hud: Hud,
+    /// Their map, if they have one.
+    pub map: Option<MiniMap>,
+    /// The flight.
+    pub trajectory: Trajectory,
+    /// Its screen.
+    pub setup: &'f Setup,
+    /// Its frames.
+    pub fps: FrameRate,
+    /// Where ground is.
+    pub world: WorldArgs,
+}
+
+impl Finishing<'_> {
+    /// Whether light takes another way than it does without finishing.
+    fn is_exposed(&self) -> bool {
+        self.finish.is_developed() || self.finish.gathers()
+    }
+
+    /// What is where about the time of a frame.
+    fn moment(&self, number: u64, camera: &Camera, playing: Option<&Playing>, offset: f64) -> Moment {
+        let seconds = self.fps.seconds_at(number) + offset;
+        let scenery = playing.map(|playing| playing.scenery_at(seconds)).unwrap_or_default();
+        if offset == 0.0 {
+            return Moment { camera: camera.clone(), scenery, seconds };
+        }
+        let pose = self.trajectory.pose_at(seconds);
+        let camera = if self.setup.is_map() {
+            // A map follows its aircraft without turning, above all ground.
+            let eye = pose.eye.with_z(camera.pose.eye.z);
+            camera.moved_to(Pose { eye, ..camera.pose })
+        } else {
+            self.setup.camera(pose)
+        };
+        Moment { camera, scenery, seconds }
+    }
+
+    /// A frame in linear light; `None`: it is as it is without finishing.
+    pub fn frame<S: PageSource>(
+        &self,
+        renderer: &Renderer<'_, S>,
+        number: u64,
+        camera: &Camera,
+        playing: Option<&Playing>,
+        farm: &Farm,
+    ) -> Result<Option<Rendered>> {
+        if !self.finish.gathers() {
+            return Ok(None);
+        }
+        let moment = |offset: f64| self.moment(number, camera, playing, offset);
+        let exposure =
+            Exposure { finish: &self.finish, interval: 1.0 / self.fps.per_second(), moment: &moment };
+        renderer.exposed(&exposure, farm).map(Some)
+    }
+
+    /// A picture without instruments; `None`: it is as it is without finishing.
+    pub fn picture<S: PageSource>(
+        &self,
+        renderer: &Renderer<'_, S>,
+        number: u64,
+        camera: &Camera,
+        playing: Option<&Playing>,
+        farm: &Farm,
+    ) -> Result<Option<(Picture, Account)>> {
+        if !self.is_exposed() {
+            return Ok(None);
+        }
+        let moment = |offset: f64| self.moment(number, camera, playing, offset);
+        let exposure =
+            Exposure { finish: &self.finish, interval: 1.0 / self.fps.per_second(), moment: &moment };
+        renderer.developed(&exposure, farm).map(Some)
+    }
+
+    /// Draws the instruments over a picture of a frame; `source` knows how high the ground is.
+    pub fn draw<S: PageSource>(
+        &self,
+        source: &S,
+        number: u64,
+        camera: &Camera,
+        picture: &mut Picture,
+    ) -> Result<()> {
+        if self.hud.is_empty() {
+            return Ok(());
+        }
+        let seconds = self.fps.seconds_at(number);
+        let pose = self.trajectory.pose_at(seconds);
+        let place = pose.eye.truncate();
+        let ground = if self.hud.altitude { self.world.ground(source, place)? } else { None };
+        let readings = Readings {
+            heading: pose.attitude.yaw,
+            altitude: pose.eye.z,
+            above_ground: ground.map(|ground| pose.eye.z - ground),
+            speed: self.speed(seconds),
+            frame: number,
+            seconds,
+            place,
+        };
+        hud::draw(picture, camera, &self.hud, &readings, self.map.as_ref());
+        Ok(())
+    }
+
+    /// Over ground and upward, metres per second: between half a frame before and half a frame after.
+    fn speed(&self, seconds: f64) -> Option<[f64; 2]> {
+        let half = 0.5 / self.fps.per_second();
+        let [from, to] =
+            [seconds - half, seconds + half].map(|time| time.clamp(0.0, self.trajectory.duration()));
+        let way = self.trajectory.pose_at(to).eye - self.trajectory.pose_at(from).eye;
+        (to > from).then(|| [way.truncate().length() / (to - from), way.z / (to - from)])
+    }
+}
+
+/// The map of a flight, if its instruments show one.
+pub fn mini_map<S: PageSource>(hud: &Hud, source: &S, trajectory: &Trajectory) -> Result<Option<MiniMap>> {
+    /// Places of the path between its ends.
+    const PLACES: u32 = 1000;
+    if !hud.map {
+        return Ok(None);
+    }
+    let at =
+        |place: u32| trajectory.pose_at(trajectory.duration() * f64::from(place) / f64::from(PLACES)).eye;
+    let path: Vec<_> = (0..=PLACES).map(|place| at(place).truncate()).collect();
+    MiniMap::new(source, &path).map(Some)
+}
+
+/// Refuses a lens that folds some picture before its corners.
+pub fn check_lens(cameras: &[(u64, Camera)], finish: &Finish) -> Result<()> {
+    let [k1, k2] = finish.distortion;
+    let folds = |camera: &Camera| camera.ray(0.0, 0.0).is_none();
+    match cameras.iter().find(|(_, camera)| (k1, k2) != (0.0, 0.0) && folds(camera)) {
+        Some((number, camera)) => Err(Error::Configuration(format!(
+            "--distortion {k1},{k2} folds the picture of frame {number} before its corners, which {}° across reach; take coefficients \
+             nearer to 0, or a narrower --hfov",
+            camera.pose.hfov
+        ))),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn instruments_are_chosen_by_name() {
+        assert_eq!(instruments("all"), Ok(Hud::ALL));
+        assert_eq!(instruments("none"), Ok(Hud::default()));
+        assert_eq!(instruments("time, map").unwrap().names(), ["time", "map"]);
+        assert!(instruments("clock").unwrap_err().contains("horizon, heading"));
+    }
+
+    #[test]
+    fn flags_go_before_the_default_and_are_checked() {
+        let args = FinishArgs { exposure: Some(1.5), antialias: Some(2), ..FinishArgs::default() };
+        let finish = args.finish(None).unwrap();
+        assert_eq!(finish, Finish { exposure: 1.5, antialias: 2, ..Finish::default() });
+        let wrong = FinishArgs { antialias: Some(3), ..FinishArgs::default() };
+        assert!(wrong.finish(None).unwrap_err().to_string().contains("--antialias"));
+    }
+
+    #[test]
+    fn frames_in_linear_light_are_told_apart_from_pictures() {
+        let finish = Finish { exposure: 1.0, antialias: 2, ..Finish::default() };
+        let (mut picture, mut linear, mut plain) = (json!({}), json!({}), json!({}));
+        record(&finish, &Hud::ALL, false, &mut picture);
+        record(&finish, &Hud::ALL, true, &mut linear);
+        record(&Finish::default(), &Hud::default(), false, &mut plain);
+        assert_eq!(linear, json!({ "antialias": 2 }));
+        assert_eq!((picture["exposure_ev"].clone(), picture["hud"][5].clone()), (json!(1.0), json!("map")));
+        assert_eq!(plain, json!({}));
+        assert_eq!(sentence(&finish, &Hud::default()).as_deref(), Some("antialias 2, exposure_ev 1.0"));
+        assert_eq!(sentence(&Finish::default(), &Hud::default()), None);
+    }
+}
