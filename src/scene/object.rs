@@ -12,9 +12,10 @@ use super::Object;
 use super::file::Reading;
 use super::look::{LevelTable, Look, Up, model, refuse_keys};
 use super::model::{Models, Origin};
+use super::place::{Above, Place};
 use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
-use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track, read_track};
+use crate::flight::{AltitudeMode, ReadOptions, Track, read_track};
 use crate::objects::Shape;
 
 /// Grey of objects that are given no colour.
@@ -22,9 +23,6 @@ const GREY: [u8; 3] = [150; 3];
 
 /// Characters of the longest name.
 const MOST_NAME: usize = 200;
-
-/// Metres from the origin of a reference system beyond which nothing is.
-const FARTHEST: f64 = 1.0e9;
 
 /// Metres of the largest object: what is larger is ground.
 pub(super) const LARGEST: f64 = 100_000.0;
@@ -67,14 +65,6 @@ pub(super) enum Kind {
     Cylinder,
     Cone,
     Disc,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Above {
-    Agl,
-    Msl,
-    Ellipsoid,
 }
 
 /// Keys that say how large a shape is.
@@ -231,51 +221,26 @@ pub(super) fn srgb(text: &str) -> Option<[u8; 3]> {
 
 /// The track of something that stands.
 fn standing(reading: &Reading<'_>, table: &ObjectTable, object: Range<usize>) -> Result<Track> {
-    let (horizontal, metres) = match (&table.at, &table.at_lonlat) {
-        (Some(at), None) => {
-            let [x, y, z] = finite(reading, "at", at)?;
-            (Horizontal::Xy(x, y), z)
-        }
-        (None, Some(at)) => {
-            let [lon, lat, z] = finite(reading, "at_lonlat", at)?;
-            if lon.abs() > 360.0 || lat.abs() > 90.0 {
-                let what =
-                    format!("at_lonlat must be [longitude, latitude, altitude], not {:?}", at.get_ref());
-                return Err(reading.wrong(at.span(), what));
-            }
-            (Horizontal::LonLat(lon, lat), z)
-        }
-        (Some(_), Some(second)) => {
-            return Err(reading.wrong(second.span(), "give at or at_lonlat, not both"));
-        }
-        (None, None) => {
-            let what = format!("object `{}` needs at, at_lonlat or track", table.name);
-            return Err(reading.wrong(object, what));
-        }
-    };
+    if table.at.is_none() && table.at_lonlat.is_none() {
+        let what = format!("object `{}` needs at, at_lonlat or track", table.name);
+        return Err(reading.wrong(object, what));
+    }
     if let Some(bank) = &table.bank {
         return Err(
             reading.wrong(bank.span(), "bank is for objects with a track; a standing one has roll_deg")
         );
     }
-    let angle = |key: &str, value: &Option<Spanned<f64>>, most: f64| match value {
-        Some(value) => {
-            let want = format!("must lie between -{most} and {most} degrees");
-            reading.number(key, value, |degrees| degrees.abs() <= most, &want)
-        }
-        None => Ok(0.0),
+    let place = Place {
+        whose: &format!("object `{}`", table.name),
+        at: table.at.as_ref(),
+        at_lonlat: table.at_lonlat.as_ref(),
+        altitude: table.altitude.as_ref().map(|above| *above.get_ref()),
+        yaw: table.yaw_deg.as_ref(),
+        pitch: table.pitch_deg.as_ref(),
+        roll: table.roll_deg.as_ref(),
+        span: object,
     };
-    let fix = Fix {
-        time: 0.0,
-        horizontal,
-        altitude: Altitude { metres, mode: mode(table).unwrap_or(AltitudeMode::Agl) },
-        yaw: Some(angle("yaw_deg", &table.yaw_deg, 360.0)?),
-        pitch: Some(angle("pitch_deg", &table.pitch_deg, 90.0)?),
-        roll: Some(angle("roll_deg", &table.roll_deg, 360.0)?),
-        hfov: None,
-    };
-    let path = format!("{}, object `{}`", reading.path.display(), table.name).into();
-    Ok(Track { path, format: "single place", fixes: vec![fix], notes: Vec::new() })
+    place.track(reading)
 }
 
 /// The track of something that moves.
@@ -304,17 +269,5 @@ fn moving(
 }
 
 fn mode(table: &ObjectTable) -> Option<AltitudeMode> {
-    table.altitude.as_ref().map(|above| match above.get_ref() {
-        Above::Agl => AltitudeMode::Agl,
-        Above::Msl => AltitudeMode::Msl,
-        Above::Ellipsoid => AltitudeMode::Ellipsoid,
-    })
-}
-
-fn finite(reading: &Reading<'_>, key: &str, at: &Spanned<Vec<f64>>) -> Result<[f64; 3]> {
-    let place: [f64; 3] = reading.numbers(key, at)?;
-    if place.into_iter().all(|value| value.abs() <= FARTHEST) {
-        return Ok(place);
-    }
-    Err(reading.wrong(at.span(), format!("{key} must be three numbers of 10⁹ at most, not {place:?}")))
+    table.altitude.as_ref().map(|above| (*above.get_ref()).into())
 }

@@ -1,5 +1,6 @@
 //! What is made of light on its way into a file: exposure, curves, rays per pixel, shutter, lens, instruments.
 
+use glam::DVec3;
 use hedgehop::flight::Trajectory;
 use hedgehop::frame::hud::{self, MiniMap, Readings};
 use hedgehop::frame::{FrameRate, Picture};
@@ -130,6 +131,15 @@ pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
+/// How a flight's eye moves.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'f> {
+    /// Where it is at any time.
+    pub trajectory: &'f Trajectory,
+    /// When its frames are.
+    pub fps: FrameRate,
+}
+
 /// All that finishing a flight's frames needs.
 #[derive(Debug)]
 pub struct Finishing<'f> {
@@ -140,11 +150,9 @@ pub struct Finishing<'f> {
     /// Their map, if they have one.
     pub map: Option<MiniMap>,
     /// The flight.
-    pub trajectory: Trajectory,
+    pub motion: Motion<'f>,
     /// Its screen.
     pub setup: &'f Setup,
-    /// Its frames.
-    pub fps: FrameRate,
     /// Where ground is.
     pub world: WorldArgs,
 }
@@ -157,12 +165,12 @@ impl Finishing<'_> {
 
     /// What is where about the time of a frame.
     fn moment(&self, number: u64, camera: &Camera, playing: Option<&Playing>, offset: f64) -> Moment {
-        let seconds = self.fps.seconds_at(number) + offset;
+        let seconds = self.motion.fps.seconds_at(number) + offset;
         let scenery = playing.map(|playing| playing.scenery_at(seconds)).unwrap_or_default();
         if offset == 0.0 {
             return Moment { camera: camera.clone(), scenery, seconds };
         }
-        let pose = self.trajectory.pose_at(seconds);
+        let pose = self.motion.trajectory.pose_at(seconds);
         let camera = if self.setup.is_map() {
             // A map follows its aircraft without turning, above all ground.
             let eye = pose.eye.with_z(camera.pose.eye.z);
@@ -187,7 +195,7 @@ impl Finishing<'_> {
         }
         let moment = |offset: f64| self.moment(number, camera, playing, offset);
         let exposure =
-            Exposure { finish: &self.finish, interval: 1.0 / self.fps.per_second(), moment: &moment };
+            Exposure { finish: &self.finish, interval: 1.0 / self.motion.fps.per_second(), moment: &moment };
         renderer.exposed(&exposure, farm).map(Some)
     }
 
@@ -205,7 +213,7 @@ impl Finishing<'_> {
         }
         let moment = |offset: f64| self.moment(number, camera, playing, offset);
         let exposure =
-            Exposure { finish: &self.finish, interval: 1.0 / self.fps.per_second(), moment: &moment };
+            Exposure { finish: &self.finish, interval: 1.0 / self.motion.fps.per_second(), moment: &moment };
         renderer.developed(&exposure, farm).map(Some)
     }
 
@@ -220,15 +228,15 @@ impl Finishing<'_> {
         if self.hud.is_empty() {
             return Ok(());
         }
-        let seconds = self.fps.seconds_at(number);
-        let pose = self.trajectory.pose_at(seconds);
+        let seconds = self.motion.fps.seconds_at(number);
+        let pose = self.motion.trajectory.pose_at(seconds);
         let place = pose.eye.truncate();
         let ground = if self.hud.altitude { self.world.ground(source, place)? } else { None };
         let readings = Readings {
             heading: pose.attitude.yaw,
             altitude: pose.eye.z,
             above_ground: ground.map(|ground| pose.eye.z - ground),
-            speed: self.speed(seconds),
+            speed: self.motion.velocity(number).map(|velocity| [velocity.truncate().length(), velocity.z]),
             frame: number,
             seconds,
             place,
@@ -236,14 +244,16 @@ impl Finishing<'_> {
         hud::draw(picture, camera, &self.hud, &readings, self.map.as_ref());
         Ok(())
     }
+}
 
-    /// Over ground and upward, metres per second: between half a frame before and half a frame after.
-    fn speed(&self, seconds: f64) -> Option<[f64; 2]> {
-        let half = 0.5 / self.fps.per_second();
+impl Motion<'_> {
+    /// Of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has no flight.
+    pub fn velocity(&self, number: u64) -> Option<DVec3> {
+        let (seconds, half) = (self.fps.seconds_at(number), 0.5 / self.fps.per_second());
         let [from, to] =
             [seconds - half, seconds + half].map(|time| time.clamp(0.0, self.trajectory.duration()));
         let way = self.trajectory.pose_at(to).eye - self.trajectory.pose_at(from).eye;
-        (to > from).then(|| [way.truncate().length() / (to - from), way.z / (to - from)])
+        (to > from).then(|| way / (to - from))
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crossbeam::channel::{RecvTimeoutError, bounded};
 use hedgehop::frame::FrameRate;
 use hedgehop::progress::Observer;
-use hedgehop::scene::{Cast, Clouds, Fog, Scenery, Scene, Weather};
+use hedgehop::scene::{Cast, Clouds, Fog, Scene, Scenery, Weather};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use serde_json::{Value, json};

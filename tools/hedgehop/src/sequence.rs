@@ -20,7 +20,7 @@ use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
 use crate::aov::Further;
-use crate::finish::Finishing;
+use crate::finish::{Finishing, Motion};
 use crate::memory::Live;
 use crate::scene::Playing;
 
@@ -74,6 +74,8 @@ pub struct Sequence<'a> {
     pub playing: Option<&'a Playing>,
     /// What whole frames need for their further channels.
     pub further: &'a Further,
+    /// How the eye moves.
+    pub motion: Motion<'a>,
     /// What is made of light besides codes of it as it is.
     pub finishing: Option<&'a Finishing<'a>>,
 }
@@ -216,6 +218,7 @@ impl Sequence<'_> {
         camera: &Camera,
         farm: &Farm,
     ) -> Result<(Image, Rays)> {
+        let renderer = &renderer.moving(self.motion.velocity(number).unwrap_or_default());
         if let Some(finishing) = self.finishing {
             return self.finished(renderer, number, camera, finishing, farm);
         }

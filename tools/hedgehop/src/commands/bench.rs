@@ -22,7 +22,7 @@ use hedgehop::frame::{FrameInfo, FrameRate, FrameSet, Picture, encode_picture};
 use hedgehop::memory::{PageFile, ResidentPages};
 use hedgehop::progress::Observer;
 use hedgehop::render::{Engine, FlightPlan, RenderOptions, Renderer, StageTimes};
-use hedgehop::scene::{Scenery, Scene};
+use hedgehop::scene::{Scene, Scenery};
 use hedgehop::space::Camera;
 use hedgehop::subimage::{Batch, DEFAULT_IN_FLIGHT, Farm, FrameWork, TaskSize, Trace};
 use hedgehop::voxel::PageSource;

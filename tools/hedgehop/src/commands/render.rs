@@ -23,7 +23,7 @@ use crate::aov::{Aov, AovArgs, Further};
 use crate::area;
 use crate::args::{Instructions, Overlap, Size, Workers, check_no_input};
 use crate::exit::{self, Outcome, STDOUT};
-use crate::finish::{self, FinishArgs, Finishing};
+use crate::finish::{self, FinishArgs, Finishing, Motion};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late, Memory};
 use crate::output::{Files, Origin, Stdout, Stream, WRITER};
@@ -289,8 +289,8 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         Late::Wait => finish::mini_map(&hud, source, &trajectory)?,
         Late::Coarser => finish::mini_map(&hud, source.file(), &trajectory)?,
     };
-    let finishing =
-        Finishing { finish, hud, map, trajectory, setup: &setup, fps: args.fps, world: args.flight.world };
+    let motion = Motion { trajectory: &trajectory, fps: args.fps };
+    let finishing = Finishing { finish, hud, map, motion, setup: &setup, world: args.flight.world };
     let is_finished = finish.is_developed() || finish.gathers() || !hud.is_empty();
     let sequence = Sequence {
         pages: source,
@@ -303,6 +303,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         stats: args.stats,
         playing: playing.as_ref(),
         further: &further,
+        motion,
         finishing: is_finished.then_some(&finishing),
     };
     let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
