@@ -142,9 +142,10 @@ fn no_step_shows_at_the_horizon() {
             if (99..=101).contains(&row) {
                 assert!(step <= 2, "{weather:?} from {height} m, row {row}: {step}");
             }
-            // Farther down it is the ground that comes out of the haze, by up to 3 of 255 a row; clouds add nothing to that.
+            // Farther down the ground comes out of the haze by up to 5 of 255 a row, and a little faster where it is dark in clouds' shadows.
+            let most = 2.max(ground + 1 + ground / 8);
             assert!(
-                step <= ground.max(2),
+                step <= most,
                 "{weather:?} from {height} m, row {row}: {step}, the ground alone {ground}"
             );
         }

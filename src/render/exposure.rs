@@ -22,6 +22,9 @@ use crate::voxel::PageSource;
 /// Moments of a frame at most: what moves farther than so many pixels while the shutter is open shows steps.
 pub const MOST_MOMENTS: usize = 31;
 
+/// Rays of a frame at most: its planes take ten gigabytes then.
+const MOST_RAYS: u64 = 1 << 28;
+
 /// Pixels across and down at which the screen's motion is looked at.
 const LOOKS: [u32; 2] = [24, 14];
 
@@ -69,9 +72,9 @@ impl<S: PageSource> Renderer<'_, S> {
         let own = moment(0.0);
         let [width, height] = [own.camera.width, own.camera.height];
         let side = finish.antialias;
-        if width.checked_mul(side).and_then(|width| width.checked_mul(height)?.checked_mul(side)).is_none() {
+        if side > 1 && u64::from(width) * u64::from(height) * u64::from(side * side) > MOST_RAYS {
             return Err(Error::Configuration(format!(
-                "a picture of {width}×{height} pixels is too large for {side} × {side} rays a pixel (--antialias)"
+                "a picture of {width}×{height} pixels is too large for {side} × {side} rays a pixel (--antialias): {MOST_RAYS} rays are the most"
             )));
         }
         let render = |moment: &Moment, describes: bool| {

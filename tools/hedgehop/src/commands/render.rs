@@ -269,7 +269,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
     }
-    note_reference(&renderer, &options, &cameras, reporter)?;
+    note_reference(&renderer, &options, (&cameras, finish.antialias), reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
     args.memory.preload(source, shares, reporter)?;
@@ -379,7 +379,7 @@ fn check_combination(args: &Args, scene: Option<&Scene>) -> Result<()> {
 fn note_reference(
     renderer: &Renderer<'_, ResidentPages>,
     options: &RenderOptions,
-    cameras: &[(u64, Camera)],
+    (cameras, antialias): (&[(u64, Camera)], u32),
     reporter: &Reporter,
 ) -> Result<()> {
     if options.engine == Engine::Reference {
@@ -387,7 +387,7 @@ fn note_reference(
     }
     let mut counts: BTreeMap<Unserved, usize> = BTreeMap::new();
     for (_, camera) in cameras {
-        if let Some(why) = renderer.unserved(camera)? {
+        if let Some(why) = renderer.unserved(&camera.enlarged(antialias))? {
             *counts.entry(why).or_default() += 1;
         }
     }
