@@ -3,15 +3,21 @@
 mod aov;
 mod area;
 mod args;
+mod chart;
 mod commands;
 mod contact_sheet;
+mod difference;
+mod drawing;
 mod exit;
 mod figures;
 mod finish;
+mod film;
 mod interrupt;
+mod lettering;
 mod making;
 mod memory;
 mod output;
+mod pictures;
 mod plot;
 mod program;
 mod progress;
@@ -22,6 +28,7 @@ mod speedup;
 mod traffic;
 mod trust;
 mod view;
+mod viewer;
 mod world;
 
 use std::process::ExitCode;
@@ -29,7 +36,10 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
-use crate::commands::{bake, bench, build, demo, info, plan, render, scene as scenes, verify};
+use crate::commands::{
+    bake, bench, build, compare, contact_sheet as sheet, demo, info, overview, plan, render, scene as scenes,
+    verify,
+};
 use crate::interrupt::Interrupt;
 
 /// Renders low flight over real terrain from voxel databases, without a GPU.
@@ -60,6 +70,9 @@ enum Command {
     Verify(verify::Args),
     Scene(scenes::Args),
     Bench(bench::Args),
+    Overview(overview::Args),
+    ContactSheet(sheet::Args),
+    Compare(compare::Args),
     Demo(demo::Args),
 }
 
@@ -76,6 +89,9 @@ fn main() -> ExitCode {
         Command::Verify(args) => verify::run(args, &interrupt),
         Command::Scene(args) => scenes::run(args, &interrupt),
         Command::Bench(args) => bench::run(args, &interrupt),
+        Command::Overview(args) => overview::run(args, &interrupt),
+        Command::ContactSheet(args) => sheet::run(args, &interrupt),
+        Command::Compare(args) => compare::run(args, &interrupt),
         Command::Demo(args) => demo::run(args, &interrupt),
     });
     exit::report(outcome)

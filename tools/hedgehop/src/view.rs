@@ -161,7 +161,12 @@ impl LookArgs {
 
 impl FlightArgs {
     /// Binds the path, or the single eye, to a database.
-    fn bind<S: PageSource>(&self, source: &S, setup: &Setup, observer: &dyn Observer) -> Result<Trajectory> {
+    pub fn bind<S: PageSource>(
+        &self,
+        source: &S,
+        setup: &Setup,
+        observer: &dyn Observer,
+    ) -> Result<Trajectory> {
         let track = self.track()?;
         if !setup.takes_hfov_from_path() && track.fixes.iter().any(|fix| fix.hfov.is_some()) {
             observer.note("the path's fields of view are for planar screens; this one has its own");

@@ -13,11 +13,12 @@ use hedgehop::{Error, Result};
 use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Size, Workers};
 use crate::commands::render;
-use crate::contact_sheet;
+use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
 use crate::finish::FinishArgs;
 use crate::interrupt::Interrupt;
 use crate::memory::{Late, Memory};
+use crate::pictures;
 use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::scene::SceneArgs;
@@ -94,7 +95,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let flight = flight(folder, &area)?;
     let done = render::fly(&flight, PageFile::open(&area)?, &reporter)?;
     exit::print(&format!("3. {}", done.sentence()))?;
-    let sheet = sheet(folder, &done.files)?;
+    let sheet = contact_sheet(folder, &done.files)?;
     exit::print(&format!("4. wrote the contact sheet {}\n", sheet.display()))?;
     if let Some(film) = &flight.video {
         exit::print(&format!("5. wrote the film {}\n", film.display()))?;
@@ -150,14 +151,13 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
     })
 }
 
-fn sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
-    let chosen: Vec<PathBuf> = contact_sheet::spread(frames.len(), SHEET_FRAMES)
-        .into_iter()
-        .filter_map(|index| frames.get(index).cloned())
-        .collect();
-    let sheet = folder.join("contact-sheet.png");
-    write_bytes(&sheet, &contact_sheet::png(&chosen, SHEET_COLUMNS)?)?;
-    Ok(sheet)
+fn contact_sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
+    let chosen = spread(frames.len(), SHEET_FRAMES).into_iter().filter_map(|index| frames.get(index));
+    let entry = |frame: &PathBuf| Ok(Entry::new(pictures::label(frame), &pictures::open(frame)?, WIDTH));
+    let entries = chosen.map(entry).collect::<Result<Vec<_>>>()?;
+    let file = folder.join("contact-sheet.png");
+    write_bytes(&file, &pictures::png(&sheet(&entries, SHEET_COLUMNS, WIDTH)?, &file)?)?;
+    Ok(file)
 }
 
 /// Commands to go on with; each works as it stands.

@@ -3,8 +3,11 @@
 pub mod bake;
 pub mod bench;
 pub mod build;
+pub mod compare;
+pub mod contact_sheet;
 pub mod demo;
 pub mod info;
+pub mod overview;
 pub mod plan;
 pub mod render;
 pub mod scene;
