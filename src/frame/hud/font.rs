@@ -1,8 +1,10 @@
-//! Letters of 5 × 7 dots: what instruments write, drawn for this project.
+//! Letters of 5 × 7 dots: what instruments and charts write, drawn for this project.
 
-/// Dots across and down, and from letter to letter.
+/// Dots across a letter.
 pub const WIDTH: usize = 5;
+/// Dots down a letter.
 pub const HEIGHT: usize = 7;
+/// Dots from letter to letter.
 pub const ADVANCE: usize = 6;
 
 /// Rows from the top, of which bit 4 is the leftmost dot; nothing for what has no letter.
@@ -12,7 +14,7 @@ pub fn rows(letter: char) -> [u8; HEIGHT] {
 }
 
 /// In rising order.
-const LETTERS: [(char, [u8; HEIGHT]); 42] = [
+const LETTERS: [(char, [u8; HEIGHT]); 47] = [
     ('+', [0b00000, 0b00100, 0b00100, 0b11111, 0b00100, 0b00100, 0b00000]),
     ('-', [0b00000, 0b00000, 0b00000, 0b11111, 0b00000, 0b00000, 0b00000]),
     ('.', [0b00000, 0b00000, 0b00000, 0b00000, 0b00000, 0b01100, 0b01100]),
@@ -54,6 +56,11 @@ const LETTERS: [(char, [u8; HEIGHT]); 42] = [
     ('X', [0b10001, 0b10001, 0b01010, 0b00100, 0b01010, 0b10001, 0b10001]),
     ('Y', [0b10001, 0b10001, 0b01010, 0b00100, 0b00100, 0b00100, 0b00100]),
     ('Z', [0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b10000, 0b11111]),
+    ('d', [0b00001, 0b00001, 0b01101, 0b10011, 0b10001, 0b10011, 0b01101]),
+    ('k', [0b10000, 0b10000, 0b10010, 0b10100, 0b11000, 0b10100, 0b10010]),
+    ('m', [0b00000, 0b00000, 0b11010, 0b10101, 0b10101, 0b10101, 0b10101]),
+    ('x', [0b00000, 0b00000, 0b10001, 0b01010, 0b00100, 0b01010, 0b10001]),
+    ('|', [0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100]),
     ('°', [0b01100, 0b10010, 0b10010, 0b01100, 0b00000, 0b00000, 0b00000]),
 ];
 

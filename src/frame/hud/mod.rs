@@ -9,7 +9,7 @@
 //! Letters and lines are as many pixels wide as the picture has rows by 360, so that they are read as well on any screen.
 
 mod canvas;
-mod font;
+pub mod font;
 mod map;
 #[cfg(test)]
 mod tests;

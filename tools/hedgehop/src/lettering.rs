@@ -1,56 +1,27 @@
 //! Letters on pictures: numbers, units and a few marks, from dots.
 
+use hedgehop::frame::hud::font::{ADVANCE, HEIGHT, WIDTH, rows};
 use image::{Rgb, RgbImage};
-
-/// Dots of a letter, across and down.
-const SIZE: [u32; 2] = [5, 7];
-
-/// Rows of the letters that there are, from the top; the highest of five bits is the left dot.
-const LETTERS: [(char, [u8; 7]); 21] = [
-    ('0', [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110]),
-    ('1', [0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110]),
-    ('2', [0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111]),
-    ('3', [0b11110, 0b00001, 0b00001, 0b01110, 0b00001, 0b00001, 0b11110]),
-    ('4', [0b00010, 0b00110, 0b01010, 0b10010, 0b11111, 0b00010, 0b00010]),
-    ('5', [0b11111, 0b10000, 0b11110, 0b00001, 0b00001, 0b10001, 0b01110]),
-    ('6', [0b00110, 0b01000, 0b10000, 0b11110, 0b10001, 0b10001, 0b01110]),
-    ('7', [0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b01000, 0b01000]),
-    ('8', [0b01110, 0b10001, 0b10001, 0b01110, 0b10001, 0b10001, 0b01110]),
-    ('9', [0b01110, 0b10001, 0b10001, 0b01111, 0b00001, 0b00010, 0b01100]),
-    ('A', [0b00100, 0b01010, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001]),
-    ('B', [0b11110, 0b10001, 0b10001, 0b11110, 0b10001, 0b10001, 0b11110]),
-    ('N', [0b10001, 0b11001, 0b11101, 0b10111, 0b10011, 0b10001, 0b10001]),
-    ('d', [0b00001, 0b00001, 0b01101, 0b10011, 0b10001, 0b10011, 0b01101]),
-    ('k', [0b10000, 0b10000, 0b10010, 0b10100, 0b11000, 0b10100, 0b10010]),
-    ('m', [0b00000, 0b00000, 0b11010, 0b10101, 0b10101, 0b10101, 0b10101]),
-    ('x', [0b00000, 0b00000, 0b10001, 0b01010, 0b00100, 0b01010, 0b10001]),
-    ('.', [0b00000, 0b00000, 0b00000, 0b00000, 0b00000, 0b01100, 0b01100]),
-    ('-', [0b00000, 0b00000, 0b00000, 0b11111, 0b00000, 0b00000, 0b00000]),
-    ('|', [0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100]),
-    (' ', [0; 7]),
-];
 
 /// Width of a text whose dots are `scale` pixels wide, pixels.
 pub fn width(text: &str, scale: u32) -> u32 {
-    (text.chars().count() as u32 * (SIZE[0] + 1)).saturating_sub(1) * scale
+    ((text.chars().count() * ADVANCE).saturating_sub(ADVANCE - WIDTH)) as u32 * scale
 }
 
 /// Height of a line, pixels.
 pub fn height(scale: u32) -> u32 {
-    SIZE[1] * scale
+    HEIGHT as u32 * scale
 }
 
 /// Writes a text with its upper left corner at a pixel, as far as it is on the picture. Of letters that there are not, the place stays empty.
 pub fn write(picture: &mut RgbImage, text: &str, [left, top]: [i64; 2], scale: u32, colour: Rgb<u8>) {
-    for (place, letter) in (0..).zip(text.chars()) {
-        let Some((_, rows)) = LETTERS.iter().find(|(known, _)| *known == letter) else { continue };
-        let dots = (0..SIZE[1]).flat_map(|row| (0..SIZE[0]).map(move |column| (column, row)));
-        for (column, row) in
-            dots.filter(|(column, row)| rows[*row as usize] >> (SIZE[0] - 1 - column) & 1 == 1)
-        {
+    for (place, letter) in text.chars().enumerate() {
+        let rows = rows(letter);
+        let dots = (0..HEIGHT).flat_map(|row| (0..WIDTH).map(move |column| (column, row)));
+        for (column, row) in dots.filter(|(column, row)| rows[*row] >> (WIDTH - 1 - column) & 1 == 1) {
             for (right, down) in (0..scale).flat_map(|down| (0..scale).map(move |right| (right, down))) {
-                let x = left + i64::from((place * (SIZE[0] + 1) + column) * scale + right);
-                let y = top + i64::from(row * scale + down);
+                let x = left + i64::from((place * ADVANCE + column) as u32 * scale + right);
+                let y = top + i64::from(row as u32 * scale + down);
                 if let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y))
                     && let Some(pixel) = picture.get_pixel_mut_checked(x, y)
                 {
