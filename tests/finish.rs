@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, Exposure, Moment, RenderOptions, Renderer};
-use hedgehop::scene::{Dither, Finish, Tone};
+use hedgehop::scene::{Dither, Finish, Scenery, Tone};
 use hedgehop::space::{Attitude, Camera, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::MemPages;
@@ -41,7 +41,7 @@ fn ball(east: f64) -> Body {
 fn turning(yaw: f64, speed: f64) -> impl Fn(f64) -> Moment {
     move |seconds| Moment {
         camera: camera([yaw * seconds, -5.0, 0.0]),
-        bodies: vec![ball(speed * seconds)],
+        scenery: Scenery { bodies: vec![ball(speed * seconds)], ..Scenery::default() },
         seconds: 1.0 + seconds,
     }
 }
@@ -60,10 +60,10 @@ fn nothing_asked_for_leaves_frames_and_pictures_as_they_are() {
     let exposure = Exposure { finish: &Finish::default(), interval: 0.1, moment: &moment };
     let own = moment(0.0);
     let frame = renderer.exposed(&exposure, &farm).unwrap().frame;
-    let plain = renderer.at(1.0).frame_with(&own.camera, &own.bodies, &farm).unwrap().frame;
+    let plain = renderer.at(1.0).frame_with(&own.camera, &own.scenery, &farm).unwrap().frame;
     assert!(frame.colour == plain.colour && frame.range == plain.range && frame.id == plain.id);
     let (developed, _) = renderer.developed(&exposure, &farm).unwrap();
-    let (picture, _) = renderer.at(1.0).picture_with(&own.camera, &own.bodies, &farm).unwrap();
+    let (picture, _) = renderer.at(1.0).picture_with(&own.camera, &own.scenery, &farm).unwrap();
     let far = developed.rgb.iter().zip(&picture.rgb).map(|(one, other)| one.abs_diff(*other)).max();
     assert!(far <= Some(1), "{far:?}");
 }
@@ -105,7 +105,7 @@ fn more_rays_keep_the_light_and_one_of_their_ranges() {
     assert_eq!([four.colour.len(), four.range.len(), four.normal.len()], [160 * 90; 3]);
     let source = hills();
     let fine = Renderer::new(&source, &clear_air())
-        .frame_with(&still(0.0).camera.enlarged(4), &still(0.0).bodies, &farm)
+        .frame_with(&still(0.0).camera.enlarged(4), &still(0.0).scenery, &farm)
         .unwrap()
         .frame;
     for (row, column) in [(0, 0), (40, 80), (89, 159), (44, 79)] {
@@ -124,8 +124,12 @@ fn a_moving_body_is_drawn_out_by_as_much_as_it_moves() {
     let open = Finish { shutter: 180.0, ..Finish::default() };
     let [sharp, blurred] =
         [Finish::default(), open].map(|finish| exposed(&clear_air(), finish, &moving, &farm));
-    let bare =
-        exposed(&clear_air(), Finish::default(), &|_| Moment { bodies: Vec::new(), ..moving(0.0) }, &farm);
+    let bare = exposed(
+        &clear_air(),
+        Finish::default(),
+        &|_| Moment { scenery: Scenery::default(), ..moving(0.0) },
+        &farm,
+    );
     // How much the ball changes each column, and that as a share of all of it.
     let changed = |frame: &Frame| {
         let mut columns = vec![0.0_f64; 160];
@@ -194,7 +198,7 @@ fn what_is_out_of_range_is_refused() {
     }
     let huge = |_: f64| Moment {
         camera: Camera::new(camera([0.0; 3]).pose, 1 << 20, 1 << 10),
-        bodies: Vec::new(),
+        scenery: Scenery::default(),
         seconds: 0.0,
     };
     let finish = Finish { antialias: 4, ..Finish::default() };

@@ -146,7 +146,7 @@ fn rows_near_the_horizon_follow_each_other_without_streaks() {
     }
     streaks.sort_by(f32::total_cmp);
     let high = streaks[streaks.len() * 99 / 100];
-    assert!(high < 0.01, "{high}");
+    assert!(high < 0.001, "{high}");
 }
 
 #[test]

@@ -100,7 +100,7 @@ mod tests {
         }
         // White paper, middle grey, and a highlight of sixteen times white.
         let filmic = Curve::new(Tone::Filmic, None);
-        assert_eq!([0.18, 1.0, 16.0].map(|light| filmic.code(light, 0.5)), [141, 231, 255]);
+        assert_eq!([0.18, 1.0, 16.0].map(|light| filmic.code(light, 0.5)), [141, 232, 255]);
     }
 
     #[test]
