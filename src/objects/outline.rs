@@ -18,7 +18,7 @@ use super::shape::Shape;
 /// Points of a ring: some, and so many times the square root of its radius in pixels. A ring of 10 pixels then is a hundredth of a pixel off where it is
 /// farthest off.
 const POINTS: f64 = 8.0;
-const POINTS_PER_ROOT: f64 = 20.0;
+const POINTS_PER_ROOT: f64 = 16.0;
 
 /// Points of a ring at most: outlines of 1,000 pixels are a tenth of a pixel off.
 const MOST_POINTS: f64 = 400.0;

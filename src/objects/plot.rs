@@ -24,9 +24,6 @@ use crate::space::Ray;
 /// Share of a pixel below which a shape is not in it, and what is missing at most where it fills it.
 const LEAST: f32 = 1.0e-4;
 
-/// Rays that meet a shape, below which others are cast into what its outline leaves of the pixel.
-const ENOUGH: u32 = 3;
-
 /// Where those go: parts of the way from the middle of what is left to its corners.
 const WAYS: [f64; 2] = [0.45, 0.85];
 
@@ -279,7 +276,7 @@ impl<'v> Plot<'v> {
         let faces = &mut self.faces;
         faces.clear();
         let mut met = self.isa.run(Rays { aim, rays: &FEW, middle, ground, faces });
-        if met.all.count_ones() < ENOUGH {
+        if met.all == 0 {
             let size = [&self.square.columns, &self.square.rows].map(|range| range.len() as f32);
             let corner = [0, 1].map(|axis| f64::from(middle[axis] - 0.5 + 0.5 * size[axis]));
             let outline = &self.points[run.place.points.clone()];

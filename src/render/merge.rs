@@ -1,5 +1,7 @@
 //! Bodies merged into what was rendered of the ground, by range.
 
+use std::cell::Cell;
+
 use glam::Vec3;
 
 use super::Renderer;
@@ -17,6 +19,11 @@ use crate::voxel::PageSource;
 /// Inverse ranges of neighbouring pixels that differ by more than this share belong to two surfaces.
 const EDGE: f32 = 0.06;
 
+/// How far apart hits of a body may be that have the same air before them: a part of their range, at which transmittance differs by 0.2 % at most whatever the haze,
+/// and an angle, radians.
+const ALONG: f64 = 0.005;
+const ASIDE: f32 = 0.004;
+
 /// Bytes of an 8-bit pixel.
 const RGB: usize = 3;
 
@@ -32,8 +39,30 @@ struct Look<'s, 'r, 'a, S> {
     atmosphere: Atmosphere,
     /// Factor on light, by channel.
     tint: Vec3,
+    has_fog: bool,
     /// `None`: all of the sun reaches them.
     shadows: Option<&'s Shadows<'r, 'a, S>>,
+}
+
+/// What the air before a body adds, and what it leaves of its light.
+#[derive(Clone, Copy)]
+struct Veil {
+    id: u32,
+    /// Metres.
+    range: f64,
+    /// Of unit length.
+    direction: Vec3,
+    air: Vec3,
+    left: Vec3,
+}
+
+impl Veil {
+    /// Whether it is that of a hit, too, or nearly so.
+    fn is_before(&self, hit: &Hit, direction: Vec3) -> bool {
+        self.id == hit.id
+            && (self.range - hit.range).abs() <= ALONG * self.range
+            && (self.direction - direction).length_squared() <= ASIDE * ASIDE
+    }
 }
 
 /// The ground that a frame shows.
@@ -152,10 +181,11 @@ fn each_pixel<'s, S: PageSource>(
 ) {
     let latest = Latest::default();
     for square in squares {
+        let veil = Cell::new(None);
         square.look(
             look.isa,
             |column, row| shown.ground(column, row),
-            |hit, ray| look.shade(hit, ray, &latest),
+            |hit, ray| look.shade(hit, ray, &latest, &veil),
             &mut put,
         );
     }
@@ -169,15 +199,26 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
             sensor: VisualSensor::new(options.sun),
             atmosphere: options.atmosphere(renderer.source.header()),
             tint: options.brightness().tint(),
+            has_fog: options.weather.fog.is_some(),
             shadows,
         }
     }
 
     /// Radiance that reaches the eye from a hit.
-    fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>) -> Vec3 {
+    fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>, veil: &Cell<Option<Veil>>) -> Vec3 {
         let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray, latest));
         let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, sun);
-        self.tint * self.atmosphere.haze(radiance, ray.origin.z, ray.direction.as_vec3(), hit.range as f32)
+        let direction = ray.direction.as_vec3();
+        let own = veil.get().filter(|veil| veil.is_before(hit, direction)).unwrap_or_else(|| {
+            let seen = |light| self.atmosphere.haze(light, ray.origin.z, direction, hit.range as f32);
+            let air = seen(Vec3::ZERO);
+            Veil { id: hit.id, range: hit.range, direction, air, left: seen(Vec3::ONE) - air }
+        });
+        // Fog may end anywhere.
+        if !self.has_fog {
+            veil.set(Some(own));
+        }
+        self.tint * (own.air + own.left * radiance)
     }
 }
 

@@ -53,6 +53,8 @@ struct Light {
     range: f64,
     normal: Vec3,
     sun: f32,
+    /// Light of the air before it.
+    air: Vec3,
 }
 
 /// Corners of the cells of a block each way.
@@ -82,7 +84,7 @@ impl Lights {
     ) -> Result<Option<Light>> {
         let offset = [0, 1].map(|axis| pixel[axis] - self.first[axis]);
         let share = offset.map(|offset| (offset % CELL) as f32 / CELL as f32);
-        let mut mean = Light { range, normal: Vec3::ZERO, sun: 0.0 };
+        let mut mean = Light { range, normal: Vec3::ZERO, sun: 0.0, air: Vec3::ZERO };
         for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
             let corner = [offset[0] / CELL + right, offset[1] / CELL + down];
             let known = &mut self.known[corner[1] * CORNERS + corner[0]];
@@ -100,6 +102,7 @@ impl Lights {
             let weight = of(share[0], right) * of(share[1], down);
             mean.normal += own.normal * weight;
             mean.sun += own.sun * weight;
+            mean.air += own.air * weight;
         }
         mean.normal = mean.normal.normalize_or(Vec3::Z);
         Ok(Some(mean))
@@ -258,7 +261,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let range = 1.0 / f64::from(plane.inverse);
         let own = ray.origin + ray.direction * range;
         let [across, along] = plane.slope.map(|slope| f64::from(slope).abs() * range * range);
-        if !self.casters.is_near(among, own, self.footprint.at(range) + across + along) {
+        // As far as half of the pixel reaches each way.
+        if !self.casters.is_near(among, own, self.footprint.at(range) + 0.5 * (across + along)) {
             return Ok(None);
         }
         let side = |offset: DVec2| {
@@ -277,9 +281,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
             Some(light) => Some(light),
             None => self.light(ground, filter, [column, row])?,
         };
-        let Some(Light { normal, sun, .. }) = light else { return Ok(None) };
+        let Some(Light { normal, sun, air, .. }) = light else { return Ok(None) };
         let left = self.daylight.on(normal, sun * share) / self.daylight.on(normal, sun);
-        let air = self.atmosphere.haze(Vec3::ZERO, ray.origin.z, ray.direction.as_vec3(), range as f32);
         Ok(Some((left, air)))
     }
 
@@ -298,7 +301,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let over_ground =
             GridRay::new(&source.header().grid, ray.origin, ray.direction).over(options.curvature);
         let (normal, sun) = filter.light(&over_ground, &contact)?;
-        Ok(Some(Light { range, normal, sun }))
+        let air = self.atmosphere.haze(Vec3::ZERO, ray.origin.z, ray.direction.as_vec3(), range as f32);
+        Ok(Some(Light { range, normal, sun, air }))
     }
 
     /// What went wrong with what was asked of it.
