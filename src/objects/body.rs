@@ -19,7 +19,32 @@ pub enum Form {
     Shape(Shape),
     /// Triangles.
     Model(Arc<Model>),
+    /// A thin round rod from the origin forward.
+    Line {
+        /// Metres, > 0.
+        length: f64,
+        /// Metres, > 0.
+        width: f64,
+        /// How wide it is on the screen at least, pixels, ≥ 0.
+        pixels: f64,
+    },
+    /// A small ball around the origin.
+    Point {
+        /// Metres, > 0.
+        width: f64,
+        /// How wide it is on the screen at least, pixels, ≥ 0.
+        pixels: f64,
+    },
 }
+
+/// The axes of a line as a cylinder: that stands upright, a line goes forward. Columns: x, y, z of the cylinder.
+const FORWARD: DMat3 = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
+
+/// Most parts of a line that grow wider with their distance.
+const MOST_PARTS: f64 = 40.0;
+
+/// How much farther away the end of such a part is than its beginning, at least.
+const PART: f64 = 1.2;
 
 /// A shape or a model somewhere in the world.
 #[derive(Debug, Clone)]
@@ -58,6 +83,8 @@ pub(super) struct Placed {
     /// Of the sphere around that, in the world, metres.
     pub centre: DVec3,
     pub radius: f64,
+    /// It is one of several parts of a line, which go on at its ends.
+    pub is_part: bool,
     /// Its least extent, metres: two of the three sides of its box are longer.
     pub thickness: f64,
 }
@@ -80,15 +107,37 @@ impl Form {
         match self {
             Self::Shape(shape) => shape.corners(),
             Self::Model(model) => model.corners(),
+            Self::Line { length, width, .. } => {
+                let half = DVec3::new(0.5 * width, 0.0, 0.5 * width);
+                [-half, half.with_y(*length)]
+            }
+            Self::Point { width, .. } => [DVec3::splat(-0.5 * width), DVec3::splat(0.5 * width)],
+        }
+    }
+
+    /// Its closed form, and the axes of that in its own; `None`: it has none.
+    pub(super) fn shape(&self) -> Option<(Shape, DMat3)> {
+        match *self {
+            Self::Shape(shape) => Some((shape, DMat3::IDENTITY)),
+            Self::Model(_) => None,
+            Self::Line { length, width, .. } => {
+                Some((Shape::Cylinder { radius: 0.5 * width, height: length }, FORWARD))
+            }
+            Self::Point { width, .. } => {
+                Some((Shape::Ellipsoid { radii: DVec3::splat(0.5 * width) }, DMat3::IDENTITY))
+            }
         }
     }
 
     /// Whether it holds up light on the way from a point of its own axes, metres, along `direction` up to `end` times that.
     pub(super) fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {
-        match self {
-            Self::Shape(shape) => shape.touch(origin, direction).is_some_and(|touch| touch.range <= end),
-            Self::Model(model) => model.levels()[0].mesh.blocks(origin, direction, end),
+        if let Self::Model(model) = self {
+            return model.levels()[0].mesh.blocks(origin, direction, end);
         }
+        self.shape().is_some_and(|(shape, axes)| {
+            let touch = shape.touch(axes.transpose() * origin, axes.transpose() * direction);
+            touch.is_some_and(|touch| touch.range <= end)
+        })
     }
 }
 
@@ -120,21 +169,56 @@ impl Body {
 }
 
 impl Placed {
-    /// Where `eye` finds `body`, which the Earth's curvature lowers with the ground that it stands on.
-    pub fn new(body: &Body, eye: DVec3, footprint: Footprint, curvature: Curvature) -> Self {
+    /// Where `eye` finds `body`, which the Earth's curvature lowers with the ground that it stands on: in one part, or a line in several.
+    pub fn parts(body: &Body, eye: DVec3, footprint: Footprint, curvature: Curvature) -> Vec<Self> {
         let distance = (body.position - eye).truncate().length();
         let position = body.position - DVec3::Z * curvature.drop_at(distance);
         let world_from_body = world_from_body(body.attitude);
-        let corners = body.form.corners();
-        let size = corners[1] - corners[0];
-        let sight = match &body.form {
-            Form::Shape(shape) => Sight::Shape(*shape),
-            Form::Model(model) => {
-                let distance =
-                    (position + world_from_body * (0.5 * (corners[0] + corners[1])) - eye).length();
-                Sight::Mesh(model.at(size.length() / footprint.at(distance)).clone())
-            }
+        let place = |sight, corners, position, axes| {
+            Self::new(body, eye, sight, corners, position, world_from_body * axes)
         };
+        let plain = |shape: Shape| (Sight::Shape(shape), shape.corners());
+        match &body.form {
+            Form::Shape(shape) => {
+                let (sight, corners) = plain(*shape);
+                vec![place(sight, corners, position, DMat3::IDENTITY)]
+            }
+            Form::Model(model) => {
+                let corners @ [low, high] = body.form.corners();
+                let distance = (position + world_from_body * (0.5 * (low + high)) - eye).length();
+                let mesh = model.at((high - low).length() / footprint.at(distance)).clone();
+                vec![place(Sight::Mesh(mesh), corners, position, DMat3::IDENTITY)]
+            }
+            Form::Point { width, pixels } => {
+                let width = width.max(pixels * footprint.at((position - eye).length()));
+                let (sight, corners) = plain(Shape::Ellipsoid { radii: DVec3::splat(0.5 * width) });
+                vec![place(sight, corners, position, DMat3::IDENTITY)]
+            }
+            Form::Line { length, width, pixels } => {
+                let forward = world_from_body.y_axis;
+                let ends = line_parts(eye - position, forward, [*length, *width, *pixels], footprint);
+                let part = |(from, to): (&f64, &f64)| {
+                    let distance = (position + forward * (0.5 * (from + to)) - eye).length();
+                    let radius = 0.5 * width.max(pixels * footprint.at(distance));
+                    let (sight, corners) = plain(Shape::Cylinder { radius, height: to - from });
+                    place(sight, corners, position + forward * *from, FORWARD)
+                };
+                let parts = ends.iter().zip(&ends[1..]).map(part);
+                parts.map(|part| Self { is_part: ends.len() > 2, ..part }).collect()
+            }
+        }
+    }
+
+    /// `body` as it is seen, with corners of the box around that, where its origin is and which axes it has.
+    fn new(
+        body: &Body,
+        eye: DVec3,
+        sight: Sight,
+        corners: [DVec3; 2],
+        position: DVec3,
+        world_from_body: DMat3,
+    ) -> Self {
+        let size = corners[1] - corners[0];
         Self {
             id: body.id,
             albedo: body.albedo,
@@ -146,6 +230,7 @@ impl Placed {
             centre: position + world_from_body * (0.5 * (corners[0] + corners[1])),
             radius: 0.5 * size.length(),
             thickness: size.min_element(),
+            is_part: false,
         }
     }
 
@@ -218,6 +303,36 @@ impl Placed {
     }
 }
 
+/// Where a line from the origin along `forward`, so long and wide (metres) and at least so many pixels wide, begins, where its parts meet, and where it ends: each has one
+/// width, in steps of a fifth or so with the distance from `eye`.
+fn line_parts(eye: DVec3, forward: DVec3, line: [f64; 3], footprint: Footprint) -> Vec<f64> {
+    let [length, width, pixels] = line;
+    let nearest = eye.dot(forward);
+    let aside = (eye - forward * nearest).length();
+    let distance = |at: f64| aside.hypot(at - nearest);
+    let farthest = distance(0.0).max(distance(length));
+    // Up to there it is wide enough.
+    let first = width / (pixels * footprint.at(1.0)).max(f64::MIN_POSITIVE);
+    let first = first.max(distance(nearest.clamp(0.0, length)));
+    let mut ends = vec![0.0, length];
+    if let Footprint::Angle(_) = footprint
+        && first < farthest
+    {
+        let step = PART.max((farthest / first).powf(1.0 / MOST_PARTS));
+        let mut at = first * step.sqrt();
+        while at < farthest {
+            let beside = (at * at - aside * aside).max(0.0).sqrt();
+            ends.extend(
+                [nearest - beside, nearest + beside].into_iter().filter(|end| *end > 0.0 && *end < length),
+            );
+            at *= step;
+        }
+        ends.sort_unstable_by(f64::total_cmp);
+        ends.dedup();
+    }
+    ends
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,7 +345,7 @@ mod tests {
             attitude,
             albedo: Vec3::ONE,
         };
-        Placed::new(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::FLAT)
+        Placed::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::FLAT).remove(0)
     }
 
     fn touch(placed: &Placed, origin: [f64; 3], direction: DVec3) -> Option<Touch> {
@@ -275,7 +390,8 @@ mod tests {
             attitude: Attitude::default(),
             albedo: Vec3::ONE,
         };
-        let placed = Placed::new(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::standard());
+        let placed =
+            Placed::parts(&body, DVec3::ZERO, Footprint::Angle(1.0e-3), Curvature::standard()).remove(0);
         assert!((100.0 - placed.centre.z - Curvature::standard().drop_at(50_000.0)).abs() < 1e-9);
     }
 }

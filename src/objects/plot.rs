@@ -120,7 +120,7 @@ impl<'v> Plot<'v> {
 
     /// Claims what a body's outline has a share in.
     fn claim(&mut self, index: usize, shown: &Shown, ground: &impl Fn(usize, usize) -> Ground) {
-        let Square { lens, columns, rows, .. } = self.square;
+        let Square { lens, bodies, columns, rows } = self.square;
         let corner = DVec2::new(columns.start as f64, rows.start as f64);
         let first = self.points.len();
         self.points.extend(self.outline.points.iter().map(|point| *point - corner));
@@ -144,12 +144,17 @@ impl<'v> Plot<'v> {
                 if nearest * self.grounds[pixel].least() > 1.0 {
                     continue;
                 }
-                if *claim == Claim::Free {
-                    *claim = Claim::By(index);
-                    self.shares[pixel] = share;
-                    own = Some(own.map_or(row, |own| own.start)..row + 1);
-                } else {
-                    *claim = Claim::Left;
+                match *claim {
+                    Claim::Free => {
+                        *claim = Claim::By(index);
+                        self.shares[pixel] = share;
+                        own = Some(own.map_or(row, |own| own.start)..row + 1);
+                    }
+                    // Parts of a line that meet there.
+                    Claim::By(other) if bodies[other].placed.id == shown.placed.id => {
+                        self.shares[pixel] = (self.shares[pixel] + share).min(1.0);
+                    }
+                    _ => *claim = Claim::Left,
                 }
             }
         }

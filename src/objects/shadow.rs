@@ -53,6 +53,7 @@ pub struct Bounds {
 #[derive(Debug)]
 pub struct Caster {
     id: u32,
+    /// A shape or a model.
     form: Form,
     /// Metres in the world.
     position: DVec3,
@@ -160,7 +161,7 @@ impl Casters {
         for caster in among.filter(|caster| caster.is_near(place, size)) {
             match caster.form {
                 Form::Shape(shape) => blocked |= self.isa.run(&caster.beam(shape, patch)),
-                Form::Model(_) => models.push(caster),
+                _ => models.push(caster),
             }
         }
         if !models.is_empty() && blocked != u16::MAX {
@@ -210,15 +211,19 @@ impl Caster {
     fn new(body: &Body, sun_from_world: DMat3, eye: DVec3, curvature: Curvature) -> Self {
         let distance = (body.position - eye).truncate().length();
         let position = body.position - DVec3::Z * curvature.drop_at(distance);
-        let world_from_body = world_from_body(body.attitude);
-        let [low, high] = body.form.corners();
+        let (form, axes) = match body.form.shape() {
+            Some((shape, axes)) => (Form::Shape(shape), axes),
+            None => (body.form.clone(), DMat3::IDENTITY),
+        };
+        let world_from_body = world_from_body(body.attitude) * axes;
+        let [low, high] = form.corners();
         let size = high - low;
         let world_from_sun = sun_from_world.transpose();
         let to_sun = [world_from_sun.z_axis, world_from_sun.x_axis * SUN, world_from_sun.y_axis * SUN]
             .map(|part| world_from_body.transpose() * part);
         Self {
             id: body.id,
-            form: body.form.clone(),
+            form,
             position,
             body_from_world: world_from_body.transpose(),
             to_sun,

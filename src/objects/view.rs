@@ -75,10 +75,11 @@ impl<'c> View<'c> {
     pub fn new(camera: &'c Camera, bodies: &[Body], curvature: Curvature) -> Self {
         let lens = Lens::new(camera);
         let footprint = camera.footprint();
-        let placed = bodies.iter().map(|body| Placed::new(body, camera.pose.eye, footprint, curvature));
+        let eye = camera.pose.eye;
+        let placed = bodies.iter().flat_map(|body| Placed::parts(body, eye, footprint, curvature));
         let mut bodies: Vec<_> = placed.map(|placed| Shown::new(placed, &lens)).collect();
         bodies.retain(|body| !body.columns.is_empty() && !body.rows.is_empty());
-        bodies.sort_unstable_by_key(|body| body.placed.id);
+        bodies.sort_by_key(|body| body.placed.id);
         Self { lens, bodies }
     }
 

@@ -1,15 +1,16 @@
 //! A scene over a database.
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::Scene;
 use super::light::LampCast;
 use super::plume::PlumeCast;
+use super::object::LARGEST;
 use crate::error::{Error, Result};
-use crate::flight::{BindOptions, Trajectory};
+use crate::flight::{BindOptions, Track, Trajectory};
 use crate::geo::Crs;
 use crate::objects::{Body, Form, PointLight, Puff};
-use crate::space::Pose;
+use crate::space::{Attitude, Pose};
 
 /// A field of view that nobody looks through, degrees.
 const UNUSED_HFOV: f64 = 60.0;
@@ -29,6 +30,8 @@ struct Actor {
     form: Form,
     albedo: Vec3,
     trajectory: Trajectory,
+    /// The other end of a line, metres in the world.
+    to: Option<DVec3>,
     start: f64,
 }
 
@@ -51,11 +54,20 @@ impl Scene {
                 };
                 Error::invalid(&self.path, format!("line {}: object `{}`: {what}", object.line, object.name))
             };
+            let bind = |track: &Track| Trajectory::bind(track, crs, ground, &options).map_err(of_object);
+            let trajectory = bind(&object.track)?;
+            let to = object.to.as_ref().map(bind).transpose()?.map(|end| end.pose_at(0.0).eye);
+            let length = to.map_or(1.0, |to| (to - trajectory.pose_at(0.0).eye).length());
+            if length == 0.0 || length > LARGEST {
+                let what = format!("a line must be more than 0 m and at most 100 km long, not {length} m");
+                return Err(of_object(Error::Configuration(what)));
+            }
             Ok(Actor {
                 name: object.name.clone(),
                 form: object.form.clone(),
                 albedo: Vec3::from_array(object.albedo),
-                trajectory: Trajectory::bind(&object.track, crs, ground, &options).map_err(of_object)?,
+                trajectory,
+                to,
                 start: object.start,
             })
         });
@@ -96,13 +108,14 @@ impl Cast {
     pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
         let body = |(id, actor): (u32, &Actor)| {
             let pose = actor.pose_at(seconds);
-            Body {
-                id,
-                form: actor.form.clone(),
-                position: pose.eye,
-                attitude: pose.attitude,
-                albedo: actor.albedo,
+            let (mut form, mut attitude) = (actor.form.clone(), pose.attitude);
+            if let (Some(to), Form::Line { length, .. }) = (actor.to, &mut form) {
+                let offset = to - pose.eye;
+                *length = offset.length();
+                let pitch = offset.z.atan2(offset.truncate().length()).to_degrees();
+                attitude = Attitude { yaw: offset.x.atan2(offset.y).to_degrees(), pitch, roll: 0.0 };
             }
+            Body { id, form, position: pose.eye, attitude, albedo: actor.albedo }
         };
         (0..).zip(&self.actors).map(body).collect()
     }

@@ -43,7 +43,7 @@ pub(super) struct Look {
 pub(super) fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
     let given = [
         ("scale", table.scale.as_ref().map(Spanned::span)),
-        ("length_m", table.length_m.as_ref().map(Spanned::span)),
+        ("length_m", table.length_m.as_ref().filter(|_| !table.is_line()).map(Spanned::span)),
         ("turn_deg", table.turn_deg.as_ref().map(Spanned::span)),
         ("up", table.up.as_ref().map(Spanned::span)),
         ("origin", table.origin.as_ref().map(Spanned::span)),

@@ -114,6 +114,8 @@ pub struct Object {
     pub albedo: [f32; 3],
     /// Where it goes; one fix if it stands.
     pub track: Track,
+    /// Where a line ends, if its place and not its length is given.
+    pub to: Option<Track>,
     /// Seconds after the flight's first fix at which the track's first fix is; before and behind its track an object stands.
     pub start: f64,
     /// It banks in turns where its track says nothing of roll.

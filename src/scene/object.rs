@@ -12,17 +12,20 @@ use super::Object;
 use super::file::Reading;
 use super::look::{LevelTable, Look, Up, model, refuse_keys};
 use super::model::{Models, Origin};
-use super::place::{Above, Place};
+use super::place::{Above, PLACE_KEYS, Place};
 use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
 use crate::flight::{AltitudeMode, ReadOptions, Track, read_track};
-use crate::objects::Shape;
+use crate::objects::{Form, Shape};
 
 /// Grey of objects that are given no colour.
 const GREY: [u8; 3] = [150; 3];
 
 /// Characters of the longest name.
 const MOST_NAME: usize = 200;
+
+/// Pixels of the greatest width that a line or a point is to have at least.
+const MOST_PIXELS: f64 = 100.0;
 
 /// Metres of the largest object: what is larger is ground.
 pub(super) const LARGEST: f64 = 100_000.0;
@@ -36,6 +39,10 @@ pub(super) struct ObjectTable {
     radii_m: Option<Spanned<Vec<f64>>>,
     size_m: Option<Spanned<Vec<f64>>>,
     height_m: Option<Spanned<f64>>,
+    width_m: Option<Spanned<f64>>,
+    width_px: Option<Spanned<f64>>,
+    size_px: Option<Spanned<f64>>,
+    to: Option<Spanned<Vec<f64>>>,
     colour: Option<Spanned<String>>,
     at: Option<Spanned<Vec<f64>>>,
     at_lonlat: Option<Spanned<Vec<f64>>>,
@@ -56,6 +63,13 @@ pub(super) struct ObjectTable {
     pub(super) levels: Vec<Spanned<LevelTable>>,
 }
 
+impl ObjectTable {
+    /// Whether it says how long a line is.
+    pub(super) fn is_line(&self) -> bool {
+        self.shape.as_ref().is_some_and(|kind| matches!(kind.get_ref(), Kind::Line))
+    }
+}
+
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Kind {
@@ -65,6 +79,8 @@ pub(super) enum Kind {
     Cylinder,
     Cone,
     Disc,
+    Line,
+    Point,
 }
 
 /// Keys that say how large a shape is.
@@ -93,7 +109,7 @@ pub(super) fn object(
     let Look { form, files, notes } = match (&table.shape, &table.model) {
         (Some(given), None) => {
             refuse_keys(reading, &table)?;
-            Look { form: shape(reading, &table, given)?.into(), files: Vec::new(), notes: Vec::new() }
+            Look { form: form(reading, &table, given)?, files: Vec::new(), notes: Vec::new() }
         }
         (None, Some(path)) => {
             let none = Sizes { reading, table: &table, shape: path.span(), name: "model" };
@@ -122,15 +138,36 @@ pub(super) fn object(
         Some(track) => moving(reading, &table, track, hasher)?,
         None => standing(reading, &table, span)?,
     };
+    let to = table.to.as_ref().map(|to| end(reading, &table, to)).transpose()?;
     let banks = table.bank.as_ref().is_some_and(|bank| *bank.get_ref());
     let albedo = linear_from_srgb8(albedo);
-    Ok(Object { name: table.name, line, form, files, notes, albedo, track, start, banks })
+    Ok(Object { name: table.name, line, form, files, notes, albedo, track, to, start, banks })
 }
 
-fn shape(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> Result<Shape> {
+fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> Result<Form> {
     let (kind, shape) = (*given.get_ref(), given.span());
     let sizes = |name| Sizes { reading, table, shape: shape.clone(), name };
-    Ok(match kind {
+    let shape = match kind {
+        Kind::Line => {
+            let sizes = sizes("line");
+            sizes.takes(&["width_m", "width_px", "to"])?;
+            let length = match (&table.to, &table.length_m) {
+                // Until both ends are known in the database's reference system.
+                (Some(_), None) => 1.0,
+                (None, length) => sizes.one("length_m, or to", length)?,
+                (Some(_), Some(length)) => {
+                    return Err(reading.wrong(length.span(), "give to or length_m, not both"));
+                }
+            };
+            let width = sizes.one("width_m", &table.width_m)?;
+            return Ok(Form::Line { length, width, pixels: sizes.pixels("width_px", &table.width_px)? });
+        }
+        Kind::Point => {
+            let sizes = sizes("point");
+            sizes.takes(&["radius_m", "size_px"])?;
+            let width = 2.0 * sizes.one("radius_m", &table.radius_m)?;
+            return Ok(Form::Point { width, pixels: sizes.pixels("size_px", &table.size_px)? });
+        }
         Kind::Sphere => {
             let sizes = sizes("sphere");
             sizes.takes(&["radius_m"])?;
@@ -163,7 +200,8 @@ fn shape(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> R
             sizes.takes(&["radius_m"])?;
             Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }
         }
-    })
+    };
+    Ok(shape.into())
 }
 
 impl Sizes<'_, '_> {
@@ -175,6 +213,10 @@ impl Sizes<'_, '_> {
             ("radii_m", table.radii_m.as_ref().map(Spanned::span)),
             ("size_m", table.size_m.as_ref().map(Spanned::span)),
             ("height_m", table.height_m.as_ref().map(Spanned::span)),
+            ("width_m", table.width_m.as_ref().map(Spanned::span)),
+            ("width_px", table.width_px.as_ref().map(Spanned::span)),
+            ("size_px", table.size_px.as_ref().map(Spanned::span)),
+            ("to", table.to.as_ref().map(Spanned::span)),
         ];
         let other =
             given.into_iter().find_map(|(key, span)| Some(key).zip(span).filter(|_| !keys.contains(&key)));
@@ -194,6 +236,12 @@ impl Sizes<'_, '_> {
     fn one(&self, key: &str, value: &Option<Spanned<f64>>) -> Result<f64> {
         let value = value.as_ref().ok_or_else(|| self.missing(key))?;
         self.reading.number(key, value, is_size, "must be more than 0 m and at most 100 km")
+    }
+
+    fn pixels(&self, key: &str, value: &Option<Spanned<f64>>) -> Result<f64> {
+        let holds = |pixels| (0.0..=MOST_PIXELS).contains(&pixels);
+        let number = |value| self.reading.number(key, value, holds, "must be 0 to 100 pixels");
+        value.as_ref().map_or(Ok(0.0), number)
     }
 
     fn three(&self, key: &str, value: &Option<Spanned<Vec<f64>>>) -> Result<DVec3> {
@@ -230,17 +278,39 @@ fn standing(reading: &Reading<'_>, table: &ObjectTable, object: Range<usize>) ->
             reading.wrong(bank.span(), "bank is for objects with a track; a standing one has roll_deg")
         );
     }
-    let place = Place {
-        whose: &format!("object `{}`", table.name),
+    place(table, &format!("object `{}`", table.name), object).track(reading)
+}
+
+/// Where its table says that it stands.
+fn place<'t>(table: &'t ObjectTable, whose: &'t str, span: Range<usize>) -> Place<'t> {
+    Place {
+        whose,
+        keys: PLACE_KEYS,
         at: table.at.as_ref(),
         at_lonlat: table.at_lonlat.as_ref(),
         altitude: table.altitude.as_ref().map(|above| *above.get_ref()),
         yaw: table.yaw_deg.as_ref(),
         pitch: table.pitch_deg.as_ref(),
         roll: table.roll_deg.as_ref(),
-        span: object,
-    };
-    place.track(reading)
+        span,
+    }
+}
+
+/// Where a line ends.
+fn end(reading: &Reading<'_>, table: &ObjectTable, to: &Spanned<Vec<f64>>) -> Result<Track> {
+    if table.track.is_some() {
+        let what = "to is where a line ends that stands; one with a track has length_m";
+        return Err(reading.wrong(to.span(), what));
+    }
+    let angles = [&table.yaw_deg, &table.pitch_deg, &table.roll_deg];
+    if let Some(angle) = angles.into_iter().flatten().next() {
+        return Err(reading.wrong(angle.span(), "a line goes to its other end; leave angles out, or to"));
+    }
+    let whose = format!("object `{}`", table.name);
+    let begin = place(table, &whose, to.span());
+    let is_xy = table.at_lonlat.is_none();
+    let end = Place { keys: ["to"; 2], at: Some(to).filter(|_| is_xy), at_lonlat: Some(to).filter(|_| !is_xy), ..begin };
+    end.track(reading)
 }
 
 /// The track of something that moves.

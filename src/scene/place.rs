@@ -13,6 +13,9 @@ use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, Track};
 /// Metres from the origin of a reference system beyond which nothing is.
 const FARTHEST: f64 = 1.0e9;
 
+/// What the keys of a place are called.
+pub(super) const PLACE_KEYS: [&str; 2] = ["at", "at_lonlat"];
+
 /// What altitudes are measured from.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -36,6 +39,8 @@ impl From<Above> for AltitudeMode {
 pub(super) struct Place<'t> {
     /// What stands there, as a clause.
     pub whose: &'t str,
+    /// What the keys of its two places are called: metres of the database's reference system, and degrees.
+    pub keys: [&'t str; 2],
     pub at: Option<&'t Spanned<Vec<f64>>>,
     pub at_lonlat: Option<&'t Spanned<Vec<f64>>>,
     pub altitude: Option<Above>,
@@ -64,14 +69,18 @@ impl Place<'_> {
     pub fn track(&self, reading: &Reading<'_>) -> Result<Track> {
         let (horizontal, metres) = match (self.at, self.at_lonlat) {
             (Some(at), None) => {
-                let [x, y, z] = finite(reading, "at", at)?;
+                let [x, y, z] = finite(reading, self.keys[0], at)?;
                 (Horizontal::Xy(x, y), z)
             }
             (None, Some(at)) => {
-                let [lon, lat, z] = finite(reading, "at_lonlat", at)?;
+                let [lon, lat, z] = finite(reading, self.keys[1], at)?;
                 if lon.abs() > 360.0 || lat.abs() > 90.0 {
                     let what =
-                        format!("at_lonlat must be [longitude, latitude, altitude], not {:?}", at.get_ref());
+                        format!(
+                        "{} must be [longitude, latitude, altitude], not {:?}",
+                        self.keys[1],
+                        at.get_ref()
+                    );
                     return Err(reading.wrong(at.span(), what));
                 }
                 (Horizontal::LonLat(lon, lat), z)

@@ -7,7 +7,7 @@ use toml::Spanned;
 use super::file::Reading;
 use super::light::Anchor;
 use super::object::srgb;
-use super::place::{Above, Place, finite};
+use super::place::{Above, PLACE_KEYS, Place, finite};
 use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Trajectory};
@@ -120,6 +120,7 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
     }
     let place = Place {
         whose: &format!("plume `{name}`"),
+        keys: PLACE_KEYS,
         at: table.at.as_ref(),
         at_lonlat: table.at_lonlat.as_ref(),
         altitude: table.altitude.as_ref().map(|above| *above.get_ref()),

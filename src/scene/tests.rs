@@ -228,7 +228,7 @@ fn what_is_wrong_with_the_suns_time_names_its_line() {
     let over = |time: &str| {
         let scene = read(&format!("\n[sun]\ntime = {time}\nshadows = true")).unwrap();
         assert_eq!(scene.lines, SunLines { time: Some(3), shadows: Some(4) });
-        scene.sun_over(&Crs::wgs84(), DVec2::new(10.0, 47.0))
+        scene.sky_over(&Crs::wgs84(), DVec2::new(10.0, 47.0))
     };
     assert!(over("2026-06-21T12:00:00Z").unwrap().unwrap().elevation > 60.0);
     for (time, told) in
@@ -252,4 +252,53 @@ fn objects_without_ground_are_named() {
     let degrees = WHOLE.replace("at = [500, 600, 0]", "at_lonlat = [8, 47, 0]");
     let message = read(&degrees).unwrap().bind(&Crs::local(), &ground).unwrap_err().to_string();
     assert!(message.contains("`tower`"), "{message}");
+}
+
+/// A thing of a shape, at line 1 of a scene.
+fn thing(shape: &str, rest: &str) -> String {
+    format!("[[object]]\nname = \"t\"\nshape = \"{shape}\"\n{rest}")
+}
+
+#[test]
+fn lines_go_from_one_place_to_another() {
+    let body = |shape: &str, rest: &str| {
+        let cast = read(&thing(shape, rest)).unwrap().bind(&Crs::local(), &ground).unwrap();
+        cast.bodies_at(3.0).remove(0)
+    };
+    let wire = body("line", "width_m = 0.03\nwidth_px = 0.8\nat = [100, 200, 10]\nto = [130, 240, 10]");
+    let Form::Line { length, width, pixels } = wire.form else { panic!("a line") };
+    // The ground is 3 m higher at its end.
+    assert!((length - 2509.0_f64.sqrt()).abs() < 1e-9 && width == 0.03 && pixels == 0.8, "{length}");
+    assert_eq!(wire.position, glam::DVec3::new(100.0, 200.0, 120.0));
+    let end = wire.position + length * (wire.attitude.world_from_view() * glam::DVec3::Z);
+    assert!((end - glam::DVec3::new(130.0, 240.0, 123.0)).length() < 1e-9, "{end}");
+    let mast = body("line", "width_m = 0.1\nlength_m = 7\nat = [1, 2, 0]\npitch_deg = 90");
+    assert!(matches!(mast.form, Form::Line { length: 7.0, width: 0.1, pixels: 0.0 }));
+    let dot = body("point", "radius_m = 0.2\nsize_px = 3\nat = [1, 2, 0]");
+    assert!(matches!(dot.form, Form::Point { width: 0.4, pixels: 3.0 }));
+}
+
+#[test]
+fn mistakes_of_lines_and_points_name_the_key() {
+    for (shape, rest, line, word) in [
+        ("line", "at = [1, 2, 3]\nto = [2, 2, 3]", 3, "width_m"),
+        ("line", "at = [1, 2, 3]\nwidth_m = 1", 3, "length_m"),
+        ("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [2, 2, 3]\nlength_m = 3", 7, "not both"),
+        ("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [2, 2, 3]\nyaw_deg = 3", 7, "angles"),
+        ("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [2, 2, inf]", 6, "to must"),
+        ("line", "at_lonlat = [1, 2, 3]\nwidth_m = 1\nto = [2, 200, 3]", 6, "latitude"),
+        ("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [2, 2, 3]\nwidth_px = -1", 7, "width_px"),
+        ("line", "track = \"car.csv\"\nwidth_m = 1\nto = [2, 2, 3]", 6, "length_m"),
+        ("line", "at = [1, 2, 3]\nradius_m = 1", 5, "radius_m"),
+        ("point", "at = [1, 2, 3]\nradius_m = 1\nsize_px = 200", 6, "size_px"),
+        ("point", "at = [1, 2, 3]\nradius_m = 1\nwidth_px = 2", 6, "width_px"),
+        ("box", "at = [1, 2, 3]\nsize_m = [1, 1, 1]\nto = [1, 2, 3]", 6, "to"),
+        ("box", "at = [1, 2, 3]\nsize_m = [1, 1, 1]\nlength_m = 3", 6, "length_m"),
+    ] {
+        let error = read(&thing(shape, rest)).unwrap_err().to_string();
+        assert!(error.contains(&format!("line {line}:")) && error.contains(word), "{rest}: {error}");
+    }
+    let same = read(&thing("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [1, 2, 3]")).unwrap();
+    let error = same.bind(&Crs::local(), &ground).unwrap_err().to_string();
+    assert!(error.contains("line 1") && error.contains("more than 0 m"), "{error}");
 }

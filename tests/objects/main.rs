@@ -9,6 +9,7 @@ mod merging;
 mod meshes;
 mod outlines;
 mod shadows;
+mod thin;
 
 use std::sync::LazyLock;
 

@@ -70,7 +70,7 @@ fn counts_are_those_of_single_rays() {
                 let position = ahead.origin + ahead.direction * distance + aside;
                 let shape = shapes[(turn as usize + id as usize) % shapes.len()];
                 let body = Body { id, form: shape.into(), position, attitude, albedo: Vec3::ONE };
-                Placed::new(&body, pose.eye, camera.footprint(), Curvature::FLAT)
+                Placed::parts(&body, pose.eye, camera.footprint(), Curvature::FLAT).remove(0)
             })
             .collect();
         let pencil = Pencil::new(&lens, middle).unwrap();

@@ -11,7 +11,7 @@ use super::{Anchor, Flash, Lamp, Layout, Light, MOST_LAMPS, Rhythm, kinds};
 use crate::error::Result;
 use crate::objects::Fixture;
 use crate::scene::file::Reading;
-use crate::scene::place::{Above, Place, finite};
+use crate::scene::place::{Above, PLACE_KEYS, Place, finite};
 
 /// Brightest lamp, candela: searchlights have 10⁹.
 const MOST_CANDELA: f64 = 1.0e10;
@@ -190,6 +190,7 @@ impl Entry<'_, '_> {
     ) -> Place<'p> {
         Place {
             whose,
+            keys: PLACE_KEYS,
             at,
             at_lonlat,
             altitude: self.table.altitude.as_ref().map(|above| *above.get_ref()),
@@ -235,7 +236,7 @@ impl Entry<'_, '_> {
                     Some(_) => self.place(&whose, None, Some(to)),
                     None => self.place(&whose, Some(to), None),
                 };
-                let to = to.track(self.reading)?;
+                let to = Place { keys: ["to"; 2], ..to }.track(self.reading)?;
                 let spacing = metres("spacing_m", &table.spacing_m, None, 0.1)?;
                 let running = table.running_s.as_ref();
                 if let (Some(running), None) = (running, &table.flash_s) {

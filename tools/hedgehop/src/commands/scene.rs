@@ -138,6 +138,12 @@ fn form(form: &Form) -> String {
     let model = match form {
         Form::Shape(shape) => return self::shape(shape),
         Form::Model(model) => model,
+        Form::Line { length, width, pixels } => {
+            return format!("line {length} m long, {width} m wide{}", at_least(*pixels));
+        }
+        Form::Point { width, pixels } => {
+            return format!("point of radius {} m{}", 0.5 * width, at_least(*pixels));
+        }
     };
     let levels = model.levels().iter().map(|level| {
         let [low, high] = level.mesh.corners();
@@ -148,6 +154,10 @@ fn form(form: &Form) -> String {
         format!("{below}{triangles} triangles, {:.2} × {:.2} × {:.2} m", size.x, size.y, size.z)
     });
     format!("model of {}", levels.collect::<Vec<_>>().join("; "))
+}
+
+fn at_least(pixels: f64) -> String {
+    if pixels > 0.0 { format!(", {pixels} pixels at least") } else { String::new() }
 }
 
 fn shape(shape: &Shape) -> String {
