@@ -17,11 +17,11 @@ fn values_that_make_no_picture_are_refused() {
         render_frame(&source, &camera, &options, &farm)
     };
     assert!(frame(sound).is_ok());
-    let low_sun = Sun { azimuth: 0.0, elevation: 0.0 };
+    let beyond = Sun { azimuth: 0.0, elevation: 91.0 };
     for broken in [
         (DVec3::NAN, 60.0, sound.2),
         (DVec3::ONE, 180.0, sound.2),
-        (DVec3::ONE, 60.0, RenderOptions { sun: low_sun, ..sound.2 }),
+        (DVec3::ONE, 60.0, RenderOptions { sun: beyond, ..sound.2 }),
         (DVec3::ONE, 60.0, RenderOptions { visibility: f64::NAN, ..sound.2 }),
         (DVec3::ONE, 60.0, RenderOptions { detail: 0.0, ..sound.2 }),
     ] {

@@ -230,18 +230,12 @@ fn what_is_wrong_with_the_suns_time_names_its_line() {
         assert_eq!(scene.lines, SunLines { time: Some(3), shadows: Some(4) });
         scene.sky_over(&Crs::wgs84(), DVec2::new(10.0, 47.0))
     };
-    assert!(over("2026-06-21T12:00:00Z").unwrap().unwrap().elevation > 60.0);
-    for (time, told) in
-        [("9999-06-21T12:00:00Z", "the year 9999"), ("2026-06-21T00:00:00Z", "below the horizon")]
-    {
-        let message = over(time).unwrap_err().to_string();
-        assert!(message.contains("scene.toml: line 3: ") && message.contains(told), "{message}");
-    }
+    assert!(over("2026-06-21T12:00:00Z").unwrap().unwrap().sun.elevation > 60.0);
+    let message = over("9999-06-21T12:00:00Z").unwrap_err().to_string();
+    assert!(message.contains("scene.toml: line 3: ") && message.contains("the year 9999"), "{message}");
     let placed = read("[sun]\nazimuth_deg = 3\nelevation_deg = 5").unwrap();
-    assert_eq!(
-        placed.sun_over(&Crs::local(), DVec2::ZERO).unwrap(),
-        Some(Sun { azimuth: 3.0, elevation: 5.0 })
-    );
+    let sky = placed.sky_over(&Crs::local(), DVec2::ZERO).unwrap().unwrap();
+    assert_eq!(sky.sun, Sun { azimuth: 3.0, elevation: 5.0 });
 }
 
 #[test]
