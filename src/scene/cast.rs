@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Scene;
 use super::light::LampCast;
-use super::plume::PlumeCast;
 use super::object::LARGEST;
+use super::plume::PlumeCast;
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Track, Trajectory};
 use crate::geo::Crs;

@@ -309,7 +309,12 @@ fn end(reading: &Reading<'_>, table: &ObjectTable, to: &Spanned<Vec<f64>>) -> Re
     let whose = format!("object `{}`", table.name);
     let begin = place(table, &whose, to.span());
     let is_xy = table.at_lonlat.is_none();
-    let end = Place { keys: ["to"; 2], at: Some(to).filter(|_| is_xy), at_lonlat: Some(to).filter(|_| !is_xy), ..begin };
+    let end = Place {
+        keys: ["to"; 2],
+        at: Some(to).filter(|_| is_xy),
+        at_lonlat: Some(to).filter(|_| !is_xy),
+        ..begin
+    };
     end.track(reading)
 }
 

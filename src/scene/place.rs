@@ -75,8 +75,7 @@ impl Place<'_> {
             (None, Some(at)) => {
                 let [lon, lat, z] = finite(reading, self.keys[1], at)?;
                 if lon.abs() > 360.0 || lat.abs() > 90.0 {
-                    let what =
-                        format!(
+                    let what = format!(
                         "{} must be [longitude, latitude, altitude], not {:?}",
                         self.keys[1],
                         at.get_ref()
