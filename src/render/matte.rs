@@ -68,7 +68,7 @@ pub(super) fn of_ground<S: PageSource>(
 
 impl Bodies<'_> {
     /// Puts what bodies cover of a frame in which they are not yet into the matte of its ground.
-    pub fn into_matte(&self, isa: Isa, frame: &Frame, matte: &mut Matte, farm: &Farm) -> Result<()> {
+    pub fn complete_matte(&self, isa: Isa, frame: &Frame, matte: &mut Matte, farm: &Farm) -> Result<()> {
         let shown = Shown { range: &frame.range, width: frame.camera.width as usize };
         let skyline = std::mem::take(&mut matte.covers);
         let at_skyline = |pixel: u32| skyline.binary_search_by_key(&pixel, |cover| cover.pixel);

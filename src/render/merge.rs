@@ -133,7 +133,7 @@ impl<'v> Bodies<'v> {
         // Pixels look at their neighbours' ground, which other tasks may have covered.
         let ground = frame.range.clone();
         if let Some(mut matte) = frame.aov.matte.take() {
-            self.into_matte(renderer.isa, frame, &mut matte, farm)?;
+            self.complete_matte(renderer.isa, frame, &mut matte, farm)?;
             frame.aov.matte = Some(matte);
         }
         let shown = Shown { range: &ground, width };
