@@ -2,10 +2,10 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::Scene;
 use super::light::LampCast;
 use super::object::LARGEST;
 use super::plume::PlumeCast;
+use super::{Beyond, Scene};
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Track, Trajectory};
 use crate::geo::Crs;
@@ -14,6 +14,9 @@ use crate::space::{Attitude, Pose};
 
 /// A field of view that nobody looks through, degrees.
 const UNUSED_HFOV: f64 = 60.0;
+
+/// Time over which the velocity at an end of a track is measured, seconds.
+const STEP: f64 = 0.1;
 
 /// Objects of a scene in a database's reference system: where each is at any time.
 #[derive(Debug, Clone)]
@@ -33,6 +36,7 @@ struct Actor {
     /// The other end of a line, metres in the world.
     to: Option<DVec3>,
     start: f64,
+    beyond: Beyond,
 }
 
 impl Scene {
@@ -69,6 +73,7 @@ impl Scene {
                 trajectory,
                 to,
                 start: object.start,
+                beyond: object.beyond,
             })
         });
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
@@ -92,9 +97,23 @@ pub struct Scenery {
 }
 
 impl Actor {
-    /// Where it is, so many seconds after the flight's first fix.
-    fn pose_at(&self, seconds: f64) -> Pose {
-        self.trajectory.pose_at(seconds - self.start)
+    /// Where it is, so many seconds after the flight's first fix; `None`: it is not there.
+    fn pose_at(&self, seconds: f64) -> Option<Pose> {
+        let seconds = seconds - self.start;
+        let mut pose = self.trajectory.pose_at(seconds);
+        let duration = self.trajectory.duration();
+        let end = seconds.clamp(0.0, duration);
+        match self.beyond {
+            Beyond::Hide if seconds != end => return None,
+            Beyond::DeadReckoning if duration > 0.0 => {
+                let step = STEP.min(duration);
+                let before = (end - step).max(0.0);
+                let way = |seconds: f64| self.trajectory.pose_at(seconds).eye;
+                pose.eye += (way(before + step) - way(before)) / step * (seconds - end);
+            }
+            Beyond::Hold | Beyond::Hide | Beyond::DeadReckoning => {}
+        }
+        Some(pose)
     }
 }
 
@@ -104,10 +123,10 @@ impl Cast {
         self.actors.iter().map(|actor| actor.name.as_str())
     }
 
-    /// All bodies, so many seconds after the flight's first fix.
+    /// All bodies that are there so many seconds after the flight's first fix.
     pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
         let body = |(id, actor): (u32, &Actor)| {
-            let pose = actor.pose_at(seconds);
+            let pose = actor.pose_at(seconds)?;
             let (mut form, mut attitude) = (actor.form.clone(), pose.attitude);
             if let (Some(to), Form::Line { length, .. }) = (actor.to, &mut form) {
                 let offset = to - pose.eye;
@@ -115,9 +134,9 @@ impl Cast {
                 let pitch = offset.z.atan2(offset.truncate().length()).to_degrees();
                 attitude = Attitude { yaw: offset.x.atan2(offset.y).to_degrees(), pitch, roll: 0.0 };
             }
-            Body { id, form, position: pose.eye, attitude, albedo: actor.albedo }
+            Some(Body { id, form, position: pose.eye, attitude, albedo: actor.albedo })
         };
-        (0..).zip(&self.actors).map(body).collect()
+        (0..).zip(&self.actors).filter_map(body).collect()
     }
 
     /// All of them, so many seconds after the flight's first fix.

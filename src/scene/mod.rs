@@ -34,6 +34,7 @@ pub use precipitation::{Cover, Kind as PrecipitationKind, Precipitation};
 pub use weather::{Clouds, Fog, Weather};
 
 use glam::DVec2;
+use serde::Deserialize;
 
 use crate::error::{Error, Result};
 use crate::flight::Track;
@@ -97,6 +98,19 @@ pub struct SunLines {
     pub shadows: Option<usize>,
 }
 
+/// What an object does before its track begins and after it has ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Beyond {
+    /// It stands at the track's first and last fix.
+    #[default]
+    Hold,
+    /// It is not there.
+    Hide,
+    /// It goes straight on as fast as it does there, and turned as it is there (IEEE 1278.1, dead reckoning model 2).
+    DeadReckoning,
+}
+
 /// Something that stands somewhere, or moves.
 #[derive(Debug, Clone)]
 pub struct Object {
@@ -116,8 +130,10 @@ pub struct Object {
     pub track: Track,
     /// Where a line ends, if its place and not its length is given.
     pub to: Option<Track>,
-    /// Seconds after the flight's first fix at which the track's first fix is; before and behind its track an object stands.
+    /// Seconds after the flight's first fix at which the track's first fix is.
     pub start: f64,
+    /// What it does beyond its track.
+    pub beyond: Beyond,
     /// It banks in turns where its track says nothing of roll.
     pub banks: bool,
 }

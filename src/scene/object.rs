@@ -8,11 +8,11 @@ use glam::DVec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::Object;
 use super::file::Reading;
 use super::look::{LevelTable, Look, Up, model, refuse_keys};
 use super::model::{Models, Origin};
 use super::place::{Above, PLACE_KEYS, Place};
+use super::{Beyond, Object};
 use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
 use crate::flight::{AltitudeMode, ReadOptions, Track, read_track};
@@ -53,6 +53,7 @@ pub(super) struct ObjectTable {
     track: Option<Spanned<PathBuf>>,
     start_s: Option<Spanned<f64>>,
     bank: Option<Spanned<bool>>,
+    beyond: Option<Spanned<Beyond>>,
     pub(super) model: Option<Spanned<PathBuf>>,
     pub(super) scale: Option<Spanned<f64>>,
     pub(super) length_m: Option<Spanned<f64>>,
@@ -139,9 +140,16 @@ pub(super) fn object(
         None => standing(reading, &table, span)?,
     };
     let to = table.to.as_ref().map(|to| end(reading, &table, to)).transpose()?;
+    let beyond = match &table.beyond {
+        Some(beyond) if table.track.is_none() => {
+            let what = "beyond says what an object does beyond its track; give one, or leave beyond out";
+            return Err(reading.wrong(beyond.span(), what));
+        }
+        beyond => beyond.as_ref().map(|beyond| *beyond.get_ref()).unwrap_or_default(),
+    };
     let banks = table.bank.as_ref().is_some_and(|bank| *bank.get_ref());
     let albedo = linear_from_srgb8(albedo);
-    Ok(Object { name: table.name, line, form, files, notes, albedo, track, to, start, banks })
+    Ok(Object { name: table.name, line, form, files, notes, albedo, track, to, start, beyond, banks })
 }
 
 fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> Result<Form> {

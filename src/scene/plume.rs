@@ -238,8 +238,8 @@ impl PlumeCast {
         Ok(Self(bound))
     }
 
-    /// All puffs so many seconds after the flight's first fix; `pose` tells where an actor is at a time.
-    pub fn at(&self, seconds: f64, pose: impl Fn(usize, f64) -> Pose) -> Vec<Puff> {
+    /// All puffs so many seconds after the flight's first fix; `pose` tells where an actor is at a time; one that is not there sends none.
+    pub fn at(&self, seconds: f64, pose: impl Fn(usize, f64) -> Option<Pose>) -> Vec<Puff> {
         let mut puffs = Vec::new();
         for (plume, source) in &self.0 {
             // Puffs are numbered from the flight's first fix on, so that each is itself in every frame.
@@ -253,8 +253,10 @@ impl PlumeCast {
                 let (from, speed) = match source {
                     Source::Place(place) => (*place + plume.offset, 0.0),
                     Source::Actor(actor) => {
-                        let now = pose(*actor, born);
-                        let speed = (now.eye - pose(*actor, born - STEP).eye).length() / STEP;
+                        let (Some(now), Some(before)) = (pose(*actor, born), pose(*actor, born - STEP)) else {
+                            continue;
+                        };
+                        let speed = (now.eye - before.eye).length() / STEP;
                         let DVec3 { x: right, y: forward, z: up } = plume.offset;
                         (now.eye + now.attitude.world_from_view() * DVec3::new(right, up, forward), speed)
                     }
@@ -317,7 +319,7 @@ mod tests {
     }
 
     fn at(plume: &Plume, seconds: f64) -> Vec<Puff> {
-        PlumeCast(vec![(plume.clone(), Source::Actor(0))]).at(seconds, |_, seconds| pose(seconds))
+        PlumeCast(vec![(plume.clone(), Source::Actor(0))]).at(seconds, |_, seconds| Some(pose(seconds)))
     }
 
     #[test]
@@ -347,7 +349,7 @@ mod tests {
     #[test]
     fn dust_needs_speed_and_smoke_a_start() {
         let dust = Plume { kind: Kind::Dust, ..smoke() };
-        let still = PlumeCast(vec![(dust.clone(), Source::Actor(0))]).at(20.0, |_, _| pose(1.0));
+        let still = PlumeCast(vec![(dust.clone(), Source::Actor(0))]).at(20.0, |_, _| Some(pose(1.0)));
         assert!(still.is_empty() && !at(&dust, 20.0).is_empty());
         assert!(at(&Plume { start: Some(19.0), ..smoke() }, 20.0).len() <= 6);
         assert!(at(&Plume { start: Some(21.0), ..smoke() }, 20.0).is_empty());

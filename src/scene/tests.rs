@@ -296,3 +296,25 @@ fn mistakes_of_lines_and_points_name_the_key() {
     let error = same.bind(&Crs::local(), &ground).unwrap_err().to_string();
     assert!(error.contains("line 1") && error.contains("more than 0 m"), "{error}");
 }
+
+#[test]
+fn beyond_their_tracks_objects_do_as_they_are_told() {
+    let car = |beyond: &str| {
+        let text = thing("box", &format!("size_m = [2, 4, 2]\ntrack = \"car.csv\"\nstart_s = 5\n{beyond}"));
+        read(&text).unwrap().bind(&Crs::local(), &ground).unwrap()
+    };
+    let gone = car("beyond = \"hide\"");
+    assert_eq!([4.9, 5.0, 25.0, 25.1].map(|time| gone.bodies_at(time).len()), [0, 1, 1, 0]);
+    // 10 m/s eastward, up a slope of a tenth.
+    let on = car("beyond = \"dead-reckoning\"");
+    for (time, x) in [(-5.0, -90.0), (15.0, 110.0), (25.0, 210.0), (40.0, 360.0)] {
+        let body = on.bodies_at(time).remove(0);
+        let expected = glam::DVec3::new(x, 20.0, 100.0 + 0.1 * x);
+        assert!((body.position - expected).length() < 0.5, "{time} s: {}", body.position);
+        assert!((body.attitude.yaw - 90.0).abs() < 1.0);
+    }
+    let held = car("beyond = \"hold\"").bodies_at(40.0).remove(0).position;
+    assert_eq!(held, car("").bodies_at(40.0).remove(0).position);
+    let error = read(&thing("box", "size_m = [2, 4, 2]\nat = [1, 2, 3]\nbeyond = \"hide\"")).unwrap_err();
+    assert!(error.to_string().contains("line 6: beyond"), "{error}");
+}

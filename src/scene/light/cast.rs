@@ -64,8 +64,8 @@ impl LampCast {
         Ok(Self(placed))
     }
 
-    /// All that shine so many seconds after the flight's first fix; `pose` tells where an actor is then.
-    pub fn at(&self, seconds: f64, pose: impl Fn(usize) -> Pose) -> Vec<PointLight> {
+    /// All that shine so many seconds after the flight's first fix; `pose` tells where an actor is then; on one that is not there, none shine.
+    pub fn at(&self, seconds: f64, pose: impl Fn(usize) -> Option<Pose>) -> Vec<PointLight> {
         let shines = |placed: &Placed| {
             let level = placed.lamp.rhythm.level(seconds);
             if level == 0.0 {
@@ -73,9 +73,10 @@ impl LampCast {
             }
             let turn = placed.lamp.yaw + 360.0 * (placed.lamp.rhythm.turns * seconds).rem_euclid(1.0);
             let turned = Attitude { yaw: turn, ..Attitude::default() };
-            let (position, attitude) = match placed.actor.map(&pose) {
+            let (position, attitude) = match placed.actor {
                 None => (placed.position, Attitude { yaw: placed.attitude.yaw + turn, ..placed.attitude }),
-                Some(Pose { eye, attitude, .. }) => {
+                Some(actor) => {
+                    let Pose { eye, attitude, .. } = pose(actor)?;
                     let view = attitude.world_from_view();
                     let DVec3 { x: right, y: forward, z: up } = placed.position;
                     (eye + view * DVec3::new(right, up, forward), attitude.turned(turned))
