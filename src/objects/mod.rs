@@ -1,8 +1,9 @@
 //! Object processors: bodies that are not the surface, seen ray by ray and merged with it by range.
 //!
 //! ```text
-//! for each square of pixels: the bodies whose sphere its cone meets, and which of its pixels each may be in
-//!     for each pixel with such: those whose box the pixel's ray comes near
+//! for each square of pixels: the bodies that may be in it
+//!     planar screens: what shapes that are alone in their pixels show, by the exact share of their outlines (`plot`)
+//!     for each other pixel: those whose box the pixel's ray comes near
 //!         its corners and its middle see one face before the ground → that face
 //!         else 96 rays, each to the nearest of bodies and ground   → the share of each
 //! ```
