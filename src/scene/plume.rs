@@ -253,7 +253,8 @@ impl PlumeCast {
                 let (from, speed) = match source {
                     Source::Place(place) => (*place + plume.offset, 0.0),
                     Source::Actor(actor) => {
-                        let (Some(now), Some(before)) = (pose(*actor, born), pose(*actor, born - STEP)) else {
+                        let (Some(now), Some(before)) = (pose(*actor, born), pose(*actor, born - STEP))
+                        else {
                             continue;
                         };
                         let speed = (now.eye - before.eye).length() / STEP;
