@@ -125,7 +125,7 @@ impl Nature {
         let eye = camera.pose.eye;
         let place = (start + moves * seconds - eye).rem_euclid(DVec3::splat(side)) - HALF;
         let range = place.length();
-        if range < NEAREST || range > HALF {
+        if !(NEAREST..=HALF).contains(&range) {
             return None;
         }
         let before = place - (moves - velocity) * TIME;

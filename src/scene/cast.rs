@@ -78,9 +78,9 @@ impl Scene {
         });
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
         let actor = |name: &str| actors.iter().position(|actor| actor.name == name);
-        let lamps = LampCast::bind(&self.path, &self.lights, crs, ground, &actor)?;
+        let lamps = LampCast::bind(&self.path, &self.lights, crs, ground, actor)?;
         let wrong = |line: usize, what: &str| Error::invalid(&self.path, format!("line {line}: {what}"));
-        let plumes = PlumeCast::bind(&self.plumes, crs, ground, wrong, &actor)?;
+        let plumes = PlumeCast::bind(&self.plumes, crs, ground, wrong, actor)?;
         Ok(Cast { actors, lamps, plumes })
     }
 }

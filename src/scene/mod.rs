@@ -142,7 +142,7 @@ impl Scene {
     /// Reads a scene file, and the tracks and models that it names.
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io) if a file cannot be read; [`Error::Invalid`](crate::Error::Invalid) with line and key if the scene holds something
+    /// [`Error::Io`] if a file cannot be read; [`Error::Invalid`] with line and key if the scene holds something
     /// wrong; what [`crate::flight::read_track`] says of a track;
     /// what is wrong with a model, with its file and place.
     pub fn read(path: &Path) -> Result<Self> {

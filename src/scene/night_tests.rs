@@ -18,7 +18,7 @@ fn read(text: &str) -> Result<Scene> {
 }
 
 fn ground(place: DVec2) -> Option<f64> {
-    (place.x < 5000.0).then(|| 100.0 + 0.1 * place.x)
+    (place.x < 5000.0).then_some(100.0 + 0.1 * place.x)
 }
 
 fn bind(text: &str) -> Result<Cast> {
