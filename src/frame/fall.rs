@@ -46,7 +46,7 @@ struct Nature {
 }
 
 const RAIN: Nature =
-    Nature { count: 5000.0, power: 0.5, speed: [7.0, 2.0], width: 0.0025, share: 0.45, most: 20_000 };
+    Nature { count: 5000.0, power: 0.5, speed: [7.0, 2.0], width: 0.0025, share: 0.45, most: 60_000 };
 const SNOW: Nature =
     Nature { count: 6000.0, power: 0.7, speed: [1.1, 0.5], width: 0.007, share: 0.85, most: 40_000 };
 
