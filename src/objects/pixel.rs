@@ -71,7 +71,7 @@ impl Ground {
 }
 
 impl Square<'_> {
-    /// Tells `put` row and column of every pixel of the screen in which bodies are seen, row by row, and what is seen there before what `ground` says of
+    /// Tells `put` row and column of every pixel of the screen in which bodies are seen, and what is seen there before what `ground` says of
     /// a pixel. `shade` tells the colour of a hit on a ray.
     pub fn look(
         &self,
@@ -80,8 +80,19 @@ impl Square<'_> {
         shade: impl Fn(&Hit, &Ray) -> Vec3,
         mut put: impl FnMut(usize, usize, &Seen),
     ) {
+        self.each(isa, ground, shade, |row, column, seen, _| put(row, column, seen));
+    }
+
+    /// [`Self::look`], and where several bodies may be what was found out about them.
+    fn each(
+        &self,
+        isa: Isa,
+        ground: impl Fn(usize, usize) -> Ground,
+        shade: impl Fn(&Hit, &Ray) -> Vec3,
+        mut put: impl FnMut(usize, usize, &Seen, Option<&Looking<'_>>),
+    ) {
         let mut plot = Plot::new(self, isa, &ground);
-        plot.look(&shade, &mut put);
+        plot.look(&shade, &mut |row, column, seen| put(row, column, seen, None));
         if !plot.has_left() {
             return;
         }
@@ -92,7 +103,7 @@ impl Square<'_> {
                     continue;
                 }
                 if let Some(seen) = looking.pixel(column, row, || ground(column, row), &shade) {
-                    put(row, column, &seen);
+                    put(row, column, &seen, Some(&looking));
                 }
             }
         }

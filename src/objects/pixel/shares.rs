@@ -15,7 +15,7 @@ pub struct Share {
 }
 
 impl Square<'_> {
-    /// Tells `put` row and column of every pixel of the screen in which bodies are seen, row by row, and what each of them covers of it before what
+    /// Tells `put` row and column of every pixel of the screen in which bodies are seen, and what each of them covers of it before what
     /// `ground` says of a pixel: the most first, of equals that of the lower number. The shares add up to [`Seen::share`].
     pub fn shares(
         &self,
@@ -23,24 +23,26 @@ impl Square<'_> {
         ground: impl Fn(usize, usize) -> Ground,
         mut put: impl FnMut(usize, usize, &[Share]),
     ) {
-        let mut looking = Looking::at(self, isa);
         let mut shares = Vec::new();
-        for row in self.rows.clone() {
-            for column in looking.begin(row) {
-                let seen = looking.pixel(column, row, || ground(column, row), |_, _| glam::Vec3::ZERO);
-                if let Some(seen) = seen {
-                    looking.split(&seen, &mut shares);
-                    put(row, column, &shares);
+        self.each(
+            isa,
+            ground,
+            |_, _| glam::Vec3::ZERO,
+            |row, column, seen, looking| {
+                shares.clear();
+                match looking {
+                    Some(looking) => looking.split(seen, &mut shares),
+                    None => shares.push(Share { id: seen.hit.id, share: seen.share }),
                 }
-            }
-        }
+                put(row, column, &shares);
+            },
+        );
     }
 }
 
 impl Looking<'_> {
-    /// Puts what each body has of what was `seen` of the latest pixel into `shares`.
+    /// Adds what each body has of what was `seen` of the latest pixel to `shares`, which is empty.
     fn split(&self, seen: &Seen, shares: &mut Vec<Share>) {
-        shares.clear();
         // Where all rays see one face, they are not counted.
         if self.faces.is_empty() {
             shares.push(Share { id: seen.hit.id, share: seen.share });
