@@ -77,6 +77,13 @@ pub fn srgb8_from_linear(linear: f32) -> u8 {
     encode(&TABLE, linear)
 }
 
+/// [`srgb8_from_linear`] of red, green and blue.
+pub fn srgb8_from_light([red, green, blue]: [f32; 3]) -> [u8; 3] {
+    let table = &*TABLE;
+    [encode(table, red), encode(table, green), encode(table, blue)]
+}
+
+#[inline]
 fn encode(table: &[Bucket; BUCKETS], linear: f32) -> u8 {
     if linear >= 1.0 {
         return 255;

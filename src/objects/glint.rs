@@ -9,6 +9,15 @@ use std::ops::Range;
 use glam::{DVec2, Vec2, Vec3};
 
 use super::SQUARE;
+use crate::simd::math::exp_neg;
+use crate::simd::{Floats, LANES, Simd, Sixteen};
+
+/// Parts of a square's rows, each of [`LANES`] pixels.
+pub const PARTS: usize = SQUARE / LANES;
+
+/// Middles of a part's pixels.
+const MIDDLES: [f32; LANES] =
+    [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5];
 
 /// Standard deviation of the core, pixels: wide enough that a point between pixels is as bright as one on them.
 const CORE: f32 = 0.65;
@@ -79,55 +88,129 @@ impl Glint {
         [axis(self.position.x, size[0]), axis(self.position.y, size[1])]
     }
 
-    /// Adds its light to the pixels of a square of [`SQUARE`] rows and columns that begins at `corner` of a screen of some size.
-    pub fn add(&self, corner: [usize; 2], size: [usize; 2], square: &mut [Vec3]) {
-        let [columns, rows] = self.extent(size);
-        let within = |range: Range<usize>, from: usize| range.start.max(from)..range.end.min(from + SQUARE);
-        let (columns, rows) = (within(columns, corner[0]), within(rows, corner[1]));
+    /// Adds its light to that of a square of the screen.
+    #[inline(always)]
+    pub fn add<V: Simd>(&self, simd: V, glow: &mut Glow) {
+        let place = self.position - Vec2::new(glow.corner[0] as f32, glow.corner[1] as f32);
+        let [columns, rows] = [place.x, place.y].map(|at| {
+            // A float converts saturating.
+            let (from, to) = ((at - self.reach).floor() as usize, (at + self.reach).ceil() as usize);
+            from..to.min(SQUARE)
+        });
+        glow.rows = if glow.rows.is_empty() {
+            rows.clone()
+        } else {
+            glow.rows.start.min(rows.start)..glow.rows.end.max(rows.end)
+        };
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let per_width = 1.0 / (self.width * self.width);
-        let least = (1.0 + self.reach * self.reach * per_width).powf(-1.5);
-        let edge = self.radius + CORE_ENDS * CORE;
+        let least = simd.splat((1.0 + self.reach * self.reach * per_width).powf(-1.5));
+        let (edge, radius) = (self.radius + CORE_ENDS * CORE, simd.splat(self.radius));
+        let parts = columns.start / LANES..columns.end.div_ceil(LANES);
         for row in rows {
-            let down = row as f32 + 0.5 - self.position.y;
-            let line = &mut square[(row - corner[1]) * SQUARE..][..SQUARE];
-            for column in columns.clone() {
-                let right = column as f32 + 0.5 - self.position.x;
-                let square = right * right + down * down;
-                let root = (1.0 + square * per_width).sqrt();
-                let glare = (1.0 / (root * root * root) - least).max(0.0);
-                let mut light = self.glare * glare;
-                if square < edge * edge {
-                    let beyond = (square.sqrt() - self.radius).max(0.0) / CORE;
-                    light += self.core * (-0.5 * beyond * beyond).exp();
+            let down = row as f32 + 0.5 - place.y;
+            for part in parts.clone() {
+                let right = simd.load(&MIDDLES) + simd.splat((part * LANES) as f32 - place.x);
+                let square = right.mul_add(right, simd.splat(down * down));
+                let inverse = square.mul_add(simd.splat(per_width), one).rsqrt();
+                let glare = (inverse * inverse * inverse - least).max(zero);
+                let mut core = zero;
+                if down.abs() < edge {
+                    let beyond = (square.sqrt() - radius).max(zero) * simd.splat(1.0 / CORE);
+                    let share = exp_neg(simd, beyond * beyond * simd.splat(0.5));
+                    core = share.select(square.lt(simd.splat(edge * edge)), zero);
                 }
-                line[column - corner[0]] += light;
+                for (channel, sum) in glow.sums[row * PARTS + part].iter_mut().enumerate() {
+                    let light = core.mul_add(simd.splat(self.core[channel]), simd.load(&sum.0));
+                    glare.mul_add(simd.splat(self.glare[channel]), light).store(&mut sum.0);
+                }
             }
         }
+    }
+}
+
+/// Light of points in a square of the screen, as it is added up.
+#[derive(Debug)]
+pub struct Glow {
+    /// The square's first column and row.
+    corner: [usize; 2],
+    /// By row, part of a row, and channel.
+    sums: Vec<[Sixteen; 3]>,
+    /// Rows that were added to.
+    rows: Range<usize>,
+}
+
+impl Glow {
+    /// None, of the square of [`SQUARE`] columns and rows that begins at `corner`.
+    pub fn none(corner: [usize; 2]) -> Self {
+        Self { corner, sums: vec![Default::default(); SQUARE * PARTS], rows: 0..0 }
+    }
+
+    /// Goes to another square, to which nothing was added yet. What was added to this one has been [taken](Self::take), or goes there.
+    pub fn begin(&mut self, corner: [usize; 2]) {
+        self.corner = corner;
+        self.rows = 0..0;
+    }
+
+    /// Rows of the square that were added to.
+    pub fn rows(&self) -> Range<usize> {
+        self.rows.clone()
+    }
+
+    /// Takes the light of a part of a row, [`LANES`] pixels of the [`PARTS`] in a row: linear Rec. 709, by channel.
+    #[inline(always)]
+    pub fn take(&mut self, row: usize, part: usize) -> [Sixteen; 3] {
+        std::mem::take(&mut self.sums[row * PARTS + part])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::{Isa, Kernel};
 
-    const SIZE: [usize; 2] = [320, 200];
+    const SIZE: [usize; 2] = [320, 224];
 
     /// All that a screen shows of it.
-    fn shown(glint: &Glint) -> Vec<Vec3> {
-        let mut screen = vec![Vec3::ZERO; SIZE[0] * SIZE[1]];
-        for top in (0..SIZE[1]).step_by(SQUARE) {
-            for left in (0..SIZE[0]).step_by(SQUARE) {
-                let mut square = vec![Vec3::ZERO; SQUARE * SQUARE];
-                glint.add([left, top], SIZE, &mut square);
-                for (at, light) in square.into_iter().enumerate() {
-                    let [column, row] = [left + at % SQUARE, top + at / SQUARE];
-                    if light != Vec3::ZERO {
-                        screen[row * SIZE[0] + column] += light;
+    struct Shown<'g>(&'g Glint);
+
+    impl Kernel for Shown<'_> {
+        type Output = Vec<Vec3>;
+
+        #[inline(always)]
+        fn run<V: Simd>(self, simd: V) -> Vec<Vec3> {
+            let mut screen = vec![Vec3::ZERO; SIZE[0] * SIZE[1]];
+            let mut glow = Glow::none([0, 0]);
+            for top in (0..SIZE[1]).step_by(SQUARE) {
+                for left in (0..SIZE[0]).step_by(SQUARE) {
+                    glow.begin([left, top]);
+                    self.0.add(simd, &mut glow);
+                    for row in glow.rows() {
+                        for part in 0..PARTS {
+                            let [red, green, blue] = glow.take(row, part);
+                            let start = (top + row) * SIZE[0] + left + part * LANES;
+                            for (lane, pixel) in screen[start..start + LANES].iter_mut().enumerate() {
+                                *pixel = Vec3::new(red.0[lane], green.0[lane], blue.0[lane]);
+                            }
+                        }
                     }
                 }
             }
+            screen
         }
-        screen
+    }
+
+    fn shown(glint: &Glint) -> Vec<Vec3> {
+        let portable = Isa::PORTABLE.run(Shown(glint));
+        for isa in Isa::available() {
+            for (own, expected) in isa.run(Shown(glint)).into_iter().zip(&portable) {
+                assert!(
+                    (own - expected).abs().max_element() <= 1.0e-4 * (1.0 + expected.max_element()),
+                    "{isa}"
+                );
+            }
+        }
+        portable
     }
 
     #[test]

@@ -31,7 +31,7 @@ mod sheet;
 mod view;
 
 pub use body::{Body, Form};
-pub use glint::Glint;
+pub use glint::{Glint, Glow, PARTS};
 pub use lens::Lens;
 pub use light::{Beam, Below, Cone, Fixture, PointLight};
 pub use mesh::{Material, Mesh, Part, Texture, Wrap};

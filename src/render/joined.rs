@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::lights::Glints;
+use super::lights::Sought;
 use super::merge::{Bodies, rows_of};
 use super::shadows::Shadows;
-use super::{Account, Rendered, Renderer, clouds, fall, lights, matte, planes, puffs, reference};
+use super::{Account, Rendered, Renderer, clouds, fall, matte, planes, puffs, reference};
 use crate::colour::srgb8_picture;
 use crate::error::Result;
 use crate::frame::Picture;
@@ -93,7 +93,6 @@ impl<S: PageSource> Renderer<'_, S> {
         if self.options.matte {
             rendered.frame.aov.matte = Some(matte::of_ground(self, &rendered.frame, farm)?);
         }
-        let has_lights = lights::any(self, lights);
         rendered.account.times.image += timed(|| {
             let frame = &mut rendered.frame;
             let shadows = Shadows::of(self, camera, bodies);
@@ -107,10 +106,11 @@ impl<S: PageSource> Renderer<'_, S> {
                 bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
             }
             shadows.map_or(Ok(()), Shadows::check)?;
-            if has_lights {
-                let glints = Glints::find(self, camera, lights, &frame.range, farm)?;
+            let sought = Sought::find(self, camera, lights, farm)?;
+            if !sought.is_empty() {
+                let glints = sought.seen(&frame.range, farm)?;
                 let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
-                glints.add(rows.collect(), farm)?;
+                glints.add(self.isa, rows.collect(), farm)?;
             }
             let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
             puffs::add(self, camera, puffs, rows.collect(), &frame.range, farm)?;
@@ -144,13 +144,18 @@ impl<S: PageSource> Renderer<'_, S> {
         let view = View::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
         let bodies = Bodies::find(&view, camera.height, farm)?;
-        let has_lights = lights::any(self, lights);
+        let sought = Sought::find(self, camera, lights, farm)?;
         let weather = &self.options.weather;
         let has_weather = weather.clouds.is_some() || weather.precipitation.is_some();
-        let ranges_count = has_lights || !puffs.is_empty() || has_weather;
-        let takes_all = shadows.is_some() || ranges_count;
-        let takes_range = takes_all || !bodies.is_empty();
-        let parts = if takes_all { Vec::new() } else { view.parts() };
+        // What comes after bodies asks how far these are.
+        let asks_all = !puffs.is_empty() || has_weather;
+        let ranges_count = asks_all || !sought.is_empty();
+        let takes_all = shadows.is_some() || asks_all;
+        let takes_range = takes_all || !bodies.is_empty() || !sought.is_empty();
+        let mut parts = if takes_all { Vec::new() } else { view.parts() };
+        if !takes_all {
+            sought.mark(&mut parts);
+        }
         let mut range = self.shared.ranges.take();
         range.resize(if takes_range { camera.width as usize * camera.height as usize } else { 0 }, 0.0);
         let (mut picture, mut account) = match self.planes(camera, farm)? {
@@ -177,9 +182,9 @@ impl<S: PageSource> Renderer<'_, S> {
                 )?;
             }
             shadows.map_or(Ok(()), Shadows::check)?;
-            if has_lights {
-                let glints = Glints::find(self, camera, lights, &range, farm)?;
-                glints.add(rows_of(&mut picture).collect(), farm)?;
+            if !sought.is_empty() {
+                let glints = sought.seen(&range, farm)?;
+                glints.add(self.isa, rows_of(&mut picture).collect(), farm)?;
             }
             puffs::add(self, camera, puffs, rows_of(&mut picture).collect(), &range, farm)?;
             clouds::into_picture(self, camera, &mut picture, &range, farm)?;

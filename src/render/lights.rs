@@ -1,5 +1,7 @@
 //! Lamps and stars, put into what was rendered: as bright as their light is at the eye.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Renderer;
@@ -7,7 +9,8 @@ use super::merge::Shown;
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
-use crate::objects::{Glint, PointLight, SQUARE};
+use crate::objects::{Glint, Glow, PARTS, PointLight, SQUARE};
+use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::space::{Camera, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::{Firmament, Star, starlight_through, stars};
@@ -39,8 +42,26 @@ struct Eye<'c> {
     atmosphere: Atmosphere,
     /// Linear light of 1 cd/m².
     per_luminance: f64,
-    shown: Shown<'c>,
     finder: Finder<'c>,
+}
+
+/// Lamps and stars that a view shows where nothing hides them.
+pub struct Sought<'c> {
+    camera: &'c Camera,
+    points: Vec<Point>,
+}
+
+/// One of them.
+struct Point {
+    /// Where the screen shows it, and where it is asked whether something hides it, pixels.
+    position: DVec2,
+    asked: DVec2,
+    /// Inverse range of the nearest that does not hide it, 1/metres.
+    inverse: f64,
+    /// Light of all its pixels, its radius in pixels, and how large they are, radians.
+    light: Vec3,
+    radius: f64,
+    angle: f64,
 }
 
 /// Points of light of a view, in an order of their own, and those of each square of the screen.
@@ -51,40 +72,69 @@ pub struct Glints {
     size: [usize; 2],
 }
 
-/// Whether a renderer's view holds any light of lamps or stars.
-pub fn any<S>(renderer: &Renderer<'_, S>, lights: &[PointLight]) -> bool {
-    !lights.is_empty() || (renderer.options.night.stars.is_some() && !renderer.options.sun.is_up())
-}
-
-impl Glints {
-    /// What `camera` sees of `lights` and of the stars, where `range` tells how far is what else it sees.
+impl<'c> Sought<'c> {
+    /// Those of `lights` and of the stars that `camera` may see.
     pub fn find<S: PageSource>(
         renderer: &Renderer<'_, S>,
-        camera: &Camera,
+        camera: &'c Camera,
         lights: &[PointLight],
-        range: &[f32],
         farm: &Farm,
     ) -> Result<Self> {
-        let size = [camera.width as usize, camera.height as usize];
-        let mut glints = Vec::new();
+        let options = &renderer.options;
+        let firmament = options.night.stars.filter(|_| !options.sun.is_up());
+        let mut points = Vec::new();
         // Without an eye nothing tells how bright a lamp is.
-        if any(renderer, lights) && !matches!(camera.screen(), Screen::Orthographic { .. }) {
-            let options = &renderer.options;
+        let has_eye = !matches!(camera.screen(), Screen::Orthographic { .. });
+        if has_eye && (!lights.is_empty() || firmament.is_some()) {
             let eye = Eye {
                 camera,
                 atmosphere: options.atmosphere(renderer.source.header()),
                 per_luminance: f64::from(options.brightness().per_luminance()),
-                shown: Shown { range, width: size[0] },
                 finder: Finder::new(camera),
             };
             let drop = |at: DVec3| options.curvature.drop_at((at - camera.pose.eye).truncate().length());
-            eye.each(lights, farm, &mut glints, |eye, light| {
+            each(lights, farm, &mut points, |light| {
                 eye.lamp(light, light.position - DVec3::Z * drop(light.position))
             })?;
-            if let Some(firmament) = options.night.stars.filter(|_| !options.sun.is_up()) {
-                eye.each(stars(), farm, &mut glints, |eye, star| eye.star(star, &firmament))?;
+            if let Some(firmament) = firmament {
+                each(stars(), farm, &mut points, |star| eye.star(star, &firmament))?;
             }
         }
+        Ok(Self { camera, points })
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Adds the parts of rows, [`LANES`] pixels wide, whose range tells whether they are hidden, to those of which it is known that they are asked for, `[rows][parts of a
+    /// row]`; empty: none is.
+    pub fn mark(&self, parts: &mut Vec<bool>) {
+        let [width, height] = [self.camera.width as usize, self.camera.height as usize];
+        let count = width.div_ceil(LANES);
+        parts.resize(if self.is_empty() { parts.len() } else { count * height }, false);
+        for point in &self.points {
+            let [columns, rows] = [(point.asked.x, width), (point.asked.y, height)].map(|(at, size)| {
+                // Four pixels about it, and their neighbours, which tell how the ground in them lies. A float converts saturating.
+                let first = (at - 0.5).max(0.0) as usize;
+                first.saturating_sub(1).min(size - 1)..(first + 3).min(size)
+            });
+            for row in rows {
+                parts[row * count + columns.start / LANES..row * count + columns.end.div_ceil(LANES)]
+                    .fill(true);
+            }
+        }
+    }
+
+    /// What is seen of them where `range` (metres) tells how far is what else is seen.
+    pub fn seen(self, range: &[f32], farm: &Farm) -> Result<Glints> {
+        let size = [self.camera.width as usize, self.camera.height as usize];
+        let shown = Shown { range, width: size[0] };
+        let mut glints = Vec::new();
+        each(&self.points, farm, &mut glints, |point| {
+            Glint::new(point.position, point.light * point.share(&shown), point.radius, point.angle)
+        })?;
         // Sums depend on the order of their terms; that of the lamps is not to count.
         glints.sort_unstable_by_key(Glint::rank);
         let across = size[0].div_ceil(SQUARE);
@@ -97,56 +147,118 @@ impl Glints {
                 }
             }
         }
-        Ok(Self { glints, squares, size })
+        Ok(Glints { glints, squares, size })
     }
+}
 
+/// Appends what is found of each of many, in their order.
+fn each<T: Sync, U: Send>(
+    all: &[T],
+    farm: &Farm,
+    found: &mut Vec<U>,
+    find: impl Fn(&T) -> Option<U> + Sync,
+) -> Result<()> {
+    let mut chunks: Vec<_> = all.chunks(CHUNK).map(|chunk| (chunk, Vec::new())).collect();
+    farm.each(Stage::Image, chunks.iter_mut().collect(), |_, (chunk, found)| {
+        found.extend(chunk.iter().filter_map(&find));
+        Ok(())
+    })?;
+    found.extend(chunks.into_iter().flat_map(|(_, found)| found));
+    Ok(())
+}
+
+impl Point {
+    /// Share of four pixels about where it is asked for, by how near they are, in which nothing hides it.
+    fn share(&self, shown: &Shown<'_>) -> f32 {
+        let Shown { range, width } = *shown;
+        let last = DVec2::new(width as f64 - 1.0, (range.len() / width) as f64 - 1.0);
+        let place = (self.asked - 0.5).clamp(DVec2::ZERO, last);
+        let corner = place.floor();
+        let part = place - corner;
+        let mut share = 0.0;
+        for (right, down) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            let offset = DVec2::new(right, down);
+            let weight = (1.0 - (part - offset).abs()).element_product();
+            let pixel = (corner + offset).min(last);
+            if weight > 0.0 {
+                let ground = shown.ground(pixel.x as usize, pixel.y as usize);
+                let beside = (self.asked - 0.5 - pixel).clamp(DVec2::splat(-1.0), DVec2::ONE);
+                share += if ground.at(beside) <= self.inverse { weight } else { 0.0 };
+            }
+        }
+        share as f32
+    }
+}
+
+impl Glints {
     /// Adds them to pixels, which come by [`SQUARE`] rows.
-    pub fn add(&self, pixels: Vec<Pixels<'_>>, farm: &Farm) -> Result<()> {
+    pub fn add(&self, isa: Isa, pixels: Vec<Pixels<'_>>, farm: &Farm) -> Result<()> {
         if self.glints.is_empty() {
             return Ok(());
         }
         let across = self.size[0].div_ceil(SQUARE);
         let tasks: Vec<_> = pixels.into_iter().zip(self.squares.chunks(across)).collect();
-        farm.each(Stage::Image, tasks, |index, (mut pixels, squares)| {
-            let mut sums = vec![Vec3::ZERO; SQUARE * SQUARE];
-            for (square, indices) in squares.iter().enumerate().filter(|(_, indices)| !indices.is_empty()) {
-                let corner = [square * SQUARE, index * SQUARE];
-                for &glint in indices {
-                    self.glints[glint as usize].add(corner, self.size, &mut sums);
-                }
-                for (at, sum) in sums.iter_mut().enumerate() {
-                    if *sum != Vec3::ZERO {
-                        // Only what lies on the screen was added to.
-                        let pixel = at / SQUARE * self.size[0] + corner[0] + at % SQUARE;
-                        pixels.add(pixel, *sum);
-                        *sum = Vec3::ZERO;
-                    }
-                }
-            }
+        farm.each(Stage::Image, tasks, |index, (pixels, squares)| {
+            isa.run(Adding { glints: self, row: index * SQUARE, squares, pixels });
             Ok(())
         })
     }
 }
 
-impl Eye<'_> {
-    /// Appends what is seen of each of many, in their order.
-    fn each<T: Sync>(
-        &self,
-        all: &[T],
-        farm: &Farm,
-        glints: &mut Vec<Glint>,
-        look: impl Fn(&Self, &T) -> Option<Glint> + Sync,
-    ) -> Result<()> {
-        let mut found: Vec<_> = all.chunks(CHUNK).map(|chunk| (chunk, Vec::new())).collect();
-        farm.each(Stage::Image, found.iter_mut().collect(), |_, (chunk, glints)| {
-            glints.extend(chunk.iter().filter_map(|one| look(self, one)));
-            Ok(())
-        })?;
-        glints.extend(found.into_iter().flat_map(|(_, glints)| glints));
-        Ok(())
-    }
+/// Adds points of light to [`SQUARE`] rows of pixels.
+struct Adding<'g, 'p> {
+    glints: &'g Glints,
+    /// The first one of the screen.
+    row: usize,
+    squares: &'g [Vec<u32>],
+    pixels: Pixels<'p>,
+}
 
-    fn lamp(&self, light: &PointLight, at: DVec3) -> Option<Glint> {
+impl Kernel for Adding<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Simd>(self, simd: V) {
+        let Self { glints: Glints { glints, size: [width, _], .. }, row: first, squares, mut pixels } = self;
+        let rows = pixels.count() / width;
+        let mut glow = Glow::none([0, first]);
+        for (square, indices) in squares.iter().enumerate().filter(|(_, indices)| !indices.is_empty()) {
+            glow.begin([square * SQUARE, first]);
+            for &glint in indices {
+                glints[glint as usize].add(simd, &mut glow);
+            }
+            for row in glow.rows() {
+                for part in 0..PARTS {
+                    let (light, column) = (glow.take(row, part), square * SQUARE + part * LANES);
+                    if light != <[Sixteen; 3]>::default() && row < rows && column < *width {
+                        let start = row * width + column;
+                        add(simd, &mut pixels, start..start + LANES.min(width - column), &light);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds light to up to [`LANES`] pixels. What is brighter than display white keeps its hue in a picture: a red lamp stays red.
+#[inline(always)]
+fn add<V: Simd>(simd: V, pixels: &mut Pixels<'_>, at: Range<usize>, light: &[Sixteen; 3]) {
+    let mut sum = pixels.load(simd, at.clone());
+    for (sum, light) in sum.iter_mut().zip(light) {
+        *sum = *sum + simd.load(&light.0);
+    }
+    if let Pixels::Srgb8(_) = pixels {
+        let [red, green, blue] = sum;
+        let fits = simd.splat(1.0) / red.max(green).max(blue).max(simd.splat(1.0));
+        for sum in &mut sum {
+            *sum = *sum * fits;
+        }
+    }
+    pixels.store(simd, at, sum);
+}
+
+impl Eye<'_> {
+    fn lamp(&self, light: &PointLight, at: DVec3) -> Option<Point> {
         let eye = self.camera.pose.eye;
         let intensity = light.towards(eye + (light.position - at));
         if intensity == Vec3::ZERO {
@@ -158,28 +270,29 @@ impl Eye<'_> {
         let angle = self.angle(position)?;
         let scale = self.per_luminance / (range * range * angle * angle);
         let radius = light.fixture.radius / (range * angle);
-        let glint = |share: f64| {
-            let glint = Glint::new(position, intensity * (scale * share) as f32, radius, angle)?;
-            let [columns, rows] =
-                glint.extent([self.camera.width, self.camera.height].map(|size| size as usize));
-            (!columns.is_empty() && !rows.is_empty()).then_some(glint)
-        };
+        let light = intensity * scale as f32;
+        let size = [self.camera.width, self.camera.height].map(|size| size as usize);
         // What is too faint or beside the screen needs no closer look.
-        glint(1.0)?;
+        let [columns, rows] = Glint::new(position, light, radius, angle)?.extent(size);
+        if columns.is_empty() || rows.is_empty() {
+            return None;
+        }
         let lifted = self.finder.position(at + DVec3::Z * (LIFT + LIFT_PIXELS * angle * range));
-        let share = self.share(lifted.unwrap_or(position), |inverse| inverse <= (1.0 + BEHIND) / range);
-        let direction = (way / range).as_vec3();
-        glint(share * f64::from(self.atmosphere.through(eye.z, direction, range as f32)))
+        let through = self.atmosphere.through(eye.z, (way / range).as_vec3(), range as f32);
+        let (asked, inverse) = (lifted.unwrap_or(position), (1.0 + BEHIND) / range);
+        Some(Point { position, asked, inverse, light: light * through, radius, angle })
     }
 
-    fn star(&self, star: &Star, firmament: &Firmament) -> Option<Glint> {
+    fn star(&self, star: &Star, firmament: &Firmament) -> Option<Point> {
         let direction = firmament.world(star.direction);
         let position = self.finder.position(self.camera.pose.eye + direction)?;
         let angle = self.angle(position)?;
-        let lux = star.lux * starlight_through(direction.z) * self.share(position, |inverse| inverse <= 0.0);
+        let lux = star.lux * starlight_through(direction.z);
         let through = self.atmosphere.through(self.camera.pose.eye.z, direction.as_vec3(), BEYOND);
         let light = self.per_luminance * lux * f64::from(through) / angle.min(EYE_ANGLE).powi(2);
-        Glint::new(position, star.colour * light as f32, 0.0, angle)
+        let light = star.colour * light as f32;
+        // The sky alone does not hide it.
+        Some(Point { position, asked: position, inverse: 0.0, light, radius: 0.0, angle })
     }
 
     /// Angle between neighbouring pixels about a position, radians: the root of a pixel's solid angle.
@@ -194,27 +307,6 @@ impl Eye<'_> {
         let across = ray(0.5, 0.0)? - ray(-0.5, 0.0)?;
         let along = ray(0.0, 0.5)? - ray(0.0, -0.5)?;
         Some(across.cross(along).length().sqrt()).filter(|angle| *angle > 0.0)
-    }
-
-    /// Share of four pixels about a position, by how near they are, in which the inverse range of what is seen there `passes`.
-    fn share(&self, position: DVec2, passes: impl Fn(f64) -> bool) -> f64 {
-        let Shown { range, width } = self.shown;
-        let last = DVec2::new(width as f64 - 1.0, (range.len() / width) as f64 - 1.0);
-        let place = (position - 0.5).clamp(DVec2::ZERO, last);
-        let corner = place.floor();
-        let part = place - corner;
-        let mut share = 0.0;
-        for (right, down) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            let offset = DVec2::new(right, down);
-            let weight = (1.0 - (part - offset).abs()).element_product();
-            let pixel = (corner + offset).min(last);
-            if weight > 0.0 {
-                let ground = self.shown.ground(pixel.x as usize, pixel.y as usize);
-                let beside = (position - 0.5 - pixel).clamp(DVec2::splat(-1.0), DVec2::ONE);
-                share += if passes(ground.at(beside)) { weight } else { 0.0 };
-            }
-        }
-        share
     }
 }
 

@@ -3,13 +3,8 @@
 use super::CloudStage;
 use super::march::{Pace, Rays, VALUES, Veil, bilinear, lanes, shadow};
 use super::{Cover, STEPS};
-use crate::colour::linear_of_codes;
 use crate::frame::stage::Pixels;
-use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Kernel, LANES, Mask, Simd, Sixteen};
-
-/// Bytes of an 8-bit pixel.
-const RGB: usize = 3;
 
 /// Range that stands for that of the sky, metres.
 const SKY: f32 = 1.0e30;
@@ -299,7 +294,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
     ) {
         let (simd, stage) = (self.simd, self.stage);
         let one = simd.splat(1.0);
-        let mut seen = load(simd, light, pixels.clone());
+        let mut seen = light.load(simd, pixels.clone());
         let before = seen;
         if stage.cover.sunlight != [0.0; 3] && is_ground.any() {
             let range = range.select(is_ground, one);
@@ -323,7 +318,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
             changed = changed | seen.lt(before) | before.lt(*seen);
         }
         if changed.any() {
-            store(simd, light, pixels, seen);
+            light.store(simd, pixels, seen);
         }
     }
 }
@@ -381,54 +376,4 @@ fn lit<V: Simd>(simd: V, cover: &Cover<'_>, direction: [V::F; 3], range: V::F) -
     };
     let through = shadow(simd, cover, [place(0, east), place(1, north)]);
     one - share * (one - through) * simd.splat(SHADOWED)
-}
-
-#[inline(always)]
-fn load<V: Simd>(simd: V, light: &Pixels<'_>, pixels: std::ops::Range<usize>) -> [V::F; 3] {
-    match light {
-        Pixels::Srgb8(bytes) => {
-            let mut all = [0; RGB * LANES];
-            let own = &bytes[pixels.start * RGB..pixels.end * RGB];
-            all[..own.len()].copy_from_slice(own);
-            let (codes, byte) = (simd.load_triples(&all), simd.splat_int(255));
-            let table = linear_of_codes();
-            [
-                simd.gather(table, codes & byte),
-                simd.gather(table, codes.shr::<8>() & byte),
-                simd.gather(table, codes.shr::<16>() & byte),
-            ]
-        }
-        Pixels::Linear(colour) => {
-            let mut parts = [[0.0; LANES]; 3];
-            for (lane, pixel) in colour[pixels].iter().enumerate() {
-                for (part, value) in parts.iter_mut().zip(pixel) {
-                    part[lane] = *value;
-                }
-            }
-            [simd.load(&parts[0]), simd.load(&parts[1]), simd.load(&parts[2])]
-        }
-    }
-}
-
-#[inline(always)]
-fn store<V: Simd>(simd: V, light: &mut Pixels<'_>, pixels: std::ops::Range<usize>, seen: [V::F; 3]) {
-    let [red, green, blue] = seen;
-    match light {
-        Pixels::Srgb8(bytes) => {
-            let packed = srgb8(simd, red, 1.0) | srgb8(simd, green, 1.0).shl::<8>();
-            let mut all = [0; RGB * LANES];
-            simd.store_triples(packed | srgb8(simd, blue, 1.0).shl::<16>(), &mut all);
-            let own = &mut bytes[pixels.start * RGB..pixels.end * RGB];
-            own.copy_from_slice(&all[..own.len()]);
-        }
-        Pixels::Linear(colour) => {
-            let mut parts = [[0.0; LANES]; 3];
-            red.store(&mut parts[0]);
-            green.store(&mut parts[1]);
-            blue.store(&mut parts[2]);
-            for (lane, pixel) in colour[pixels].iter_mut().enumerate() {
-                *pixel = [parts[0][lane], parts[1][lane], parts[2][lane]];
-            }
-        }
-    }
 }

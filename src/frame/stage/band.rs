@@ -1,9 +1,11 @@
 //! A band of rows of the screen.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::fan::{LookUp, PanoramaFan, Planes, UprightFan};
-use crate::colour::{linear_from_srgb8, srgb8_from_linear};
+use crate::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
 use crate::raymarch::scan::Shape;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
@@ -41,23 +43,60 @@ impl Pixels<'_> {
         }
     }
 
-    /// Adds light to one. What is brighter than display white keeps its hue in a picture: a red lamp stays red.
-    pub fn add(&mut self, pixel: usize, light: Vec3) {
-        let sum = self.light(pixel) + light;
-        let fits = match self {
-            Self::Srgb8(_) => sum / sum.max_element().max(1.0),
-            Self::Linear(_) => sum,
-        };
-        self.put(pixel, fits);
-    }
-
     /// Has one show other light.
     pub fn put(&mut self, pixel: usize, light: Vec3) {
         match self {
             Self::Srgb8(bytes) => {
-                bytes.as_chunks_mut::<RGB>().0[pixel] = light.to_array().map(srgb8_from_linear);
+                bytes.as_chunks_mut::<RGB>().0[pixel] = srgb8_from_light(light.to_array());
             }
             Self::Linear(colour) => colour[pixel] = light.to_array(),
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Srgb8(bytes) => bytes.len() / RGB,
+            Self::Linear(colour) => colour.len(),
+        }
+    }
+
+    /// Light of up to [`LANES`] that follow each other, by channel; lanes beyond them are of no particular value.
+    #[inline(always)]
+    pub fn load<V: Simd>(&self, simd: V, pixels: Range<usize>) -> [V::F; 3] {
+        match self {
+            Self::Srgb8(bytes) => {
+                let mut all = [0; RGB * LANES];
+                let own = &bytes[pixels.start * RGB..pixels.end * RGB];
+                all[..own.len()].copy_from_slice(own);
+                let (codes, byte) = (simd.load_triples(&all), simd.splat_int(255));
+                let table = linear_of_codes();
+                [
+                    simd.gather(table, codes & byte),
+                    simd.gather(table, codes.shr::<8>() & byte),
+                    simd.gather(table, codes.shr::<16>() & byte),
+                ]
+            }
+            Self::Linear(colour) => {
+                let mut parts = [[0.0; LANES]; 3];
+                for (lane, pixel) in colour[pixels].iter().enumerate() {
+                    for (part, value) in parts.iter_mut().zip(pixel) {
+                        part[lane] = *value;
+                    }
+                }
+                [simd.load(&parts[0]), simd.load(&parts[1]), simd.load(&parts[2])]
+            }
+        }
+    }
+
+    /// Has up to [`LANES`] that follow each other show other light.
+    #[inline(always)]
+    pub fn store<V: Simd>(&mut self, simd: V, pixels: Range<usize>, light: [V::F; 3]) {
+        match self {
+            Self::Srgb8(bytes) => {
+                put_rgb(simd, light, [1.0; 3], &mut bytes[pixels.start * RGB..pixels.end * RGB])
+            }
+            Self::Linear(colour) => put_light(simd, light, [1.0; 3], &mut colour[pixels]),
         }
     }
 }
@@ -79,11 +118,7 @@ impl Band<'_> {
     }
 
     fn rows(&self, width: usize) -> usize {
-        let pixels = match &self.light {
-            Pixels::Srgb8(bytes) => bytes.len() / RGB,
-            Pixels::Linear(colour) => colour.len(),
-        };
-        pixels / width.max(1)
+        self.light.count() / width.max(1)
     }
 }
 
