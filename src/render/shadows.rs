@@ -27,7 +27,7 @@ const RADIUS: f64 = 0.75;
 /// Part of the way from the nearest to the farthest ground of a block by which patches of its pixels may lie before and behind that.
 const BESIDE: f64 = 0.125;
 
-/// Pixels each way of the cells of a block, which share the light of the ground if they show the same surface.
+/// Pixels each way of the cells of a block; those of a square share the light of the ground if they show the same surface.
 const CELL: usize = 4;
 
 /// Ranges that differ by more than this share belong to two surfaces.
@@ -57,12 +57,12 @@ struct Light {
     air: Vec3,
 }
 
-/// Corners of the cells of a block each way.
-const CORNERS: usize = BLOCK / CELL + 1;
+/// Corners of the cells of a square each way.
+const CORNERS: usize = SQUARE / CELL + 1;
 
-/// Light of the ground at the corners of a block's cells, as far as it was asked for; `None` of it: there is sky.
+/// Light of the ground at the corners of a square's cells, as far as it was asked for; `None` of it: there is sky.
 struct Lights {
-    /// First column and row of the block, last ones of the picture.
+    /// First column and row of the square, last ones of the picture.
     first: [usize; 2],
     last: [usize; 2],
     known: [Option<Option<Light>>; CORNERS * CORNERS],
@@ -70,9 +70,9 @@ struct Lights {
 
 impl Lights {
     /// None is known yet.
-    fn of(block: &Block, shown: &Shown<'_>) -> Self {
+    fn of(first: [usize; 2], shown: &Shown<'_>) -> Self {
         let last = [shown.width - 1, shown.range.len() / shown.width - 1];
-        Self { first: [block.columns.start, block.rows.start], last, known: [None; CORNERS * CORNERS] }
+        Self { first, last, known: [None; CORNERS * CORNERS] }
     }
 
     /// Between the four corners around a pixel, of which `light` tells those that are not known; `None`: not all of them show the surface of the pixel.
@@ -178,13 +178,13 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                     continue;
                 };
                 let of_square = self.casters.over(&all);
+                let mut lights = Lights::of([column, first], &ground.shown);
                 for block in blocks {
                     let of_block = block.among(&of_square);
                     if of_block.is_empty() {
                         continue;
                     }
                     let filter = filter.get_or_insert_with(|| self.filter(camera));
-                    let mut lights = Lights::of(&block, &ground.shown);
                     for cell in self.parts(&ground, [&block.columns, &block.rows], CELL) {
                         let among = cell.among(&of_block);
                         for [column, row] in cell.pixels().filter(|_| !among.is_empty()) {
