@@ -26,7 +26,8 @@ const SMALL: f64 = 6.0;
 const HALF_DIAGONAL: f64 = 0.8;
 
 /// The ground in a pixel, as a plane.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Ground {
     /// One over its range in the middle of the pixel, 1/metres; 0: sky.
     pub inverse: f32,

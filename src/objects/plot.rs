@@ -27,14 +27,23 @@ const LEAST: f32 = 1.0e-4;
 /// Where those go: parts of the way from the middle of what is left to its corners.
 const WAYS: [f64; 2] = [0.45, 0.85];
 
-/// Who is seen in a pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Claim {
-    Free,
-    /// Index of the body.
-    By(usize),
-    /// It is to be looked at ray by ray.
-    Left,
+/// Who is seen in a pixel: nobody, a body by its index, or it is left to be looked at ray by ray. A number, since squares have many, of which few are claimed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Zeroable)]
+#[repr(transparent)]
+struct Claim(u32);
+
+impl Claim {
+    const FREE: Self = Self(0);
+    const LEFT: Self = Self(u32::MAX);
+
+    fn by(body: usize) -> Self {
+        Self(body as u32 + 1)
+    }
+
+    /// Index of the body that has claimed it.
+    fn body(self) -> Option<usize> {
+        (self != Self::FREE && self != Self::LEFT).then(|| self.0 as usize - 1)
+    }
 }
 
 /// Sixteen pixels of a row, the first of which is a body's own.
@@ -83,9 +92,9 @@ impl<'v> Plot<'v> {
             square,
             isa,
             places: Vec::new(),
-            claims: vec![Claim::Free; pixels],
+            claims: bytemuck::zeroed_vec(pixels),
             shares: vec![0.0; pixels],
-            grounds: vec![Ground::default(); pixels],
+            grounds: bytemuck::zeroed_vec(pixels),
             coverage: Coverage::new(square.columns.len(), square.rows.len()),
             outline: Outline::default(),
             points: Vec::new(),
@@ -110,12 +119,12 @@ impl<'v> Plot<'v> {
     /// Whether a pixel of the screen is to be looked at ray by ray.
     pub fn is_left(&self, column: usize, row: usize) -> bool {
         let Square { columns, rows, .. } = self.square;
-        self.claims[(row - rows.start) * SQUARE + column - columns.start] == Claim::Left
+        self.claims[(row - rows.start) * SQUARE + column - columns.start] == Claim::LEFT
     }
 
     /// Whether some are.
     pub fn has_left(&self) -> bool {
-        self.claims.contains(&Claim::Left)
+        self.claims.contains(&Claim::LEFT)
     }
 
     /// Claims what a body's outline has a share in.
@@ -135,26 +144,26 @@ impl<'v> Plot<'v> {
                 }
                 let pixel = row * SQUARE + column;
                 let claim = &mut self.claims[pixel];
-                if *claim == Claim::Left {
+                if *claim == Claim::LEFT {
                     continue;
                 }
-                if *claim == Claim::Free {
+                if *claim == Claim::FREE {
                     self.grounds[pixel] = ground(columns.start + column, rows.start + row);
                 }
                 if nearest * self.grounds[pixel].least() > 1.0 {
                     continue;
                 }
-                match *claim {
-                    Claim::Free => {
-                        *claim = Claim::By(index);
+                match claim.body() {
+                    None => {
+                        *claim = Claim::by(index);
                         self.shares[pixel] = share;
                         own = Some(own.map_or(row, |own| own.start)..row + 1);
                     }
                     // Parts of a line that meet there.
-                    Claim::By(other) if bodies[other].placed.id == shown.placed.id => {
+                    Some(other) if bodies[other].placed.id == shown.placed.id => {
                         self.shares[pixel] = (self.shares[pixel] + share).min(1.0);
                     }
-                    _ => *claim = Claim::Left,
+                    Some(_) => *claim = Claim::LEFT,
                 }
             }
         }
@@ -173,7 +182,7 @@ impl<'v> Plot<'v> {
         let columns = within(&shown.columns, columns);
         for row in within(&shown.rows, rows) {
             if columns.start < columns.end {
-                self.claims[row * SQUARE + columns.start..row * SQUARE + columns.end].fill(Claim::Left);
+                self.claims[row * SQUARE + columns.start..row * SQUARE + columns.end].fill(Claim::LEFT);
             }
         }
     }
@@ -220,7 +229,7 @@ impl<'v> Plot<'v> {
     fn next_of(&self, body: usize, row: usize, first: usize) -> Option<usize> {
         let end = self.square.columns.len();
         let line = self.claims.get(row * SQUARE + first.min(end)..row * SQUARE + end)?;
-        line.iter().position(|claim| *claim == Claim::By(body))
+        line.iter().position(|claim| *claim == Claim::by(body))
     }
 
     /// What middles and corners of a run see, and which of its pixels, `width` at most, are the body's, bit by bit.
@@ -231,7 +240,7 @@ impl<'v> Plot<'v> {
         for (lane, offset) in columns.iter_mut().enumerate() {
             *offset = run.offset[0] + lane as f32;
             let pixel = run.first + lane;
-            if lane < width && self.claims[pixel] == Claim::By(run.place.body) {
+            if lane < width && self.claims[pixel] == Claim::by(run.place.body) {
                 own |= 1 << lane;
                 corners |= self.shares[pixel] > 1.0 - LEAST;
                 let Ground { inverse, slope } = self.grounds[pixel];

@@ -111,7 +111,8 @@ impl<'v> Bodies<'v> {
                 if let Some(range) = range.get_mut(pixel).filter(|_| seen.share >= 0.5) {
                     *range = seen.hit.range as f32;
                 }
-                pixels.put(pixel, over(seen, pixels.light(pixel)));
+                let light = over(seen, || pixels.light(pixel));
+                pixels.put(pixel, light);
             });
             Ok(())
         })?;
@@ -148,7 +149,7 @@ impl<'v> Bodies<'v> {
         farm.each(Stage::Image, tasks, |index, (squares, (((colour, range), normal), (level, id)))| {
             each_pixel(&look, &shown, &squares, |row, column, seen| {
                 let pixel = (row - index * SQUARE) * width + column;
-                colour[pixel] = over(seen, Vec3::from_array(colour[pixel])).to_array();
+                colour[pixel] = over(seen, || Vec3::from_array(colour[pixel])).to_array();
                 if seen.share >= 0.5 {
                     range[pixel] = seen.hit.range as f32;
                     normal[pixel] = seen.hit.normal.to_array();
@@ -168,8 +169,8 @@ pub(super) fn rows_of(picture: &mut Picture) -> impl Iterator<Item = Pixels<'_>>
 }
 
 /// Light of a pixel that bodies cover a share of.
-fn over(seen: &Seen, ground: Vec3) -> Vec3 {
-    ground * (1.0 - seen.share) + seen.colour
+fn over(seen: &Seen, ground: impl FnOnce() -> Vec3) -> Vec3 {
+    if seen.share < 1.0 { ground() * (1.0 - seen.share) + seen.colour } else { seen.colour }
 }
 
 /// Tells `put` row and column of every pixel with a body in it, and what is seen of that.
@@ -225,23 +226,17 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
 impl Shown<'_> {
     /// The ground in a pixel: its slope is that to neighbours that show the same surface.
     pub fn ground(&self, column: usize, row: usize) -> Ground {
-        let inverse = |column: usize, row: usize| 1.0 / self.range[row * self.width + column];
-        let own = inverse(column, row);
-        let slope = |before: Option<f32>, after: Option<f32>| {
-            let steps = [before.map(|before| own - before), after.map(|after| after - own)];
-            let same = steps.into_iter().flatten().filter(|step| step.abs() <= EDGE * own);
-            let (sum, count) = same.fold((0.0, 0.0_f32), |(sum, count), step| (sum + step, count + 1.0));
-            sum / count.max(1.0)
+        let (at, width, height) = (row * self.width + column, self.width, self.range.len() / self.width);
+        let own = 1.0 / self.range[at];
+        // No neighbour is of no surface.
+        let inverse = |exists: bool, at: usize| if exists { 1.0 / self.range[at] } else { f32::NAN };
+        let slope = |before: f32, after: f32| {
+            let same = |step: f32| if step.abs() <= EDGE * own { (step, 1.0) } else { (0.0, 0.0_f32) };
+            let (before, after) = (same(own - before), same(after - own));
+            (before.0 + after.0) / (before.1 + after.1).max(1.0)
         };
-        let height = self.range.len() / self.width;
-        let across = slope(
-            (column > 0).then(|| inverse(column - 1, row)),
-            (column + 1 < self.width).then(|| inverse(column + 1, row)),
-        );
-        let along = slope(
-            (row > 0).then(|| inverse(column, row - 1)),
-            (row + 1 < height).then(|| inverse(column, row + 1)),
-        );
+        let across = slope(inverse(column > 0, at.wrapping_sub(1)), inverse(column + 1 < width, at + 1));
+        let along = slope(inverse(row > 0, at.wrapping_sub(width)), inverse(row + 1 < height, at + width));
         Ground { inverse: own, slope: [across, along] }
     }
 }
