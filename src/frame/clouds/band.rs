@@ -9,9 +9,6 @@ use crate::simd::{Floats, Ints, Kernel, LANES, Mask, Simd, Sixteen};
 /// Range that stands for that of the sky, metres.
 const SKY: f32 = 1.0e30;
 
-/// Share of the light on ground that clouds may keep from it: the sun's, but for what they scatter downward.
-const SHADOWED: f32 = 0.55;
-
 /// Mean difference of a lattice's rays from the mean of those above and below, as light, from which on it has twice as many rows: far clouds near the
 /// horizon are that flat.
 const FLAT: f32 = 0.012;
@@ -296,7 +293,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
         let one = simd.splat(1.0);
         let mut seen = light.load(simd, pixels.clone());
         let before = seen;
-        if stage.cover.sunlight != [0.0; 3] && is_ground.any() {
+        if stage.cover.shadowed > 0.0 && is_ground.any() {
             let range = range.select(is_ground, one);
             let lit = lit(simd, &stage.cover, direction, range).select(is_ground, one);
             if lit.lt(one).any() {
@@ -375,5 +372,5 @@ fn lit<V: Simd>(simd: V, cover: &Cover<'_>, direction: [V::F; 3], range: V::F) -
         direction[axis].mul_add(range, way * simd.splat(sun)).mul_add(per_voxel, simd.splat(cover.eye[axis]))
     };
     let through = shadow(simd, cover, [place(0, east), place(1, north)]);
-    one - share * (one - through) * simd.splat(SHADOWED)
+    one - share * (one - through) * simd.splat(cover.shadowed)
 }

@@ -34,7 +34,7 @@ use crate::objects::Lens;
 use crate::scene::Clouds;
 use crate::simd::Isa;
 use crate::space::{Camera, Screen};
-use crate::sunlight::Sun;
+use crate::sunlight::{Daylight, Sun};
 
 /// Steps of a ray through the layer.
 const STEPS: usize = 48;
@@ -42,6 +42,9 @@ const STEPS: usize = 48;
 /// Angle between rays of the lattice, radians, and the most pixels between them.
 const LATTICE: f64 = 0.0045;
 const MOST_PIXELS: f64 = 8.0;
+
+/// Share of the light on ground that clouds may keep from it under a high sun: the sun's, but for what they scatter downward.
+const SHADOWED: f32 = 0.55;
 
 /// Cells of the lattice in a band of rows.
 const BAND_CELLS: usize = 8;
@@ -60,6 +63,8 @@ struct Cover<'c> {
     extinction: f32,
     /// Linear Rec. 709, 1 for white; 0 by night.
     sunlight: [f32; 3],
+    /// Share of the light on ground that clouds may keep from it.
+    shadowed: f32,
     /// Unit vector to the sun, and the direction that shadows follow.
     to_sun: [f32; 3],
     shadows: [f32; 3],
@@ -94,6 +99,7 @@ impl<'c> CloudStage<'c> {
         }
         let eye = camera.pose.eye;
         let place = field.place(eye.truncate(), clouds, seconds);
+        let strength = Daylight::new(sun).strength();
         let cover = Cover {
             field,
             eye: [place.x as f32, place.y as f32],
@@ -101,7 +107,8 @@ impl<'c> CloudStage<'c> {
             per_voxel: 1.0 / field.voxel as f32,
             per_depth: 1.0 / (clouds.top - clouds.base) as f32,
             extinction: field::extinction(clouds),
-            sunlight: if sun.is_up() { sunlight(sun).to_array() } else { [0.0; 3] },
+            sunlight: (sunlight(sun) * strength).to_array(),
+            shadowed: SHADOWED * strength,
             to_sun: sun.direction().to_array(),
             shadows: field::toward(sun).to_array(),
         };
