@@ -218,3 +218,28 @@ fn snow_is_white_and_what_falls_hides_the_distance() {
     );
     assert!(through(Weather::default()) > 0.8);
 }
+
+/// The upper edge of fog is as sharp on a cliff, whose posts lie far apart in height, as where rays look at it one by one.
+#[test]
+fn fog_ends_on_a_cliff_as_it_does_elsewhere() {
+    let height = |post: DVec2| if post.y > 1400.0 { 320.0 } else { 100.0 };
+    let area = Terrain::new([256, 256], 10.0, height, |_| [40, 44, 36]).in_memory();
+    let fog = Fog { top: 170.0, visibility: 300.0, soft: 10.0 };
+    let weather = Weather { fog: Some(fog), ..Weather::default() };
+    let camera = view(230.0, [0.0, -3.0, 0.0], [160, 160]);
+    let farm = Farm::new(2).unwrap();
+    let [truth, found] = [Engine::Reference, Engine::Planes].map(|engine| {
+        let options = options(engine, weather.clone());
+        Renderer::new(&area, &options).frame(&camera, &farm).unwrap().frame.colour
+    });
+    let middle = |frame: &[[f32; 3]], row: usize| frame[row * 160 + 80][1];
+    let rows: Vec<_> = (0..160).map(|row| [&truth, &found].map(|frame| middle(frame, row))).collect();
+    let jump = rows.windows(2).map(|rows| (rows[0][0] - rows[1][0]).abs()).fold(0.0, f32::max);
+    assert!(jump > 0.05, "the fog's edge is seen: {jump}");
+    for (row, [truth, found]) in rows.into_iter().enumerate() {
+        // A row is a box to planes, and a point to rays.
+        assert!((truth - found).abs() < 0.03 + 0.5 * jump, "row {row}: {found}, not {truth}");
+    }
+    let mean = truth.iter().zip(&found).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / truth.len() as f32;
+    assert!(mean < 0.004, "{mean}");
+}

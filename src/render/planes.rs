@@ -429,6 +429,9 @@ fn see<S: PageSource>(
                     coarser: profile.rows_stood_in(&ladder.centres[rows]),
                 };
                 *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
+                if let Some((heights, step)) = painter.air.edge() {
+                    profile.refine(renderer.isa, heights, step);
+                }
                 let missing = shading.time(|| paint(painter, light, &group, &mut look, profile))?;
                 if !missing.is_empty() {
                     let mut unpainted = unpainted.lock().unwrap_or_else(PoisonError::into_inner);

@@ -54,6 +54,10 @@ struct Fog {
     colour: [f32; 3],
 }
 
+/// Depth below the top of fog, in depths of its upper edge, from which on nothing is seen of what is farther down, and the largest step in it.
+const EDGE_DEPTH: f32 = 2.0;
+const EDGE_STEP: f32 = 0.125;
+
 /// Least |sine| of an elevation by which is divided.
 const LEAST_SINE: f32 = 1.0e-6;
 
@@ -86,6 +90,14 @@ impl Air {
     /// Whether anything is in the air besides haze: kernels have a loop of their own for it, so that clear air stays as fast as it is.
     pub fn has_weather(&self) -> bool {
         self.weather.is_some()
+    }
+
+    /// Heights above the eye between which a veil changes so fast with them that light between two of them is not linear, and how far apart they may be at most,
+    /// metres; `None`: nowhere.
+    pub fn edge(&self) -> Option<([f32; 2], f32)> {
+        let fog = self.weather?.fog?;
+        let soft = fog.layer.soft;
+        Some(([fog.below - EDGE_DEPTH * soft, fog.below], EDGE_STEP * soft))
     }
 
     /// Turns to where a group of planes looks, which only a glow needs to know.

@@ -1,6 +1,7 @@
 //! What sixteen planes see of the surface: the posts at which it rises above everything before.
 
-use crate::simd::{Floats, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use crate::voxel::Grid;
 
 /// Tangent of the elevation of what is no surface: below any ray.
 pub const NO_SLOPE: f32 = -1.0e18;
@@ -100,6 +101,27 @@ impl Profile {
         Self { sights: self.sights[..end].to_vec(), count: self.count, is_joined: self.is_joined }
     }
 
+    /// Cuts stretches so that none rises by more than `step` metres where it passes through heights `low` to `high` metres above the eye: what is linear on each
+    /// then follows what is not, such as the upper edge of fog on a cliff. Nothing can be added afterwards.
+    pub fn refine(&mut self, isa: Isa, [low, high]: [f32; 2], step: f32) {
+        let cuts = isa.run(Passing { sights: self.sights(), heights: [low, high], step });
+        if cuts.is_empty() {
+            return;
+        }
+        let mut sights =
+            Vec::with_capacity(self.count + cuts.iter().map(|(_, parts)| parts - 1).sum::<usize>());
+        let mut done = 0;
+        for (index, parts) in cuts {
+            sights.extend_from_slice(&self.sights[done..index]);
+            let ends = &self.sights[index - 1..=index];
+            sights.extend((1..parts).map(|part| between(ends, part as f32 / parts as f32)));
+            done = index;
+        }
+        sights.extend_from_slice(&self.sights[done..self.count]);
+        self.count = sights.len();
+        self.sights = sights;
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.count = 0;
@@ -149,4 +171,73 @@ impl Profile {
     fn grow(&mut self) {
         self.sights.resize(2 * self.sights.len() + 64, Sight::default());
     }
+}
+
+/// Parts of a stretch at most.
+const MOST_PARTS: f32 = 24.0;
+
+/// A sight that lies a share of the stretch between two: inverse depth is linear in the tangent there.
+fn between(ends: &[Sight], share: f32) -> Sight {
+    let [from, to] = [&ends[0], &ends[1]];
+    let mut sight = *to;
+    for lane in 0..LANES {
+        let start = from.slope.0[lane];
+        // Walls, which begin at no finite tangent, stay whole.
+        let share = if start < 0.5 * NO_SLOPE { 0.0 } else { share };
+        sight.slope.0[lane] = (to.slope.0[lane] - start).mul_add(share, start);
+        let start = from.inverse.0[lane];
+        sight.inverse.0[lane] = (to.inverse.0[lane] - start).mul_add(share, start);
+    }
+    let own = share * to.mark.share;
+    let side = Grid::side_units(to.mark.level) as f32;
+    sight.mark.distance -= (to.mark.share - own) * side;
+    sight.mark.share = own;
+    sight
+}
+
+/// Finds stretches that pass through some heights.
+struct Passing<'s> {
+    sights: &'s [Sight],
+    /// Metres above the eye.
+    heights: [f32; 2],
+    step: f32,
+}
+
+impl Kernel for Passing<'_> {
+    /// The sights that they end in, and the parts that each is to have.
+    type Output = Vec<(usize, usize)>;
+
+    #[inline(always)]
+    fn run<V: Simd>(self, simd: V) -> Self::Output {
+        let [low, high] = self.heights.map(|height| simd.splat(height));
+        let mut cuts = Vec::new();
+        let mut last = None;
+        for (index, sight) in self.sights.iter().enumerate() {
+            let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
+            // Its height over that of the eye is slope over inverse depth.
+            let (above, below) = ((low * inverse).lt(slope), slope.lt(high * inverse));
+            if let Some((was_above, was_below)) = last
+                && !sight.mark.begins
+                && ((above | was_above) & (below | was_below)).any()
+            {
+                let rise = rise(&self.sights[index - 1..=index], self.heights);
+                let parts = (rise / self.step).min(MOST_PARTS).ceil();
+                if parts > 1.0 {
+                    cuts.push((index, parts as usize));
+                }
+            }
+            last = Some((above, below));
+        }
+        cuts
+    }
+}
+
+/// How much of a plane rises most of those that pass through some heights, metres.
+fn rise(ends: &[Sight], [low, high]: [f32; 2]) -> f32 {
+    let lanes = (0..LANES).map(|lane| {
+        let [from, to] = [&ends[0], &ends[1]].map(|sight| sight.slope.0[lane] / sight.inverse.0[lane]);
+        let passes = ends[0].slope.0[lane] > 0.5 * NO_SLOPE && from.max(to) > low && from.min(to) < high;
+        if passes { (to - from).abs() } else { 0.0 }
+    });
+    lanes.fold(0.0, f32::max)
 }
