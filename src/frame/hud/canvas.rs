@@ -47,33 +47,42 @@ impl<'p> Canvas<'p> {
         self.lines(&[ends], ink);
     }
 
-    /// Lines that no halo of another one covers.
+    /// Lines that no halo of another one covers, and whose halos do not add up where they meet.
     pub fn lines(&mut self, lines: &[[DVec2; 2]], ink: Ink) {
         let half = 0.5 * self.dot as f64;
-        for ends in lines {
-            self.stroke(*ends, half + self.dot as f64, [0; 3], ink.halo);
-        }
-        for ends in lines {
-            self.stroke(*ends, half, ink.colour, 1.0);
+        for (half, colour, share) in [(half + self.dot as f64, [0; 3], ink.halo), (half, ink.colour, 1.0)] {
+            if share > 0.0 {
+                let mut covered: Vec<_> = lines.iter().flat_map(|ends| self.stroke(*ends, half)).collect();
+                covered.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+                covered.dedup_by_key(|(pixel, _)| *pixel);
+                for ([row, column], covered) in covered {
+                    self.mix(column, row, colour, share * covered);
+                }
+            }
         }
     }
 
-    fn stroke(&mut self, ends: [DVec2; 2], half: f64, colour: [u8; 3], share: f64) {
-        let Some([from, to]) = clipped(ends, self.size(), half + 1.0).filter(|_| share > 0.0) else { return };
+    /// Row, column and share of the pixels that a line so wide covers.
+    fn stroke(&self, ends: [DVec2; 2], half: f64) -> Vec<([i64; 2], f64)> {
+        let Some([from, to]) = clipped(ends, self.size(), half + 1.0) else { return Vec::new() };
         let way = to - from;
         let least = from.min(to) - half - 1.0;
         let most = from.max(to) + half + 1.0;
         let [columns, rows] = [0, 1].map(|axis| {
             (least[axis].floor().max(0.0) as i64)..=(most[axis].ceil().min(self.size()[axis]) as i64)
         });
+        let mut pixels = Vec::new();
         for row in rows {
             for column in columns.clone() {
                 let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5) - from;
                 let along = (at.dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
                 let covered = (half + 0.5 - (at - way * along).length()).clamp(0.0, 1.0);
-                self.mix(column, row, colour, share * covered);
+                if covered > 0.0 {
+                    pixels.push(([row, column], covered));
+                }
             }
         }
+        pixels
     }
 
     /// Text of which the upper left corner, pixels, is given.
@@ -192,5 +201,11 @@ mod tests {
         Canvas::new(&mut picture, 1).text("8", [5, 5], Ink { halo: 0.5, ..INK });
         assert!(picture.rgb.iter().all(|code| [0, 100, 200, 255].contains(code)));
         assert!(picture.rgb.contains(&100));
+        // Where lines follow each other, too.
+        let mut picture = Picture { width: 40, height: 20, rgb: vec![200; 2400] };
+        let [left, middle, right] = [4.0, 20.5, 36.0].map(|column| DVec2::new(column, 10.5));
+        Canvas::new(&mut picture, 1).lines(&[[left, middle], [middle, right]], Ink { halo: 0.5, ..INK });
+        let darkest = picture.rgb[3 * 40 * 9..3 * 40 * 10].iter().min();
+        assert_eq!(darkest, Some(&100));
     }
 }
