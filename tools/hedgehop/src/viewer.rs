@@ -13,13 +13,20 @@ const BEGIN: &str = include_str!("viewer.html");
 const DATA: &str = "/*PAIRS*/";
 
 /// Pairs of pictures for a page.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Viewer {
+    /// What both runs are called.
+    names: [String; 2],
     pairs: Vec<Value>,
     bytes: usize,
 }
 
 impl Viewer {
+    /// Without pairs yet, of two runs.
+    pub fn of(names: [String; 2]) -> Self {
+        Self { names, pairs: Vec::new(), bytes: 0 }
+    }
+
     /// Adds a pair, as PNG, with its figures.
     ///
     /// # Errors
@@ -39,7 +46,7 @@ impl Viewer {
     /// The page.
     pub fn page(&self) -> String {
         // Within a script `</` would end it.
-        let data = Value::Array(self.pairs.clone()).to_string().replace("</", "<\\/");
+        let data = json!({ "names": self.names, "pairs": self.pairs }).to_string().replace("</", "<\\/");
         BEGIN.replacen(DATA, &data, 1)
     }
 }
@@ -77,9 +84,10 @@ mod tests {
 
     #[test]
     fn a_page_needs_nothing_else_and_names_cannot_leave_their_place() {
-        let mut viewer = Viewer::default();
+        let mut viewer = Viewer::of(["before/".to_owned(), "</script>".to_owned()]);
         viewer.add([b"foo", b"fo"], json!({ "name": "</script><b>" })).unwrap();
         let page = viewer.page();
+        assert!(page.contains("\"names\":[\"before/\",\"<\\/script>\"]"));
         assert!(page.contains("\"a\":\"Zm9v\"") && page.contains("\"b\":\"Zm8=\""));
         assert_eq!(page.matches("</script>").count(), 1);
         assert!(!page.contains("http:") && !page.contains("https:") && !page.contains(DATA));

@@ -77,7 +77,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     args.html.iter().try_for_each(|page| check_writable(page))?;
     let (mut all, mut table, mut rows) = (Sums::default(), HEAD.to_owned(), Vec::new());
-    let mut viewer = Viewer::default();
+    let mut viewer = Viewer::of([&args.a, &args.b].map(|run| run.display().to_string()));
     reporter.begin("compare", pairs.len() as u64, "frames");
     for pair in &pairs {
         if reporter.cancelled() {
