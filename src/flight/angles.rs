@@ -11,7 +11,7 @@ pub(super) fn short_way(degrees: f64) -> f64 {
 
 /// A quantity at some fixes, linear between them and constant beyond.
 #[derive(Debug, Clone)]
-pub(super) struct Samples {
+pub(crate) struct Samples {
     times: Vec<f64>,
     values: Vec<f64>,
 }

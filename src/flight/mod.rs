@@ -22,6 +22,8 @@ mod track;
 mod trajectory;
 mod xml;
 
+pub(crate) use angles::Samples;
+pub(crate) use csv::{Wanted, read_columns};
 pub use extrapolation::Extrapolation;
 pub use read::read_track;
 pub use track::{Altitude, AltitudeMode, Fix, Horizontal, ReadOptions, Track};

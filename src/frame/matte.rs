@@ -26,7 +26,7 @@ const PARTS: [&str; 4] = ["R", "G", "B", "A"];
 /// What share of each pixel of a frame bodies and ground have.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Matte {
-    /// Names of bodies by their ids; a body without one is called `object` and its id.
+    /// Names of bodies by their ids; a body without one is called `object` and its id. Bodies of one name are one thing.
     pub names: Vec<String>,
     /// Of pixels that bodies are in, and along the skyline; by pixel, and of each the most first. Other pixels show ground alone, or sky, as the
     /// frame's `level` says.
@@ -60,12 +60,21 @@ impl Matte {
         }
         let ids: Vec<f32> = (0..self.most_id()).map(|number| id(&self.name(number))).collect();
         let id_of = |number: u32| ids.get(number as usize).copied().unwrap_or(ground);
+        let mut shares: Vec<(f32, f32)> = Vec::new();
         for covers in self.covers.chunk_by(|a, b| a.pixel == b.pixel) {
             let pixel = covers[0].pixel as usize;
+            shares.clear();
+            for cover in covers {
+                let id = id_of(cover.id);
+                match shares.iter_mut().find(|(known, _)| *known == id) {
+                    Some((_, share)) => *share += cover.share,
+                    None => shares.push((id, cover.share)),
+                }
+            }
+            // Those of equal share stay in their order.
+            shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
             for (rank, planes) in planes.chunks_exact_mut(2).enumerate() {
-                let cover = covers.get(rank);
-                planes[0][pixel] = cover.map_or(0.0, |cover| id_of(cover.id));
-                planes[1][pixel] = cover.map_or(0.0, |cover| cover.share);
+                (planes[0][pixel], planes[1][pixel]) = shares.get(rank).copied().unwrap_or_default();
             }
         }
         let name = |plane: usize| format!("{LAYER}{:02}.{}", plane / PARTS.len(), PARTS[plane % PARTS.len()]);

@@ -54,6 +54,18 @@ impl Attitude {
         }
     }
 
+    /// Columns: right, forward, up of a body, in world axes (orthonormal, right-handed).
+    pub fn world_from_body(&self) -> DMat3 {
+        let view = self.world_from_view();
+        DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis)
+    }
+
+    /// Inverse of [`Self::world_from_body`]; yaw 0…360.
+    pub fn of_body(world_from_body: DMat3) -> Self {
+        let DMat3 { x_axis: right, y_axis: forward, z_axis: up } = world_from_body;
+        Self::from_axes(DMat3::from_cols(right, up, forward))
+    }
+
     /// The attitude of a view with the orthonormal axes (right, up, forward) of `world_from_view`; yaw 0…360.
     fn from_axes(world_from_view: DMat3) -> Self {
         let forward = world_from_view.z_axis;
@@ -125,6 +137,8 @@ mod tests {
             let axes = own.world_from_view() * offset.view_from_turned();
             let again = own.turned(offset).world_from_view();
             prop_assert!(axes.abs_diff_eq(again, 1e-14), "{axes} {again}");
+            let body = own.world_from_body();
+            prop_assert!(body.abs_diff_eq(Attitude::of_body(body).world_from_body(), 1e-14), "{body}");
         }
     }
 }

@@ -4,10 +4,12 @@
 //! the header has most of; numbers have a decimal point; lines that begin with `#` are comments.
 
 mod columns;
+mod samples;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 use self::columns::{Column, Columns, Quantity};
+pub(crate) use self::samples::{Wanted, read_columns};
 use super::raw::{RawFix, Reading, Source};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};

@@ -64,6 +64,28 @@ fn ranks_hold_the_largest_shares_and_the_ground_what_is_left() {
 }
 
 #[test]
+fn bodies_of_one_name_are_one_thing() {
+    let frame = testing::frame(6, 3);
+    let names = ["heli", "mast", "heli", "heli"].map(str::to_owned).to_vec();
+    let covers = vec![
+        cover(7, 1, 0.375),
+        cover(7, Cover::GROUND, 0.25),
+        cover(7, 0, 0.125),
+        cover(7, 3, 0.125),
+        cover(7, 2, 0.125),
+        cover(8, 2, 0.5),
+        cover(8, Cover::GROUND, 0.5),
+    ];
+    let channels = Matte { names, covers }.channels(&frame);
+    let at = |pixel: usize| {
+        ["0.R", "0.G", "0.B", "0.A", "1.R", "1.G", "1.B", "1.A"]
+            .map(|part| plane(&channels, &format!("CryptoObject0{part}"))[pixel])
+    };
+    assert_eq!(at(7), [id("mast"), 0.375, id("heli"), 0.375, id("ground"), 0.25, 0.0, 0.0]);
+    assert_eq!(at(8), [id("heli"), 0.5, id("ground"), 0.5, 0.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
 fn more_bodies_than_ranks_leave_the_smallest_out() {
     let frame = testing::frame(6, 3);
     let covers = (0..9).map(|id| cover(8, id, (9 - id) as f32 / 45.0)).collect();
