@@ -143,8 +143,7 @@ impl Form {
 
 /// Columns: a body's axes (right, forward, up) in the world.
 pub(super) fn world_from_body(attitude: Attitude) -> DMat3 {
-    let view = attitude.world_from_view();
-    DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis)
+    attitude.world_from_body()
 }
 
 impl Body {
@@ -186,8 +185,10 @@ impl Placed {
             Form::Model(model) => {
                 let corners @ [low, high] = body.form.corners();
                 let distance = (position + world_from_body * (0.5 * (low + high)) - eye).length();
-                let mesh = model.at((high - low).length() / footprint.at(distance)).clone();
-                vec![place(Sight::Mesh(mesh), corners, position, DMat3::IDENTITY)]
+                let mesh = model.at(model.size() / footprint.at(distance));
+                let seen =
+                    mesh.map(|mesh| place(Sight::Mesh(mesh.clone()), corners, position, DMat3::IDENTITY));
+                seen.into_iter().collect()
             }
             Form::Point { width, pixels } => {
                 let width = width.max(pixels * footprint.at((position - eye).length()));

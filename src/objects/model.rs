@@ -11,6 +11,10 @@ use super::mesh::Mesh;
 pub struct Model {
     /// The finest first.
     levels: Vec<Level>,
+    /// Pixels below which nothing is seen.
+    least: f64,
+    /// Metres of what is to be as large on the screen as levels say; `None`: the diameter of the sphere around the box.
+    size: Option<f64>,
 }
 
 /// A mesh, for sizes on the screen.
@@ -28,7 +32,19 @@ impl Model {
         let mut levels = vec![Level { mesh, below: f64::INFINITY }];
         levels.extend(coarser);
         levels.sort_by(|a, b| b.below.total_cmp(&a.below));
-        Self { levels }
+        Self { levels, least: 0.0, size: None }
+    }
+
+    /// The same, of which nothing is seen where it is smaller than so many pixels on the screen; it goes on to cast a shadow.
+    #[must_use]
+    pub fn hidden_below(self, pixels: f64) -> Self {
+        Self { least: pixels, ..self }
+    }
+
+    /// The same as part of something so many metres large, more than 0, whose size on the screen says which level is seen.
+    #[must_use]
+    pub fn seen_with(self, metres: f64) -> Self {
+        Self { size: Some(metres), ..self }
     }
 
     /// Its meshes, the finest first.
@@ -36,10 +52,19 @@ impl Model {
         &self.levels
     }
 
-    /// What it looks like where it is so many pixels large.
-    pub fn at(&self, pixels: f64) -> &Arc<Mesh> {
+    /// What it looks like where it is so many pixels large; `None`: it is not seen.
+    pub fn at(&self, pixels: f64) -> Option<&Arc<Mesh>> {
         let finest = &self.levels[0];
-        &self.levels.iter().rev().find(|level| pixels < level.below).unwrap_or(finest).mesh
+        let level = self.levels.iter().rev().find(|level| pixels < level.below).unwrap_or(finest);
+        (pixels >= self.least).then_some(&level.mesh)
+    }
+
+    /// Metres of what has the size on the screen that says which level is seen.
+    pub fn size(&self) -> f64 {
+        self.size.unwrap_or_else(|| {
+            let [low, high] = self.corners();
+            (high - low).length()
+        })
     }
 
     /// Least and greatest corner of the box around all of its meshes, metres.

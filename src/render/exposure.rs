@@ -28,6 +28,9 @@ const MOST_RAYS: u64 = 1 << 28;
 /// Pixels across and down at which the screen's motion is looked at.
 const LOOKS: [u32; 2] = [24, 14];
 
+/// Part of the shutter's time within which the speed of turning parts is looked at: what turns less than half a round in it is not taken for slower.
+const GLANCE: f64 = 1.0 / 64.0;
+
 /// Metres at which the sky is taken to be.
 const SKY: f64 = 1.0e8;
 
@@ -88,7 +91,10 @@ impl<S: PageSource> Renderer<'_, S> {
         let open = interval * finish.shutter / 360.0;
         let count = if open > 0.0 {
             let moved = motion(&own, [&moment(-0.5 * open), &moment(0.5 * open)], &frame.range, side);
-            moments(moved)
+            let glance = 0.5 * GLANCE * open;
+            let has_parts = own.scenery.parts > 0;
+            let turned = || turning([&moment(-glance), &moment(glance)]) / GLANCE;
+            moments(if has_parts { moved.max(turned()) } else { moved })
         } else {
             1
         };
@@ -164,16 +170,37 @@ fn motion(own: &Moment, ends: [&Moment; 2], range: &[f32], side: u32) -> f64 {
         let point = ray.origin + ray.direction * if range.is_finite() { range } else { SKY };
         shift(ends.map(|end| &end.camera), [point; 2])
     });
-    let is_in_sight = |body: &Body| {
-        camera.screen_from_world(body.position).is_some_and(|at| {
-            at.x >= 0.0 && at.y >= 0.0 && at.x <= f64::from(camera.width) && at.y <= f64::from(camera.height)
-        }) || matches!(camera.screen(), Screen::Table(_))
-    };
     let bodies = own.scenery.bodies.iter().zip(ends[0].scenery.bodies.iter().zip(&ends[1].scenery.bodies));
     let bodies = bodies
-        .filter(|(body, _)| is_in_sight(body))
+        .filter(|(body, _)| is_in_sight(camera, body.position))
         .filter_map(|(_, (one, other))| shift(ends.map(|end| &end.camera), [one.position, other.position]));
     seen.chain(bodies).fold(0.0, f64::max)
+}
+
+/// How far corners of the boxes around parts move on the screen between two moments, pixels, where they move fastest: middles of rotors stand still.
+fn turning(ends: [&Moment; 2]) -> f64 {
+    let parts = ends.map(|end| {
+        let Scenery { bodies, parts, .. } = &end.scenery;
+        &bodies[bodies.len() - parts..]
+    });
+    let corners = |body: &Body| {
+        let (axes, corners) = (body.world_from_body(), body.form.corners());
+        let of = move |corner: usize, axis: usize| corners[corner >> axis & 1][axis];
+        let position = body.position;
+        (0..8).map(move |corner| position + axes * DVec3::from_array([0, 1, 2].map(|axis| of(corner, axis))))
+    };
+    let cameras = ends.map(|end| &end.camera);
+    let moved = parts[0].iter().zip(parts[1]).filter(|(one, other)| one.id == other.id);
+    let moved = moved.flat_map(|(one, other)| corners(one).zip(corners(other)));
+    let in_sight = moved.filter(|(corner, _)| is_in_sight(cameras[0], *corner));
+    in_sight.filter_map(|(one, other)| shift(cameras, [one, other])).fold(0.0, f64::max)
+}
+
+/// Whether a point is on the screen, where that tells.
+fn is_in_sight(camera: &Camera, point: DVec3) -> bool {
+    camera.screen_from_world(point).is_some_and(|at| {
+        at.x >= 0.0 && at.y >= 0.0 && at.x <= f64::from(camera.width) && at.y <= f64::from(camera.height)
+    }) || matches!(camera.screen(), Screen::Table(_))
 }
 
 /// Pixels between where two cameras see two points; `None` where one of them is at the eye.

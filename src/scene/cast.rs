@@ -2,10 +2,12 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::form::LARGEST;
+use super::joint::Axes;
 use super::light::LampCast;
-use super::object::LARGEST;
 use super::plume::PlumeCast;
-use super::{Beyond, Scene};
+use super::slope::Slope;
+use super::{Beyond, Part, Scene};
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Track, Trajectory};
 use crate::geo::Crs;
@@ -23,13 +25,16 @@ const STEP: f64 = 0.1;
 pub struct Cast {
     /// By name.
     actors: Vec<Actor>,
+    /// Of all bodies, by their ids.
+    names: Vec<String>,
+    /// The actors of those that are parts: the ids of these follow on those of actors.
+    owners: Vec<usize>,
     lamps: LampCast,
     plumes: PlumeCast,
 }
 
 #[derive(Debug, Clone)]
 struct Actor {
-    name: String,
     form: Form,
     albedo: Vec3,
     trajectory: Trajectory,
@@ -37,6 +42,11 @@ struct Actor {
     to: Option<DVec3>,
     start: f64,
     beyond: Beyond,
+    /// The ground below, if it leans as that does.
+    slope: Option<Slope>,
+    parts: Vec<Part>,
+    /// Id of the first part's body.
+    first: usize,
 }
 
 impl Scene {
@@ -47,6 +57,7 @@ impl Scene {
     /// [`Error::Invalid`] with the line and name of an object or a light: what [`Trajectory::bind`] says of its track; a lamp without ground below it, a light of an object
     /// that is none.
     pub fn bind(&self, crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<Cast> {
+        let mut first = self.objects.len();
         let actors = self.objects.iter().map(|object| {
             let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
             let of_object = |error: Error| {
@@ -66,8 +77,12 @@ impl Scene {
                 let what = format!("a line must be more than 0 m and at most 100 km long, not {length} m");
                 return Err(of_object(Error::Configuration(what)));
             }
+            first += object.parts.len();
+            let lean = || Slope::bind(&object.track, &trajectory, object.form.corners(), ground);
             Ok(Actor {
-                name: object.name.clone(),
+                slope: object.leans.then(lean),
+                parts: object.parts.clone(),
+                first: first - object.parts.len(),
                 form: object.form.clone(),
                 albedo: Vec3::from_array(object.albedo),
                 trajectory,
@@ -77,19 +92,25 @@ impl Scene {
             })
         });
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
-        let actor = |name: &str| actors.iter().position(|actor| actor.name == name);
+        let names: Vec<String> = self.names().collect();
+        let actor = |name: &str| names.iter().position(|known| known == name);
         let lamps = LampCast::bind(&self.path, &self.lights, crs, ground, actor)?;
         let wrong = |line: usize, what: &str| Error::invalid(&self.path, format!("line {line}: {what}"));
         let plumes = PlumeCast::bind(&self.plumes, crs, ground, wrong, actor)?;
-        Ok(Cast { actors, lamps, plumes })
+        let owners = actors.iter().enumerate();
+        let owners =
+            owners.flat_map(|(actor, Actor { parts, .. })| parts.iter().map(move |_| actor)).collect();
+        Ok(Cast { actors, names, owners, lamps, plumes })
     }
 }
 
 /// What is where at some moment.
 #[derive(Debug, Clone, Default)]
 pub struct Scenery {
-    /// All objects.
+    /// All objects, and then their parts.
     pub bodies: Vec<Body>,
+    /// How many of the bodies, at the end, are parts, which may turn fast.
+    pub parts: usize,
     /// The lamps that shine.
     pub lights: Vec<PointLight>,
     /// Smoke and dust.
@@ -100,61 +121,110 @@ impl Actor {
     /// Where it is, so many seconds after the flight's first fix; `None`: it is not there.
     fn pose_at(&self, seconds: f64) -> Option<Pose> {
         let seconds = seconds - self.start;
-        let mut pose = self.trajectory.pose_at(seconds);
         let duration = self.trajectory.duration();
         let end = seconds.clamp(0.0, duration);
+        let mut pose = self.on_track(end);
         match self.beyond {
             Beyond::Hide if seconds != end => return None,
             Beyond::DeadReckoning if duration > 0.0 => {
                 let step = STEP.min(duration);
                 let before = (end - step).max(0.0);
-                let way = |seconds: f64| self.trajectory.pose_at(seconds).eye;
+                let way = |seconds: f64| self.on_track(seconds).eye;
                 pose.eye += (way(before + step) - way(before)) / step * (seconds - end);
             }
             Beyond::Hold | Beyond::Hide | Beyond::DeadReckoning => {}
         }
         Some(pose)
     }
+
+    /// Where it is that many seconds after its track has begun.
+    fn on_track(&self, seconds: f64) -> Pose {
+        let pose = self.trajectory.pose_at(seconds);
+        self.slope.as_ref().map_or(pose, |slope| slope.stand(pose, seconds))
+    }
+
+    /// Its body, which has that id and is at `pose`.
+    fn body(&self, id: u32, pose: Pose) -> Body {
+        let (mut form, mut attitude) = (self.form.clone(), pose.attitude);
+        if let (Some(to), Form::Line { length, .. }) = (self.to, &mut form) {
+            let offset = to - pose.eye;
+            *length = offset.length();
+            let pitch = offset.z.atan2(offset.truncate().length()).to_degrees();
+            attitude = Attitude { yaw: offset.x.atan2(offset.y).to_degrees(), pitch, roll: 0.0 };
+        }
+        Body { id, form, position: pose.eye, attitude, albedo: self.albedo }
+    }
+
+    /// Where its parts are while it is at `pose`, so many seconds after the flight's first fix.
+    fn parts_at(&self, pose: Pose, seconds: f64) -> Vec<Axes> {
+        let own = Axes { origin: pose.eye, turn: pose.attitude.world_from_body() };
+        let mut all: Vec<Axes> = Vec::with_capacity(self.parts.len());
+        for part in &self.parts {
+            let below = part.parent.map_or(own, |parent| all[parent]);
+            all.push(below.with(&part.joint.at(seconds)));
+        }
+        all
+    }
 }
 
 impl Cast {
-    /// Names of the objects, by the ids of their bodies: 0, 1, ….
+    /// Names of all bodies, by their ids 0, 1, …: those of the objects, and then those of their parts, `object/part`.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.actors.iter().map(|actor| actor.name.as_str())
+        self.names.iter().map(String::as_str)
     }
 
-    /// All bodies that are there so many seconds after the flight's first fix.
+    /// Names of the objects that bodies are or are parts of, by the ids of these.
+    pub fn owners(&self) -> impl Iterator<Item = &str> {
+        (0..self.actors.len()).chain(self.owners.iter().copied()).map(|actor| self.names[actor].as_str())
+    }
+
+    /// All bodies that are there so many seconds after the flight's first fix: objects, and then parts.
     pub fn bodies_at(&self, seconds: f64) -> Vec<Body> {
-        let body = |(id, actor): (u32, &Actor)| {
-            let pose = actor.pose_at(seconds)?;
-            let (mut form, mut attitude) = (actor.form.clone(), pose.attitude);
-            if let (Some(to), Form::Line { length, .. }) = (actor.to, &mut form) {
-                let offset = to - pose.eye;
-                *length = offset.length();
-                let pitch = offset.z.atan2(offset.truncate().length()).to_degrees();
-                attitude = Attitude { yaw: offset.x.atan2(offset.y).to_degrees(), pitch, roll: 0.0 };
-            }
-            Some(Body { id, form, position: pose.eye, attitude, albedo: actor.albedo })
-        };
-        (0..).zip(&self.actors).filter_map(body).collect()
+        self.bodies_and_parts(seconds).0
+    }
+
+    /// [`Self::bodies_at`], and how many of them are parts.
+    fn bodies_and_parts(&self, seconds: f64) -> (Vec<Body>, usize) {
+        let (mut bodies, mut parts) = (Vec::with_capacity(self.names.len()), Vec::new());
+        for (id, actor) in (0..).zip(&self.actors) {
+            let Some(pose) = actor.pose_at(seconds) else { continue };
+            bodies.push(actor.body(id, pose));
+            let placed = actor.parts.iter().zip(actor.parts_at(pose, seconds));
+            parts.extend((actor.first as u32..).zip(placed).map(|(id, (part, axes))| Body {
+                id,
+                form: part.form.clone(),
+                position: axes.origin,
+                attitude: Attitude::of_body(axes.turn),
+                albedo: Vec3::from_array(part.albedo),
+            }));
+        }
+        let count = parts.len();
+        bodies.extend(parts);
+        (bodies, count)
+    }
+
+    /// Where the body of that id is, so many seconds after the flight's first fix; `None`: it is not there.
+    fn pose_at(&self, id: usize, seconds: f64) -> Option<Pose> {
+        let Some(part) = id.checked_sub(self.actors.len()) else { return self.actors[id].pose_at(seconds) };
+        let actor = &self.actors[self.owners[part]];
+        let pose = actor.pose_at(seconds)?;
+        let Axes { origin, turn } = actor.parts_at(pose, seconds)[id - actor.first];
+        Some(Pose { eye: origin, attitude: Attitude::of_body(turn), ..pose })
     }
 
     /// All of them, so many seconds after the flight's first fix.
     pub fn at(&self, seconds: f64) -> Scenery {
-        Scenery {
-            bodies: self.bodies_at(seconds),
-            lights: self.lights_at(seconds),
-            puffs: self.puffs_at(seconds),
-        }
+        let (bodies, parts) = self.bodies_and_parts(seconds);
+        Scenery { bodies, parts, lights: self.lights_at(seconds), puffs: self.puffs_at(seconds) }
     }
 
     /// All puffs of smoke and dust, so many seconds after the flight's first fix.
     pub fn puffs_at(&self, seconds: f64) -> Vec<Puff> {
-        self.plumes.at(seconds, |actor, seconds| self.actors[actor].pose_at(seconds))
+        self.plumes.at(seconds, |body, seconds| self.pose_at(body, seconds))
     }
 
     /// All lamps that shine, so many seconds after the flight's first fix.
     pub fn lights_at(&self, seconds: f64) -> Vec<PointLight> {
-        self.lamps.at(seconds, |actor| self.actors[actor].pose_at(seconds))
+        self.lamps.at(seconds, |body| self.pose_at(body, seconds))
     }
 }

@@ -11,6 +11,7 @@ use toml::Spanned;
 use super::light::{LightTable, light};
 use super::model::Models;
 use super::object::{ObjectTable, object};
+use super::part::BETWEEN;
 use super::picture::{HudTable, PictureTable};
 use super::plume::{PlumeTable, plume};
 use super::precipitation::{GroundTable, PrecipitationTable};
@@ -169,6 +170,15 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
             return Err(reading.wrong(span, what));
         }
         objects.insert(object.name.clone(), object);
+    }
+    for object in objects.values() {
+        for part in &object.parts {
+            let name = format!("{}{BETWEEN}{}", object.name, part.name);
+            if objects.contains_key(&name) {
+                let what = format!("there is an object `{name}`, too; names tell objects and parts apart");
+                return Err(Error::invalid(path, format!("line {}: {}", part.line, plain(&what))));
+            }
+        }
     }
     let lights = table.light.iter().enumerate();
     let lights = lights.map(|(index, table)| light(&reading, table, index + 1)).collect::<Result<_>>()?;

@@ -1,4 +1,4 @@
-//! Keys of objects that are models.
+//! What objects and their parts look like: shapes, and models with levels and nodes.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,11 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::file::Reading;
-use super::model::{Fit, Fitted, Models, Origin, Size};
+use super::form::{form, refuse_sizes};
+use super::model::{Cut, Fit, Models, Origin, Rest, Size};
 use super::object::ObjectTable;
-use crate::error::{Error, Result};
-use crate::objects::{Form, Level, Mesh, Model};
+use crate::error::Result;
+use crate::objects::{Form, Level, Model};
 use crate::space::Attitude;
 
 /// Levels of detail of an object.
@@ -32,15 +33,55 @@ pub(super) struct LevelTable {
     below_px: Spanned<f64>,
 }
 
-/// What an object looks like, and what that was read from.
+/// What an object or a part looks like, and what that was read from.
+#[derive(Debug)]
 pub(super) struct Look {
     pub form: Form,
     pub files: Vec<PathBuf>,
     pub notes: Vec<String>,
+    /// Nodes of its model that are parts of their own, in the order in which these name them.
+    pub nodes: Vec<NodeLook>,
+}
+
+/// A node of an object's model.
+#[derive(Debug)]
+pub(super) struct NodeLook {
+    pub form: Form,
+    pub rest: Rest,
+    /// Number of the nearest of these nodes that it is below of.
+    pub above: Option<usize>,
+}
+
+/// Reads what a table's shape or model looks like; `whose` says what that is of, and `span` is that of its table.
+pub(super) fn look(
+    reading: &Reading<'_>,
+    table: &ObjectTable,
+    whose: &str,
+    span: &Range<usize>,
+    models: &mut Models,
+    hasher: &mut blake3::Hasher,
+) -> Result<Look> {
+    match (&table.shape, &table.model) {
+        (Some(given), None) => {
+            refuse_keys(reading, table)?;
+            if let Some(node) = table.part.iter().find_map(|part| part.get_ref().node.as_ref()) {
+                let what = format!("node is of an object's model; {whose} has a shape");
+                return Err(reading.wrong(node.span(), what));
+            }
+            let form = form(reading, table, given)?;
+            Ok(Look { form, files: Vec::new(), notes: Vec::new(), nodes: Vec::new() })
+        }
+        (None, Some(path)) => {
+            refuse_sizes(reading, table, path.span())?;
+            model(reading, table, path, whose, models, hasher)
+        }
+        (Some(_), Some(path)) => Err(reading.wrong(path.span(), "give shape or model, not both")),
+        (None, None) => Err(reading.wrong(span.clone(), format!("{whose} needs shape or model"))),
+    }
 }
 
 /// Refuses keys of models.
-pub(super) fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
+fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
     let given = [
         ("scale", table.scale.as_ref().map(Spanned::span)),
         ("length_m", table.length_m.as_ref().filter(|_| !table.is_line()).map(Spanned::span)),
@@ -55,45 +96,94 @@ pub(super) fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable) -> Result<
     })
 }
 
-/// The model of an object, and its coarser levels.
-pub(super) fn model(
+/// A model of an object, and its coarser levels.
+fn model(
     reading: &Reading<'_>,
     table: &ObjectTable,
     path: &Spanned<PathBuf>,
+    whose: &str,
     models: &mut Models,
     hasher: &mut blake3::Hasher,
 ) -> Result<Look> {
     let fit = fit(reading, table)?;
-    let (mut all_files, mut all_notes) = (Vec::new(), Vec::new());
-    let mut get = |path: &Spanned<PathBuf>| -> Result<Arc<Mesh>> {
+    let named: Vec<&Spanned<String>> =
+        table.part.iter().filter_map(|part| part.get_ref().node.as_ref()).collect();
+    for (index, node) in named.iter().enumerate() {
+        if named[..index].iter().any(|other| other.get_ref() == node.get_ref()) {
+            let what = format!("another part of {whose} is the node {:?} already", node.get_ref());
+            return Err(reading.wrong(node.span(), what));
+        }
+    }
+    let mut nodes: Vec<Option<&str>> = named.iter().map(|node| Some(node.get_ref().as_str())).collect();
+    let (mut files, mut notes) = (Vec::new(), Vec::new());
+    let mut get = |path: &Spanned<PathBuf>, nodes: &[Option<&str>], rests: &[Rest]| -> Result<Arc<Cut>> {
         let at = place(reading, path)?;
-        let got = models
-            .get(&at, &fit, hasher)
-            .map_err(|error| of_scene(reading, &table.name, path.span(), error))?;
-        let Fitted { mesh, files, notes } = got;
-        all_files.extend(files);
-        all_notes.extend(notes);
-        Ok(mesh)
+        let got = models.get(&at, &fit, nodes, rests, hasher);
+        let got =
+            got.map_err(|error| reading.through(path.span(), &format!("the model of {whose}"), error))?;
+        files.extend(got.files);
+        notes.extend(got.notes);
+        Ok(got.cut)
     };
-    let finest = get(path)?;
+    let finest = get(path, &nodes, &[])?;
+    for (node, found) in named.iter().zip(&finest.nodes) {
+        if let Err(what) = found {
+            return Err(reading.wrong(node.span(), format!("the model of {whose} {what}")));
+        }
+    }
+    let found = || finest.nodes.iter().filter_map(|found| found.as_ref().ok());
+    let rests: Vec<Rest> = found().map(|node| node.rest).collect();
     if table.levels.len() > MOST_LEVELS {
         let span = table.levels[MOST_LEVELS].span();
         return Err(reading.wrong(span, format!("an object has at most {MOST_LEVELS} levels")));
     }
-    let mut coarser: Vec<Level> = Vec::new();
+    let mut coarser: Vec<(Arc<Cut>, f64)> = Vec::new();
     for level in &table.levels {
         let level = level.get_ref();
-        let before = coarser.last().map_or(f64::INFINITY, |level| level.below);
+        let before = coarser.last().map_or(f64::INFINITY, |(_, below)| *below);
         let below = reading.number(
             "below_px",
             &level.below_px,
             |pixels| pixels > 0.0 && pixels < before,
             "must be more than 0 pixels, and less from level to level",
         )?;
-        coarser.push(Level { mesh: get(&level.model)?, below });
+        let cut = get(&level.model, &nodes, &rests)?;
+        // What a level shows at rest, coarser ones do not move again.
+        for (node, _) in nodes.iter_mut().zip(&cut.nodes).filter(|(_, found)| found.is_err()) {
+            *node = None;
+        }
+        coarser.push((cut, below));
     }
-    all_notes.dedup();
-    Ok(Look { form: Arc::new(Model::new(finest, coarser)).into(), files: all_files, notes: all_notes })
+    notes.dedup();
+    let size = whole_size(&finest, &coarser);
+    let above = found().map(|node| node.above).enumerate();
+    let looks = above.map(|(index, above)| NodeLook {
+        form: Arc::new(node_model(index, &finest, &coarser, size)).into(),
+        rest: rests[index],
+        above,
+    });
+    let levels = coarser.iter().map(|(cut, below)| Level { mesh: cut.rest.clone(), below: *below });
+    let rest = Model::new(finest.rest.clone(), levels);
+    let form = Arc::new(if rests.is_empty() { rest } else { rest.seen_with(size) }).into();
+    Ok(Look { form, files, notes, nodes: looks.collect() })
+}
+
+/// Diameter of the sphere around the box of all levels, nodes at rest included, metres.
+fn whole_size(finest: &Cut, coarser: &[(Arc<Cut>, f64)]) -> f64 {
+    let all = coarser.iter().map(|(cut, _)| cut.corners);
+    let [low, high] = all.fold(finest.corners, |[low, high], [least, most]| [low.min(least), high.max(most)]);
+    (high - low).length()
+}
+
+/// The node of that number, of a model of `size` metres: it is seen down to the first level that has no such node, which shows it at rest.
+fn node_model(index: usize, finest: &Cut, coarser: &[(Arc<Cut>, f64)], size: f64) -> Model {
+    let mesh = |cut: &Cut| cut.nodes[index].as_ref().ok().map(|node| node.mesh.clone());
+    let own = coarser.iter().map_while(|(cut, below)| Some(Level { mesh: mesh(cut)?, below: *below }));
+    let first_without = coarser.iter().find(|(cut, _)| mesh(cut).is_none());
+    let hidden = first_without.map_or(0.0, |(_, below)| *below);
+    // A node that is not in the finest level has been refused.
+    let finest = mesh(finest).unwrap_or_else(|| finest.rest.clone());
+    Model::new(finest, own).hidden_below(hidden).seen_with(size)
 }
 
 fn fit(reading: &Reading<'_>, table: &ObjectTable) -> Result<Fit> {
@@ -102,7 +192,7 @@ fn fit(reading: &Reading<'_>, table: &ObjectTable) -> Result<Fit> {
             return Err(reading.wrong(length.span(), "give scale or length_m, not both"));
         }
         (None, Some(length)) => {
-            let is_length = |metres: f64| metres > 0.0 && metres <= super::object::LARGEST;
+            let is_length = |metres: f64| metres > 0.0 && metres <= super::form::LARGEST;
             Size::Length(reading.number(
                 "length_m",
                 length,
@@ -141,8 +231,4 @@ fn place(reading: &Reading<'_>, path: &Spanned<PathBuf>) -> Result<PathBuf> {
         return Err(reading.wrong(path.span(), "model must be the name of a file"));
     }
     Ok(reading.path.parent().unwrap_or(Path::new(".")).join(name))
-}
-
-fn of_scene(reading: &Reading<'_>, name: &str, span: Range<usize>, error: Error) -> Error {
-    reading.through(span, &format!("the model of object `{name}`"), error)
 }

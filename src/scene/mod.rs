@@ -8,16 +8,22 @@
 
 mod cast;
 mod file;
+mod form;
+mod joint;
 mod light;
 mod look;
 mod model;
 #[cfg(test)]
 mod night_tests;
 mod object;
+mod part;
+#[cfg(test)]
+mod part_tests;
 mod picture;
 mod place;
 mod plume;
 mod precipitation;
+mod slope;
 mod sun;
 #[cfg(test)]
 mod tests;
@@ -28,6 +34,7 @@ use std::path::{Path, PathBuf};
 pub use cast::{Cast, Scenery};
 pub(crate) use light::unit as scatter;
 pub use light::{Anchor, Flash, Lamp, Layout, Light, Rhythm};
+pub use part::Part;
 pub use picture::{Dither, Finish, Hud, Tone};
 pub use plume::{Kind as PlumeKind, Plume};
 pub use precipitation::{Cover, Kind as PrecipitationKind, Precipitation};
@@ -120,7 +127,7 @@ pub struct Object {
     pub line: usize,
     /// What it looks like from all sides.
     pub form: Form,
-    /// Files that its models were read from.
+    /// Files that its models, and its parts' models and angles were read from.
     pub files: Vec<PathBuf>,
     /// What of its models is not shown, as clauses.
     pub notes: Vec<String>,
@@ -136,6 +143,10 @@ pub struct Object {
     pub beyond: Beyond,
     /// It banks in turns where its track says nothing of roll.
     pub banks: bool,
+    /// It leans as the ground below it does.
+    pub leans: bool,
+    /// What moves on it; each after what it goes with.
+    pub parts: Vec<Part>,
 }
 
 impl Scene {
@@ -147,6 +158,14 @@ impl Scene {
     /// what is wrong with a model, with its file and place.
     pub fn read(path: &Path) -> Result<Self> {
         file::read(path)
+    }
+
+    /// Names of all bodies, by their ids: those of objects, and then `object/part` of their parts.
+    pub fn names(&self) -> impl Iterator<Item = String> {
+        let parts = self.objects.iter().flat_map(|object| {
+            object.parts.iter().map(move |part| format!("{}{}{}", object.name, part::BETWEEN, part.name))
+        });
+        self.objects.iter().map(|object| object.name.clone()).chain(parts)
     }
 
     /// Where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.

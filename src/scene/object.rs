@@ -4,19 +4,19 @@ use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use glam::DVec3;
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::file::Reading;
-use super::look::{LevelTable, Look, Up, model, refuse_keys};
+use super::form::Kind;
+use super::look::{LevelTable, Up, look};
 use super::model::{Models, Origin};
+use super::part::{Whole, parts, refuse_keys};
 use super::place::{Above, PLACE_KEYS, Place};
 use super::{Beyond, Object};
 use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
-use crate::flight::{AltitudeMode, ReadOptions, Track, read_track};
-use crate::objects::{Form, Shape};
+use crate::flight::{Altitude, AltitudeMode, ReadOptions, Track, read_track};
 
 /// Grey of objects that are given no colour.
 const GREY: [u8; 3] = [150; 3];
@@ -24,72 +24,79 @@ const GREY: [u8; 3] = [150; 3];
 /// Characters of the longest name.
 const MOST_NAME: usize = 200;
 
-/// Pixels of the greatest width that a line or a point is to have at least.
-const MOST_PIXELS: f64 = 100.0;
-
-/// Metres of the largest object: what is larger is ground.
-pub(super) const LARGEST: f64 = 100_000.0;
-
+/// An object, or a part of one: `part.rs` says which keys are for which.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[object]]")]
+#[serde(deny_unknown_fields, expecting = "a table [[object]] or [[object.part]]")]
 pub(super) struct ObjectTable {
-    pub(super) name: String,
-    pub(super) shape: Option<Spanned<Kind>>,
-    radius_m: Option<Spanned<f64>>,
-    radii_m: Option<Spanned<Vec<f64>>>,
-    size_m: Option<Spanned<Vec<f64>>>,
-    height_m: Option<Spanned<f64>>,
-    width_m: Option<Spanned<f64>>,
-    width_px: Option<Spanned<f64>>,
-    size_px: Option<Spanned<f64>>,
-    to: Option<Spanned<Vec<f64>>>,
-    colour: Option<Spanned<String>>,
-    at: Option<Spanned<Vec<f64>>>,
-    at_lonlat: Option<Spanned<Vec<f64>>>,
-    altitude: Option<Spanned<Above>>,
-    yaw_deg: Option<Spanned<f64>>,
-    pitch_deg: Option<Spanned<f64>>,
-    roll_deg: Option<Spanned<f64>>,
-    track: Option<Spanned<PathBuf>>,
-    start_s: Option<Spanned<f64>>,
-    bank: Option<Spanned<bool>>,
-    beyond: Option<Spanned<Beyond>>,
-    pub(super) model: Option<Spanned<PathBuf>>,
-    pub(super) scale: Option<Spanned<f64>>,
-    pub(super) length_m: Option<Spanned<f64>>,
-    pub(super) turn_deg: Option<Spanned<Vec<f64>>>,
-    pub(super) up: Option<Spanned<Up>>,
-    pub(super) origin: Option<Spanned<Origin>>,
+    pub name: String,
+    pub shape: Option<Spanned<Kind>>,
+    pub radius_m: Option<Spanned<f64>>,
+    pub radii_m: Option<Spanned<Vec<f64>>>,
+    pub size_m: Option<Spanned<Vec<f64>>>,
+    pub height_m: Option<Spanned<f64>>,
+    pub width_m: Option<Spanned<f64>>,
+    pub width_px: Option<Spanned<f64>>,
+    pub size_px: Option<Spanned<f64>>,
+    pub to: Option<Spanned<Vec<f64>>>,
+    pub colour: Option<Spanned<String>>,
+    pub at: Option<Spanned<Vec<f64>>>,
+    pub at_lonlat: Option<Spanned<Vec<f64>>>,
+    pub altitude: Option<Spanned<Above>>,
+    pub slope: Option<Spanned<bool>>,
+    pub yaw_deg: Option<Spanned<f64>>,
+    pub pitch_deg: Option<Spanned<f64>>,
+    pub roll_deg: Option<Spanned<f64>>,
+    pub track: Option<Spanned<PathBuf>>,
+    pub start_s: Option<Spanned<f64>>,
+    pub bank: Option<Spanned<bool>>,
+    pub beyond: Option<Spanned<Beyond>>,
+    pub model: Option<Spanned<PathBuf>>,
+    pub scale: Option<Spanned<f64>>,
+    pub length_m: Option<Spanned<f64>>,
+    pub turn_deg: Option<Spanned<Vec<f64>>>,
+    pub up: Option<Spanned<Up>>,
+    pub origin: Option<Spanned<Origin>>,
     #[serde(default)]
-    pub(super) levels: Vec<Spanned<LevelTable>>,
+    pub levels: Vec<Spanned<LevelTable>>,
+    pub node: Option<Spanned<String>>,
+    pub parent: Option<Spanned<String>>,
+    pub offset_m: Option<Spanned<Vec<f64>>>,
+    pub axis: Option<Spanned<Vec<f64>>>,
+    pub angle_deg: Option<Spanned<f64>>,
+    pub turn_rpm: Option<Spanned<f64>>,
+    pub angles: Option<Spanned<PathBuf>>,
+    #[serde(default)]
+    pub part: Vec<Spanned<ObjectTable>>,
 }
 
 impl ObjectTable {
     /// Whether it says how long a line is.
-    pub(super) fn is_line(&self) -> bool {
+    pub fn is_line(&self) -> bool {
         self.shape.as_ref().is_some_and(|kind| matches!(kind.get_ref(), Kind::Line))
+    }
+
+    /// Whether it leans as the ground below it does.
+    fn leans(&self) -> bool {
+        self.slope.as_ref().is_some_and(|slope| *slope.get_ref())
+    }
+
+    /// Its linear colour, if it says any.
+    pub fn albedo(&self, reading: &Reading<'_>) -> Result<Option<[f32; 3]>> {
+        let Some(colour) = &self.colour else { return Ok(None) };
+        let albedo = srgb(colour.get_ref()).ok_or_else(|| {
+            reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
+        })?;
+        Ok(Some(linear_from_srgb8(albedo)))
     }
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Kind {
-    Sphere,
-    Ellipsoid,
-    Box,
-    Cylinder,
-    Cone,
-    Disc,
-    Line,
-    Point,
-}
-
-/// Keys that say how large a shape is.
-struct Sizes<'t, 'f> {
-    reading: &'t Reading<'f>,
-    table: &'t ObjectTable,
-    shape: Range<usize>,
-    name: &'static str,
+/// Refuses names that would not do in a sentence; `whose` says what has it.
+pub(super) fn check_name(reading: &Reading<'_>, whose: &str, name: &str, table: &Range<usize>) -> Result<()> {
+    if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > MOST_NAME {
+        let what = format!("{whose}'s name must be 1 to {MOST_NAME} printable characters");
+        return Err(reading.wrong(table.clone(), what));
+    }
+    Ok(())
 }
 
 pub(super) fn object(
@@ -101,31 +108,11 @@ pub(super) fn object(
     let span = table.span();
     let table = table.into_inner();
     let line = reading.line(&span);
-    let name = &table.name;
-    if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > MOST_NAME {
-        return Err(
-            reading.wrong(span, format!("an object's name must be 1 to {MOST_NAME} printable characters"))
-        );
-    }
-    let Look { form, files, notes } = match (&table.shape, &table.model) {
-        (Some(given), None) => {
-            refuse_keys(reading, &table)?;
-            Look { form: form(reading, &table, given)?, files: Vec::new(), notes: Vec::new() }
-        }
-        (None, Some(path)) => {
-            let none = Sizes { reading, table: &table, shape: path.span(), name: "model" };
-            none.takes(&[])?;
-            model(reading, &table, path, models, hasher)?
-        }
-        (Some(_), Some(path)) => return Err(reading.wrong(path.span(), "give shape or model, not both")),
-        (None, None) => return Err(reading.wrong(span, format!("object `{name}` needs shape or model"))),
-    };
-    let albedo = match &table.colour {
-        Some(colour) => srgb(colour.get_ref()).ok_or_else(|| {
-            reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
-        })?,
-        None => GREY,
-    };
+    check_name(reading, "an object", &table.name, &span)?;
+    refuse_keys(reading, &table, Whole::Object)?;
+    let whose = format!("object `{}`", table.name);
+    let look = look(reading, &table, &whose, &span, models, hasher)?;
+    let albedo = table.albedo(reading)?.unwrap_or_else(|| linear_from_srgb8(GREY));
     let start = match &table.start_s {
         Some(_) if table.track.is_none() => {
             return Err(
@@ -135,10 +122,13 @@ pub(super) fn object(
         Some(start) => reading.number("start_s", start, |_| true, "must be finite")?,
         None => 0.0,
     };
-    let track = match &table.track {
+    let mut track = match &table.track {
         Some(track) => moving(reading, &table, track, hasher)?,
         None => standing(reading, &table, span)?,
     };
+    if table.leans() {
+        lean(reading, &table, &mut track)?;
+    }
     let to = table.to.as_ref().map(|to| end(reading, &table, to)).transpose()?;
     let beyond = match &table.beyond {
         Some(beyond) if table.track.is_none() => {
@@ -147,124 +137,57 @@ pub(super) fn object(
         }
         beyond => beyond.as_ref().map(|beyond| *beyond.get_ref()).unwrap_or_default(),
     };
-    let banks = table.bank.as_ref().is_some_and(|bank| *bank.get_ref());
-    let albedo = linear_from_srgb8(albedo);
-    Ok(Object { name: table.name, line, form, files, notes, albedo, track, to, start, beyond, banks })
-}
-
-fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<Kind>) -> Result<Form> {
-    let (kind, shape) = (*given.get_ref(), given.span());
-    let sizes = |name| Sizes { reading, table, shape: shape.clone(), name };
-    let shape = match kind {
-        Kind::Line => {
-            let sizes = sizes("line");
-            sizes.takes(&["width_m", "width_px", "to"])?;
-            let length = match (&table.to, &table.length_m) {
-                // Until both ends are known in the database's reference system.
-                (Some(_), None) => 1.0,
-                (None, length) => sizes.one("length_m, or to", length)?,
-                (Some(_), Some(length)) => {
-                    return Err(reading.wrong(length.span(), "give to or length_m, not both"));
-                }
-            };
-            let width = sizes.one("width_m", &table.width_m)?;
-            return Ok(Form::Line { length, width, pixels: sizes.pixels("width_px", &table.width_px)? });
-        }
-        Kind::Point => {
-            let sizes = sizes("point");
-            sizes.takes(&["radius_m", "size_px"])?;
-            let width = 2.0 * sizes.one("radius_m", &table.radius_m)?;
-            return Ok(Form::Point { width, pixels: sizes.pixels("size_px", &table.size_px)? });
-        }
-        Kind::Sphere => {
-            let sizes = sizes("sphere");
-            sizes.takes(&["radius_m"])?;
-            Shape::Ellipsoid { radii: DVec3::splat(sizes.one("radius_m", &table.radius_m)?) }
-        }
-        Kind::Ellipsoid => {
-            let sizes = sizes("ellipsoid");
-            sizes.takes(&["radii_m"])?;
-            Shape::Ellipsoid { radii: sizes.three("radii_m", &table.radii_m)? }
-        }
-        Kind::Box => {
-            let sizes = sizes("box");
-            sizes.takes(&["size_m"])?;
-            Shape::Box { size: sizes.three("size_m", &table.size_m)? }
-        }
-        Kind::Cylinder => {
-            let sizes = sizes("cylinder");
-            sizes.takes(&["radius_m", "height_m"])?;
-            let radius = sizes.one("radius_m", &table.radius_m)?;
-            Shape::Cylinder { radius, height: sizes.one("height_m", &table.height_m)? }
-        }
-        Kind::Cone => {
-            let sizes = sizes("cone");
-            sizes.takes(&["radius_m", "height_m"])?;
-            let radius = sizes.one("radius_m", &table.radius_m)?;
-            Shape::Cone { radius, height: sizes.one("height_m", &table.height_m)? }
-        }
-        Kind::Disc => {
-            let sizes = sizes("disc");
-            sizes.takes(&["radius_m"])?;
-            Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }
-        }
+    let mut object = Object {
+        line,
+        form: look.form,
+        files: look.files,
+        notes: look.notes,
+        albedo,
+        track,
+        to,
+        start,
+        beyond,
+        banks: table.bank.as_ref().is_some_and(|bank| *bank.get_ref()),
+        leans: table.leans(),
+        parts: Vec::new(),
+        name: table.name.clone(),
     };
-    Ok(shape.into())
+    parts(reading, &table, look.nodes, &mut object, models, hasher)?;
+    Ok(object)
 }
 
-impl Sizes<'_, '_> {
-    /// Refuses keys of other shapes.
-    fn takes(&self, keys: &[&str]) -> Result<()> {
-        let table = self.table;
-        let given = [
-            ("radius_m", table.radius_m.as_ref().map(Spanned::span)),
-            ("radii_m", table.radii_m.as_ref().map(Spanned::span)),
-            ("size_m", table.size_m.as_ref().map(Spanned::span)),
-            ("height_m", table.height_m.as_ref().map(Spanned::span)),
-            ("width_m", table.width_m.as_ref().map(Spanned::span)),
-            ("width_px", table.width_px.as_ref().map(Spanned::span)),
-            ("size_px", table.size_px.as_ref().map(Spanned::span)),
-            ("to", table.to.as_ref().map(Spanned::span)),
-        ];
-        let other =
-            given.into_iter().find_map(|(key, span)| Some(key).zip(span).filter(|_| !keys.contains(&key)));
-        other.map_or(Ok(()), |(key, span)| {
-            let what = match keys {
-                [] => format!("a {} has no {key}; scale or length_m say how large it is", self.name),
-                keys => format!("a {} has no {key}; its size is {}", self.name, keys.join(" and ")),
-            };
-            Err(self.reading.wrong(span, what))
-        })
+/// Makes a track one that the ground below says the height and the lean of.
+fn lean(reading: &Reading<'_>, table: &ObjectTable, track: &mut Track) -> Result<()> {
+    let wrong = |span: Range<usize>, what: &str| Err(reading.wrong(span, what));
+    if let Some(angle) = [&table.pitch_deg, &table.roll_deg].into_iter().flatten().next() {
+        return wrong(angle.span(), "with slope the ground says pitch and roll; leave them out, or slope");
     }
-
-    fn missing(&self, key: &str) -> Error {
-        self.reading.wrong(self.shape.clone(), format!("a {} needs {key}", self.name))
+    if let Some(bank) = table.bank.as_ref().filter(|bank| *bank.get_ref()) {
+        return wrong(
+            bank.span(),
+            "with slope the ground says how an object leans; leave bank out, or slope",
+        );
     }
-
-    fn one(&self, key: &str, value: &Option<Spanned<f64>>) -> Result<f64> {
-        let value = value.as_ref().ok_or_else(|| self.missing(key))?;
-        self.reading.number(key, value, is_size, "must be more than 0 m and at most 100 km")
+    if let Some(to) = &table.to {
+        return wrong(to.span(), "a line that goes to a place leans as its ends say; leave slope out");
     }
-
-    fn pixels(&self, key: &str, value: &Option<Spanned<f64>>) -> Result<f64> {
-        let holds = |pixels| (0.0..=MOST_PIXELS).contains(&pixels);
-        let number = |value| self.reading.number(key, value, holds, "must be 0 to 100 pixels");
-        value.as_ref().map_or(Ok(0.0), number)
+    let is_above_ground = |mode: AltitudeMode| mode == AltitudeMode::Agl;
+    if let Some(altitude) =
+        table.altitude.as_ref().filter(|above| !is_above_ground((*above.get_ref()).into()))
+    {
+        return wrong(altitude.span(), "with slope altitudes are above the ground; give altitude = \"agl\"");
     }
-
-    fn three(&self, key: &str, value: &Option<Spanned<Vec<f64>>>) -> Result<DVec3> {
-        let value = value.as_ref().ok_or_else(|| self.missing(key))?;
-        let sizes: [f64; 3] = self.reading.numbers(key, value)?;
-        if sizes.into_iter().all(is_size) {
-            return Ok(sizes.into());
-        }
-        let what = format!("{key} must be three lengths of more than 0 m and at most 100 km, not {sizes:?}");
-        Err(self.reading.wrong(value.span(), what))
+    let mut is_lowered = false;
+    for fix in track.fixes.iter_mut().filter(|fix| !is_above_ground(fix.altitude.mode)) {
+        fix.altitude = Altitude { metres: 0.0, mode: AltitudeMode::Agl };
+        is_lowered = true;
     }
-}
-
-fn is_size(metres: f64) -> bool {
-    metres > 0.0 && metres <= LARGEST
+    if is_lowered {
+        track
+            .notes
+            .push("With slope it stands on the ground; the altitudes of its track are left out.".into());
+    }
+    Ok(())
 }
 
 /// `#rrggbb`.

@@ -8,6 +8,7 @@ mod matte;
 mod merging;
 mod meshes;
 mod outlines;
+mod parts;
 mod shadows;
 mod thin;
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::files::{self, Files};
 use super::picture::Pictures;
-use super::{MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, accessor, numbers};
+use super::{MOST_CORNERS, MOST_TRIANGLES, Raw, RawNode, RawPart, accessor, numbers};
 use crate::error::Result;
 use crate::objects::{Material, Texture, Wrap};
 
@@ -41,7 +41,13 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
     let blob = document.blob.take();
     let buffers = buffers(&document, blob, files)?;
     let count = document.textures().count();
-    let raw = Raw { parts: Vec::new(), counts: [0; 2], body_from_model: axes(), notes: notes(&document) };
+    let raw = Raw {
+        parts: Vec::new(),
+        nodes: Vec::new(),
+        counts: [0; 2],
+        body_from_model: axes(),
+        notes: notes(&document),
+    };
     let mut reader = Reader {
         document: &document,
         buffers,
@@ -146,14 +152,17 @@ impl Reader<'_> {
         let scene = document.default_scene().or_else(|| document.scenes().next());
         let scene = scene.ok_or_else(|| files.wrong("it has no scene, so that nothing of it is seen"))?;
         let mut met = vec![false; document.nodes().count()];
-        let mut waiting: Vec<(Node<'_>, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
-        while let Some((node, from_parent)) = waiting.pop() {
+        let mut waiting: Vec<(Node<'_>, DMat4, Option<usize>)> =
+            scene.nodes().map(|node| (node, DMat4::IDENTITY, None)).collect();
+        while let Some((node, from_parent, above)) = waiting.pop() {
             if std::mem::replace(&mut met[node.index()], true) {
                 let what = format!("its node {} is met twice; nodes must be a tree", node.index());
                 return Err(files.wrong(what));
             }
             let own = glam::Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
             let from_node = from_parent * own;
+            let number = self.raw.nodes.len();
+            self.raw.nodes.push(RawNode { name: node.name().map(str::to_owned), above, from_node });
             for primitive in node.mesh().into_iter().flat_map(|mesh| mesh.primitives()) {
                 let part = self.part(&primitive, from_node, files);
                 let place = |what: String| {
@@ -162,14 +171,14 @@ impl Reader<'_> {
                 };
                 match part {
                     Ok(Some(part)) => {
-                        self.raw.push(part);
+                        self.raw.push(RawPart { node: Some(number), ..part });
                     }
                     Ok(None) => {}
                     Err(Wrong::Here(what)) => return Err(place(what)),
                     Err(Wrong::Elsewhere(error)) => return Err(error),
                 }
             }
-            waiting.extend(node.children().map(|child| (child, from_node)));
+            waiting.extend(node.children().map(|child| (child, from_node, Some(number))));
         }
         if self.raw.parts.is_empty() {
             return Err(files.wrong("it shows no triangles"));
@@ -241,6 +250,7 @@ impl Reader<'_> {
             colours: colours.into_iter().map(Vec3::from_array).collect(),
             triangles,
             material,
+            node: None,
         }))
     }
 

@@ -1,7 +1,7 @@
 //! Model files: glTF, Wavefront OBJ, MagicaVoxel.
 //!
 //! ```text
-//! file ──gltf, obj, vox──▶ Raw: parts in the model's axes ──fitted──▶ Mesh in a body's axes
+//! file ──gltf, obj, vox──▶ Raw: parts in the model's axes ──cut──▶ Mesh in a body's axes, and of each node that moves in its own
 //! ```
 //!
 //! Whatever a file says is checked before it is used: no sum of sizes overflows, nothing is allocated that the file's own bytes do not fill, and what
@@ -10,6 +10,7 @@
 mod accessor;
 mod files;
 mod gltf;
+mod nodes;
 mod numbers;
 mod obj;
 mod picture;
@@ -27,6 +28,8 @@ use crate::error::{Error, Result};
 use crate::objects::{Material, Mesh, Part};
 use crate::space::Attitude;
 use files::Files;
+use nodes::RawNode;
+pub(super) use nodes::{Cut, Rest};
 
 /// Triangles of the largest model: some 300 MB of memory.
 const MOST_TRIANGLES: usize = 2_000_000;
@@ -81,17 +84,37 @@ struct RawPart {
     colours: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     material: Material,
+    /// Number of the node that it is in, of formats that have such.
+    node: Option<usize>,
 }
 
 /// A model as its file has it.
 #[derive(Debug)]
 struct Raw {
     parts: Vec<RawPart>,
+    /// Each after the one above it.
+    nodes: Vec<RawNode>,
     /// Triangles and corners of all parts.
     counts: [usize; 2],
     /// Columns: what the model's axes are in a body's (right, forward, up).
     body_from_model: DMat3,
     notes: Vec<String>,
+}
+
+/// How a model becomes a body.
+#[derive(Debug, Clone, Copy)]
+struct Fitting {
+    /// Metres of the body from units of the model.
+    turned: DMat3,
+    /// What the model's axes are in an upright body's.
+    axes: DMat3,
+    /// How that is turned then.
+    turn: DMat3,
+    /// What of it is at the body's origin, metres.
+    origin: DVec3,
+    is_mirrored: bool,
+    /// Of the box around it, metres from the body's origin.
+    corners: [DVec3; 2],
 }
 
 /// A model that was read.
@@ -105,14 +128,21 @@ struct Read {
 #[derive(Debug, Default)]
 pub(super) struct Models {
     read: BTreeMap<PathBuf, Arc<Read>>,
-    fitted: Vec<(PathBuf, Fit, Arc<Mesh>)>,
+    fitted: Vec<(PathBuf, Fit, Knife, Arc<Cut>)>,
     triangles: usize,
+}
+
+/// What makes several meshes of one model.
+#[derive(Debug, PartialEq)]
+struct Knife {
+    nodes: Vec<Option<String>>,
+    rests: Vec<Rest>,
 }
 
 /// A model for an object.
 #[derive(Debug)]
 pub(super) struct Fitted {
-    pub mesh: Arc<Mesh>,
+    pub cut: Arc<Cut>,
     /// All files that it was read from.
     pub files: Vec<PathBuf>,
     /// What of it is not shown.
@@ -120,11 +150,19 @@ pub(super) struct Fitted {
 }
 
 impl Models {
-    /// The model in a file; what is read goes into `hasher`.
+    /// The model in a file, of which `nodes` are cut off; what is read goes into `hasher`. `None` among the nodes is cut off nothing. They
+    /// move in the axes `rests`, or, if there are none, in their own.
     ///
     /// # Errors
     /// [`Error::Io`] of files that cannot be read, [`Error::Invalid`] and [`Error::Unsupported`] of what is in them.
-    pub fn get(&mut self, path: &Path, fit: &Fit, hasher: &mut blake3::Hasher) -> Result<Fitted> {
+    pub fn get(
+        &mut self,
+        path: &Path,
+        fit: &Fit,
+        nodes: &[Option<&str>],
+        rests: &[Rest],
+        hasher: &mut blake3::Hasher,
+    ) -> Result<Fitted> {
         let read = match self.read.get(path) {
             Some(read) => read.clone(),
             None => {
@@ -133,13 +171,16 @@ impl Models {
                 read
             }
         };
-        let known = self.fitted.iter().find(|(known, its, _)| known == path && its == fit);
-        let mesh = match known {
-            Some((.., mesh)) => mesh.clone(),
+        let nodes = nodes.iter().map(|node| node.map(str::to_owned)).collect();
+        let knife = Knife { nodes, rests: rests.to_vec() };
+        let known =
+            self.fitted.iter().find(|(known, its, by, _)| known == path && its == fit && *by == knife);
+        let cut = match known {
+            Some((.., cut)) => cut.clone(),
             None => {
                 let wrong = |what: String| Error::invalid(path, what);
-                let mesh = Arc::new(read.raw.fitted(fit).map_err(wrong)?);
-                self.triangles += mesh.triangle_count();
+                let cut = Arc::new(read.raw.cut(fit, &knife).map_err(wrong)?);
+                self.triangles += cut.triangle_count();
                 if self.triangles > MOST_OF_SCENE {
                     return Err(wrong(format!(
                         "with it the models of the scene have {} triangles, more than the {MOST_OF_SCENE} that fit; models of one size and \
@@ -147,11 +188,11 @@ impl Models {
                         self.triangles
                     )));
                 }
-                self.fitted.push((path.to_owned(), *fit, mesh.clone()));
-                mesh
+                self.fitted.push((path.to_owned(), *fit, knife, cut.clone()));
+                cut
             }
         };
-        Ok(Fitted { mesh, files: read.files.clone(), notes: read.raw.notes.clone() })
+        Ok(Fitted { cut, files: read.files.clone(), notes: read.raw.notes.clone() })
     }
 }
 
@@ -184,8 +225,8 @@ impl Raw {
         self.parts.push(part);
     }
 
-    /// The mesh in a body's axes.
-    fn fitted(&self, fit: &Fit) -> Clause<Mesh> {
+    /// How it becomes a body.
+    fn fitting(&self, fit: &Fit) -> Clause<Fitting> {
         let turn = fit.turn.world_from_view();
         let turn = DMat3::from_cols(turn.x_axis, turn.z_axis, turn.y_axis);
         let axes = if fit.is_z_up { DMat3::IDENTITY } else { self.body_from_model };
@@ -216,9 +257,28 @@ impl Raw {
             Origin::Base => middle.with_z(low.z),
             Origin::Middle => middle,
         };
-        let (rotation, is_mirrored) = ((turn * axes).as_mat3(), axes.determinant() < 0.0);
+        let is_mirrored = axes.determinant() < 0.0;
+        Ok(Fitting { turned, axes, turn, origin, is_mirrored, corners: [low - origin, high - origin] })
+    }
+
+    /// The mesh of those parts that are `within`, in the axes of a body, or in those of a node at rest.
+    fn mesh(
+        &self,
+        fitting: &Fitting,
+        rest: Option<&Rest>,
+        within: impl Fn(&RawPart) -> bool,
+    ) -> Clause<Mesh> {
+        let Fitting { turned, turn, axes, origin, is_mirrored, .. } = *fitting;
+        let rotation = match rest {
+            None => (turn * axes).as_mat3(),
+            Some(rest) => (rest.turn.transpose() * turn * axes).as_mat3(),
+        };
+        let place = |place: &DVec3| match rest {
+            None => (turned * *place - origin).as_vec3(),
+            Some(rest) => (rest.turn.transpose() * (turned * *place - origin - rest.pivot)).as_vec3(),
+        };
         let part = |part: &RawPart| Part {
-            positions: part.positions.iter().map(|place| (turned * *place - origin).as_vec3()).collect(),
+            positions: part.positions.iter().map(place).collect(),
             normals: part.normals.iter().map(|normal| rotation * *normal).collect(),
             places: part.places.clone(),
             colours: part.colours.clone(),
@@ -229,7 +289,7 @@ impl Raw {
                 .collect(),
             material: part.material.clone(),
         };
-        Mesh::new(self.parts.iter().map(part).collect())
+        Mesh::new(self.parts.iter().filter(|part| within(part)).map(part).collect())
     }
 }
 

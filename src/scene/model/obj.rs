@@ -89,7 +89,8 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
     if parts.is_empty() {
         return Err(files.wrong("it has no faces"));
     }
-    let mut raw = Raw { parts: Vec::new(), counts: [0; 2], body_from_model: axes(), notes };
+    let mut raw =
+        Raw { parts: Vec::new(), nodes: Vec::new(), counts: [0; 2], body_from_model: axes(), notes };
     parts.into_iter().for_each(|part| raw.push(part));
     Ok(raw)
 }
@@ -268,6 +269,7 @@ impl Building {
             colours: Vec::new(),
             triangles: Vec::new(),
             material,
+            node: None,
         };
         Self { part, known: HashMap::new(), has_normals: true, has_places: true }
     }

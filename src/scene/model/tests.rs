@@ -113,7 +113,7 @@ impl Folder {
     }
 
     fn read(&self, name: &str, fit: &Fit) -> Result<Fitted> {
-        Models::default().get(&self.path(name), fit, &mut blake3::Hasher::new())
+        Models::default().get(&self.path(name), fit, &[], &[], &mut blake3::Hasher::new())
     }
 
     /// The sentence that tells what is wrong with bytes under a name.
@@ -134,16 +134,16 @@ fn all_formats_tell_the_same_square() {
         ("square.obj", Vec3::new(-1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 4.0)),
     ] {
         let read = folder.read(name, &PLAIN).unwrap();
-        let corners = read.mesh.corners();
+        let corners = read.cut.rest.corners();
         assert!(
             (corners[0] - low).abs().max_element() < 1e-3 && (corners[1] - high).abs().max_element() < 1e-3,
             "{name}: {corners:?}"
         );
-        assert_eq!(read.mesh.triangle_count(), 2);
+        assert_eq!(read.cut.rest.triangle_count(), 2);
         assert!(read.files.contains(&folder.path("picture.png")), "{name}: {:?}", read.files);
     }
     let fit = Fit { size: Size::Length(8.0), origin: Origin::Base, ..PLAIN };
-    let [low, high] = folder.read("square.glb", &fit).unwrap().mesh.corners();
+    let [low, high] = folder.read("square.glb", &fit).unwrap().cut.rest.corners();
     assert!(
         (low - Vec3::new(-2.0, 0.0, 0.0)).length() < 1e-3
             && (high - Vec3::new(2.0, 0.0, 8.0)).length() < 1e-3
@@ -155,7 +155,7 @@ fn all_formats_tell_the_same_square() {
         ..PLAIN
     };
     // Rightward it was 2, forward 4: turned to the right it is 4 and 2.
-    let [low, high] = folder.read("square.obj", &fit).unwrap().mesh.corners();
+    let [low, high] = folder.read("square.obj", &fit).unwrap().cut.rest.corners();
     assert!(
         (low - Vec3::new(-2.0, -1.0, 0.0)).length() < 1e-3
             && (high - Vec3::new(2.0, 1.0, 0.0)).length() < 1e-3
@@ -191,8 +191,8 @@ fn voxels_are_their_outer_faces() {
     let folder = Folder::new();
     let read = folder.read("four.vox", &PLAIN).unwrap();
     // 18 faces of the 24 are outside.
-    assert_eq!(read.mesh.triangle_count(), 36);
-    let [low, high] = read.mesh.corners();
+    assert_eq!(read.cut.rest.triangle_count(), 36);
+    let [low, high] = read.cut.rest.corners();
     assert!((high - low - Vec3::new(2.0, 3.0, 1.0)).abs().max_element() < 1e-3, "{low} {high}");
     assert!((0.5 * (low + high) - Vec3::new(10.0, 20.0, 30.0)).abs().max_element() < 1.01, "{low} {high}");
 }
@@ -202,9 +202,9 @@ fn models_are_read_once_and_change_the_digest() {
     let folder = Folder::new();
     let digest = || {
         let (mut models, mut hasher) = (Models::default(), blake3::Hasher::new());
-        let first = models.get(&folder.path("square.glb"), &PLAIN, &mut hasher).unwrap();
-        let again = models.get(&folder.path("square.glb"), &PLAIN, &mut hasher).unwrap();
-        assert!(Arc::ptr_eq(&first.mesh, &again.mesh));
+        let first = models.get(&folder.path("square.glb"), &PLAIN, &[], &[], &mut hasher).unwrap();
+        let again = models.get(&folder.path("square.glb"), &PLAIN, &[], &[], &mut hasher).unwrap();
+        assert!(Arc::ptr_eq(&first.cut, &again.cut));
         hasher.finalize()
     };
     let first = digest();
@@ -345,7 +345,7 @@ fn damage(folder: &Folder, name: &str, bytes: &[u8], times: usize) -> [usize; 2]
             Ok(read) => {
                 count[1] += 1;
                 // What was read can be looked at.
-                assert!(read.mesh.corners().iter().all(|corner| corner.is_finite()));
+                assert!(read.cut.rest.corners().iter().all(|corner| corner.is_finite()));
             }
             Err(error) => {
                 count[0] += 1;
@@ -412,7 +412,7 @@ fn real_models_are_read_whole_and_refused_damaged() {
         let short = name.rsplit('/').next().unwrap();
         folder.put(short, &bytes);
         let read = folder.read(short, &PLAIN).unwrap();
-        assert_eq!(read.mesh.triangle_count(), triangles, "{name}");
+        assert_eq!(read.cut.rest.triangle_count(), triangles, "{name}");
         let [refused, _] = damage(&folder, short, &bytes, 60);
         assert!(refused > 10, "{name}: {refused}");
     }

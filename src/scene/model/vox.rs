@@ -22,8 +22,13 @@ const MOST_INSTANCES: usize = 65_536;
 pub(super) fn read(bytes: &[u8]) -> Clause<Raw> {
     check(bytes)?;
     let data = dot_vox::load_bytes(bytes).map_err(|error| format!("it is no MagicaVoxel file: {error}"))?;
-    let mut raw =
-        Raw { parts: Vec::new(), counts: [0; 2], body_from_model: DMat3::IDENTITY, notes: Vec::new() };
+    let mut raw = Raw {
+        parts: Vec::new(),
+        nodes: Vec::new(),
+        counts: [0; 2],
+        body_from_model: DMat3::IDENTITY,
+        notes: Vec::new(),
+    };
     let mut part = RawPart {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -31,6 +36,7 @@ pub(super) fn read(bytes: &[u8]) -> Clause<Raw> {
         colours: Vec::new(),
         triangles: Vec::new(),
         material: Material { both_sides: false, ..Material::of(Some(Vec3::ONE)) },
+        node: None,
     };
     for (model, turn, shift) in instances(&data)? {
         add(&data, model, turn, shift, &mut part)?;

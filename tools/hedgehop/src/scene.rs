@@ -98,10 +98,10 @@ pub fn has_objects(scene: Option<&Scene>) -> bool {
     })
 }
 
-/// What decides pictures of a scene, besides sun and visibility: the numbers of objects follow from the order of their names.
+/// What decides pictures of a scene, besides sun and visibility: the numbers of objects and their parts follow from the order of these names.
 pub fn record(scene: Option<&Scene>, settings: &mut Value) {
     if let Some(scene) = scene {
-        let names: Vec<_> = scene.objects.iter().map(|object| &object.name).collect();
+        let names: Vec<_> = scene.names().collect();
         settings["scene"] = json!({ "blake3": scene.digest, "objects": names });
     }
 }
@@ -156,9 +156,9 @@ impl Playing {
         self.cast.at(seconds)
     }
 
-    /// Names of the objects, by the ids of their bodies.
+    /// Names of the objects that bodies are or are parts of, by the ids of these.
     pub fn names(&self) -> Vec<String> {
-        self.cast.names().map(str::to_owned).collect()
+        self.cast.owners().map(str::to_owned).collect()
     }
 
     /// When a frame is, seconds after the flight's first fix.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
-use hedgehop::scene::{Layout, Object, Scene};
+use hedgehop::scene::{Layout, Object, Part, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 
@@ -61,13 +61,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             let _ = writeln!(text, "  the sun is then {azimuth:.1}° from grid north, {elevation:.1}° high");
         }
         let cast = over_ground(&source, WorldArgs::default(), |crs, ground| scene.bind(crs, ground))?;
-        let bodies = cast.bodies_at(0.0);
+        let names: Vec<&str> = cast.names().collect();
         let lamps = cast.lights_at(0.0).len();
         if lamps > 0 {
             let _ = writeln!(text, "  {lamps} lamps shine when it begins");
         }
-        for (name, body) in cast.names().zip(&bodies) {
-            let [x, y, z] = body.position.to_array();
+        // Parts are where their objects are.
+        for body in cast.bodies_at(0.0).iter().filter(|body| (body.id as usize) < scene.objects.len()) {
+            let ([x, y, z], name) = (body.position.to_array(), names[body.id as usize]);
             // Writing to a string does not fail.
             let _ = writeln!(text, "  {name} begins at x {x:.1}, y {y:.1}, {z:.1} m above the datum");
         }
@@ -122,6 +123,9 @@ fn description(scene: &Scene) -> String {
         if !object.notes.is_empty() {
             let _ = writeln!(text, "    of its model {}", object.notes.join("; "));
         }
+        for part in &object.parts {
+            let _ = writeln!(text, "    {}: {}{}", part.name, form(&part.form), movement(object, part));
+        }
     }
     text
 }
@@ -173,11 +177,25 @@ fn shape(shape: &Shape) -> String {
     }
 }
 
+/// What a part goes with, and how it moves there.
+fn movement(object: &Object, part: &Part) -> String {
+    let mut text =
+        part.parent.map(|parent| format!(", on {}", object.parts[parent].name)).unwrap_or_default();
+    if part.turn_rpm != 0.0 {
+        let _ = write!(text, ", turns {} times a minute", part.turn_rpm);
+    }
+    if let Some(table) = &part.table {
+        let _ = write!(text, ", moves as {} says", table.display());
+    }
+    text
+}
+
 fn place(object: &Object) -> String {
+    let leans = if object.leans { ", leans with the ground" } else { "" };
     match object.track.fixes.as_slice() {
-        [_] => "stands".to_owned(),
+        [_] => format!("stands{leans}"),
         [.., last] => format!(
-            "moves for {:.1} s from {:.1} s on along {} ({})",
+            "moves for {:.1} s from {:.1} s on along {} ({}){leans}",
             last.time,
             object.start,
             object.track.path.display(),
