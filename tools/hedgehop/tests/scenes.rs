@@ -108,6 +108,37 @@ fn frames_are_kept_while_the_scene_is_the_same() {
 }
 
 #[test]
+fn parts_are_listed_and_their_tables_looked_after() {
+    let site = site();
+    let write = |name: &str, text: &str| fs::write(site.path().join(name), text).expect("a file");
+    let parts = "[[object.part]]\nname = \"lid\"\nshape = \"disc\"\nradius_m = 9\nangles = \"lid.csv\"\n\
+                 [[object.part]]\nname = \"knob\"\nparent = \"lid\"\nshape = \"point\"\nradius_m = 1\nturn_rpm = 30\n";
+    write("scene.toml", &format!("{SCENE}slope = true\n{parts}"));
+    write("lid.csv", "time_s,pitch_deg\n0,10\n1,60\n");
+    let text = ends(&run(&site, "scene check scene.toml area.hop"), 0);
+    for part in [
+        "(CSV), leans with the ground\n",
+        "    lid: disc of radius 9 m, moves as lid.csv says\n",
+        "    knob: point of radius 1 m, on lid, turns 30 times a minute\n",
+        "  car begins at x 600.0, y 800.0, ",
+    ] {
+        assert!(text.contains(part), "{part:?}: {text}");
+    }
+    assert!(!text.contains("lid begins"), "{text}");
+    let again = format!("{FLY} --skip-existing --aov cryptomatte -o parts/####.exr --frames 1-2");
+    ends(&run(&site, &again), 0);
+    let manifest = fs::read_to_string(site.path().join("parts/manifest.json")).expect("a manifest");
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+    let names = serde_json::json!(["car", "mast", "car/lid", "car/knob"]);
+    assert_eq!(manifest["settings"]["scene"]["objects"], names);
+    let frame = fs::read(site.path().join("parts/0001.exr")).expect("a frame");
+    let has = |text: &str| frame.windows(text.len()).any(|bytes| bytes == text.as_bytes());
+    assert!(has("\"car\":") && !has("car/lid"), "a part is its object in mattes");
+    write("lid.csv", "time_s,pitch_deg\n0,10\n1,70\n");
+    assert!(ends(&run(&site, &again), 0).contains("rendered 2 frames"));
+}
+
+#[test]
 fn flags_go_before_what_a_scene_says() {
     let site = site();
     let picture = |args: &str| {
