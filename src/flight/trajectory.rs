@@ -44,6 +44,7 @@ pub struct Trajectory {
     hfov: Option<Samples>,
     default_hfov: f64,
     notes: Vec<String>,
+    raised: f64,
 }
 
 /// Where attitude comes from.
@@ -94,8 +95,9 @@ impl Trajectory {
             smooth_heights(&times, &mut points, interval);
         }
         let mut spline = Spline::through(times.clone(), points);
+        let mut raised = 0.0;
         if let Some(lifted) = ground::lift(&spline, &least_heights(track, options.clearance), ground) {
-            spline = lifted.spline;
+            (spline, raised) = (lifted.spline, lifted.most);
             notes.push(format!("The path was raised over the ground by up to {:.1} m: it keeps its height above hills between fixes, too.", lifted.most));
         }
         let attitude = if let (Some(yaw), Some(pitch), Some(roll)) = (&given.yaw, &given.pitch, &given.roll) {
@@ -116,7 +118,7 @@ impl Trajectory {
             AttitudeSource::Derived { motion, given, level: options.level }
         };
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
-        Ok(Self { spline, attitude, hfov, default_hfov: options.hfov, notes })
+        Ok(Self { spline, attitude, hfov, default_hfov: options.hfov, notes, raised })
     }
 
     /// Length, seconds.
@@ -139,6 +141,11 @@ impl Trajectory {
             attitude: self.attitude_at(seconds),
             hfov: self.hfov.as_ref().map_or(self.default_hfov, |hfov| hfov.at(seconds)),
         }
+    }
+
+    /// How far the path was raised over the ground at most, metres.
+    pub fn raised(&self) -> f64 {
+        self.raised
     }
 
     /// What was derived or assumed, as sentences.

@@ -17,6 +17,9 @@ use crate::space::{Attitude, Pose};
 /// A field of view that nobody looks through, degrees.
 const UNUSED_HFOV: f64 = 60.0;
 
+/// Metres that a track is raised by before it is worth a word.
+const NOTED: f64 = 0.1;
+
 /// Time over which the velocity at an end of a track is measured, seconds.
 const STEP: f64 = 0.1;
 
@@ -62,8 +65,10 @@ impl Scene {
             let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
             let of_object = |error: Error| {
                 let what = match error {
+                    // What would help a path helps no object that stands.
                     Error::Invalid { what, .. } if object.track.fixes.len() == 1 => {
-                        format!("{what}; of an object, altitude = \"msl\" in the scene")
+                        let what = what.split(';').next().unwrap_or_default();
+                        format!("{what}; move it, give degrees as at_lonlat, or altitude = \"msl\"")
                     }
                     other => other.to_string(),
                 };
@@ -171,6 +176,13 @@ impl Cast {
     /// Names of all bodies, by their ids 0, 1, …: those of the objects, and then those of their parts, `object/part`.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.names.iter().map(String::as_str)
+    }
+
+    /// Objects whose tracks were raised to keep their height above hills between fixes, and by how much at most, metres: such as stand on the ground keep to that.
+    pub fn raised(&self) -> impl Iterator<Item = (&str, f64)> {
+        let over = self.names.iter().zip(&self.actors).filter(|(_, actor)| actor.slope.is_none());
+        over.map(|(name, actor)| (name.as_str(), actor.trajectory.raised()))
+            .filter(|(_, metres)| *metres > NOTED)
     }
 
     /// Names of the objects that bodies are or are parts of, by the ids of these.

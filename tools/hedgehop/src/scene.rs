@@ -127,6 +127,13 @@ pub fn record_weather(weather: &Weather, settings: &mut Value) {
     }
 }
 
+/// Says of an object by how much it was raised.
+pub fn raised(name: &str, metres: f64) -> String {
+    format!(
+        "object {name} is up to {metres:.1} m higher than its track says, to keep above hills between fixes; slope = true keeps it on the ground"
+    )
+}
+
 impl Playing {
     /// Puts a scene's objects into a database.
     pub fn new<S: PageSource>(
@@ -143,6 +150,7 @@ impl Playing {
             observer.note(&format!("object {}: of its model {}", object.name, object.notes.join("; ")));
         }
         let cast = over_ground(source, world, |crs, ground| scene.bind(crs, ground))?;
+        cast.raised().for_each(|(name, metres)| observer.note(&raised(name, metres)));
         Ok(Self { cast, fps })
     }
 

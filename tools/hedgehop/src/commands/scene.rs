@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use hedgehop::memory::PageFile;
 use hedgehop::objects::{Form, Shape};
-use hedgehop::scene::{Layout, Object, Part, Scene};
+use hedgehop::scene::{Anchor, Cover, Layout, Object, Part, PlumeKind, PrecipitationKind, Scene};
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::PageSource;
 
@@ -72,6 +72,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             // Writing to a string does not fail.
             let _ = writeln!(text, "  {name} begins at x {x:.1}, y {y:.1}, {z:.1} m above the datum");
         }
+        for (name, metres) in cast.raised() {
+            let _ = writeln!(text, "  {}", scene::raised(name, metres));
+        }
     }
     Ok(exit::print(&text)?)
 }
@@ -82,7 +85,7 @@ fn description(scene: &Scene) -> String {
         format!("{}: scene of {count} object{}\n", scene.path.display(), if count == 1 { "" } else { "s" });
     match scene.sun {
         Some(SunSetting::At(Sun { azimuth, elevation })) => {
-            let _ = writeln!(text, "  sun {azimuth}° from north, {elevation}° high");
+            let _ = writeln!(text, "  sun {azimuth}° from grid north, {elevation}° high");
         }
         Some(SunSetting::Time(time)) => {
             let _ = writeln!(text, "  sun of {time}");
@@ -112,6 +115,19 @@ fn description(scene: &Scene) -> String {
             clouds.base, clouds.top, clouds.coverage
         );
     }
+    if let Some(falls) = &scene.weather.precipitation {
+        let kind = match falls.kind {
+            PrecipitationKind::Rain => "rain",
+            PrecipitationKind::Snow => "snow",
+        };
+        let _ = writeln!(text, "  {kind}, {} mm of water an hour", falls.rate);
+    }
+    let Cover { wet, snow } = scene.weather.ground;
+    for (share, what) in
+        [(wet, "wet"), (snow, "white with snow")].into_iter().filter(|(share, _)| *share > 0.0)
+    {
+        let _ = writeln!(text, "  ground {what}, {share} of 1");
+    }
     for light in &scene.lights {
         let _ = writeln!(text, "  {}: {}", light.name, lamps(&light.layout));
     }
@@ -119,13 +135,25 @@ fn description(scene: &Scene) -> String {
         let _ = writeln!(text, "  picture: {finish}");
     }
     for object in &scene.objects {
-        let _ = writeln!(text, "  {}: {}, {}", object.name, form(&object.form), place(object));
+        let _ = writeln!(text, "  {}: {}, {}", object.name, of_object(object), place(object));
         if !object.notes.is_empty() {
             let _ = writeln!(text, "    of its model {}", object.notes.join("; "));
         }
         for part in &object.parts {
             let _ = writeln!(text, "    {}: {}{}", part.name, form(&part.form), movement(object, part));
         }
+    }
+    for plume in &scene.plumes {
+        let kind = match plume.kind {
+            PlumeKind::Smoke => "smoke",
+            PlumeKind::Steam => "steam",
+            PlumeKind::Dust => "dust",
+        };
+        let from = match &plume.anchor {
+            Anchor::On(object) => format!("from {object}"),
+            Anchor::At(_) => "from a place".to_owned(),
+        };
+        let _ = writeln!(text, "  {}: {kind} {from}", plume.name);
     }
     text
 }
@@ -135,6 +163,16 @@ fn lamps(layout: &Layout) -> String {
         Layout::Lamps(lamps) if lamps.len() == 1 => "a lamp".to_owned(),
         Layout::Lamps(lamps) => format!("{} lamps", lamps.len()),
         Layout::String(_, _, spacing, _) => format!("a string of lamps, {spacing} m apart"),
+    }
+}
+
+/// What an object looks like; how long a line is that ends at another place is known over a database only.
+fn of_object(object: &Object) -> String {
+    match &object.form {
+        Form::Line { width, pixels, .. } if object.to.is_some() => {
+            format!("line to another place, {width} m wide{}", at_least(*pixels))
+        }
+        other => form(other),
     }
 }
 
