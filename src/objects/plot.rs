@@ -1,7 +1,8 @@
 //! Shapes that are alone in their pixels, on planar screens.
 //!
 //! ```text
-//! each shape before a square: its outline → the exact share of each pixel; a pixel that one has a share in is its own, if no other one has
+//! each shape before a square: its outline → the exact share of each pixel; a pixel that one has a share in is its own, if no other one has, or it
+//!     fills the pixel before all others
 //! each row of its own pixels, sixteen at a time: middles and corners
 //!     all see one face before the ground → that face
 //!     else 16 rays → the faces of its share; where ground and shape meet 96 rays
@@ -135,7 +136,11 @@ impl<'v> Plot<'v> {
         self.points.extend(self.outline.points.iter().map(|point| *point - corner));
         let touched = self.coverage.put(&self.points[first..]);
         let eye = lens.camera.pose.eye;
-        let nearest = (shown.placed.centre - eye).length() - shown.placed.radius;
+        let ends = |placed: &Placed| {
+            let distance = (placed.centre - eye).length();
+            [distance - placed.radius, distance + placed.radius]
+        };
+        let [nearest, farthest] = ends(&shown.placed);
         let mut own: Option<Range<usize>> = None;
         for row in touched {
             for (column, share) in self.coverage.shares(row) {
@@ -163,7 +168,17 @@ impl<'v> Plot<'v> {
                     Some(other) if bodies[other].placed.id == shown.placed.id => {
                         self.shares[pixel] = (self.shares[pixel] + share).min(1.0);
                     }
-                    Some(_) => *claim = Claim::LEFT,
+                    Some(other) => {
+                        let [other_nearest, other_farthest] = ends(&bodies[other].placed);
+                        // Of two bodies nothing is seen of the farther one where the nearer one fills the pixel.
+                        if share > 1.0 - LEAST && farthest < other_nearest {
+                            *claim = Claim::by(index);
+                            self.shares[pixel] = share;
+                            own = Some(own.map_or(row, |own| own.start)..row + 1);
+                        } else if self.shares[pixel] <= 1.0 - LEAST || other_farthest > nearest {
+                            *claim = Claim::LEFT;
+                        }
+                    }
                 }
             }
         }
