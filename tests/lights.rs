@@ -76,6 +76,37 @@ fn a_lamp_is_as_bright_as_the_square_of_its_distance_and_the_air_leave_it() {
     }
 }
 
+/// A post: where it stands, metres east and north of the area's corner, and how wide it is.
+fn post([east, north]: [f64; 2], width: f64) -> [Body; 1] {
+    [Body {
+        id: 0,
+        form: Shape::Box { size: DVec3::new(width, 1.0, 400.0) }.into(),
+        position: DVec3::new(500_000.0 + east, 4_000_000.0 + north, 100.0),
+        attitude: Attitude::default(),
+        albedo: Vec3::splat(0.5),
+    }]
+}
+
+/// What another channel shows tells whether the glare of a lamp that this one does not show is seen here.
+#[test]
+fn lamps_beside_the_screen_are_hidden_by_what_stands_before_them_alone() {
+    let camera = VIEW.camera();
+    let beside = [lamp(2586.0, 1300.0, 101.0, 1.0e6)];
+    // The lamp's light alone: that of the pixels which no post covers.
+    let glare = |bodies: &[Body]| {
+        let [with, without] = [&beside[..], &[]].map(|lights| frame(&options(), &camera, bodies, lights));
+        let column = |frame: &Frame| (0..180).map(|row| frame.colour[row * 320 + 316][0]).sum::<f32>();
+        column(&with) - column(&without)
+    };
+    let free = glare(&[]);
+    assert!(free > 0.5, "{free}");
+    // It stands at the screen's edge, 2 pixels from the line to the lamp.
+    let at_the_edge = glare(&post([2172.1, 600.0], 2.1));
+    assert!((at_the_edge - free).abs() < 1e-3 * free, "{at_the_edge}, not {free}");
+    // Beside the screen, before the lamp.
+    assert_eq!(glare(&post([2293.0, 800.0], 6.0)), 0.0);
+}
+
 #[test]
 fn lamps_are_hidden_by_ground_and_bodies_before_them_and_no_others() {
     let camera = VIEW.camera();

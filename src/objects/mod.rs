@@ -40,4 +40,4 @@ pub use pixel::{Ground, Seen, Share};
 pub use puff::{Puff, SeenPuff};
 pub use shadow::{Bounds, Caster, Casters, Patch};
 pub use shape::Shape;
-pub use view::{Hit, SQUARE, Square, View};
+pub use view::{Hit, SQUARE, Square, Surroundings, View};

@@ -38,6 +38,13 @@ pub(super) struct Shown {
     pub is_bounded: bool,
 }
 
+/// Bodies about an eye, whether the screen shows them or not.
+#[derive(Debug)]
+pub struct Surroundings {
+    placed: Vec<Placed>,
+    footprint: Footprint,
+}
+
 /// Where a ray meets a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Hit {
@@ -68,6 +75,21 @@ struct Cone {
     axis: DVec3,
     angle: f64,
     width: f64,
+}
+
+impl Surroundings {
+    /// `bodies` about the eye of `camera`.
+    pub fn new(camera: &Camera, bodies: &[Body], curvature: Curvature) -> Self {
+        let (eye, footprint) = (camera.pose.eye, camera.footprint());
+        let placed = bodies.iter().flat_map(|body| Placed::parts(body, eye, footprint, curvature)).collect();
+        Self { placed, footprint }
+    }
+
+    /// How far the nearest body is along a ray from the eye, metres.
+    pub fn range(&self, ray: &Ray) -> Option<f64> {
+        let line = Line { origin: None, direction: ray.direction };
+        nearest(self.placed.iter(), &line, self.footprint).map(|hit| hit.range)
+    }
 }
 
 impl<'c> View<'c> {

@@ -97,6 +97,7 @@ impl<S: PageSource> Renderer<'_, S> {
             let frame = &mut rendered.frame;
             let shadows = Shadows::of(self, camera, bodies);
             let view = View::new(camera, bodies, self.options.curvature);
+            let sought = Sought::find(self, camera, lights, bodies, farm)?;
             let bodies = Bodies::find(&view, camera.height, farm)?;
             if let Some(shadows) = &shadows {
                 let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
@@ -106,7 +107,6 @@ impl<S: PageSource> Renderer<'_, S> {
                 bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
             }
             shadows.map_or(Ok(()), Shadows::check)?;
-            let sought = Sought::find(self, camera, lights, farm)?;
             if !sought.is_empty() {
                 let glints = sought.seen(&frame.range, farm)?;
                 let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
@@ -143,8 +143,8 @@ impl<S: PageSource> Renderer<'_, S> {
         self.options.check(camera)?;
         let view = View::new(camera, bodies, self.options.curvature);
         let shadows = Shadows::of(self, camera, bodies);
+        let sought = Sought::find(self, camera, lights, bodies, farm)?;
         let bodies = Bodies::find(&view, camera.height, farm)?;
-        let sought = Sought::find(self, camera, lights, farm)?;
         let weather = &self.options.weather;
         let has_weather = weather.clouds.is_some() || weather.precipitation.is_some();
         // What comes after bodies asks how far these are.

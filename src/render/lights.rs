@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::Renderer;
 use super::merge::Shown;
+use super::{Renderer, reference};
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
-use crate::objects::{Glint, Glow, PARTS, PointLight, SQUARE};
+use crate::objects::{Body, Glint, Glow, PARTS, PointLight, SQUARE, Surroundings};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
-use crate::space::{Camera, Screen};
+use crate::space::{Camera, Ray, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::{Firmament, Star, starlight_through, stars};
 use crate::voxel::PageSource;
@@ -37,8 +37,10 @@ const EYE_ANGLE: f64 = 4.0e-4;
 const BEYOND: f32 = 1.0e6;
 
 /// Who looks, and through what.
-struct Eye<'c> {
+struct Eye<'c, 'r, 'a, S> {
+    renderer: &'r Renderer<'a, S>,
     camera: &'c Camera,
+    bodies: Surroundings,
     atmosphere: Atmosphere,
     /// Linear light of 1 cd/m².
     per_luminance: f64,
@@ -53,9 +55,10 @@ pub struct Sought<'c> {
 
 /// One of them.
 struct Point {
-    /// Where the screen shows it, and where it is asked whether something hides it, pixels.
+    /// Where the screen shows it, pixels.
     position: DVec2,
-    asked: DVec2,
+    /// Where the screen is asked whether something hides it; `None`: nothing does.
+    asked: Option<DVec2>,
     /// Inverse range of the nearest that does not hide it, 1/metres.
     inverse: f64,
     /// Light of all its pixels, its radius in pixels, and how large they are, radians.
@@ -65,7 +68,8 @@ struct Point {
 }
 
 /// Points of light of a view, in an order of their own, and those of each square of the screen.
-pub struct Glints {
+pub struct Glints<'c> {
+    camera: &'c Camera,
     glints: Vec<Glint>,
     /// Indices, by square, row by row of [`SQUARE`] rows.
     squares: Vec<Vec<u32>>,
@@ -78,6 +82,7 @@ impl<'c> Sought<'c> {
         renderer: &Renderer<'_, S>,
         camera: &'c Camera,
         lights: &[PointLight],
+        bodies: &[Body],
         farm: &Farm,
     ) -> Result<Self> {
         let options = &renderer.options;
@@ -87,7 +92,9 @@ impl<'c> Sought<'c> {
         let has_eye = !matches!(camera.screen(), Screen::Orthographic { .. });
         if has_eye && (!lights.is_empty() || firmament.is_some()) {
             let eye = Eye {
+                renderer,
                 camera,
+                bodies: Surroundings::new(camera, bodies, options.curvature),
                 atmosphere: options.atmosphere(renderer.source.header()),
                 per_luminance: f64::from(options.brightness().per_luminance()),
                 finder: Finder::new(camera),
@@ -114,8 +121,8 @@ impl<'c> Sought<'c> {
         let [width, height] = [self.camera.width as usize, self.camera.height as usize];
         let count = width.div_ceil(LANES);
         parts.resize(if self.is_empty() { parts.len() } else { count * height }, false);
-        for point in &self.points {
-            let [columns, rows] = [(point.asked.x, width), (point.asked.y, height)].map(|(at, size)| {
+        for asked in self.points.iter().filter_map(|point| point.asked) {
+            let [columns, rows] = [(asked.x, width), (asked.y, height)].map(|(at, size)| {
                 // Four pixels about it, and their neighbours, which tell how the ground in them lies. A float converts saturating.
                 let first = (at - 0.5).max(0.0) as usize;
                 first.saturating_sub(1).min(size - 1)..(first + 3).min(size)
@@ -128,12 +135,12 @@ impl<'c> Sought<'c> {
     }
 
     /// What is seen of them where `range` (metres) tells how far is what else is seen.
-    pub fn seen(self, range: &[f32], farm: &Farm) -> Result<Glints> {
+    pub fn seen(self, range: &[f32], farm: &Farm) -> Result<Glints<'c>> {
         let size = [self.camera.width as usize, self.camera.height as usize];
         let shown = Shown { range, width: size[0] };
         let mut glints = Vec::new();
         each(&self.points, farm, &mut glints, |point| {
-            Glint::new(point.position, point.light * point.share(&shown), point.radius, point.angle)
+            Ok(Glint::new(point.position, point.light * point.share(&shown), point.radius, point.angle))
         })?;
         // Sums depend on the order of their terms; that of the lamps is not to count.
         glints.sort_unstable_by_key(Glint::rank);
@@ -147,7 +154,7 @@ impl<'c> Sought<'c> {
                 }
             }
         }
-        Ok(Glints { glints, squares, size })
+        Ok(Glints { camera: self.camera, glints, squares, size })
     }
 }
 
@@ -156,11 +163,13 @@ fn each<T: Sync, U: Send>(
     all: &[T],
     farm: &Farm,
     found: &mut Vec<U>,
-    find: impl Fn(&T) -> Option<U> + Sync,
+    find: impl Fn(&T) -> Result<Option<U>> + Sync,
 ) -> Result<()> {
     let mut chunks: Vec<_> = all.chunks(CHUNK).map(|chunk| (chunk, Vec::new())).collect();
     farm.each(Stage::Image, chunks.iter_mut().collect(), |_, (chunk, found)| {
-        found.extend(chunk.iter().filter_map(&find));
+        for one in *chunk {
+            found.extend(find(one)?);
+        }
         Ok(())
     })?;
     found.extend(chunks.into_iter().flat_map(|(_, found)| found));
@@ -170,9 +179,10 @@ fn each<T: Sync, U: Send>(
 impl Point {
     /// Share of four pixels about where it is asked for, by how near they are, in which nothing hides it.
     fn share(&self, shown: &Shown<'_>) -> f32 {
+        let Some(asked) = self.asked else { return 1.0 };
         let Shown { range, width } = *shown;
         let last = DVec2::new(width as f64 - 1.0, (range.len() / width) as f64 - 1.0);
-        let place = (self.asked - 0.5).clamp(DVec2::ZERO, last);
+        let place = (asked - 0.5).clamp(DVec2::ZERO, last);
         let corner = place.floor();
         let part = place - corner;
         let mut share = 0.0;
@@ -182,7 +192,7 @@ impl Point {
             let pixel = (corner + offset).min(last);
             if weight > 0.0 {
                 let ground = shown.ground(pixel.x as usize, pixel.y as usize);
-                let beside = (self.asked - 0.5 - pixel).clamp(DVec2::splat(-1.0), DVec2::ONE);
+                let beside = (asked - 0.5 - pixel).clamp(DVec2::splat(-1.0), DVec2::ONE);
                 share += if ground.at(beside) <= self.inverse { weight } else { 0.0 };
             }
         }
@@ -190,7 +200,7 @@ impl Point {
     }
 }
 
-impl Glints {
+impl Glints<'_> {
     /// Adds them to pixels, which come by [`SQUARE`] rows.
     pub fn add(&self, isa: Isa, pixels: Vec<Pixels<'_>>, farm: &Farm) -> Result<()> {
         if self.glints.is_empty() {
@@ -207,7 +217,7 @@ impl Glints {
 
 /// Adds points of light to [`SQUARE`] rows of pixels.
 struct Adding<'g, 'p> {
-    glints: &'g Glints,
+    glints: &'g Glints<'g>,
     /// The first one of the screen.
     row: usize,
     squares: &'g [Vec<u32>],
@@ -219,7 +229,9 @@ impl Kernel for Adding<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
-        let Self { glints: Glints { glints, size: [width, _], .. }, row: first, squares, mut pixels } = self;
+        let Self { glints: Glints { camera, glints, size: [width, _], .. }, row: first, squares, mut pixels } =
+            self;
+        let has_blind = matches!(camera.screen(), Screen::Fisheye { .. } | Screen::Table(_));
         let rows = pixels.count() / width;
         let mut glow = Glow::none([0, first]);
         for (square, indices) in squares.iter().enumerate().filter(|(_, indices)| !indices.is_empty()) {
@@ -229,13 +241,25 @@ impl Kernel for Adding<'_, '_> {
             }
             for row in glow.rows() {
                 for part in 0..PARTS {
-                    let (light, column) = (glow.take(row, part), square * SQUARE + part * LANES);
+                    let (mut light, column) = (glow.take(row, part), square * SQUARE + part * LANES);
+                    if has_blind {
+                        darken(camera, [column, first + row], &mut light);
+                    }
                     if light != <[Sixteen; 3]>::default() && row < rows && column < *width {
                         let start = row * width + column;
                         add(simd, &mut pixels, start..start + LANES.min(width - column), &light);
                     }
                 }
             }
+        }
+    }
+}
+
+/// Leaves no light to pixels without a ray among those that begin at some column and row.
+fn darken(camera: &Camera, [column, row]: [usize; 2], light: &mut [Sixteen; 3]) {
+    for lane in 0..LANES {
+        if camera.ray((column + lane) as f64 + 0.5, row as f64 + 0.5).is_none() {
+            light.iter_mut().for_each(|channel| channel.0[lane] = 0.0);
         }
     }
 }
@@ -257,8 +281,14 @@ fn add<V: Simd>(simd: V, pixels: &mut Pixels<'_>, at: Range<usize>, light: &[Six
     pixels.store(simd, at, sum);
 }
 
-impl Eye<'_> {
-    fn lamp(&self, light: &PointLight, at: DVec3) -> Option<Point> {
+impl<S: PageSource> Eye<'_, '_, '_, S> {
+    fn lamp(&self, light: &PointLight, at: DVec3) -> Result<Option<Point>> {
+        let Some((point, towards)) = self.lit(light, at) else { return Ok(None) };
+        self.open(point, towards)
+    }
+
+    /// A lamp if nothing hides it, and where to look for what does.
+    fn lit(&self, light: &PointLight, at: DVec3) -> Option<(Point, DVec3)> {
         let eye = self.camera.pose.eye;
         let intensity = light.towards(eye + (light.position - at));
         if intensity == Vec3::ZERO {
@@ -277,14 +307,37 @@ impl Eye<'_> {
         if columns.is_empty() || rows.is_empty() {
             return None;
         }
-        let lifted = self.finder.position(at + DVec3::Z * (LIFT + LIFT_PIXELS * angle * range));
+        let lifted_at = at + DVec3::Z * (LIFT + LIFT_PIXELS * angle * range);
+        let lifted = self.finder.position(lifted_at);
         let through = self.atmosphere.through(eye.z, (way / range).as_vec3(), range as f32);
-        let (asked, inverse) = (lifted.unwrap_or(position), (1.0 + BEHIND) / range);
-        Some(Point { position, asked, inverse, light: light * through, radius, angle })
+        let (asked, inverse) = (Some(lifted.unwrap_or(position)), (1.0 + BEHIND) / range);
+        Some((Point { position, asked, inverse, light: light * through, radius, angle }, lifted_at - eye))
     }
 
-    fn star(&self, star: &Star, firmament: &Firmament) -> Option<Point> {
+    /// A point that the screen is to be asked about: where it does not show it, a ray `towards` it tells whether it is hidden.
+    fn open(&self, point: Point, towards: DVec3) -> Result<Option<Point>> {
+        let size = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
+        let is_beside = |at: DVec2| at.cmplt(DVec2::ZERO).any() || at.cmpgt(size).any();
+        if !point.asked.is_some_and(is_beside) {
+            return Ok(Some(point));
+        }
+        let Renderer { source, options, .. } = self.renderer;
+        let ray = Ray { origin: self.camera.pose.eye, direction: towards.normalize() };
+        let mut marcher = reference::marcher(*source, self.camera, options);
+        let over_ground = marcher.ray(ray.origin, ray.direction);
+        let ground = marcher.first_contact(&over_ground, 0.0)?.map(|contact| contact.range);
+        let hides = |range: f64| range * point.inverse < 1.0;
+        let is_hidden = ground.into_iter().chain(self.bodies.range(&ray)).any(hides);
+        Ok((!is_hidden).then_some(Point { asked: None, ..point }))
+    }
+
+    fn star(&self, star: &Star, firmament: &Firmament) -> Result<Option<Point>> {
         let direction = firmament.world(star.direction);
+        self.seen(star, direction).map_or(Ok(None), |point| self.open(point, direction))
+    }
+
+    /// A star in some direction, if nothing hides it.
+    fn seen(&self, star: &Star, direction: DVec3) -> Option<Point> {
         let position = self.finder.position(self.camera.pose.eye + direction)?;
         let angle = self.angle(position)?;
         let lux = star.lux * starlight_through(direction.z);
@@ -292,7 +345,7 @@ impl Eye<'_> {
         let light = self.per_luminance * lux * f64::from(through) / angle.min(EYE_ANGLE).powi(2);
         let light = star.colour * light as f32;
         // The sky alone does not hide it.
-        Some(Point { position, asked: position, inverse: 0.0, light, radius: 0.0, angle })
+        Some(Point { position, asked: Some(position), inverse: 0.0, light, radius: 0.0, angle })
     }
 
     /// Angle between neighbouring pixels about a position, radians: the root of a pixel's solid angle.
