@@ -1,5 +1,7 @@
 //! A scene over a database.
 
+use std::collections::HashMap;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use super::form::LARGEST;
@@ -98,7 +100,8 @@ impl Scene {
         });
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
         let names: Vec<String> = self.names().collect();
-        let actor = |name: &str| names.iter().position(|known| known == name);
+        let numbers: HashMap<&str, usize> = names.iter().map(String::as_str).zip(0..).collect();
+        let actor = |name: &str| numbers.get(name).copied();
         let lamps = LampCast::bind(&self.path, &self.lights, crs, ground, actor)?;
         let wrong = |line: usize, what: &str| Error::invalid(&self.path, format!("line {line}: {what}"));
         let plumes = PlumeCast::bind(&self.plumes, crs, ground, wrong, actor)?;

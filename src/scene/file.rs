@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::light::{LightTable, light};
+use super::light::{LightTable, MOST_LAMPS, light};
 use super::model::Models;
 use super::object::{ObjectTable, object};
 use super::part::BETWEEN;
@@ -22,6 +22,9 @@ use crate::error::{Error, Result};
 
 /// Bytes of the largest scene file.
 const MOST_BYTES: u64 = 64 << 20;
+
+/// Tables of the largest scene: each takes up to a kilobyte while it is read.
+const MOST_TABLES: usize = 250_000;
 
 /// Longest text after a line's number, characters.
 const MOST_MESSAGE: usize = 500;
@@ -135,9 +138,22 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
     let reading = Reading { path, lines: ends.map(|(at, _)| at + 1).collect() };
+    let tables = text.matches("[[").count() + text.matches('{').count();
+    if tables > MOST_TABLES {
+        return Err(Error::invalid(
+            path,
+            format!("has {tables} tables, more than the {MOST_TABLES} that a scene may have"),
+        ));
+    }
     let table: SceneTable = toml::from_str(text).map_err(|error| {
         let message = error.message().trim().replace('\n', ", ");
-        reading.wrong(error.span().unwrap_or(0..0), format!("{message}; docs/scene.md lists all keys"))
+        let span = error.span().unwrap_or(0..0);
+        let given = text.get(span.clone()).unwrap_or_default();
+        if message.ends_with("expected a sequence") && given.starts_with('[') {
+            let name = given.lines().next().unwrap_or_default().trim_matches(['[', ']', ' ']);
+            return reading.wrong(span, format!("write [[{name}]], in two brackets: there may be several"));
+        }
+        reading.wrong(span, format!("{message}; docs/scene.md lists all keys"))
     })?;
     let mut hasher = blake3::Hasher::new();
     hasher.update(&bytes);
@@ -180,8 +196,16 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
             }
         }
     }
-    let lights = table.light.iter().enumerate();
-    let lights = lights.map(|(index, table)| light(&reading, table, index + 1)).collect::<Result<_>>()?;
+    let mut lights = Vec::new();
+    let mut lamps = 0;
+    for (index, table) in table.light.iter().enumerate() {
+        let light = light(&reading, table, index + 1)?;
+        lamps += light.lamp_count();
+        if lamps > MOST_LAMPS {
+            return Err(reading.wrong(table.span(), format!("a scene has at most {MOST_LAMPS} lamps")));
+        }
+        lights.push(light);
+    }
     let plumes = table.plume.into_iter().enumerate();
     let plumes = plumes.map(|(index, table)| plume(&reading, table, index + 1)).collect::<Result<_>>()?;
     let objects = objects.into_values().collect();

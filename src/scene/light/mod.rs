@@ -32,6 +32,16 @@ pub struct Light {
     pub layout: Layout,
 }
 
+impl Light {
+    /// Its lamps, as far as they are known before it has a place: those of a string depend on how long it is.
+    pub(in crate::scene) fn lamp_count(&self) -> usize {
+        match &self.layout {
+            Layout::Lamps(lamps) => lamps.len(),
+            Layout::String(..) => 1,
+        }
+    }
+}
+
 /// Where a light is.
 #[derive(Debug, Clone)]
 pub enum Anchor {

@@ -195,6 +195,10 @@ impl Reader<'_> {
     ) -> std::result::Result<Option<RawPart>, Wrong> {
         let Some(material) = self.material(primitive, files)? else { return Ok(None) };
         let (material, transform, set) = material;
+        if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            self.note("its points and lines are not shown");
+            return Ok(None);
+        }
         let Some(place) = primitive.get(&Semantic::Positions) else {
             return Err(Wrong::Here("it has no positions".to_owned()));
         };

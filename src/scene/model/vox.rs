@@ -1,6 +1,8 @@
 //! MagicaVoxel: the faces of voxels that are next to nothing, each by itself: of faces joined to larger ones the edges would not be those of their
 //! neighbours, and rays could pass between them.
 
+use std::collections::BTreeMap;
+
 use dot_vox::{DotVoxData, Model, SceneNode};
 use glam::{DMat3, DVec3, IVec3, Vec3};
 
@@ -159,13 +161,13 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut R
         inside.then(|| ((cell.z * ny + cell.y) * nx + cell.x) as usize)
     };
     // 0 is nothing, as in the format; voxels tell their colour less 1.
-    let mut cells = vec![0_u16; (nx * ny * nz) as usize];
+    let mut cells = BTreeMap::new();
     for voxel in &model.voxels {
         let cell = IVec3::new(i32::from(voxel.x), i32::from(voxel.y), i32::from(voxel.z));
         let at = index(cell).ok_or_else(|| format!("it has a voxel at {cell}, outside of its {size:?}"))?;
-        cells[at] = u16::from(voxel.i) + 1;
+        cells.insert(at, u16::from(voxel.i) + 1);
     }
-    let at = |cell: IVec3| index(cell).map_or(0, |index| cells[index]);
+    let is_filled = |cell: IVec3| index(cell).is_some_and(|index| cells.contains_key(&index));
     // The middle of a model is where its node is; whole cells, as MagicaVoxel rounds it.
     let middle = IVec3::new(nx, ny, nz) / 2;
     let placed = |corner: IVec3| turn * (corner - middle).as_dvec3() + shift.as_dvec3();
@@ -173,10 +175,10 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut R
     for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1), (axis, -1)]) {
         let [out, along, across] = [0, 1, 2].map(|step| IVec3::AXES[(axis + step) % 3]);
         let out = out * sign;
-        for number in 0..cells.len() as i32 {
+        for (number, colour) in &cells {
+            let number = *number as i32;
             let cell = IVec3::new(number % nx, number / nx % ny, number / nx / ny);
-            let colour = cells[number as usize];
-            if colour == 0 || at(cell + out) != 0 {
+            if is_filled(cell + out) {
                 continue;
             }
             let base = cell + out.max(IVec3::ZERO);
