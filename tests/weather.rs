@@ -229,7 +229,7 @@ fn fog_ends_on_a_cliff_as_it_does_elsewhere() {
     let camera = view(230.0, [0.0, -3.0, 0.0], [160, 160]);
     let farm = Farm::new(2).unwrap();
     let [truth, found] = [Engine::Reference, Engine::Planes].map(|engine| {
-        let options = options(engine, weather.clone());
+        let options = options(engine, weather);
         Renderer::new(&area, &options).frame(&camera, &farm).unwrap().frame.colour
     });
     let middle = |frame: &[[f32; 3]], row: usize| frame[row * 160 + 80][1];

@@ -33,7 +33,12 @@ pub enum Existing {
 
 /// Looks at the file that the frame of `camera` and `info` would go to.
 pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
-    let bytes = match std::fs::read(path) {
+    let bytes = match std::fs::metadata(path) {
+        // A pipe would be waited for without end.
+        Ok(found) if !found.is_file() => return Existing::Broken("it is no regular file".to_owned()),
+        _ => std::fs::read(path),
+    };
+    let bytes = match bytes {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == ErrorKind::NotFound => return Existing::Missing,
         Err(error) => return Existing::Broken(format!("it cannot be read: {error}")),

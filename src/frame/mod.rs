@@ -148,7 +148,7 @@ pub struct Written {
 impl Written {
     /// Measures a file that is there already.
     pub fn of(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read it", source))?;
+        let bytes = read_regular(path, "read it")?;
         Ok(Self::from_bytes(&bytes))
     }
 
@@ -195,10 +195,22 @@ pub fn write_picture(path: &Path, picture: &Picture, camera: &Camera, info: &Fra
     Ok(Written::from_bytes(&bytes))
 }
 
+/// All bytes of a regular file: a pipe would be waited for without end. `action` says what fails if it cannot be read.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be read; [`Error::Invalid`] if it is no regular file.
+pub fn read_regular(path: &Path, action: &'static str) -> Result<Vec<u8>> {
+    let failed = |source| Error::io(path, action, source);
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(Error::invalid(path, "is no regular file; name one that is"));
+    }
+    std::fs::read(path).map_err(failed)
+}
+
 /// Reads a finished frame back as an 8-bit picture; EXR goes through the same [`crate::colour`] as PNG.
 pub fn read_picture(path: &Path) -> Result<Picture> {
     let target = Target::of(path)?;
-    let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read it", source))?;
+    let bytes = read_regular(path, "read it")?;
     let again = |what: &dyn std::fmt::Display| {
         Error::invalid(path, format!("no whole frame: {what}; render it again with --skip-existing"))
     };

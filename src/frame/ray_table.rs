@@ -12,7 +12,7 @@ use ::exr::prelude::{
 };
 
 use super::picture::Refusal;
-use super::{Written, atomic, exr};
+use super::{Written, atomic, exr, read_regular};
 use crate::error::{Error, Result};
 use crate::space::RayTable;
 
@@ -28,7 +28,7 @@ const MOST_PIXELS_A_SIDE: u32 = 16384;
 /// [`Error::Io`] if there is no such file; [`Error::Invalid`] if it is no EXR, lacks the channels, or holds no direction;
 /// [`Error::Unsupported`] if its channels are not 32-bit floats.
 pub fn read_ray_table(path: &Path) -> Result<RayTable> {
-    let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read the table of rays", source))?;
+    let bytes = read_regular(path, "read the table of rays")?;
     let no_table = |refusal: Refusal| {
         Error::invalid(path, format!("this is no EXR with a table of rays: {refusal}; write it again"))
     };

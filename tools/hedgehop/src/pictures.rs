@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use hedgehop::frame::read_picture;
+use hedgehop::frame::{read_picture, read_regular};
 use hedgehop::{Error, Result};
 use image::{ImageFormat, RgbImage};
 
@@ -52,7 +52,7 @@ pub fn open(path: &Path) -> Result<RgbImage> {
             Error::invalid(path, format!("its pixels are not those of {}x{}", size.0, size.1))
         });
     }
-    let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read it", source))?;
+    let bytes = read_regular(path, "read it")?;
     let picture = image::load_from_memory(&bytes);
     Ok(picture.map_err(|error| Error::invalid(path, format!("{error}; render it again")))?.into_rgb8())
 }

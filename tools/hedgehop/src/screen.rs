@@ -1,6 +1,6 @@
 //! From flags to the screen of every camera.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hedgehop::frame::read_ray_table;
@@ -109,6 +109,14 @@ pub struct Setup {
 }
 
 impl ScreenArgs {
+    /// The table of rays, if it is one.
+    pub fn table(&self) -> Option<&Path> {
+        match &self.screen {
+            Kind::Table(file) => Some(file),
+            _ => None,
+        }
+    }
+
     /// Puts the flags together; reads the table of rays.
     ///
     /// # Errors

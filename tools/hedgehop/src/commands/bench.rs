@@ -139,10 +139,19 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let scene = args.scene.read(&reporter)?;
     let files = std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path);
     let inputs: Vec<&Path> = files.chain(scene::inputs(scene.as_ref())).collect();
+    let mut outputs: Vec<&PathBuf> = Vec::new();
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
         for file in file.iter().filter(|file| *file != Path::new("-")) {
             check_no_input(flag, file, &inputs)?;
             check_writable(file)?;
+            if let Some(other) = outputs.iter().find(|other| *other == &file) {
+                return Err(Error::Configuration(format!(
+                    "{} is to be written twice; give --svg, --json and --trace a file each",
+                    other.display()
+                ))
+                .into());
+            }
+            outputs.push(file);
         }
     }
     let file = PageFile::open_trusting(&args.area, args.trust.trust())?;

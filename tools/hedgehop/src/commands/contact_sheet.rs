@@ -97,6 +97,12 @@ fn of_files(args: &Args, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
     }
     // An earlier sheet among the frames is none of them.
     if let Ok(output) = args.output.canonicalize() {
+        let is_frame =
+            |name: &std::ffi::OsStr| name.to_string_lossy().bytes().all(|byte| byte.is_ascii_digit());
+        if args.output.file_stem().is_some_and(is_frame) {
+            let folders: Vec<_> = files.iter().map(PathBuf::as_path).collect();
+            check_no_input("-o", &args.output, &folders)?;
+        }
         files.retain(|file| file.canonicalize().is_ok_and(|file| file != output));
     }
     let chosen = spread(files.len(), args.count as usize);

@@ -307,6 +307,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         finishing: is_finished.then_some(&finishing),
     };
     let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
+        check_frames(args, scene, &[args.output.path(1)])?;
         let stream = Sequence { encoders: 1, ..sequence };
         (vec![args.output.path(1)], fly_stream(args, setup.size, &stream, &cameras, reporter)?)
     } else {
@@ -322,8 +323,9 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
             },
         };
         let files = Files::new(origin, &args.output);
-        let flown = fly_files(args, &sequence, &files, &cameras, reporter)?;
-        (cameras.iter().map(|(number, _)| files.path(*number)).collect(), flown)
+        let paths: Vec<_> = cameras.iter().map(|(number, _)| files.path(*number)).collect();
+        check_frames(args, scene, &paths)?;
+        (paths, fly_files(args, &sequence, &files, &cameras, reporter)?)
     };
     if let Some(map) = &args.traffic {
         Traffic { header: source.header(), cameras: &cameras, first_use: &source.first_use() }.write(map)?;
@@ -344,6 +346,15 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         kept: cameras.len() - rendered,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// Refuses frames that would take the place of what they are made of.
+fn check_frames(args: &Args, scene: Option<&Scene>, frames: &[PathBuf]) -> Result<()> {
+    let mut inputs: Vec<&Path> = vec![&args.area];
+    inputs.extend(args.flight.path.as_deref());
+    inputs.extend(args.flight.screen.table());
+    inputs.extend(scene::inputs(scene));
+    frames.iter().try_for_each(|frame| check_no_input("-o", frame, &inputs))
 }
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
