@@ -137,13 +137,14 @@ fn sheets_of_films_need_ffmpeg_and_say_so() {
         assert!(text.contains("apt-get install ffmpeg"), "{text}");
         return;
     }
-    let render = "render area.hop --path path.csv --fps 4 --size 64x36 -o flight/####.png";
+    // Of a longer film not all frames are held, and those between the first and the last may be a neighbour.
+    let render = "render area.hop --path path.csv --fps 4 --frames 1-12 --size 64x36 -o flight/####.png";
     site.ends(&format!("{render} --video film.mkv"), 0);
     site.ends("contact-sheet film.mkv -o film.png --count 4 --width 64", 0);
     site.ends("contact-sheet flight -o flight.png --count 4 --width 64", 0);
     let (film, flight) = (site.picture("film.png"), site.picture("flight.png"));
     assert_eq!(film.dimensions(), flight.dimensions());
-    // First and last picture are those of the flight, as well as the film's codec has them; numbers too.
+    // All pictures are those of the flight, as well as the film's codec has them; numbers too.
     let differs = |x: u32, y: u32| film.get_pixel(x, y).0[1].abs_diff(flight.get_pixel(x, y).0[1]) > 40;
     let wrong = (0..film.width())
         .flat_map(|x| (0..film.height()).map(move |y| (x, y)))
