@@ -8,7 +8,7 @@ pub use upright::UprightFan;
 
 use super::cell::{Cell, Scale};
 use crate::raymarch::scan::Shape;
-use crate::simd::{Floats, Simd, Sixteen};
+use crate::simd::{Floats, Mask, Simd, Sixteen};
 
 /// Inverse depths of neighbouring planes that differ by more than this share belong to two surfaces.
 const EDGE: f32 = 0.06;
@@ -69,6 +69,12 @@ fn smooth_or_nearest<V: Simd>(simd: V, inverse: [[V::F; 2]; 4], [across, along]:
     let low = lower[1].mul_add(across[1], lower[0] * across[0]);
     let high = upper[1].mul_add(across[1], upper[0] * across[0]);
     high.mul_add(along[1], low * along[0]).select(smooth, nearest)
+}
+
+/// Whether two rows may belong to one surface on both sides of all pixels: then [`smooth_or_nearest`] does not look at the rows about them.
+#[inline(always)]
+fn is_along<V: Simd>(simd: V, lower: [V::F; 2], upper: [V::F; 2]) -> bool {
+    (is_near(simd, lower[0], upper[0]) & is_near(simd, lower[1], upper[1])).all()
 }
 
 /// Whether inverse depths may belong to one surface.

@@ -1,7 +1,7 @@
 //! What pixels of any screen see of planes at equal steps of azimuth and elevation.
 
 use super::super::cell::{Cell, add};
-use super::{AT_EYE, LookUp, cubic, smooth_or_nearest};
+use super::{AT_EYE, LookUp, cubic, is_along, smooth_or_nearest};
 use crate::raymarch::scan::{Annulus, Between, Gaze, Panorama};
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
 
@@ -96,8 +96,13 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
             let [west, east] = between.words;
             let inverses = bytemuck::cast_slice(self.inverse);
             let mut taps = [[zero; 2]; 4];
-            for (taps, row) in taps.iter_mut().zip(rows) {
-                *taps = [simd.gather(inverses, west + row), simd.gather(inverses, east + row)];
+            for index in [1, 2, 0, 3] {
+                // The outer ones come last, if they are asked for.
+                if index == 0 && is_along(simd, taps[1], taps[2]) {
+                    break;
+                }
+                let row = rows[index];
+                taps[index] = [simd.gather(inverses, west + row), simd.gather(inverses, east + row)];
             }
             let found = smooth_or_nearest(simd, taps, [[simd.splat(1.0) - share, share], along]);
             inverse = found.select(here, inverse);

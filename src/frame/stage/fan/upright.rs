@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::super::cell::{Cell, add, between};
-use super::{AT_EYE, LookUp, cubic, smooth_or_nearest};
+use super::{AT_EYE, LookUp, cubic, is_along, smooth_or_nearest};
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
 
@@ -59,6 +59,12 @@ impl<'a, V: Simd> UprightFan<'a, V> {
     #[inline(always)]
     fn inverse(&self, plane: V::I, row: V::I) -> V::F {
         self.simd.gather(bytemuck::cast_slice(self.inverse), self.index(plane, row))
+    }
+
+    /// Those of two planes in a row.
+    #[inline(always)]
+    fn inverses(&self, [left, right]: [V::I; 2], row: V::I) -> [V::F; 2] {
+        [self.inverse(left, row), self.inverse(right, row)]
     }
 
     /// Where a plane's row is among words.
@@ -156,11 +162,12 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
         ];
         let (left, below) = (left.to_int(), below.to_int());
         let right = left + simd.splat_int(1);
-        let mut rows = [[self.inverse(left, below), self.inverse(right, below)]; 4];
+        let mut rows = [self.inverses([left, right], below); 4];
         if self.levels.is_empty() {
-            for index in [0, 2, 3] {
-                let row = below + simd.splat_int(index - 1);
-                rows[index as usize] = [self.inverse(left, row), self.inverse(right, row)];
+            rows[2] = self.inverses([left, right], below + simd.splat_int(1));
+            if !is_along(simd, rows[1], rows[2]) {
+                rows[0] = self.inverses([left, right], below - simd.splat_int(1));
+                rows[3] = self.inverses([left, right], below + simd.splat_int(2));
             }
         }
         let inverse = smooth_or_nearest(simd, rows, weights);
