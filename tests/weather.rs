@@ -211,7 +211,7 @@ fn snow_is_white_and_what_falls_hides_the_distance() {
     let level = view(400.0, [20.0, -1.0, 0.0], [160, 90]);
     let through = |weather: Weather| {
         let air = options(Engine::Planes, weather).atmosphere(hedgehop::voxel::PageSource::header(&source));
-        air.through(level.pose.eye.z, glam::Vec3::Y, 800.0)
+        air.veil(level.pose.eye.z, glam::Vec3::Y, 800.0).through
     };
     assert!(
         through(winter(PrecipitationKind::Snow)) < 0.01 && through(winter(PrecipitationKind::Rain)) < 0.7

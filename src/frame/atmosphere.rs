@@ -10,6 +10,27 @@ use crate::sunlight::Sun;
 /// Contrast at which an object is taken to vanish: meteorological optical range is defined by 5 %.
 pub(super) const VANISHING_CONTRAST: f32 = 0.05;
 
+/// What the air before a surface does to what is seen of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Veil {
+    /// Light of the air itself, linear Rec. 709, 1 for white.
+    pub light: Vec3,
+    /// Share of the surface's light that comes through, 0…1.
+    pub through: f32,
+}
+
+impl Veil {
+    /// Radiance that reaches the eye from a surface of `radiance` behind it.
+    pub fn over(&self, radiance: Vec3) -> Vec3 {
+        self.light + radiance * self.through
+    }
+
+    /// What is left with haze of unit `colour` before it, of which a share `through` of light comes through.
+    fn behind(self, colour: Vec3, through: f32) -> Self {
+        Self { light: colour.lerp(self.light, through), through: self.through * through }
+    }
+}
+
 /// Share of a surface's radiance that makes no difference to the eye: less than half a step of 8 bits.
 const UNSEEN: f64 = 1.0 / 1024.0;
 
@@ -90,9 +111,11 @@ impl Atmosphere {
         FOG_DEEP.lerp(FOG_LIT, (-above / FOG_DARKENS).exp())
     }
 
-    /// `colour` with the glow in unit `direction`.
-    fn lit(&self, colour: Vec3, direction: Vec3) -> Vec3 {
-        self.glow.as_ref().map_or(colour, |glow| glow.over(colour, direction))
+    /// Each of some colours with the glow in unit `direction`.
+    fn lit<const N: usize>(&self, colours: [Vec3; N], direction: Vec3) -> [Vec3; N] {
+        let Some(glow) = &self.glow else { return colours };
+        let share = glow.share(direction);
+        colours.map(|colour| colour.lerp(glow.colour, share))
     }
 
     /// Radiance of the sky from height `eye` (metres above the datum) in unit `direction`, world axes. Below the
@@ -103,11 +126,11 @@ impl Atmosphere {
         // Air that is hazier than a clear day's hides the blue, or a white mountain would stand before it.
         let start = self.scale_heights(eye);
         let column = self.excess() * SCALE_HEIGHT * (-start).exp() / up.max(f32::MIN_POSITIVE);
-        let horizon = self.lit(HORIZON, direction);
+        let fog_colour = self.fog.as_ref().map_or(HORIZON, |fog| self.fog_colour(fog, eye));
+        let [horizon, light] = self.lit([HORIZON, fog_colour], direction);
         let sky = horizon.lerp(ZENITH, clear * (-column).exp());
         let Some(fog) = &self.fog else { return sky };
         let below = fog.below(eye);
-        let light = self.lit(self.fog_colour(fog, eye), direction);
         if below >= 0.0 {
             return light.lerp(sky, (-fog.depth_to_sky(below, direction.z)).exp());
         }
@@ -119,25 +142,30 @@ impl Atmosphere {
         horizon.lerp(light, (-self.optical_depth(eye, direction.z, before)).exp())
     }
 
-    /// Radiance that reaches an eye at height `eye` (metres above the datum) from a surface of
-    /// `radiance` at `range` metres in unit `direction`, world axes: what the air between lets through, and what it
-    /// adds (Koschmieder 1924). Seen from above, haze lies before the fog, and from inside behind it.
-    pub fn haze(&self, radiance: Vec3, eye: f64, direction: Vec3, range: f32) -> Vec3 {
-        let (up, horizon) = (direction.z, self.lit(HORIZON, direction));
+    /// What an eye at height `eye` (metres above the datum) sees of a surface at `range` metres in unit `direction`, world axes: what the air between lets
+    /// through, and what it adds (Koschmieder 1924). Seen from above, haze lies before the fog, and from inside behind it.
+    pub fn veil(&self, eye: f64, direction: Vec3, range: f32) -> Veil {
+        let (up, clear) = (direction.z, Veil { light: Vec3::ZERO, through: 1.0 });
         let whole = self.optical_depth(eye, up, range);
-        let Some(fog) = &self.fog else { return horizon.lerp(radiance, (-whole).exp()) };
+        let Some(fog) = &self.fog else {
+            let [horizon] = self.lit([HORIZON], direction);
+            return clear.behind(horizon, (-whole).exp());
+        };
         let below = fog.below(eye);
-        let before = self.optical_depth(eye, up, fog.before(below, up, range)).min(whole);
-        let behind = horizon.lerp(radiance, (before - whole).exp());
-        let light = self.lit(self.fog_colour(fog, eye), direction);
-        let veiled = light.lerp(behind, (-fog.depth(below, up * range, range)).exp());
-        horizon.lerp(veiled, (-before).exp())
+        let before = match fog.before(below, up, range) {
+            0.0 => 0.0,
+            before => self.optical_depth(eye, up, before).min(whole),
+        };
+        let [horizon, light] = self.lit([HORIZON, self.fog_colour(fog, eye)], direction);
+        clear
+            .behind(horizon, (before - whole).exp())
+            .behind(light, (-fog.depth(below, up * range, range)).exp())
+            .behind(horizon, (-before).exp())
     }
 
-    /// Share of light that comes through the air on the way of [`Self::haze`].
-    pub fn through(&self, eye: f64, direction: Vec3, range: f32) -> f32 {
-        let of = |radiance| self.haze(radiance, eye, direction, range).x;
-        (of(Vec3::ONE) - of(Vec3::ZERO)).max(0.0)
+    /// Radiance that reaches the eye from a surface of `radiance` behind the air of [`Self::veil`].
+    pub fn haze(&self, radiance: Vec3, eye: f64, direction: Vec3, range: f32) -> Vec3 {
+        self.veil(eye, direction, range).over(radiance)
     }
 
     /// Range beyond which nothing of the ground is seen from height `eye`, metres: haze lets through less than

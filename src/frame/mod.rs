@@ -44,7 +44,7 @@ mod testing;
 pub mod video;
 pub mod y4m;
 
-pub use atmosphere::Atmosphere;
+pub use atmosphere::{Atmosphere, Veil};
 pub use fall::Fall;
 pub use frames::FrameSet;
 pub use info::FrameInfo;

@@ -309,7 +309,7 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         }
         let lifted_at = at + DVec3::Z * (LIFT + LIFT_PIXELS * angle * range);
         let lifted = self.finder.position(lifted_at);
-        let through = self.atmosphere.through(eye.z, (way / range).as_vec3(), range as f32);
+        let through = self.atmosphere.veil(eye.z, (way / range).as_vec3(), range as f32).through;
         let (asked, inverse) = (Some(lifted.unwrap_or(position)), (1.0 + BEHIND) / range);
         Some((Point { position, asked, inverse, light: light * through, radius, angle }, lifted_at - eye))
     }
@@ -341,7 +341,7 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         let position = self.finder.position(self.camera.pose.eye + direction)?;
         let angle = self.angle(position)?;
         let lux = star.lux * starlight_through(direction.z);
-        let through = self.atmosphere.through(self.camera.pose.eye.z, direction.as_vec3(), BEYOND);
+        let through = self.atmosphere.veil(self.camera.pose.eye.z, direction.as_vec3(), BEYOND).through;
         let light = self.per_luminance * lux * f64::from(through) / angle.min(EYE_ANGLE).powi(2);
         let light = star.colour * light as f32;
         // The sky alone does not hide it.

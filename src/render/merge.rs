@@ -8,7 +8,7 @@ use super::Renderer;
 use super::shadows::{Latest, Shadows};
 use crate::error::Result;
 use crate::frame::stage::Pixels;
-use crate::frame::{Atmosphere, Frame, Picture};
+use crate::frame::{Atmosphere, Frame, Picture, Veil};
 use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
@@ -44,21 +44,20 @@ struct Look<'s, 'r, 'a, S> {
     shadows: Option<&'s Shadows<'r, 'a, S>>,
 }
 
-/// What the air before a body adds, and what it leaves of its light.
+/// The air before a hit of a body.
 #[derive(Clone, Copy)]
-struct Veil {
+struct Before {
     id: u32,
     /// Metres.
     range: f64,
     /// Of unit length.
     direction: Vec3,
-    air: Vec3,
-    left: Vec3,
+    veil: Veil,
 }
 
-impl Veil {
-    /// Whether it is that of a hit, too, or nearly so.
-    fn is_before(&self, hit: &Hit, direction: Vec3) -> bool {
+impl Before {
+    /// Whether it is that before another hit, too, or nearly so.
+    fn is_of(&self, hit: &Hit, direction: Vec3) -> bool {
         self.id == hit.id
             && (self.range - hit.range).abs() <= ALONG * self.range
             && (self.direction - direction).length_squared() <= ASIDE * ASIDE
@@ -182,11 +181,11 @@ fn each_pixel<'s, S: PageSource>(
 ) {
     let latest = Latest::default();
     for square in squares {
-        let veil = Cell::new(None);
+        let air = Cell::new(None);
         square.look(
             look.isa,
             |column, row| shown.ground(column, row),
-            |hit, ray| look.shade(hit, ray, &latest, &veil),
+            |hit, ray| look.shade(hit, ray, &latest, &air),
             &mut put,
         );
     }
@@ -206,20 +205,19 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
     }
 
     /// Radiance that reaches the eye from a hit.
-    fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>, veil: &Cell<Option<Veil>>) -> Vec3 {
+    fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>, latest_air: &Cell<Option<Before>>) -> Vec3 {
         let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray, latest));
         let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, sun);
         let direction = ray.direction.as_vec3();
-        let own = veil.get().filter(|veil| veil.is_before(hit, direction)).unwrap_or_else(|| {
-            let seen = |light| self.atmosphere.haze(light, ray.origin.z, direction, hit.range as f32);
-            let air = seen(Vec3::ZERO);
-            Veil { id: hit.id, range: hit.range, direction, air, left: seen(Vec3::ONE) - air }
+        let before = latest_air.get().filter(|before| before.is_of(hit, direction)).unwrap_or_else(|| {
+            let veil = self.atmosphere.veil(ray.origin.z, direction, hit.range as f32);
+            Before { id: hit.id, range: hit.range, direction, veil }
         });
         // Fog may end anywhere.
         if !self.has_fog {
-            veil.set(Some(own));
+            latest_air.set(Some(before));
         }
-        self.tint * (own.air + own.left * radiance)
+        self.tint * before.veil.over(radiance)
     }
 }
 

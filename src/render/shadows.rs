@@ -301,8 +301,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let over_ground =
             GridRay::new(&source.header().grid, ray.origin, ray.direction).over(options.curvature);
         let (normal, sun) = filter.light(&over_ground, &contact)?;
-        let air = self.atmosphere.haze(Vec3::ZERO, ray.origin.z, ray.direction.as_vec3(), range as f32);
-        Ok(Some(Light { range, normal, sun, air }))
+        let veil = self.atmosphere.veil(ray.origin.z, ray.direction.as_vec3(), range as f32);
+        Ok(Some(Light { range, normal, sun, air: veil.light }))
     }
 
     /// What went wrong with what was asked of it.
