@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Renderer;
 use crate::error::Result;
-use crate::frame::clouds::{CloudStage, Field};
+use crate::frame::clouds::{CloudStage, Field, Lattice};
 use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Picture};
 use crate::scene::Clouds;
@@ -68,8 +68,8 @@ fn each_band<'b, S: PageSource>(
     };
     let stage = stage.tinted(tint);
     let rows = stage.band_rows();
-    farm.each(Stage::Image, bands(&stage), |index, (light, range)| {
-        stage.fill(index * rows, light, range);
+    farm.each_with(Stage::Image, bands(&stage), Lattice::default, |lattice, index, (light, range)| {
+        stage.fill(lattice, index * rows, light, range);
         Ok(())
     })
 }

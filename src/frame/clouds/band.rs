@@ -18,14 +18,16 @@ const PROFILE: usize = (STEPS + 1) * VALUES * LANES;
 
 pub(super) struct Filling<'b, 'c> {
     pub stage: &'b CloudStage<'c>,
+    /// Memory; nothing in it matters.
+    pub lattice: &'b mut Lattice,
     pub first: usize,
     pub light: Pixels<'b>,
     pub range: &'b [f32],
 }
 
 /// Rays of the lattice in a band, `[rows][groups][LANES]`.
-#[derive(Default)]
-struct Lattice {
+#[derive(Debug, Default)]
+pub struct Lattice {
     groups: usize,
     /// Where each row stands in memory, downward.
     rows: Vec<usize>,
@@ -35,7 +37,7 @@ struct Lattice {
     /// Parts of a [`Pace`].
     per_onset: Vec<f32>,
     rate: Vec<f32>,
-    /// `[rows][groups][STEPS + 1][VALUES][LANES]`
+    /// `[rows][groups][STEPS + 1][VALUES][LANES]`, and behind them what another band left there.
     profiles: Vec<Sixteen>,
     /// Screen positions without a picture, by the rows and columns of the lattice.
     blind: Vec<bool>,
@@ -46,10 +48,10 @@ impl Kernel for Filling<'_, '_> {
 
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
-        let Self { stage, first, mut light, range } = self;
+        let Self { stage, lattice, first, mut light, range } = self;
         let width = stage.camera.width as usize;
         let rows = range.len() / width.max(1);
-        let lattice = Lattice::new(simd, stage, first, rows);
+        lattice.renew(simd, stage, first, rows);
         let profiles: &[f32] = bytemuck::cast_slice(&lattice.profiles);
         let has_blind = lattice.blind.contains(&true);
         let mut line = [const { Vec::new() }; 3 + VALUES];
@@ -68,7 +70,7 @@ impl Kernel for Filling<'_, '_> {
                 {
                     pixels.by_rays(&mut light, start..end, ranges);
                 } else {
-                    let places = Places { lattice: &lattice, profiles, line: &line, between, down };
+                    let places = Places { lattice, profiles, line: &line, between, down };
                     pixels.by_lattice(&mut light, start..end, ranges, &places);
                 }
             }
@@ -77,26 +79,28 @@ impl Kernel for Filling<'_, '_> {
 }
 
 impl Lattice {
-    /// The lattice of so many rows of pixels.
+    /// Makes it that of so many rows of pixels.
     #[inline(always)]
-    fn new<V: Simd>(simd: V, stage: &CloudStage<'_>, first: usize, rows: usize) -> Self {
-        let columns = (stage.camera.width as usize).div_ceil(stage.cell) + 1;
-        let spacing = stage.cell as f32;
-        let mut lattice = Self { groups: columns.div_ceil(LANES), spacing, ..Self::default() };
+    fn renew<V: Simd>(&mut self, simd: V, stage: &CloudStage<'_>, first: usize, rows: usize) {
+        self.groups = ((stage.camera.width as usize).div_ceil(stage.cell) + 1).div_ceil(LANES);
+        self.spacing = stage.cell as f32;
+        self.blind.clear();
+        self.direction.iter_mut().chain([&mut self.per_onset, &mut self.rate]).for_each(Vec::clear);
         let cells = rows.div_ceil(stage.cell);
         for row in 0..=cells {
-            lattice.march(simd, stage, (first + row * stage.cell) as f64);
+            self.march(simd, stage, (first + row * stage.cell) as f64);
         }
-        lattice.rows = (0..=cells).collect();
-        if stage.cell > 1 && lattice.flatness() > FLAT {
+        self.rows.clear();
+        self.rows.extend(0..=cells);
+        if stage.cell > 1 && self.flatness() > FLAT {
             for row in 0..cells {
-                lattice.march(simd, stage, first as f64 + (row as f64 + 0.5) * stage.cell as f64);
+                self.march(simd, stage, first as f64 + (row as f64 + 0.5) * stage.cell as f64);
             }
             // Those between follow in memory.
-            lattice.rows = (0..=2 * cells).map(|row| row / 2 + row % 2 * (cells + 1)).collect();
-            lattice.spacing *= 0.5;
+            self.rows.clear();
+            self.rows.extend((0..=2 * cells).map(|row| row / 2 + row % 2 * (cells + 1)));
+            self.spacing *= 0.5;
         }
-        lattice
     }
 
     /// Adds a row at a height of the screen, pixels.
@@ -117,9 +121,12 @@ impl Lattice {
                 *lanes_of = simd.load(&lanes(values, first + group * LANES));
             }
             let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
-            let start = self.profiles.len();
-            self.profiles.resize(start + PROFILE / LANES, Sixteen::default());
-            rays.march(simd, &stage.cover, &stage.air, Some(&mut self.profiles[start..]));
+            let start = (first / LANES + group) * (PROFILE / LANES);
+            let end = start + PROFILE / LANES;
+            if self.profiles.len() < end {
+                self.profiles.resize(end, Sixteen::default());
+            }
+            rays.march(simd, &stage.cover, &stage.air, Some(&mut self.profiles[start..end]));
             let Pace { per_onset, rate } = rays.pace;
             for (values, target) in [(per_onset, &mut self.per_onset), (rate, &mut self.rate)] {
                 let mut stored = [0.0; LANES];

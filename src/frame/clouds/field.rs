@@ -8,6 +8,7 @@
 
 use glam::{DVec2, Vec3};
 
+use super::noise::Noise;
 use crate::scene::Clouds;
 use crate::sunlight::Sun;
 
@@ -36,7 +37,7 @@ pub const FIRST: [u32; LEVELS] = {
 };
 
 /// Voxels from cloud to cloud.
-const PER_CLOUD: f32 = 16.0;
+const PER_CLOUD: usize = 16;
 
 /// Least sine of the elevation that light is followed along: rays of a lower sun would leap from voxel to voxel.
 pub const LOWEST_SUN: f32 = 0.15;
@@ -62,7 +63,7 @@ pub struct Field {
 impl Field {
     /// The layer that `clouds` describe, with light of `sun` in it.
     pub fn new(clouds: &Clouds, sun: Sun) -> Self {
-        let voxel = clouds.scale / f64::from(PER_CLOUD);
+        let voxel = clouds.scale / PER_CLOUD as f64;
         let densities = densities(clouds, voxel);
         Self::of(&densities, clouds, voxel, sun)
     }
@@ -119,51 +120,43 @@ fn pack([densities, lights]: &[Vec<f32>; 2], side: usize, words: &mut Vec<u32>) 
 /// What densities follow from.
 struct Shapes<'c> {
     clouds: &'c Clouds,
-    /// Layers' depth, voxels.
-    rise: f32,
     /// How cloudy each place is, `[SIDE][SIDE]`.
     cover: Vec<f32>,
+    /// What finer noise and the dome add to a voxel, `[LAYERS][SIDE][SIDE]`.
+    detail: Vec<f32>,
     /// What all places have besides: where clouds are closing no thin places are left.
     closed: f32,
     /// Less than 1 where hardly a cloud is left.
     few: f32,
 }
 
-/// Bound of [`noise`].
-const MOST_NOISE: f32 = 1.04;
-
 impl<'c> Shapes<'c> {
     fn new(clouds: &'c Clouds, voxel: f64) -> Self {
-        let coverage = clouds.coverage as f32;
-        let cover = |index: usize| {
-            let place = [(index % SIDE) as f32, (index / SIDE) as f32, 0.0];
-            noise(place, PER_CLOUD, clouds.seed) + 0.5 * noise(place, 0.5 * PER_CLOUD, clouds.seed ^ 0x51)
-        };
-        Self {
-            clouds,
-            rise: ((clouds.top - clouds.base) / voxel) as f32 / (LAYERS - 1) as f32,
-            cover: (0..SIDE * SIDE).map(cover).collect(),
-            closed: 1.2 * smooth((coverage - 0.75) / 0.25),
-            few: (20.0 * coverage).min(1.0),
+        let (coverage, seed) = (clouds.coverage as f32, clouds.seed);
+        // Layers' depth, voxels.
+        let rise = ((clouds.top - clouds.base) / voxel) as f32 / (LAYERS - 1) as f32;
+        let noise = |cell: usize, salt: u32| Noise::new(cell, seed ^ salt);
+        let mut cover = vec![0.0; SIDE * SIDE];
+        for (row, cover) in cover.chunks_mut(SIDE).enumerate() {
+            noise(PER_CLOUD, 0).add(1.0, row as f32, 0.0, cover);
+            noise(PER_CLOUD / 2, 0x51).add(0.5, row as f32, 0.0, cover);
         }
+        let mut detail = vec![0.0; LAYERS * SIDE * SIDE];
+        for (row, detail) in detail.chunks_mut(SIDE).enumerate() {
+            let (layer, row) = (row / SIDE, row % SIDE);
+            let (share, up) = (finer_share(layer), layer as f32 * rise);
+            detail.fill(-dome(layer));
+            noise(8, 0xa3).add(share, row as f32, up, detail);
+            noise(4, 0xb7).add(0.6 * share, row as f32, up, detail);
+        }
+        let (closed, few) = (1.2 * smooth((coverage - 0.75) / 0.25), (20.0 * coverage).min(1.0));
+        Self { clouds, cover, detail, closed, few }
     }
 
-    /// What finer noise and the dome add to a voxel.
-    fn detail(&self, index: usize, layer: usize) -> f32 {
-        let seed = self.clouds.seed;
-        let at = [(index % SIDE) as f32, (index / SIDE) as f32, layer as f32 * self.rise];
-        let finer = noise(at, 8.0, seed ^ 0xa3) + 0.6 * noise(at, 4.0, seed ^ 0xb7);
-        finer * finer_share(layer) - dome(layer)
-    }
-
-    /// Density of a voxel if there are clouds where the cover is above about a threshold.
-    fn density(&self, index: usize, layer: usize, detail: f32, threshold: f32) -> f32 {
-        let body = self.body(index, threshold) + detail;
-        self.few * edges(layer) * (2.0 * body).clamp(0.0, 1.0)
-    }
-
-    fn body(&self, index: usize, threshold: f32) -> f32 {
-        3.2 * (self.cover[index] - threshold) + self.closed
+    /// Density of a voxel, if there are clouds where the cover is above about a threshold; `edge` is the share that base and top leave to its layer.
+    fn density(&self, edge: f32, [cover, detail]: [f32; 2], threshold: f32) -> f32 {
+        let body = 3.2 * (cover - threshold) + self.closed + detail;
+        self.few * edge * (2.0 * body).clamp(0.0, 1.0)
     }
 
     /// The threshold that leaves as much of the sky covered as was asked for, found by halving on a part of the columns. A column covers where less than half of light
@@ -172,18 +165,22 @@ impl<'c> Shapes<'c> {
         let covers =
             (std::f32::consts::LN_2 / extinction(self.clouds) / (self.clouds.top - self.clouds.base) as f32)
                 .min(0.25);
-        let columns: Vec<usize> = (0..SIDE * SIDE)
-            .filter(|index| (index % SIDE).is_multiple_of(SAMPLED) && (index / SIDE).is_multiple_of(SAMPLED))
-            .collect();
-        let details: Vec<[f32; LAYERS]> =
-            columns.iter().map(|&index| std::array::from_fn(|layer| self.detail(index, layer))).collect();
+        let least = self.few * covers * (LAYERS - 1) as f32;
+        let sampled = |plane: &[f32]| -> Vec<f32> {
+            let rows = plane.chunks(SIDE).step_by(SAMPLED);
+            rows.flat_map(|row| row.iter().step_by(SAMPLED)).copied().collect()
+        };
+        let cover = sampled(&self.cover);
+        let details: Vec<_> = self.detail.chunks(SIDE * SIDE).map(sampled).collect();
         let share = |threshold: f32| {
-            let covered = columns.iter().zip(&details).filter(|(index, details)| {
-                let dense = |(layer, detail): (usize, &f32)| self.density(**index, layer, *detail, threshold);
-                let depth: f32 = details.iter().enumerate().map(dense).sum();
-                self.few * covers * ((LAYERS - 1) as f32) < depth
-            });
-            covered.count() as f64 / columns.len() as f64
+            let mut depths = vec![0.0; cover.len()];
+            for (layer, details) in details.iter().enumerate() {
+                let edge = edges(layer);
+                for (depth, (cover, detail)) in depths.iter_mut().zip(cover.iter().zip(details)) {
+                    *depth += self.density(edge, [*cover, *detail], threshold);
+                }
+            }
+            depths.iter().filter(|depth| least < **depth).count() as f64 / cover.len() as f64
         };
         let (mut low, mut high) = (-3.0, 3.0);
         for _ in 0..HALVINGS {
@@ -221,14 +218,9 @@ fn densities(clouds: &Clouds, voxel: f64) -> Vec<f32> {
     let shapes = Shapes::new(clouds, voxel);
     let threshold = shapes.threshold();
     let mut densities = Vec::with_capacity(LAYERS * SIDE * SIDE);
-    for layer in 0..LAYERS {
-        let most = 1.6 * MOST_NOISE * finer_share(layer) - dome(layer);
-        densities.extend((0..SIDE * SIDE).map(|index| {
-            if edges(layer) == 0.0 || shapes.body(index, threshold) + most <= 0.0 {
-                return 0.0;
-            }
-            shapes.density(index, layer, shapes.detail(index, layer), threshold)
-        }));
+    for (layer, details) in shapes.detail.chunks(SIDE * SIDE).enumerate() {
+        let (edge, places) = (edges(layer), shapes.cover.iter().zip(details));
+        densities.extend(places.map(|(cover, detail)| shapes.density(edge, [*cover, *detail], threshold)));
     }
     densities
 }
@@ -242,24 +234,29 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
     let parts = (step[0].hypot(step[1]).ceil() as usize).clamp(1, MOST_PARTS);
     let way = extinction(clouds) * rise / to_sun.z / parts as f32;
     let plane = SIDE * SIDE;
+    let shifts: Vec<_> = (1..=parts)
+        .map(|part| part as f32 / parts as f32)
+        .map(|share| (share, Shift::new(step, share)))
+        .collect();
+    let (from_above, between) =
+        shifts.split_last().map_or((Shift::new(step, 1.0), &[][..]), |(last, all)| (last.1, all));
     let mut depth = vec![0.0_f32; plane];
     let mut lights = vec![1.0; densities.len()];
     for layer in (0..LAYERS - 1).rev() {
         let (own, above) = (&densities[layer * plane..][..plane], &densities[(layer + 1) * plane..][..plane]);
         depth = (0..plane)
             .map(|index| {
-                let at = |share: f32| {
-                    [(index % SIDE) as f32 + step[0] * share, (index / SIDE) as f32 + step[1] * share]
+                let of_part = |(share, shift): &(f32, Shift)| {
+                    lerp(shift.at(own, index), shift.at(above, index), *share)
                 };
-                let between: f32 = (1..parts)
-                    .map(|part| part as f32 / parts as f32)
-                    .map(|share| lerp(bilinear(own, at(share)), bilinear(above, at(share)), share))
-                    .sum();
-                let ends = 0.5 * (own[index] + bilinear(above, at(1.0)));
-                bilinear(&depth, at(1.0)) + way * (ends + between)
+                let between: f32 = between.iter().map(of_part).sum();
+                let ends = 0.5 * (own[index] + from_above.at(above, index));
+                from_above.at(&depth, index) + way * (ends + between)
             })
             .collect();
-        for (light, depth) in lights[layer * plane..].iter_mut().zip(&depth) {
+        for (light, depth) in
+            lights[layer * plane..].iter_mut().zip(&depth).filter(|(_, depth)| **depth > 0.0)
+        {
             let [share, slow] = SCATTERED;
             *light = (1.0 - share) * (-depth).exp() + share * (-slow * depth).exp();
         }
@@ -278,55 +275,30 @@ pub fn extinction(clouds: &Clouds) -> f32 {
     -super::super::atmosphere::VANISHING_CONTRAST.ln() / clouds.visibility as f32
 }
 
-/// Between four values of a plane that repeats.
-fn bilinear(plane: &[f32], [x, y]: [f32; 2]) -> f32 {
-    let (left, low) = (x.floor(), y.floor());
-    let wrap = |place: f32| (place as i32 & (SIDE as i32 - 1)) as usize;
-    let columns = [wrap(left), (wrap(left) + 1) % SIDE];
-    let rows = [wrap(low), (wrap(low) + 1) % SIDE].map(|row| row * SIDE);
-    let along = rows.map(|row| lerp(plane[row + columns[0]], plane[row + columns[1]], x - left));
-    lerp(along[0], along[1], y - low)
+/// A way across a plane of voxels that repeats.
+#[derive(Debug, Clone, Copy)]
+struct Shift {
+    whole: [usize; 2],
+    share: [f32; 2],
 }
 
-/// Gradient noise (Perlin 1985, 2002) in cells of `cell` voxels, a power of two, that repeats after [`SIDE`] of them eastward and northward; about −0.7…0.7.
-fn noise(place: [f32; 3], cell: f32, seed: u32) -> f32 {
-    let period = (SIDE as f32 / cell) as i32;
-    let at = place.map(|place| place / cell);
-    let base = at.map(f32::floor);
-    let share = [at[0] - base[0], at[1] - base[1], at[2] - base[2]];
-    let corner = |dx: i32, dy: i32, dz: i32| {
-        let [x, y, z] = base.map(|base| base as i32);
-        let index = [(x + dx) & (period - 1), (y + dy) & (period - 1), z + dz];
-        let away = [share[0] - dx as f32, share[1] - dy as f32, share[2] - dz as f32];
-        slope(hash(index, seed), away)
-    };
-    let [x, y, z] = share.map(|share| share * share * share * (share * (share * 6.0 - 15.0) + 10.0));
-    let edge = |dy, dz| lerp(corner(0, dy, dz), corner(1, dy, dz), x);
-    let face = |dz| lerp(edge(0, dz), edge(1, dz), y);
-    lerp(face(0), face(1), z)
-}
-
-/// Product with one of the twelve directions to a cube's edges.
-fn slope(hash: u32, [x, y, z]: [f32; 3]) -> f32 {
-    let (first, second) = match hash % 3 {
-        0 => (x, y),
-        1 => (y, z),
-        _ => (z, x),
-    };
-    let sign = |bit: u32, value: f32| if hash >> bit & 1 == 0 { value } else { -value };
-    sign(8, first) + sign(9, second)
-}
-
-/// Bits without order from a place (after the finaliser of MurmurHash3, Appleby 2008).
-fn hash(place: [i32; 3], seed: u32) -> u32 {
-    let mut bits = seed;
-    for place in place {
-        bits = bits.wrapping_add(place as u32).wrapping_mul(0x9e37_79b1);
-        bits = (bits ^ bits >> 16).wrapping_mul(0x85eb_ca6b);
-        bits = (bits ^ bits >> 13).wrapping_mul(0xc2b2_ae35);
-        bits ^= bits >> 16;
+impl Shift {
+    /// A `share` of `step`, voxels.
+    fn new(step: [f32; 2], share: f32) -> Self {
+        let way = step.map(|step| step * share);
+        let whole = way.map(f32::floor);
+        let share = [way[0] - whole[0], way[1] - whole[1]];
+        Self { whole: whole.map(|whole| (whole as i32).rem_euclid(SIDE as i32) as usize), share }
     }
-    bits
+
+    /// Between the four values about where the way from a voxel ends.
+    fn at(&self, plane: &[f32], index: usize) -> f32 {
+        let [east, north] = [index % SIDE + self.whole[0], index / SIDE + self.whole[1]];
+        let value = |east: usize, north: usize| plane[(north % SIDE) * SIDE + east % SIDE];
+        let along =
+            [north, north + 1].map(|north| lerp(value(east, north), value(east + 1, north), self.share[0]));
+        lerp(along[0], along[1], self.share[1])
+    }
 }
 
 fn smooth(share: f32) -> f32 {
@@ -334,6 +306,6 @@ fn smooth(share: f32) -> f32 {
     share * share * (3.0 - 2.0 * share)
 }
 
-fn lerp(from: f32, to: f32, share: f32) -> f32 {
+pub fn lerp(from: f32, to: f32, share: f32) -> f32 {
     from + (to - from) * share
 }

@@ -20,9 +20,11 @@
 mod band;
 mod field;
 mod march;
+mod noise;
 #[cfg(test)]
 mod tests;
 
+pub use band::Lattice;
 pub use field::Field;
 
 use glam::{DVec2, Vec3};
@@ -128,9 +130,9 @@ impl<'c> CloudStage<'c> {
         BAND_CELLS * self.cell
     }
 
-    /// Puts clouds into a band that begins at a multiple of [`Self::band_rows`]; `range` of its pixels is metres, infinite for the sky.
-    pub fn fill(&self, first: usize, light: Pixels<'_>, range: &[f32]) {
-        self.isa.run(band::Filling { stage: self, first, light, range });
+    /// Puts clouds into a band that begins at a multiple of [`Self::band_rows`]; `range` of its pixels is metres, infinite for the sky. `lattice` is scratch memory.
+    pub fn fill(&self, lattice: &mut Lattice, first: usize, light: Pixels<'_>, range: &[f32]) {
+        self.isa.run(band::Filling { stage: self, lattice, first, light, range });
     }
 
     /// Unit direction of a position of the screen, pixels; `None` where the screen has no picture.

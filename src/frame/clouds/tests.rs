@@ -96,11 +96,11 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
             .map(|(x, y)| if y + x % 40 > 60 { ground + 11.0 * x as f32 } else { f32::INFINITY })
             .collect();
         let mut colour = vec![[0.0; 3]; pixels];
-        let rows = stage.band_rows();
+        let (rows, mut lattice) = (stage.band_rows(), Lattice::default());
         for (index, (colour, range)) in
             colour.chunks_mut(192 * rows).zip(range.chunks(192 * rows)).enumerate()
         {
-            stage.fill(index * rows, Pixels::Linear(colour), range);
+            stage.fill(&mut lattice, index * rows, Pixels::Linear(colour), range);
         }
         let mut wrong = Vec::new();
         for pixel in (0..pixels).step_by(LANES) {
@@ -160,11 +160,11 @@ fn instruction_sets_agree() {
             let range: Vec<f32> =
                 (0..61 * 33).map(|pixel| if pixel < 900 { f32::INFINITY } else { 800.0 }).collect();
             let stage = stage(isa, &camera, &field, &CLOUDS);
-            let rows = stage.band_rows();
+            let (rows, mut lattice) = (stage.band_rows(), Lattice::default());
             for (index, (colour, range)) in
                 colour.chunks_mut(61 * rows).zip(range.chunks(61 * rows)).enumerate()
             {
-                stage.fill(index * rows, Pixels::Linear(colour), range);
+                stage.fill(&mut lattice, index * rows, Pixels::Linear(colour), range);
             }
             colour
         })
@@ -218,7 +218,12 @@ fn what_lies_before_clouds_keeps_its_bits() {
     let stage = stage(Isa::best(), &camera, &field, &CLOUDS);
     let sky: Vec<u8> = (0..64 * 20 * 3).map(|byte| byte as u8).collect();
     let mut seen = sky.clone();
-    stage.fill(0, Pixels::Srgb8(&mut seen[..64 * 16 * 3]), &[f32::INFINITY; 64 * 16]);
+    stage.fill(
+        &mut Lattice::default(),
+        0,
+        Pixels::Srgb8(&mut seen[..64 * 16 * 3]),
+        &[f32::INFINITY; 64 * 16],
+    );
     // The rows that look up or level.
     assert_eq!(seen[..64 * 3 * 4], sky[..64 * 3 * 4]);
 }
