@@ -160,6 +160,7 @@ impl Casters {
         let mut models: Vec<&Caster> = Vec::new();
         for caster in among.filter(|caster| caster.is_near(place, size)) {
             match caster.form {
+                Form::Shape(_) if blocked == u16::MAX => break,
                 Form::Shape(shape) => blocked |= self.isa.run(&caster.beam(shape, patch)),
                 _ => models.push(caster),
             }

@@ -39,6 +39,16 @@ struct Lit<'s> {
     lens: Lens<'s>,
 }
 
+/// What a ray half a pixel beside another differs by from it, about a part of the screen.
+#[derive(Clone, Copy)]
+struct Aside {
+    /// From its middle, pixels.
+    offset: DVec2,
+    /// Metres; nothing but for parallel rays.
+    origin: DVec3,
+    direction: DVec3,
+}
+
 /// A few pixels, and what holds their ground.
 struct Block {
     columns: Range<usize>,
@@ -57,22 +67,48 @@ struct Light {
     air: Vec3,
 }
 
+impl Light {
+    /// Whether a pixel whose ground is `range` metres away shows the same surface.
+    fn is_of(&self, range: f64) -> bool {
+        (self.range - range).abs() <= EDGE * range
+    }
+}
+
 /// Corners of the cells of a square each way.
 const CORNERS: usize = SQUARE / CELL + 1;
 
 /// Light of the ground at the corners of a square's cells, as far as it was asked for; `None` of it: there is sky.
 struct Lights {
+    /// Of unit length.
+    to_sun: Vec3,
     /// First column and row of the square, last ones of the picture.
     first: [usize; 2],
     last: [usize; 2],
     known: [Option<Option<Light>>; CORNERS * CORNERS],
+    /// Between which ranges pixels show the surface of all four corners of a cell, metres, if no sun reaches any of those; by the upper left one.
+    dark: [[f64; 2]; CORNERS * CORNERS],
 }
+
+/// No range lies between these.
+const NONE: [f64; 2] = [f64::INFINITY, 0.0];
 
 impl Lights {
     /// None is known yet.
-    fn of(first: [usize; 2], shown: &Shown<'_>) -> Self {
+    fn of(first: [usize; 2], shown: &Shown<'_>, to_sun: Vec3) -> Self {
         let last = [shown.width - 1, shown.range.len() / shown.width - 1];
-        Self { first, last, known: [None; CORNERS * CORNERS] }
+        Self { to_sun, first, last, known: [None; CORNERS * CORNERS], dark: [NONE; CORNERS * CORNERS] }
+    }
+
+    /// Cells' corner above and left of a pixel, by its number among them.
+    fn corner(&self, pixel: [usize; 2]) -> [usize; 2] {
+        [0, 1].map(|axis| (pixel[axis] - self.first[axis]) / CELL)
+    }
+
+    /// Whether no sun reaches the ground around a pixel, so that nothing can hide it, as far as that is known.
+    fn are_dark(&self, pixel: [usize; 2], range: f64) -> bool {
+        let [column, row] = self.corner(pixel);
+        let [nearest, farthest] = self.dark[row * CORNERS + column];
+        nearest <= range && range <= farthest
     }
 
     /// Between the four corners around a pixel, of which `light` tells those that are not known; `None`: not all of them show the surface of the pixel.
@@ -82,11 +118,12 @@ impl Lights {
         range: f64,
         mut light: impl FnMut([usize; 2]) -> Result<Option<Light>>,
     ) -> Result<Option<Light>> {
-        let offset = [0, 1].map(|axis| pixel[axis] - self.first[axis]);
-        let share = offset.map(|offset| (offset % CELL) as f32 / CELL as f32);
+        let first = self.corner(pixel);
+        let share = [0, 1].map(|axis| ((pixel[axis] - self.first[axis]) % CELL) as f32 / CELL as f32);
         let mut mean = Light { range, normal: Vec3::ZERO, sun: 0.0, air: Vec3::ZERO };
+        let (mut dark, mut is_lit, mut faces_it) = ([0.0, f64::INFINITY], false, false);
         for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
-            let corner = [offset[0] / CELL + right, offset[1] / CELL + down];
+            let corner = [first[0] + right, first[1] + down];
             let known = &mut self.known[corner[1] * CORNERS + corner[0]];
             let own = match *known {
                 Some(own) => own,
@@ -95,7 +132,7 @@ impl Lights {
                     *known.insert(light(at)?)
                 }
             };
-            let Some(own) = own.filter(|own| (own.range - range).abs() <= EDGE * range) else {
+            let Some(own) = own.filter(|own| own.is_of(range)) else {
                 return Ok(None);
             };
             let of = |share: f32, step: usize| if step == 1 { share } else { 1.0 - share };
@@ -103,9 +140,34 @@ impl Lights {
             mean.normal += own.normal * weight;
             mean.sun += own.sun * weight;
             mean.air += own.air * weight;
+            dark = [dark[0].max(own.range / (1.0 + EDGE)), dark[1].min(own.range / (1.0 - EDGE))];
+            is_lit |= own.sun > 0.0;
+            faces_it |= own.normal.dot(self.to_sun) > 0.0;
+        }
+        if !is_lit || !faces_it {
+            self.dark[first[1] * CORNERS + first[0]] = dark;
         }
         mean.normal = mean.normal.normalize_or(Vec3::Z);
         Ok(Some(mean))
+    }
+}
+
+impl Lit<'_> {
+    /// Rays half a pixel to the right, and down, of one in the middle of a part of the screen; of no size where that has no picture.
+    fn asides(&self, part: &Block) -> [Aside; 2] {
+        let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
+        let at = DVec2::new(middle(&part.columns), middle(&part.rows));
+        let own = self.lens.ray_at(at);
+        [DVec2::new(0.5, 0.0), DVec2::new(0.0, 0.5)].map(|offset| {
+            match (own, self.lens.ray_at(at + offset)) {
+                (Some(own), Some(ray)) => Aside {
+                    offset,
+                    origin: ray.origin - own.origin,
+                    direction: ray.direction - own.direction,
+                },
+                _ => Aside { offset: DVec2::ZERO, origin: DVec3::ZERO, direction: DVec3::ZERO },
+            }
+        })
     }
 }
 
@@ -137,6 +199,7 @@ pub struct Shadows<'r, 'a, S> {
     sunlit: Sunlit<'r, 'a, S>,
     footprint: Footprint,
     daylight: Daylight,
+    to_sun: Vec3,
     atmosphere: Atmosphere,
 }
 
@@ -152,7 +215,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let atmosphere = options.atmosphere(renderer.source.header());
         let footprint = camera.footprint();
         let (sunlit, daylight) = (Sunlit::new(renderer, bodies), Daylight::new(options.sun));
-        Some(Self { renderer, casters, sunlit, footprint, daylight, atmosphere })
+        Some(Self { renderer, casters, sunlit, footprint, daylight, to_sun: to_sun.as_vec3(), atmosphere })
     }
 
     /// What samples the ground.
@@ -178,7 +241,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                     continue;
                 };
                 let of_square = self.casters.over(&all);
-                let mut lights = Lights::of([column, first], &ground.shown);
+                let mut lights = Lights::of([column, first], &ground.shown, self.to_sun);
                 for block in blocks {
                     let of_block = block.among(&of_square);
                     if of_block.is_empty() {
@@ -187,8 +250,13 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                     let filter = filter.get_or_insert_with(|| self.filter(camera));
                     for cell in self.parts(&ground, [&block.columns, &block.rows], CELL) {
                         let among = cell.among(&of_block);
-                        for [column, row] in cell.pixels().filter(|_| !among.is_empty()) {
-                            let left = self.left(&ground, filter, &mut lights, &among, [column, row])?;
+                        if among.is_empty() {
+                            continue;
+                        }
+                        let asides = ground.asides(&cell);
+                        for [column, row] in cell.pixels() {
+                            let among = (&among[..], &asides);
+                            let left = self.left(&ground, filter, &mut lights, among, [column, row])?;
                             if let Some((left, air)) = left {
                                 let pixel = (row - first) * width + column;
                                 let seen = pixels.light(pixel);
@@ -218,8 +286,9 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
         for row in rows.clone() {
             for range in &range[row * width + columns.start..row * width + columns.end] {
-                near = near.min(*range);
-                far = far.max(if range.is_finite() { *range } else { 0.0 });
+                // Not `min` and `max`, which ask for NaN, too.
+                near = if *range < near { *range } else { near };
+                far = if far < *range && *range < f32::INFINITY { *range } else { far };
             }
         }
         if near > far {
@@ -242,37 +311,35 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Some(Block { columns, rows, bounds })
     }
 
-    /// Which part of a pixel's light is left where bodies hide the sun, and the light of the air before it; `None`: all is.
+    /// Which part of a pixel's light is left where bodies `among` some hide the sun, and the light of the air before it; `None`: all is. `asides` tell how
+    /// rays change about it.
     fn left(
         &self,
         ground: &Lit<'_>,
         filter: &mut SurfaceFilter<'_, S>,
         lights: &mut Lights,
-        among: &[&Caster],
+        (among, asides): (&[&Caster], &[Aside; 2]),
         [column, row]: [usize; 2],
     ) -> Result<Option<(f32, Vec3)>> {
         let Lit { shown, lens } = ground;
         let plane = shown.ground(column, row);
-        if plane.inverse <= 0.0 {
+        let range = 1.0 / f64::from(plane.inverse);
+        if plane.inverse <= 0.0 || lights.are_dark([column, row], range) {
             return Ok(None);
         }
-        let middle = DVec2::new(column as f64, row as f64) + 0.5;
-        let Some(ray) = lens.ray_at(middle) else { return Ok(None) };
-        let range = 1.0 / f64::from(plane.inverse);
-        let own = ray.origin + ray.direction * range;
+        let Some(ray) = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5) else { return Ok(None) };
+        let middle = ray.origin + ray.direction * range;
         let [across, along] = plane.slope.map(|slope| f64::from(slope).abs() * range * range);
         // As far as half of the pixel reaches each way.
-        if !self.casters.is_near(among, own, self.footprint.at(range) + 0.5 * (across + along)) {
+        if !self.casters.is_near(among, middle, self.footprint.at(range) + 0.5 * (across + along)) {
             return Ok(None);
         }
-        let side = |offset: DVec2| {
-            let inverse = plane.at(offset);
-            let ray = lens.ray_at(middle + offset).filter(|_| inverse > 0.0);
-            ray.map_or(DVec3::ZERO, |ray| ray.origin + ray.direction / inverse - own)
-        };
-        let patch =
-            Patch { middle: own, right: side(DVec2::new(0.5, 0.0)), down: side(DVec2::new(0.0, 0.5)) };
-        let share = self.casters.share(among, &patch);
+        let [right, down] = asides.map(|aside| {
+            let inverse = plane.at(aside.offset);
+            let way = (ray.direction + aside.direction) / inverse - ray.direction * range;
+            if inverse > 0.0 { aside.origin + way } else { DVec3::ZERO }
+        });
+        let share = self.casters.share(among, &Patch { middle, right, down });
         if share == 1.0 {
             return Ok(None);
         }
