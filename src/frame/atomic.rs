@@ -104,8 +104,8 @@ fn usual_permissions() -> Option<Permissions> {
 pub(super) fn write_error(path: &Path, source: io::Error) -> Error {
     let action = match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "write it; free some space and repeat the command, frames that are finished stay whole and \
-             --skip-existing keeps them"
+            "write it; free some space and repeat the command, files that are finished stay whole and \
+             `render --skip-existing` keeps frames"
         }
         _ => "write it",
     };

@@ -141,28 +141,23 @@ impl Form {
     }
 }
 
-/// Columns: a body's axes (right, forward, up) in the world.
-pub(super) fn world_from_body(attitude: Attitude) -> DMat3 {
-    attitude.world_from_body()
-}
-
 impl Body {
     /// Middle (metres in the world) and radius (metres) of the sphere around the box around it.
     pub fn sphere(&self) -> (DVec3, f64) {
         let [low, high] = self.form.corners();
-        let middle = self.position + world_from_body(self.attitude) * (0.5 * (low + high));
+        let middle = self.position + self.world_from_body() * (0.5 * (low + high));
         (middle, 0.5 * (high - low).length())
     }
 
     /// Columns: its axes (right, forward, up) in the world.
     pub fn world_from_body(&self) -> DMat3 {
-        world_from_body(self.attitude)
+        self.attitude.world_from_body()
     }
 
     /// Whether it holds up light on the way from `origin` (metres in the world) along `direction` (of unit length), up to `end` metres: whether it casts
     /// a shadow on `origin`. Nothing bends here.
     pub fn blocks(&self, origin: DVec3, direction: DVec3, end: f64) -> bool {
-        let body_from_world = world_from_body(self.attitude).transpose();
+        let body_from_world = self.world_from_body().transpose();
         self.form.blocks(body_from_world * (origin - self.position), body_from_world * direction, end)
     }
 }
@@ -172,7 +167,7 @@ impl Placed {
     pub fn parts(body: &Body, eye: DVec3, footprint: Footprint, curvature: Curvature) -> Vec<Self> {
         let distance = (body.position - eye).truncate().length();
         let position = body.position - DVec3::Z * curvature.drop_at(distance);
-        let world_from_body = world_from_body(body.attitude);
+        let world_from_body = body.world_from_body();
         let place = |sight, corners, position, axes| {
             Self::new(body, eye, sight, corners, position, world_from_body * axes)
         };

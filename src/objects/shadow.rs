@@ -11,7 +11,6 @@ use std::sync::OnceLock;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::body::world_from_body;
 use super::cover::{Beam, PLACES};
 use super::{Body, Form, Shape};
 use crate::earth::Curvature;
@@ -216,7 +215,7 @@ impl Caster {
             Some((shape, axes)) => (Form::Shape(shape), axes),
             None => (body.form.clone(), DMat3::IDENTITY),
         };
-        let world_from_body = world_from_body(body.attitude) * axes;
+        let world_from_body = body.world_from_body() * axes;
         let [low, high] = form.corners();
         let size = high - low;
         let world_from_sun = sun_from_world.transpose();

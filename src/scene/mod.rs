@@ -72,7 +72,7 @@ pub struct Scene {
     pub path: PathBuf,
     /// Hexadecimal BLAKE3 of the file and of all files that it names.
     pub digest: String,
-    /// Where the sun stands, if it is given: more than 0 and at most 90 degrees high.
+    /// Where the sun stands, if it is given: from 90 degrees below the horizon to 90 above it.
     pub sun: Option<SunSetting>,
     /// Whether ground lies in the shadow of ground, if it says so.
     pub shadows: Option<bool>,

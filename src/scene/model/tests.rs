@@ -308,6 +308,21 @@ fn mistakes_are_named() {
     }
 }
 
+#[test]
+fn files_that_models_need_and_that_are_not_there_are_missing_and_not_wrong() {
+    let folder = Folder::new();
+    fs::remove_file(folder.path("picture.png")).unwrap();
+    folder.put("no-list.obj", OBJ.replace("square.mtl", "none.mtl").as_bytes());
+    for (model, needs) in
+        [("square.obj", "picture.png"), ("square.gltf", "picture.png"), ("no-list.obj", "none.mtl")]
+    {
+        let error = folder.read(model, &PLAIN).unwrap_err();
+        assert!(matches!(error, Error::Io { .. }), "{error:?}");
+        let message = error.to_string();
+        assert!(message.contains(needs) && message.contains(model), "{message}");
+    }
+}
+
 /// A generator of numbers that look like chance (Marsaglia, "Xorshift RNGs", 2003).
 struct Chance(u64);
 
