@@ -22,6 +22,11 @@
 
 use std::sync::LazyLock;
 
+use glam::Vec3;
+
+/// Luminance of each channel of linear Rec. 709 (ITU-R BT.709, 3.2).
+pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+
 /// Linear light of each sRGB code, 0 … 1.
 static LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|code| linear_from_encoded(code as f64 / 255.0) as f32));

@@ -7,19 +7,13 @@
 
 use glam::Vec3;
 
-use crate::sunlight::Sun;
+use crate::sunlight::{Sun, seen_through};
 
 /// Mean cosine of the angle by which light is scattered: between that of haze (0.7) and of what has been scattered several times.
 const ASYMMETRY: f32 = 0.6;
 
 /// 1 + g² and 2g of the phase function's (1 + g² − 2g·cos)^(−3/2).
 pub(super) const PHASE: [f32; 2] = [1.0 + ASYMMETRY * ASYMMETRY, 2.0 * ASYMMETRY];
-
-/// Optical depth of clear air to the zenith at 610, 550 and 465 nm (Rayleigh; Bucholtz 1995, *Applied Optics* 34, 2765–2773).
-const RAYLEIGH: Vec3 = Vec3::new(0.064, 0.098, 0.194);
-
-/// Air masses beyond which sunlight does not redden any more: haze itself hides a lower sun.
-const MOST_AIR: f32 = 12.0;
 
 /// The sun's elevation at which twilight ends, degrees.
 const DARK: f64 = -18.0;
@@ -59,11 +53,7 @@ impl Glow {
 
 /// Linear Rec. 709 colour of sunlight that has come through the air, of which the largest part is 1: white from the zenith.
 pub fn sunlight(sun: Sun) -> Vec3 {
-    // Kasten and Young 1989, Applied Optics 28, 4735–4738.
-    let degrees = sun.elevation.clamp(0.0, 90.0);
-    let mass = 1.0 / (degrees.to_radians().sin() + 0.505_72 * (degrees + 6.079_95).powf(-1.6364));
-    let seen = (-RAYLEIGH * (mass as f32 - 1.0).clamp(0.0, MOST_AIR)).exp();
-    seen / seen.max_element()
+    seen_through(sun.air_mass() - 1.0)
 }
 
 /// The phase function, but for a factor.

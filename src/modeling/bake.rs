@@ -179,7 +179,7 @@ impl<'s> Oven<'s> {
         let northward = slope(code(x, y.saturating_sub(1)), code(x, y + 1), (id.py, y, ny));
         let normal = Vec3::new(-eastward as f32, -northward as f32, 1.0).normalize();
         let left = self.daylight.on(normal, share) / self.daylight.on(normal, 1.0);
-        linear_from_srgb8(colour).map(|light| srgb8_from_linear(light * left))
+        (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)
     }
 }
 

@@ -207,7 +207,7 @@ impl<'s, 'r, 'a, S: PageSource> Look<'s, 'r, 'a, S> {
     /// Radiance that reaches the eye from a hit.
     fn shade(&self, hit: &Hit, ray: &Ray, latest: &Latest<'s>, latest_air: &Cell<Option<Before>>) -> Vec3 {
         let sun = self.shadows.map_or(1.0, |shadows| shadows.on_body(hit, ray, latest));
-        let radiance = hit.albedo * self.sensor.daylight().on(hit.normal, sun);
+        let radiance = hit.albedo * self.sensor.daylight().on_body(hit.normal, sun);
         let direction = ray.direction.as_vec3();
         let before = latest_air.get().filter(|before| before.is_of(hit, direction)).unwrap_or_else(|| {
             let veil = self.atmosphere.veil(ray.origin.z, direction, hit.range as f32);

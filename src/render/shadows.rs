@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Renderer;
 use super::merge::Shown;
-use super::sunlit::Sunlit;
+use super::sunlit::{Corners, Place, Sunlit};
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
@@ -188,9 +188,20 @@ fn pixels(columns: &Range<usize>, rows: &Range<usize>) -> impl Iterator<Item = [
     rows.clone().flat_map(move |row| columns.clone().map(move |column| [column, row]))
 }
 
-/// The body that was asked for last, by its number: share of the sun that the ground leaves to it, and what hides it from the sun.
+/// The body that was asked for last.
 #[derive(Default)]
-pub struct Latest<'s>(Cell<Option<(u32, f32, Option<&'s Caster>)>>);
+pub struct Latest<'s>(Cell<Option<Known<'s>>>);
+
+/// What is known of a body.
+#[derive(Clone, Copy)]
+struct Known<'s> {
+    id: u32,
+    place: Option<&'s Place>,
+    /// Where the ground's shadow was looked at last.
+    corners: Option<Corners>,
+    /// What hides it from the sun.
+    caster: Option<&'s Caster>,
+}
 
 /// Bodies and ground under a sun.
 pub struct Shadows<'r, 'a, S> {
@@ -214,7 +225,8 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let casters = Casters::new(bodies, to_sun, camera.pose.eye, options.curvature, renderer.isa);
         let atmosphere = options.atmosphere(renderer.source.header());
         let footprint = camera.footprint();
-        let (sunlit, daylight) = (Sunlit::new(renderer, bodies), Daylight::new(options.sun));
+        let (sunlit, daylight) =
+            (Sunlit::new(renderer, bodies, camera.pose.eye, footprint), Daylight::new(options.sun));
         Some(Self { renderer, casters, sunlit, footprint, daylight, to_sun: to_sun.as_vec3(), atmosphere })
     }
 
@@ -311,7 +323,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Some(Block { columns, rows, bounds })
     }
 
-    /// Which part of a pixel's light is left where bodies `among` some hide the sun, and the light of the air before it; `None`: all is. `asides` tell how
+    /// Which part of a pixel's light is left, by channel, where bodies `among` some hide the sun, and the light of the air before it; `None`: all is. `asides` tell how
     /// rays change about it.
     fn left(
         &self,
@@ -320,7 +332,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         lights: &mut Lights,
         (among, asides): (&[&Caster], &[Aside; 2]),
         [column, row]: [usize; 2],
-    ) -> Result<Option<(f32, Vec3)>> {
+    ) -> Result<Option<(Vec3, Vec3)>> {
         let Lit { shown, lens } = ground;
         let plane = shown.ground(column, row);
         let range = 1.0 / f64::from(plane.inverse);
@@ -382,14 +394,17 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
 
     /// Share of the sun, 0…1, that the ground, other bodies, or other parts of the same, leave to a hit on a ray.
     pub fn on_body<'s>(&'s self, hit: &Hit, ray: &Ray, latest: &Latest<'s>) -> f32 {
-        let (_, share, own) = latest.0.get().filter(|(id, ..)| *id == hit.id).unwrap_or_else(|| {
-            let found = (hit.id, self.sunlit.share(hit.id), self.casters.of_body(hit.id));
-            latest.0.set(Some(found));
-            found
+        let mut known = latest.0.get().filter(|known| known.id == hit.id).unwrap_or_else(|| Known {
+            id: hit.id,
+            place: self.sunlit.place(hit.id),
+            corners: None,
+            caster: self.casters.of_body(hit.id),
         });
-        let Some(own) = own.filter(|_| share > 0.0) else { return share };
-        let (point, pixel) = (ray.origin + ray.direction * hit.range, self.footprint.at(hit.range));
-        let patch = Patch::above(point, hit.normal.as_dvec3(), pixel);
+        let point = ray.origin + ray.direction * hit.range;
+        let share = known.place.map_or(1.0, |place| self.sunlit.share(place, point, &mut known.corners));
+        latest.0.set(Some(known));
+        let Some(own) = known.caster.filter(|_| share > 0.0) else { return share };
+        let patch = Patch::above(point, hit.normal.as_dvec3(), self.footprint.at(hit.range));
         share * self.casters.share_of_body(own, &patch)
     }
 }

@@ -7,11 +7,12 @@ use glam::{DVec2, DVec3, Vec3};
 use super::form::LARGEST;
 use super::joint::Axes;
 use super::light::LampCast;
+use super::onward::Onward;
 use super::plume::PlumeCast;
 use super::slope::Slope;
 use super::{Beyond, Part, Scene};
 use crate::error::{Error, Result};
-use crate::flight::{BindOptions, Track, Trajectory};
+use crate::flight::{AltitudeMode, BindOptions, Fix, Track, Trajectory};
 use crate::geo::Crs;
 use crate::objects::{Body, Form, PointLight, Puff};
 use crate::space::{Attitude, Pose};
@@ -49,6 +50,8 @@ struct Actor {
     beyond: Beyond,
     /// The ground below, if it leans as that does.
     slope: Option<Slope>,
+    /// How it goes on before its track and behind it, if it keeps to the ground there.
+    onward: Option<[Onward; 2]>,
     parts: Vec<Part>,
     /// Id of the first part's body.
     first: usize,
@@ -86,7 +89,7 @@ impl Scene {
             }
             first += object.parts.len();
             let lean = || Slope::bind(&object.track, &trajectory, object.form.corners(), ground);
-            Ok(Actor {
+            let actor = Actor {
                 slope: object.leans.then(lean),
                 parts: object.parts.clone(),
                 first: first - object.parts.len(),
@@ -96,7 +99,12 @@ impl Scene {
                 to,
                 start: object.start,
                 beyond: object.beyond,
-            })
+                onward: None,
+            };
+            let keeps = |fix: &Fix| object.leans || fix.altitude.mode == AltitudeMode::Agl;
+            let keeps = object.beyond == Beyond::DeadReckoning && object.track.fixes.iter().all(keeps);
+            let onward = (keeps && actor.trajectory.duration() > 0.0).then(|| actor.onward(ground));
+            Ok(Actor { onward, ..actor })
         });
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
         let names: Vec<String> = self.names().collect();
@@ -134,15 +142,29 @@ impl Actor {
         let mut pose = self.on_track(end);
         match self.beyond {
             Beyond::Hide if seconds != end => return None,
-            Beyond::DeadReckoning if duration > 0.0 => {
-                let step = STEP.min(duration);
-                let before = (end - step).max(0.0);
-                let way = |seconds: f64| self.on_track(seconds).eye;
-                pose.eye += (way(before + step) - way(before)) / step * (seconds - end);
-            }
+            Beyond::DeadReckoning if seconds != end && duration > 0.0 => match &self.onward {
+                Some([before, _]) if seconds < end => return Some(before.pose_at(end - seconds)),
+                Some([_, after]) => return Some(after.pose_at(seconds - end)),
+                None => pose.eye += self.velocity(end) * (seconds - end),
+            },
             Beyond::Hold | Beyond::Hide | Beyond::DeadReckoning => {}
         }
         Some(pose)
+    }
+
+    /// How fast it is at an end of its track, metres a second.
+    fn velocity(&self, end: f64) -> DVec3 {
+        let step = STEP.min(self.trajectory.duration());
+        let before = (end - step).max(0.0);
+        (self.on_track(before + step).eye - self.on_track(before).eye) / step
+    }
+
+    /// How it goes on before its track and behind it, keeping to the ground.
+    fn onward(&self, ground: &dyn Fn(DVec2) -> Option<f64>) -> [Onward; 2] {
+        [(0.0, -1.0), (self.trajectory.duration(), 1.0)].map(|(end, way)| {
+            let velocity = way * self.velocity(end).truncate();
+            Onward::bind(self.on_track(end), velocity, self.slope.as_ref(), ground)
+        })
     }
 
     /// Where it is that many seconds after its track has begun.

@@ -106,6 +106,10 @@ fn model(
     hasher: &mut blake3::Hasher,
 ) -> Result<Look> {
     let fit = fit(reading, table)?;
+    let is_vox = path.get_ref().extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox"));
+    if let Some(up) = table.up.as_ref().filter(|up| is_vox && *up.get_ref() == Up::Y) {
+        return Err(reading.wrong(up.span(), "up of a .vox model is \"z\": MagicaVoxel has no other"));
+    }
     let named: Vec<&Spanned<String>> =
         table.part.iter().filter_map(|part| part.get_ref().node.as_ref()).collect();
     for (index, node) in named.iter().enumerate() {

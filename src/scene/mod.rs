@@ -16,6 +16,7 @@ mod model;
 #[cfg(test)]
 mod night_tests;
 mod object;
+mod onward;
 mod part;
 #[cfg(test)]
 mod part_tests;
@@ -114,7 +115,8 @@ pub enum Beyond {
     Hold,
     /// It is not there.
     Hide,
-    /// It goes straight on as fast as it does there, and turned as it is there (IEEE 1278.1, dead reckoning model 2).
+    /// It goes straight on as fast as it does there, and turned as it is there (IEEE 1278.1, dead reckoning model 2). With heights above ground it keeps to
+    /// the ground for ten minutes at most, and goes on level where that ends.
     DeadReckoning,
 }
 

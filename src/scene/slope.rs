@@ -31,6 +31,7 @@ const MOST_PLANES: f64 = 20_000.0;
 /// The ground below an object, at any time of its track.
 #[derive(Debug, Clone)]
 pub(super) struct Slope {
+    base: Base,
     times: Vec<f64>,
     planes: Vec<Option<Plane>>,
     /// How high it is above the ground, metres.
@@ -54,6 +55,7 @@ impl Plane {
 }
 
 /// What an object stands on: the middle (right, forward) and half the sides of its length and width, metres.
+#[derive(Debug, Clone, Copy)]
 struct Base {
     middle: DVec2,
     half: DVec2,
@@ -102,7 +104,15 @@ impl Slope {
         let times = times(track, trajectory, 2.0 * base.half.min_element() / APART);
         let planes = times.iter().map(|time| base.plane(&trajectory.pose_at(*time), ground)).collect();
         let above = track.fixes.iter().map(|fix| (fix.time, Some(fix.altitude.metres)));
-        Self { times, planes, above: Samples::new(above) }
+        Self { base, times, planes, above: Samples::new(above) }
+    }
+
+    /// `pose` as it leans on the ground below it, `above` metres higher; as it is where there is none.
+    pub fn lay(&self, pose: Pose, above: f64, ground: &dyn Fn(DVec2) -> Option<f64>) -> Pose {
+        let Some(plane) = self.base.plane(&pose, ground) else { return pose };
+        let place = pose.eye.truncate();
+        let attitude = lean(pose.attitude.yaw, plane.rise);
+        Pose { eye: place.extend(plane.height(place) + above), attitude, ..pose }
     }
 
     /// The pose of the object that many seconds after its track begins, of which `pose` says place and yaw.

@@ -318,3 +318,36 @@ fn beyond_their_tracks_objects_do_as_they_are_told() {
     let error = read(&thing("box", "size_m = [2, 4, 2]\nat = [1, 2, 3]\nbeyond = \"hide\"")).unwrap_err();
     assert!(error.to_string().contains("line 6: beyond"), "{error}");
 }
+
+#[test]
+fn what_goes_on_above_the_ground_keeps_its_height_there() {
+    let hill = |x: f64| 10.0 * (0.05 * x).sin();
+    let over = |heights: &str, more: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let fixes = (0..=40).map(|fix| 0.25 * f64::from(fix));
+        let fixes: Vec<_> = fixes.map(|time| format!("{time},{},20,3\n", 10.0 + 10.0 * time)).collect();
+        let track = format!("time_s,x_m,y_m,{heights}\n{}", fixes.concat());
+        fs::write(folder.path().join("hop.csv"), track).unwrap();
+        let rest = format!("size_m = [2, 4, 2]\ntrack = \"hop.csv\"\nbeyond = \"dead-reckoning\"\n{more}");
+        let path = folder.path().join("scene.toml");
+        fs::write(&path, thing("box", &rest)).unwrap();
+        // The ground ends 500 m to the east.
+        let ground = |place: DVec2| (place.x < 500.0).then(|| hill(place.x));
+        Scene::read(&path).unwrap().bind(&Crs::local(), &ground).unwrap()
+    };
+    let all = [over("alt_agl_m", ""), over("alt_agl_m", "slope = true"), over("alt_msl_m", "")];
+    for time in (-80..60).filter(|time| !(0..=10).contains(time)).map(|time| 0.5 + f64::from(time)) {
+        let [agl, leaning, msl] = all.each_ref().map(|cast| cast.bodies_at(time).remove(0));
+        let x = 10.0 + 10.0 * time;
+        let ends = x >= 498.0;
+        assert!((agl.position.truncate() - DVec2::new(x, 20.0)).length() < 0.5, "{time} s: {agl:?}");
+        assert!((msl.position.z - 3.0).abs() < 1e-9, "{time} s: {msl:?}");
+        for body in [&agl, &leaning] {
+            let height = body.position.z - 3.0;
+            assert!((height - hill(body.position.x)).abs() < 0.3 || ends, "{time} s: {body:?}");
+        }
+        let pitch = (0.5 * (0.05 * leaning.position.x).cos()).atan().to_degrees();
+        assert!((leaning.attitude.pitch - pitch).abs() < 1.0 || ends, "{time} s: {leaning:?}, not {pitch}");
+        assert!(!ends || (agl.position.z - 3.0 - hill(498.0)).abs() < 0.5, "{time} s: {agl:?}");
+    }
+}

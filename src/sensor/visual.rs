@@ -82,6 +82,7 @@ impl VisualSensor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::LUMINANCE;
     use crate::voxel::Attributes;
 
     fn sample(normal: Vec3) -> SurfaceSample {
@@ -97,8 +98,12 @@ mod tests {
 
     #[test]
     fn level_ground_keeps_its_colour() {
-        let sensor = VisualSensor::new(Sun { azimuth: 200.0, elevation: 12.0 });
-        assert!((sensor.radiance(&sample(Vec3::Z)) - Vec3::new(0.2, 0.3, 0.4)).length() < 1e-6);
+        let level =
+            |elevation| VisualSensor::new(Sun { azimuth: 200.0, elevation }).radiance(&sample(Vec3::Z));
+        assert!((level(20.0) - Vec3::new(0.2, 0.3, 0.4)).length() < 1e-6);
+        // A low sun is warm, and as bright on grey ground.
+        let low = level(5.0) / level(20.0);
+        assert!(low.x > 1.05 && low.z < 0.9 && (low.dot(LUMINANCE) - 1.0).abs() < 1e-6, "{low}");
     }
 
     #[test]

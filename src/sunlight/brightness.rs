@@ -1,8 +1,8 @@
 //! How bright a picture is at an hour, and which luminance its light stands for.
 //!
-//! By day level ground keeps the light of its photograph, whatever the sun's elevation: eyes and cameras adapt. At dusk they do
-//! so in part only. A picture grows darker by a power of the illuminance, and bluer, as eyes see by night; and since it is known which illuminance makes
-//! white of white ground, it is known how bright a lamp of so many candela is in it.
+//! By day level ground keeps the light of its photograph, whatever the sun's elevation: eyes and cameras adapt. Under a low sun they do
+//! so in part only. A picture grows darker by a power of the illuminance, and at dusk bluer, as eyes see by night; and since it is known which illuminance
+//! makes white of white ground, it is known how bright a lamp of so many candela is in it.
 
 use glam::Vec3;
 
@@ -19,9 +19,12 @@ const ILLUMINANCE: [(f64, [f64; 4]); 6] = [
     (-18.0, [13.84, 262.72, 1447.42, 2797.93]),
 ];
 
-/// How much of a fall of illuminance a picture shows, as the power to which it is taken: six magnitudes from sunset to moonlight
-/// become one. Chosen so that ground in moonlight is dark, and can be seen.
-const SHOWN: f64 = 0.35;
+/// Elevation of the sun, degrees, from which pictures are as bright as by day.
+const DAY: f64 = 10.0;
+
+/// How much of a fall of illuminance a picture shows, as the power to which it is taken: five magnitudes from day to moonlight
+/// become one and a third. Chosen so that ground in moonlight is dark, and can be seen.
+const SHOWN: f64 = 0.27;
 
 /// Colour of white ground at night, linear Rec. 709 of luminance 1: rods see blue brighter than cones do.
 const NIGHT: Vec3 = Vec3::new(0.74, 1.02, 1.57);
@@ -48,11 +51,11 @@ impl Brightness {
     /// That under `sun` where moon and lamps about give level ground `night` lx, ≥ 0.
     pub fn new(sun: Sun, night: f64) -> Self {
         let lux = illuminance(sun.elevation) + night;
-        if sun.elevation >= 0.0 {
+        if sun.elevation >= DAY {
             return Self { tint: Vec3::ONE, per_luminance: (std::f64::consts::PI / lux) as f32 };
         }
-        let shown = (lux / (illuminance(0.0) + night)).powf(SHOWN);
-        let rods = (sun.elevation / RODS).min(1.0) as f32;
+        let shown = (lux / (illuminance(DAY) + night)).powf(SHOWN);
+        let rods = (sun.elevation / RODS).clamp(0.0, 1.0) as f32;
         Self {
             tint: shown as f32 * Vec3::ONE.lerp(NIGHT, rods),
             per_luminance: (shown * std::f64::consts::PI / lux) as f32,
@@ -78,6 +81,7 @@ impl Brightness {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::LUMINANCE;
 
     fn at(elevation: f64, night: f64) -> Brightness {
         Brightness::new(Sun { azimuth: 0.0, elevation }, night)
@@ -100,11 +104,13 @@ mod tests {
     }
 
     #[test]
-    fn pictures_darken_from_sunset_on_and_ground_keeps_its_luminance() {
-        assert!(at(0.0, 0.1).is_day() && at(60.0, 0.0).is_day() && !at(-0.01, 0.1).is_day());
+    fn pictures_darken_under_a_low_sun_and_ground_keeps_its_luminance() {
+        assert!(at(10.0, 0.1).is_day() && at(60.0, 0.0).is_day() && !at(9.99, 0.1).is_day());
+        let (sunset, by_day) = (at(0.0, 0.1).tint(), at(10.0, 0.1).tint());
+        assert!((0.45..0.55).contains(&sunset.y) && sunset.x == sunset.z && by_day == Vec3::ONE, "{sunset}");
         let mut before = 1.0;
-        for step in 1..300 {
-            let elevation = -0.1 * f64::from(step);
+        for step in 1..400 {
+            let elevation = 10.0 - 0.1 * f64::from(step);
             let now = at(elevation, 0.1);
             let green = now.tint().y;
             assert!(green <= before && green > 0.955 * before, "{elevation}: {green} after {before}");
@@ -112,7 +118,7 @@ mod tests {
             // White ground has the luminance E/π.
             let white =
                 (illuminance(elevation) + 0.1) / std::f64::consts::PI * f64::from(now.per_luminance());
-            let luminance = now.tint().dot(Vec3::new(0.2126, 0.7152, 0.0722));
+            let luminance = now.tint().dot(LUMINANCE);
             assert!((f64::from(luminance) / white - 1.0).abs() < 0.01, "{elevation}");
         }
         assert!((0.03..0.1).contains(&before), "{before}");

@@ -28,4 +28,4 @@ pub use daylight::Daylight;
 pub use sample::ShadeSampler;
 pub use shade::{SHADE_APRON, Shade, ShadePage, Shades};
 pub use stars::{Firmament, Star, starlight_through, stars};
-pub use sun::{Night, Sky, Sun, SunSetting};
+pub use sun::{Night, Sky, Sun, SunSetting, seen_through};

@@ -4,6 +4,8 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
+use crate::colour::LUMINANCE;
+
 /// The bright stars of the Extended Hipparcos Compilation (Anderson and Francis 2012, *Astronomy Letters* 38, 331–346), see `data/README.md`.
 const CATALOGUE: &str = include_str!("../../data/stars.csv");
 
@@ -17,9 +19,6 @@ const MOST_AIR: f64 = 38.0;
 /// Wavelengths of red, green and blue, micrometres, and the second radiation constant, micrometres · kelvin.
 const WAVELENGTHS: [f64; 3] = [0.61, 0.55, 0.465];
 const RADIATION: f64 = 14_387.8;
-
-/// Weights of linear Rec. 709 in luminance.
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// How the sphere of the stars stands over a place.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -33,6 +33,18 @@ pub struct Sun {
     pub elevation: f64,
 }
 
+/// Optical depth of clear air to the zenith at 610, 550 and 465 nm (Rayleigh; Bucholtz 1995, *Applied Optics* 34, 2765–2773).
+const RAYLEIGH: Vec3 = Vec3::new(0.064, 0.098, 0.194);
+
+/// Air masses beyond which sunlight does not redden any more: haze itself hides a lower sun.
+const MOST_AIR: f64 = 12.0;
+
+/// Linear Rec. 709 colour of white light that has come through so many air masses, < 0 for none, of which the largest part is 1.
+pub fn seen_through(masses: f64) -> Vec3 {
+    let seen = (-RAYLEIGH * masses.clamp(0.0, MOST_AIR) as f32).exp();
+    seen / seen.max_element()
+}
+
 impl Default for Sun {
     /// A mid-morning sun in the south-east.
     fn default() -> Self {
@@ -44,6 +56,13 @@ impl Sun {
     /// Whether it stands above the horizon.
     pub fn is_up(&self) -> bool {
         self.elevation > 0.0
+    }
+
+    /// Air that its light comes through, as a multiple of that above the place; on the horizon and below it 38 (Kasten and Young 1989, *Applied Optics* 28,
+    /// 4735–4738).
+    pub fn air_mass(&self) -> f64 {
+        let degrees = self.elevation.clamp(0.0, 90.0);
+        1.0 / (degrees.to_radians().sin() + 0.505_72 * (degrees + 6.079_95).powf(-1.6364))
     }
 
     /// Unit vector to the sun, world axes.

@@ -5,7 +5,7 @@ use hedgehop::frame::Frame;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
 use hedgehop::subimage::{Farm, TaskSize};
-use hedgehop::sunlight::Sun;
+use hedgehop::sunlight::{Daylight, Sun};
 
 use crate::scene::{Terrain, View};
 use crate::{FARM, PLAIN, black, options};
@@ -45,7 +45,8 @@ fn a_towers_shadow_is_as_long_as_its_height_over_the_suns_tangent() {
             let wanted = 6.0 + 30.0 / f64::from(elevation as f32).to_radians().tan();
             let steps = (0..8000).map(|step| 7.5 + 0.05 * f64::from(step));
             // Of all light so much is the sky's, and the middle of an edge has half of the rest.
-            let sky = (0.1 / (0.1 + elevation.to_radians().sin() as f32)).max(0.35);
+            let daylight = Daylight::new(under.sun);
+            let sky = daylight.on(Vec3::Z, 0.0).y / daylight.on(Vec3::Z, 1.0).y;
             let dark = |west: &f64| light(&found, &bare, [-*west, 0.0]) < 0.5 + 0.5 * sky;
             let length = steps.filter(dark).fold(0.0, f64::max);
             // A voxel is 2 m wide.
@@ -108,6 +109,36 @@ fn bodies_lie_in_the_shadow_of_the_ground() {
     let wanted = [0.175, 0.5, 0.175, 0.5];
     // The pixel beside the middle sees the ball 2.4° aslant.
     assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.03), "{found:?}");
+}
+
+#[test]
+fn the_grounds_shadow_ends_across_a_body() {
+    // The same wall and sun; towers of 120 m, on which the shadow ends 30° below the wall's top.
+    let world =
+        Terrain::new([300, 300], 2.0, |place| if place.y > 400.0 { 100.0 } else { 0.0 }, |_| [120; 3]);
+    let world = world.in_memory();
+    for (engine, north) in [Engine::Planes, Engine::Reference].into_iter().zip([330.0, 300.0]) {
+        let renderer = Renderer::new(&world, &under(engine, 0.0, 30.0));
+        let shape = Shape::Box { size: DVec3::new(40.0, 2.0, 120.0) };
+        let tower = Body { albedo: Vec3::splat(0.5), ..black(shape, [300.0, north, 0.0]) };
+        // From between the two, where its sunny side is.
+        let view = View {
+            eye: DVec3::new(300.0, north + 60.0, 60.0),
+            ypr: [180.0, 0.0, 0.0],
+            hfov: 90.0,
+            size: [160, 160],
+        };
+        let frame = renderer.frame_with(&view.camera(), &[tower], &FARM).unwrap().frame;
+        // A pixel in the middle is 59 m / 80 high.
+        let column = |row: usize| frame.colour[row * 160 + 80][1];
+        let height = |row: usize| 60.0 - (row as f64 - 79.5) * 59.0 / 80.0;
+        let (bright, dark) = (column(10), column(150));
+        assert!(bright > 1.8 * dark, "{engine:?}: {bright} {dark}");
+        let lit = (0..160).filter(|row| column(*row) > 0.5 * (bright + dark)).max().unwrap();
+        let wanted = 100.0 - (400.0 - north - 1.0) * 30.0_f64.to_radians().tan();
+        // A cell of the lattice is 8 m high, and its shadow's edge may lie anywhere in it.
+        assert!((height(lit) - wanted).abs() < 4.0, "{engine:?}: lit from {} m, not {wanted}", height(lit));
+    }
 }
 
 #[test]

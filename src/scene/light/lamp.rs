@@ -4,11 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
 
-use crate::colour::linear_from_srgb8;
+use crate::colour::{LUMINANCE, linear_from_srgb8};
 use crate::objects::{Beam, Below, Cone, Fixture};
-
-/// Weights of linear Rec. 709 in luminance.
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Radius of lamps that say nothing of it, metres.
 const RADIUS: f64 = 0.1;

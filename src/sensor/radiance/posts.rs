@@ -123,9 +123,9 @@ impl<'a> Posts<'a> {
                 colour = self.lamp.sensor.snowed(simd, slopes, colour);
             }
             let first = x - columns.start;
-            store(void.select(none, colour[0] * light), red, first);
-            store(zero.select(none, colour[1] * light), green, first);
-            store(zero.select(none, colour[2] * light), blue, first);
+            store(void.select(none, colour[0] * light[0]), red, first);
+            store(zero.select(none, colour[1] * light[1]), green, first);
+            store(zero.select(none, colour[2] * light[2]), blue, first);
             store(simd.splat(VOID_WEIGHT).select(none, weight), weights, first);
             let lit = (columns.end - x).min(LANES);
             has_voids |= (none & simd.mask(u16::MAX >> (LANES - lit))).any();
@@ -194,9 +194,18 @@ impl<'a> Posts<'a> {
         [eastward * across, northward * simd.splat(along)]
     }
 
-    /// Light on sixteen posts, whose own slopes are given, and how much of them is seen.
+    /// Red, green and blue light on sixteen posts, whose own slopes are given, and how much of them is seen.
     #[inline(always)]
-    fn light<V: Simd>(&self, simd: V, at: [usize; 2], own: [V::F; 2]) -> (V::F, V::F) {
+    fn light<V: Simd>(&self, simd: V, at: [usize; 2], own: [V::F; 2]) -> ([V::F; 3], V::F) {
+        let ([alike, direct], weight) = self.lit(simd, at, own);
+        let [red, green, blue] = self.lamp.sensor.daylight().beam().to_array();
+        let light = |beam| direct * simd.splat(beam) + alike;
+        ([light(red), light(green), light(blue)], weight)
+    }
+
+    /// The same light as [`Daylight::on_slopes`](crate::sunlight::Daylight::on_slopes) gives it.
+    #[inline(always)]
+    fn lit<V: Simd>(&self, simd: V, at: [usize; 2], own: [V::F; 2]) -> ([V::F; 2], V::F) {
         let (daylight, sun) = (self.lamp.sensor.daylight(), self.sun(simd, at));
         if self.view.relief.is_empty() {
             return (daylight.on_slopes(simd, own, sun), self.facing.weight(simd, own));
@@ -204,13 +213,14 @@ impl<'a> Posts<'a> {
         let first = size_of::<Relief>() * self.place(at, RELIEF_APRON);
         let relief = ReliefLanes::load(simd, &from(bytemuck::cast_slice(self.view.relief), first));
         let mean = relief.mean(own);
-        let (mut sum, mut weights) = (simd.splat(0.0), simd.splat(0.0));
+        let (mut sums, mut weights) = ([simd.splat(0.0); 2], simd.splat(0.0));
         for slopes in relief.slopes(mean) {
             let weight = self.facing.weight(simd, slopes);
-            sum = sum + weight * daylight.on_slopes(simd, slopes, sun);
+            let light = daylight.on_slopes(simd, slopes, sun);
+            sums = [sums[0] + weight * light[0], sums[1] + weight * light[1]];
             weights = weights + weight;
         }
-        (sum / weights, self.facing.weight(simd, mean))
+        ([sums[0] / weights, sums[1] / weights], self.facing.weight(simd, mean))
     }
 }
 

@@ -187,7 +187,7 @@ fn lit_by_finer<S: PageSource>(
     let mean = own + DVec2::new(stored(mean.x - own.x, 128.0), stored(mean.y - own.y, 128.0));
     let root = std::f64::consts::SQRT_2;
     let [a, b, c] = [a, b, c].map(|spread| root * stored(spread, 32.0));
-    let (mut light, mut total) = (0.0, 0.0);
+    let (mut light, mut total) = (Vec3::ZERO, 0.0);
     for slope in [DVec2::new(a, b), DVec2::new(-a, -b), DVec2::new(0.0, c), DVec2::new(0.0, -c)] {
         let [east, north] = (mean + slope).as_vec2().to_array();
         let weight = weight_of(facing, [east, north]);

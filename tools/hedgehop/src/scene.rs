@@ -98,6 +98,20 @@ pub fn has_objects(scene: Option<&Scene>) -> bool {
     })
 }
 
+/// What of a scene a map does not show, if there is such: it looks from no height, above which clouds could be.
+pub fn left_out_of_map(scene: &Scene) -> Option<String> {
+    let weather = &scene.weather;
+    let left = [
+        ("clouds", weather.clouds.is_some()),
+        ("rain or snow", weather.precipitation.is_some()),
+        ("lights", !scene.lights.is_empty()),
+        ("plumes", !scene.plumes.is_empty()),
+    ];
+    let left: Vec<_> = left.into_iter().filter_map(|(name, is_there)| is_there.then_some(name)).collect();
+    let all = left.join(", ");
+    (!left.is_empty()).then(|| format!("orthographic pictures show nothing of the scene's {all}"))
+}
+
 /// What decides pictures of a scene, besides sun and visibility: the numbers of objects and their parts follow from the order of these names.
 pub fn record(scene: Option<&Scene>, settings: &mut Value) {
     if let Some(scene) = scene {

@@ -224,9 +224,9 @@ impl Done {
 pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let scene = args.scene.read(reporter)?;
     let scene = scene.as_ref();
-    check_combination(args, scene)?;
     let (finish, hud) = (args.finish.finish(scene)?, args.finish.hud(scene));
     let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
+    check_combination(args, scene, setup.size)?;
     args.aov.check(args.output.target(), &setup)?;
     let product = if args.output.target() == Target::Exr { Product::Frame } else { Product::Picture };
     let farm = Farm::new(args.workers.count())?;
@@ -261,6 +261,9 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         Late::Coarser => Playing::new(scene, source.file(), args.flight.world, args.fps, reporter),
     });
     let playing = playing.transpose()?;
+    if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
+        reporter.note(&note);
+    }
     let look = args.look.options(scene, source.header())?;
     let matte = args.aov.has(Aov::Cryptomatte);
     let look = RenderOptions { engine: args.instructions.engine(), matte, ..look };
@@ -358,7 +361,7 @@ fn check_frames(args: &Args, scene: Option<&Scene>, frames: &[PathBuf]) -> Resul
 }
 
 /// Refuses before the first frame what would fail, or destroy an input, after the last one.
-fn check_combination(args: &Args, scene: Option<&Scene>) -> Result<()> {
+fn check_combination(args: &Args, scene: Option<&Scene>, size: Size) -> Result<()> {
     let is_stream = args.output.target() == Target::Y4m;
     let mut inputs: Vec<&Path> = args.flight.path.as_deref().into_iter().collect();
     inputs.extend(scene::inputs(scene));
@@ -380,6 +383,9 @@ fn check_combination(args: &Args, scene: Option<&Scene>) -> Result<()> {
     match &args.video {
         Some(_) if is_stream => Err(Error::Configuration(
             "--video is made from frames in files; write them with -o frames/####.png".into(),
+        )),
+        Some(_) if size.width.min(size.height) < 2 => Err(Error::Configuration(
+            "--video has pictures of even sizes, 2x2 pixels at least; ask for a larger --size".into(),
         )),
         Some(film) => check_video(film),
         None => Ok(()),
@@ -486,6 +492,11 @@ fn fly_stream(
         // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
         outcome.as_ref().map(drop).map_err(|_| io::Error::other("unfinished"))
     });
-    let rendered = outcome?;
+    let rendered = outcome.map_err(|error| match error {
+        Error::Interrupted(_) => {
+            Error::Interrupted(format!("nothing is left of {}, which was not whole yet", file.display()))
+        }
+        other => other,
+    })?;
     written.map(|()| rendered)
 }
