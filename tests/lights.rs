@@ -57,7 +57,7 @@ fn a_lamp_is_as_bright_as_the_square_of_its_distance_and_the_air_leave_it() {
     // Luminance that white ground has under the night's light, and how bright a picture shows it.
     let lux = illuminance(NIGHT.elevation) + LUX;
     let per_luminance = f64::from(options().brightness().per_luminance());
-    let white = (lux / (illuminance(0.0) + LUX)).powf(0.35);
+    let white = (lux / (illuminance(10.0) + LUX)).powf(0.27);
     assert!((per_luminance * lux / std::f64::consts::PI / white - 1.0).abs() < 1e-5);
     for visibility in [f64::INFINITY, 8000.0, 2500.0] {
         for distance in [400.0, 1500.0, 4000.0] {

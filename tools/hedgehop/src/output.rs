@@ -195,6 +195,16 @@ impl<W: Write> Stream<W> {
     }
 }
 
+/// Why a film in a file of its own was not finished: an interruption leaves none of its frames.
+pub fn unfinished(file: &Path, error: Error) -> Error {
+    match error {
+        Error::Interrupted(_) => {
+            Error::Interrupted(format!("nothing is left of {}, which was not whole yet", file.display()))
+        }
+        other => other,
+    }
+}
+
 /// The sentence for a stream that could not be written.
 fn refused(name: &Path, error: io::Error) -> Error {
     let action = match error.kind() {

@@ -26,7 +26,7 @@ use crate::exit::{self, Outcome, STDOUT};
 use crate::finish::{self, FinishArgs, Finishing, Motion};
 use crate::interrupt::Interrupt;
 use crate::memory::{self, Frames, Late, Memory};
-use crate::output::{Files, Origin, Stdout, Stream, WRITER};
+use crate::output::{Files, Origin, Stdout, Stream, WRITER, unfinished};
 use crate::progress::{Mode, Reporter};
 use crate::scene::{self, Playing, SceneArgs};
 use crate::screen::Setup;
@@ -492,11 +492,6 @@ fn fly_stream(
         // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
         outcome.as_ref().map(drop).map_err(|_| io::Error::other("unfinished"))
     });
-    let rendered = outcome.map_err(|error| match error {
-        Error::Interrupted(_) => {
-            Error::Interrupted(format!("nothing is left of {}, which was not whole yet", file.display()))
-        }
-        other => other,
-    })?;
+    let rendered = outcome.map_err(|error| unfinished(&file, error))?;
     written.map(|()| rendered)
 }
