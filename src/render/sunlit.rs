@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::objects::Body;
 use crate::raymarch::{LevelBands, Marcher, ground_height};
 use crate::space::Footprint;
-use crate::sunlight::{SUN_SEMIDIAMETER, ShadeSampler, Sun};
+use crate::sunlight::{SUN_SEMIDIAMETER, ShadeSampler, Shades, Sun};
 use crate::voxel::PageSource;
 
 /// Radii above the ground up to which a body sees the sun as the ground below it does.
@@ -19,13 +19,13 @@ const GROUNDED: f64 = 2.0;
 /// Where rays of a flying body start: radii above its middle.
 const STARTS: [f64; 3] = [-0.7, 0.0, 0.7];
 
-/// Side of a lattice's cells at least, in voxels of the finest level and in pixels, and parts of a body's radius at most: its shadow's edge is as soft as a cell.
+/// Side of a lattice's cells at least, in voxels of the finest level and in pixels, and in parts of a body's radius.
 const VOXELS: f64 = 2.0;
 const PIXELS: f64 = 8.0;
-const PARTS: f64 = 64.0;
+const PARTS: f64 = 32.0;
 
-/// Height above the ground, in its finest voxels, from which a lattice's rays start at least.
-const RAISED: f64 = 0.5;
+/// Cells in a body's radius from which on it has a lattice.
+const LARGE: f64 = 2.0;
 
 /// Bodies, and what of the sun they see.
 pub struct Sunlit<'r, 'a, S> {
@@ -44,17 +44,44 @@ pub struct Place {
     lattice: Option<Lattice>,
 }
 
-/// What places of the world see of the sun.
+/// What places about a body see of the sun.
 struct Lattice {
     /// Side of its cells, metres.
     side: f64,
-    corners: Mutex<HashMap<[i64; 3], f32>>,
+    /// The first corner, in sides from the world's origin, and corners along each axis.
+    first: [i64; 3],
+    dims: [usize; 3],
+    corners: Vec<OnceLock<f32>>,
+}
+
+impl Lattice {
+    fn new(middle: DVec3, radius: f64, side: f64) -> Self {
+        let corner = |at: DVec3| (at / side).floor().to_array().map(|corner| corner as i64);
+        let [first, last] = [corner(middle - radius), corner(middle + radius)];
+        // A body's rim may lie a little beyond its radius.
+        let first = first.map(|corner| corner - 1);
+        let dims = std::array::from_fn(|axis| (last[axis] - first[axis] + 3) as usize);
+        let corners = std::iter::repeat_with(OnceLock::new).take(dims.iter().product()).collect();
+        Self { side, first, dims, corners }
+    }
+
+    /// Its cell with a point in it, by its first corner, and how far the point lies from that, in sides.
+    fn cell(&self, point: DVec3) -> ([usize; 3], [f32; 3]) {
+        let (mut cell, mut part) = ([0; 3], [0.0; 3]);
+        for axis in 0..3 {
+            let at = point.to_array()[axis] / self.side - self.first[axis] as f64;
+            let last = self.dims[axis] - 2;
+            let index = (at.max(0.0) as usize).min(last);
+            (cell[axis], part[axis]) = (index, ((at - index as f64) as f32).clamp(0.0, 1.0));
+        }
+        (cell, part)
+    }
 }
 
 /// The corners of a lattice's cell, eastward first, then northward and upward.
 #[derive(Clone, Copy)]
 pub struct Corners {
-    first: [i64; 3],
+    first: [usize; 3],
     shares: [f32; 8],
 }
 
@@ -79,7 +106,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
             let wanted = (VOXELS * spacing).max(PIXELS * pixel).max(radius / PARTS);
             // In steps, so that an edge does not creep as the eye comes near.
             let side = spacing * (wanted / spacing).log2().ceil().exp2();
-            let lattice = (radius > side).then(|| Lattice { side, corners: Mutex::default() });
+            let lattice = (radius > LARGE * side).then(|| Lattice::new(middle, radius, side));
             (body.id, Place { middle, radius, share: OnceLock::new(), lattice })
         };
         Self { renderer, bodies: bodies.iter().map(place).collect(), failed: Mutex::default() }
@@ -95,33 +122,30 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         let Some(lattice) = &place.lattice else {
             return *place.share.get_or_init(|| self.sound(self.find(place)));
         };
-        let cell = point / lattice.side;
-        let first = cell.floor().to_array().map(|corner| corner as i64);
-        let corners = match latest {
-            Some(corners) if corners.first == first => *corners,
-            _ => {
-                let corner = |number: usize| {
-                    let [x, y, z] = first;
-                    let at =
-                        [x + (number & 1) as i64, y + (number >> 1 & 1) as i64, z + (number >> 2) as i64];
-                    self.corner(lattice, at)
-                };
-                Corners { first, shares: std::array::from_fn(corner) }
-            }
-        };
+        let (first, part) = lattice.cell(point);
+        let corners = latest.filter(|corners| corners.first == first);
+        let corners = corners.unwrap_or_else(|| Corners { first, shares: self.corners(lattice, first) });
         *latest = Some(corners);
-        corners.at((cell - cell.floor()).as_vec3().to_array())
+        corners.at(part)
     }
 
-    /// Share of the sun at a corner of a lattice.
-    fn corner(&self, lattice: &Lattice, at: [i64; 3]) -> f32 {
-        let lock = || lattice.corners.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = lock().get(&at).copied();
-        known.unwrap_or_else(|| {
-            let point = DVec3::from_array(at.map(|corner| corner as f64)) * lattice.side;
-            let share = self.sound(self.free(point, lattice.side));
-            lock().insert(at, share);
-            share
+    /// Shares of the sun at the corners of a cell.
+    fn corners(&self, lattice: &Lattice, first: [usize; 3]) -> [f32; 8] {
+        let mut look = None;
+        std::array::from_fn(|number| {
+            let [x, y, z] = std::array::from_fn(|axis| first[axis] + (number >> axis & 1));
+            let known = &lattice.corners[x + lattice.dims[0] * (y + lattice.dims[1] * z)];
+            *known.get_or_init(|| {
+                let place = [x, y, z].map(|corner| corner as f64);
+                let origin = lattice.first.map(|corner| corner as f64);
+                let place = (DVec3::from_array(origin) + DVec3::from_array(place)) * lattice.side;
+                let shades = self.renderer.shared.radiance.shades();
+                let look = look.get_or_insert_with(|| {
+                    shades.map(|shades| Look::new(self.renderer, shades, lattice.side))
+                });
+                let found = look.as_mut().map_or(Ok(None), |look| look.share(place)).transpose();
+                self.sound(found.unwrap_or_else(|| self.rays(&[place], lattice.side)))
+            })
         })
     }
 
@@ -136,15 +160,6 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
             self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             1.0
         })
-    }
-
-    /// Share of the sun at a place; of one below the ground what the ground sees.
-    fn free(&self, mut place: DVec3, width: f64) -> Result<f32> {
-        let source = self.renderer.source;
-        if let Some(ground) = ground_height(source, place.truncate())? {
-            place.z = place.z.max(ground + RAISED * source.header().grid.spacing);
-        }
-        self.rays(&[place], width)
     }
 
     /// Share of the sun's disc that is free of ground `width` metres wide, in the mean of some places.
@@ -176,5 +191,38 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
             return ShadeSampler::new(shades).share(*source, 0, units);
         }
         self.rays(&STARTS.map(|start| place.middle + DVec3::Z * (start * place.radius)), place.radius)
+    }
+}
+
+/// Looks where light that passes a place comes to the ground: what that sees of the sun the place sees, since nothing is between them.
+struct Look<'a, S: PageSource> {
+    source: &'a S,
+    marcher: Marcher<'a, S>,
+    /// What tells the ground's shadows, and the level of posts that is asked.
+    shades: ShadeSampler<'a>,
+    level: u8,
+    from_sun: DVec3,
+}
+
+impl<'a, S: PageSource> Look<'a, S> {
+    /// At voxels half as wide as `width`, metres.
+    fn new(renderer: &Renderer<'a, S>, shades: &'a Shades, width: f64) -> Self {
+        let Renderer { source, options, .. } = renderer;
+        let header = source.header();
+        let bands = LevelBands::uniform(&header.grid, header.level_count, width, VOXELS);
+        let level = bands.level_at(0.0);
+        let from_sun = -options.sun.direction().as_dvec3().normalize();
+        let marcher = Marcher::new(*source, bands, options.surface);
+        Self { source, marcher, shades: ShadeSampler::new(shades), level, from_sun }
+    }
+
+    /// Share of the sun, 0…1; `None`: the light leaves the area.
+    fn share(&mut self, place: DVec3) -> Result<Option<f32>> {
+        let ray = self.marcher.ray(place, self.from_sun);
+        let Some(contact) = self.marcher.first_contact(&ray, 0.0)? else { return Ok(None) };
+        let grid = self.marcher.grid();
+        let ground = place + self.from_sun * contact.range;
+        let units = (ground.truncate() - grid.origin) / grid.spacing;
+        self.shades.share(self.source, self.level, units).map(Some)
     }
 }
