@@ -147,7 +147,8 @@ pub fn picture<S: PageSource>(
         .zip(ranges.zip(parts))
         .map(|(rgb, (range, parts))| Band { light: Pixels::Srgb8(rgb), range, parts })
         .collect();
-    let account = render(renderer, view, farm, bands, Scale::DISPLAY)?;
+    let scale = Scale::under(renderer.options.brightness().tint());
+    let account = render(renderer, view, farm, bands, scale)?;
     Ok((Picture { width, height, rgb }, account))
 }
 

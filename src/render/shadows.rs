@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Renderer;
 use super::merge::Shown;
-use super::sunlit::{Corners, Place, Sunlit};
+use super::sunlit::{Cells, Place, Sunlit};
 use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
@@ -198,7 +198,7 @@ struct Known<'s> {
     id: u32,
     place: Option<&'s Place>,
     /// Where the ground's shadow was looked at last.
-    corners: Option<Corners>,
+    cells: Cells,
     /// What hides it from the sun.
     caster: Option<&'s Caster>,
 }
@@ -397,11 +397,11 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let mut known = latest.0.get().filter(|known| known.id == hit.id).unwrap_or_else(|| Known {
             id: hit.id,
             place: self.sunlit.place(hit.id),
-            corners: None,
+            cells: Cells::default(),
             caster: self.casters.of_body(hit.id),
         });
         let point = ray.origin + ray.direction * hit.range;
-        let share = known.place.map_or(1.0, |place| self.sunlit.share(place, point, &mut known.corners));
+        let share = known.place.map_or(1.0, |place| self.sunlit.share(place, point, &mut known.cells));
         latest.0.set(Some(known));
         let Some(own) = known.caster.filter(|_| share > 0.0) else { return share };
         let patch = Patch::above(point, hit.normal.as_dvec3(), self.footprint.at(hit.range));

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::objects::Body;
 use crate::raymarch::{LevelBands, Marcher, ground_height};
 use crate::space::Footprint;
-use crate::sunlight::{SUN_SEMIDIAMETER, ShadeSampler, Shades, Sun};
+use crate::sunlight::{SUN_SEMIDIAMETER, ShadeSampler, Sun};
 use crate::voxel::PageSource;
 
 /// Radii above the ground up to which a body sees the sun as the ground below it does.
@@ -24,8 +24,11 @@ const VOXELS: f64 = 2.0;
 const PIXELS: f64 = 8.0;
 const PARTS: f64 = 32.0;
 
-/// Cells in a body's radius from which on it has a lattice.
-const LARGE: f64 = 2.0;
+/// Cells in a body's radius from which on it begins to have a lattice, and from which on that alone counts.
+const LARGE: [f64; 2] = [2.0, 4.0];
+
+/// Height above the ground, in its finest voxels, from which rays of a lattice start at least.
+const RAISED: f64 = 0.5;
 
 /// Bodies, and what of the sun they see.
 pub struct Sunlit<'r, 'a, S> {
@@ -44,57 +47,52 @@ pub struct Place {
     lattice: Option<Lattice>,
 }
 
-/// What places about a body see of the sun.
+/// What places of the world see of the sun, on lattices whose sides are the finest voxel's times powers of two.
 struct Lattice {
-    /// Side of its cells, metres.
-    side: f64,
-    /// The first corner, in sides from the world's origin, and corners along each axis.
-    first: [i64; 3],
-    dims: [usize; 3],
-    corners: Vec<OnceLock<f32>>,
+    /// Power of the finer of two lattices, of which it is blended.
+    fine: i32,
+    /// Share of the coarser one, 0…1: as the eye comes near nothing jumps.
+    coarse: f32,
+    /// How much it counts against one value for all of the body, 0…1.
+    weight: f32,
+    /// What corners see that were asked for, by power and place, in sides.
+    corners: Mutex<HashMap<(i32, [i64; 3]), f32>>,
 }
 
 impl Lattice {
-    fn new(middle: DVec3, radius: f64, side: f64) -> Self {
-        let corner = |at: DVec3| (at / side).floor().to_array().map(|corner| corner as i64);
-        let [first, last] = [corner(middle - radius), corner(middle + radius)];
-        // A body's rim may lie a little beyond its radius.
-        let first = first.map(|corner| corner - 1);
-        let dims = std::array::from_fn(|axis| (last[axis] - first[axis] + 3) as usize);
-        let corners = std::iter::repeat_with(OnceLock::new).take(dims.iter().product()).collect();
-        Self { side, first, dims, corners }
-    }
-
-    /// Its cell with a point in it, by its first corner, and how far the point lies from that, in sides.
-    fn cell(&self, point: DVec3) -> ([usize; 3], [f32; 3]) {
-        let (mut cell, mut part) = ([0; 3], [0.0; 3]);
-        for axis in 0..3 {
-            let at = point.to_array()[axis] / self.side - self.first[axis] as f64;
-            let last = self.dims[axis] - 2;
-            let index = (at.max(0.0) as usize).min(last);
-            (cell[axis], part[axis]) = (index, ((at - index as f64) as f32).clamp(0.0, 1.0));
-        }
-        (cell, part)
+    /// That of a body with this radius, whose cells are to be about `side` wide, both in voxels; `None`: it is too small.
+    fn new(radius: f64, side: f64) -> Option<Self> {
+        let weight = (radius / side - LARGE[0]) / (LARGE[1] - LARGE[0]);
+        let power = side.log2();
+        (weight > 0.0).then(|| Self {
+            fine: power.floor() as i32,
+            coarse: power.fract() as f32,
+            weight: weight.min(1.0) as f32,
+            corners: Mutex::default(),
+        })
     }
 }
 
-/// The corners of a lattice's cell, eastward first, then northward and upward.
-#[derive(Clone, Copy)]
-pub struct Corners {
-    first: [usize; 3],
+/// Shares at the corners of a lattice's cell: eastward first, then northward and upward.
+#[derive(Debug, Clone, Copy)]
+struct Corners {
+    first: [i64; 3],
     shares: [f32; 8],
 }
 
 impl Corners {
     /// Share between them, so far from the first one in parts of the side.
-    fn at(&self, part: [f32; 3]) -> f32 {
-        let [x, y, z] = part;
+    fn at(&self, [x, y, z]: [f32; 3]) -> f32 {
         let mix = |from: f32, to: f32, part: f32| from + part * (to - from);
         let along = |corner: usize| mix(self.shares[corner], self.shares[corner + 1], x);
         let across = |corner: usize| mix(along(corner), along(corner + 2), y);
         mix(across(0), across(4), z)
     }
 }
+
+/// The cells of a body that were looked at last, of the finer and the coarser lattice.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Cells([Option<Corners>; 2]);
 
 impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
     /// Nothing is known yet of `bodies`, which an eye sees whose pixels are as wide as `footprint` says.
@@ -103,10 +101,8 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         let place = |body: &Body| {
             let (middle, radius) = body.sphere();
             let pixel = footprint.at(((middle - eye).length() - radius).max(0.0));
-            let wanted = (VOXELS * spacing).max(PIXELS * pixel).max(radius / PARTS);
-            // In steps, so that an edge does not creep as the eye comes near.
-            let side = spacing * (wanted / spacing).log2().ceil().exp2();
-            let lattice = (radius > LARGE * side).then(|| Lattice::new(middle, radius, side));
+            let side = (VOXELS * spacing).max(PIXELS * pixel).max(radius / PARTS);
+            let lattice = Lattice::new(radius / spacing, side / spacing);
             (body.id, Place { middle, radius, share: OnceLock::new(), lattice })
         };
         Self { renderer, bodies: bodies.iter().map(place).collect(), failed: Mutex::default() }
@@ -117,36 +113,39 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         self.bodies.get(&id)
     }
 
-    /// Share of the sun, 0…1, that the ground leaves to a point of a body; `latest` is the cell that was looked at last, of the same body.
-    pub fn share(&self, place: &Place, point: DVec3, latest: &mut Option<Corners>) -> f32 {
-        let Some(lattice) = &place.lattice else {
-            return *place.share.get_or_init(|| self.sound(self.find(place)));
-        };
-        let (first, part) = lattice.cell(point);
-        let corners = latest.filter(|corners| corners.first == first);
-        let corners = corners.unwrap_or_else(|| Corners { first, shares: self.corners(lattice, first) });
-        *latest = Some(corners);
-        corners.at(part)
+    /// Share of the sun, 0…1, that the ground leaves to a point of a body; `latest` are the cells of it that were looked at last.
+    pub fn share(&self, place: &Place, point: DVec3, latest: &mut Cells) -> f32 {
+        let whole = || *place.share.get_or_init(|| self.sound(self.find(place)));
+        let Some(lattice) = &place.lattice else { return whole() };
+        let mut within = |power: i32, index: usize| self.within(lattice, power, point, &mut latest.0[index]);
+        let mut share = within(lattice.fine, 0);
+        if lattice.coarse > 0.0 {
+            share += lattice.coarse * (within(lattice.fine + 1, 1) - share);
+        }
+        if lattice.weight < 1.0 { share + (1.0 - lattice.weight) * (whole() - share) } else { share }
     }
 
-    /// Shares of the sun at the corners of a cell.
-    fn corners(&self, lattice: &Lattice, first: [usize; 3]) -> [f32; 8] {
-        let mut look = None;
-        std::array::from_fn(|number| {
-            let [x, y, z] = std::array::from_fn(|axis| first[axis] + (number >> axis & 1));
-            let known = &lattice.corners[x + lattice.dims[0] * (y + lattice.dims[1] * z)];
-            *known.get_or_init(|| {
-                let place = [x, y, z].map(|corner| corner as f64);
-                let origin = lattice.first.map(|corner| corner as f64);
-                let place = (DVec3::from_array(origin) + DVec3::from_array(place)) * lattice.side;
-                let shades = self.renderer.shared.radiance.shades();
-                let look = look.get_or_insert_with(|| {
-                    shades.map(|shades| Look::new(self.renderer, shades, lattice.side))
-                });
-                let found = look.as_mut().map_or(Ok(None), |look| look.share(place)).transpose();
-                self.sound(found.unwrap_or_else(|| self.rays(&[place], lattice.side)))
-            })
-        })
+    /// Share of the sun at a point, between the corners of its cell of one lattice.
+    fn within(&self, lattice: &Lattice, power: i32, point: DVec3, latest: &mut Option<Corners>) -> f32 {
+        let side = self.renderer.source.header().grid.spacing * f64::from(power).exp2();
+        let cell = point / side;
+        let first = cell.floor().to_array().map(|corner| corner as i64);
+        let corners = latest.filter(|corners| corners.first == first).unwrap_or_else(|| {
+            let at = |number: usize| {
+                let corner = std::array::from_fn(|axis| first[axis] + (number >> axis & 1) as i64);
+                let lock = || lattice.corners.lock().unwrap_or_else(PoisonError::into_inner);
+                let known = lock().get(&(power, corner)).copied();
+                known.unwrap_or_else(|| {
+                    let place = DVec3::from_array(corner.map(|corner| corner as f64)) * side;
+                    let share = self.sound(self.free(place, side));
+                    lock().insert((power, corner), share);
+                    share
+                })
+            };
+            Corners { first, shares: std::array::from_fn(at) }
+        });
+        *latest = Some(corners);
+        corners.at((cell - cell.floor()).as_vec3().to_array())
     }
 
     /// What went wrong so far.
@@ -162,22 +161,38 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         })
     }
 
-    /// Share of the sun's disc that is free of ground `width` metres wide, in the mean of some places.
-    fn rays(&self, places: &[DVec3], width: f64) -> Result<f32> {
+    /// A marcher over ground `width` metres wide.
+    fn marcher(&self, width: f64) -> Marcher<'a, S> {
         let Renderer { source, options, .. } = self.renderer;
         let header = source.header();
         let bands = LevelBands::uniform(&header.grid, header.level_count, width, 1.0);
-        let mut marcher = Marcher::new(*source, bands, options.surface);
-        let (mut free, mut all) = (0.0, 0.0);
-        for rim in [-1.0, 0.0, 1.0] {
-            let elevation = (options.sun.elevation + rim * SUN_SEMIDIAMETER).clamp(0.0, 90.0);
-            let direction = Sun { elevation, ..options.sun }.direction().as_dvec3().normalize();
-            for place in places {
-                let is_free = marcher.first_contact(&marcher.ray(*place, direction), 0.0)?.is_none();
-                (free, all) = (free + f32::from(u8::from(is_free)), all + 1.0);
+        Marcher::new(*source, bands, options.surface)
+    }
+
+    /// Unit vector to the sun's lower rim (-1), its middle (0), or its upper rim (1).
+    fn to_sun(&self, rim: f64) -> DVec3 {
+        let sun = self.renderer.options.sun;
+        let elevation = (sun.elevation + rim * SUN_SEMIDIAMETER).clamp(0.0, 90.0);
+        Sun { elevation, ..sun }.direction().as_dvec3().normalize()
+    }
+
+    /// Share of the sun's disc at a place, free of ground `width` metres wide; of one below the ground what that sees.
+    fn free(&self, mut place: DVec3, width: f64) -> Result<f32> {
+        let source = self.renderer.source;
+        let mut marcher = self.marcher(width);
+        if let Some(ground) = ground_height(source, place.truncate())? {
+            place.z = place.z.max(ground + RAISED * source.header().grid.spacing);
+        }
+        // Who sees the lower rim sees all, and who does not see the upper one nothing.
+        for (rim, free, hidden) in
+            [(-1.0, Some(1.0), None), (1.0, None, Some(0.0)), (0.0, Some(0.75), Some(0.25))]
+        {
+            let is_free = marcher.first_contact(&marcher.ray(place, self.to_sun(rim)), 0.0)?.is_none();
+            if let Some(share) = if is_free { free } else { hidden } {
+                return Ok(share);
             }
         }
-        Ok(free / all)
+        Ok(0.5)
     }
 
     fn find(&self, place: &Place) -> Result<f32> {
@@ -190,39 +205,15 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
             let units = (place.middle.truncate() - header.grid.origin) / header.grid.spacing;
             return ShadeSampler::new(shades).share(*source, 0, units);
         }
-        self.rays(&STARTS.map(|start| place.middle + DVec3::Z * (start * place.radius)), place.radius)
-    }
-}
-
-/// Looks where light that passes a place comes to the ground: what that sees of the sun the place sees, since nothing is between them.
-struct Look<'a, S: PageSource> {
-    source: &'a S,
-    marcher: Marcher<'a, S>,
-    /// What tells the ground's shadows, and the level of posts that is asked.
-    shades: ShadeSampler<'a>,
-    level: u8,
-    from_sun: DVec3,
-}
-
-impl<'a, S: PageSource> Look<'a, S> {
-    /// At voxels half as wide as `width`, metres.
-    fn new(renderer: &Renderer<'a, S>, shades: &'a Shades, width: f64) -> Self {
-        let Renderer { source, options, .. } = renderer;
-        let header = source.header();
-        let bands = LevelBands::uniform(&header.grid, header.level_count, width, VOXELS);
-        let level = bands.level_at(0.0);
-        let from_sun = -options.sun.direction().as_dvec3().normalize();
-        let marcher = Marcher::new(*source, bands, options.surface);
-        Self { source, marcher, shades: ShadeSampler::new(shades), level, from_sun }
-    }
-
-    /// Share of the sun, 0…1; `None`: the light leaves the area.
-    fn share(&mut self, place: DVec3) -> Result<Option<f32>> {
-        let ray = self.marcher.ray(place, self.from_sun);
-        let Some(contact) = self.marcher.first_contact(&ray, 0.0)? else { return Ok(None) };
-        let grid = self.marcher.grid();
-        let ground = place + self.from_sun * contact.range;
-        let units = (ground.truncate() - grid.origin) / grid.spacing;
-        self.shades.share(self.source, self.level, units).map(Some)
+        let mut marcher = self.marcher(place.radius);
+        let (mut free, mut all) = (0.0, 0.0);
+        for rim in [-1.0, 0.0, 1.0] {
+            for start in STARTS {
+                let ray = marcher.ray(place.middle + DVec3::Z * (start * place.radius), self.to_sun(rim));
+                let is_free = marcher.first_contact(&ray, 0.0)?.is_none();
+                (free, all) = (free + f32::from(u8::from(is_free)), all + 1.0);
+            }
+        }
+        Ok(free / all)
     }
 }

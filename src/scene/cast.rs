@@ -7,10 +7,10 @@ use glam::{DVec2, DVec3, Vec3};
 use super::form::LARGEST;
 use super::joint::Axes;
 use super::light::LampCast;
-use super::onward::Onward;
+use super::onward::{Onward, Reach};
 use super::plume::PlumeCast;
 use super::slope::Slope;
-use super::{Beyond, Part, Scene};
+use super::{Beyond, Object, Part, Scene};
 use crate::error::{Error, Result};
 use crate::flight::{AltitudeMode, BindOptions, Fix, Track, Trajectory};
 use crate::geo::Crs;
@@ -65,6 +65,8 @@ impl Scene {
     /// [`Error::Invalid`] with the line and name of an object or a light: what [`Trajectory::bind`] says of its track; a lamp without ground below it, a light of an object
     /// that is none.
     pub fn bind(&self, crs: &Crs, ground: &dyn Fn(DVec2) -> Option<f64>) -> Result<Cast> {
+        let going_on = self.objects.iter().filter(|object| keeps_to_ground(object));
+        let reach = going_on.fold(Reach::default(), |reach, object| reach.with(object.leans));
         let mut first = self.objects.len();
         let actors = self.objects.iter().map(|object| {
             let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
@@ -101,9 +103,8 @@ impl Scene {
                 beyond: object.beyond,
                 onward: None,
             };
-            let keeps = |fix: &Fix| object.leans || fix.altitude.mode == AltitudeMode::Agl;
-            let keeps = object.beyond == Beyond::DeadReckoning && object.track.fixes.iter().all(keeps);
-            let onward = (keeps && actor.trajectory.duration() > 0.0).then(|| actor.onward(ground));
+            let goes_on = keeps_to_ground(object) && actor.trajectory.duration() > 0.0;
+            let onward = goes_on.then(|| actor.onward(reach, ground));
             Ok(Actor { onward, ..actor })
         });
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
@@ -118,6 +119,12 @@ impl Scene {
             owners.flat_map(|(actor, Actor { parts, .. })| parts.iter().map(move |_| actor)).collect();
         Ok(Cast { actors, names, owners, lamps, plumes })
     }
+}
+
+/// Whether an object goes on over the ground where its track ends.
+fn keeps_to_ground(object: &Object) -> bool {
+    let is_above = |fix: &Fix| fix.altitude.mode == AltitudeMode::Agl;
+    object.beyond == Beyond::DeadReckoning && (object.leans || object.track.fixes.iter().all(is_above))
 }
 
 /// What is where at some moment.
@@ -160,10 +167,11 @@ impl Actor {
     }
 
     /// How it goes on before its track and behind it, keeping to the ground.
-    fn onward(&self, ground: &dyn Fn(DVec2) -> Option<f64>) -> [Onward; 2] {
+    fn onward(&self, reach: Reach, ground: &dyn Fn(DVec2) -> Option<f64>) -> [Onward; 2] {
         [(0.0, -1.0), (self.trajectory.duration(), 1.0)].map(|(end, way)| {
             let velocity = way * self.velocity(end).truncate();
-            Onward::bind(self.on_track(end), velocity, self.slope.as_ref(), ground)
+            let slope = self.slope.as_ref().map(|slope| (slope, slope.above(end)));
+            Onward::bind(self.on_track(end), velocity, slope, reach, ground)
         })
     }
 

@@ -102,7 +102,8 @@ impl Reading<'_> {
         match error {
             Error::Io { path, action, source } => {
                 let (line, scene) = (self.line(&span), self.path.display());
-                Error::io(path, plain(&format!("{action} it, {whose} (line {line} of {scene})")), source)
+                let action = if action == "read" { "read it" } else { &action };
+                Error::io(path, plain(&format!("{action}, {whose} (line {line} of {scene})")), source)
             }
             Error::Unsupported { path, what, remedy } => {
                 let what = format!("line {}: {whose}: {}: {what}", self.line(&span), path.display());

@@ -360,6 +360,16 @@ fn what_leans_does_not_jump_where_the_ground_is_rough() {
         assert!(found < 0.4, "{found}");
         assert!((pair[1].position.z - pair[0].position.z).abs() < 0.01);
     }
+    // Nor does it where its track ends and it goes on.
+    let cast = read(&car("track = \"car.csv\"\nbeyond = \"dead-reckoning\""))
+        .unwrap()
+        .bind(&Crs::local(), &rough)
+        .unwrap();
+    for end in [0.0, 20.0] {
+        let [inside, outside] = [-1.0e-6, 1.0e-6].map(|step| cast.bodies_at(end + step).remove(0));
+        assert!((inside.position - outside.position).length() < 1e-3, "{end} s: {inside:?} {outside:?}");
+        assert!(turned(&inside, &outside) < 0.1, "{end} s: {inside:?} {outside:?}");
+    }
     // In steps of a quarter of a metre, as planes are apart, it would have jumped.
     let most = bodies.windows(21).map(|some| turned(&some[0], &some[20])).fold(0.0, f64::max);
     assert!(most > 1.0, "{most}");

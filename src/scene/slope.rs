@@ -107,6 +107,11 @@ impl Slope {
         Self { base, times, planes, above: Samples::new(above) }
     }
 
+    /// How high the object is above the ground so many seconds after its track begins, metres.
+    pub fn above(&self, seconds: f64) -> f64 {
+        self.above.as_ref().map_or(0.0, |above| above.at(seconds))
+    }
+
     /// `pose` as it leans on the ground below it, `above` metres higher; as it is where there is none.
     pub fn lay(&self, pose: Pose, above: f64, ground: &dyn Fn(DVec2) -> Option<f64>) -> Pose {
         let Some(plane) = self.base.plane(&pose, ground) else { return pose };
@@ -129,7 +134,7 @@ impl Slope {
         let place = pose.eye.truncate();
         let height = one.height(place) + part * (other.height(place) - one.height(place));
         let rise = one.rise.lerp(other.rise, part);
-        let above = self.above.as_ref().map_or(0.0, |above| above.at(seconds));
+        let above = self.above(seconds);
         Pose { eye: place.extend(height + above), attitude: lean(pose.attitude.yaw, rise), ..pose }
     }
 }

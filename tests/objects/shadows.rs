@@ -1,6 +1,6 @@
 //! Shadows of bodies: how long they are, what they fall upon, and what they must not depend on.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use hedgehop::frame::Frame;
 use hedgehop::objects::{Body, Shape};
 use hedgehop::render::{Engine, RenderOptions, Renderer};
@@ -138,6 +138,34 @@ fn the_grounds_shadow_ends_across_a_body() {
         let wanted = 100.0 - (400.0 - north - 1.0) * 30.0_f64.to_radians().tan();
         // A cell of the lattice is 8 m high, and its shadow's edge may lie anywhere in it.
         assert!((height(lit) - wanted).abs() < 4.0, "{engine:?}: lit from {} m, not {wanted}", height(lit));
+    }
+}
+
+#[test]
+fn what_stands_above_all_ground_is_in_free_sun() {
+    // Steep teeth, whose far sides lie in shadow, and a plain without any.
+    let worlds = [30.0, 0.0].map(|high| {
+        let teeth = |place: DVec2| high * ((0.11 * place.x).sin() * (0.13 * place.y).sin()).max(0.0);
+        Terrain::new([300, 300], 2.0, teeth, |_| [120; 3])
+    });
+    let worlds = worlds.each_ref().map(Terrain::in_memory);
+    let shape = Shape::Ellipsoid { radii: DVec3::splat(60.0) };
+    let ball = Body { albedo: Vec3::splat(0.5), ..black(shape, [300.0, 300.0, 110.0]) };
+    let view =
+        View { eye: DVec3::new(300.0, 60.0, 130.0), ypr: [0.0, -5.0, 0.0], hfov: 50.0, size: [160, 120] };
+    for (engine, elevation) in [(Engine::Planes, 30.0), (Engine::Reference, 30.0), (Engine::Planes, 12.0)] {
+        let options = under(engine, 200.0, elevation);
+        let [found, free] = worlds.each_ref().map(|world| {
+            let renderer = Renderer::new(world, &options);
+            renderer.frame_with(&view.camera(), std::slice::from_ref(&ball), &FARM).unwrap().frame
+        });
+        let all = found.id.iter().zip(&free.id).zip(found.colour.iter().zip(&free.colour));
+        let own = all.filter(|((found, free), _)| [**found, **free] == [Frame::body_id(1); 2]);
+        let apart: Vec<f32> = own.map(|(_, (found, free))| (found[1] - free[1]).abs()).collect();
+        let most = apart.iter().copied().fold(0.0, f32::max);
+        // At its outline it shares pixels with the ground.
+        let many = apart.iter().filter(|apart| **apart > 1e-6).count();
+        assert!(apart.len() > 3000 && many * 20 < apart.len(), "{engine:?} {elevation}: {many}, {most}");
     }
 }
 

@@ -3,6 +3,8 @@
 //!
 //! Words hold roots of linear light, which are about as far apart as the eye tells them: red and green in 11 bits, blue in 10.
 
+use glam::Vec3;
+
 use crate::simd::{Floats, Ints, Simd, Sixteen};
 
 /// Words of sixteen planes: red from bit 0, green from bit 11, blue from bit 22 on.
@@ -28,6 +30,13 @@ impl Scale {
     pub const DISPLAY: Self = Self { root_of_brightest: 1.0 };
     /// All that radiance holds.
     pub const ALL: Self = Self { root_of_brightest: 1.5 };
+
+    /// Up to what is display white once it is multiplied by the `tint` of the hour, as far as radiance goes: slopes that face a low sun are brighter than white
+    /// before.
+    pub fn under(tint: Vec3) -> Self {
+        let root = 1.0 / tint.min_element().sqrt();
+        Self { root_of_brightest: root.clamp(Self::DISPLAY.root_of_brightest, Self::ALL.root_of_brightest) }
+    }
 
     /// Linear light of the units in which light between words is counted, by channel: the square of a code, which green keeps in its place.
     #[inline(always)]
@@ -100,6 +109,13 @@ mod tests {
             }
             light
         }
+    }
+
+    #[test]
+    fn pictures_of_an_evening_keep_what_is_white_after_it_was_darkened() {
+        assert_eq!((Scale::under(Vec3::ONE), Scale::under(Vec3::splat(0.01))), (Scale::DISPLAY, Scale::ALL));
+        let root = Scale::under(Vec3::new(0.6, 0.64, 0.7)).root_of_brightest;
+        assert!((0.6 * root * root - 1.0).abs() < 1e-6, "{root}");
     }
 
     #[test]

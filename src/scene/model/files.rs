@@ -46,7 +46,7 @@ impl<'h> Files<'h> {
         let path = self.path.parent().unwrap_or(".".as_ref()).join(name.replace('\\', "/"));
         self.bytes_of(&path).map_err(|error| match error {
             Error::Io { path, action, source } => {
-                Error::io(path, format!("{action} it, which {} needs,", self.path.display()), source)
+                Error::io(path, format!("{action} it, which {} needs", self.path.display()), source)
             }
             other => other,
         })

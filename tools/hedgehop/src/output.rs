@@ -195,12 +195,13 @@ impl<W: Write> Stream<W> {
     }
 }
 
-/// Why a film in a file of its own was not finished: an interruption leaves none of its frames.
+/// Why a film in a file of its own was not finished: an interruption leaves none of its frames, and what was there before.
 pub fn unfinished(file: &Path, error: Error) -> Error {
     match error {
-        Error::Interrupted(_) => {
-            Error::Interrupted(format!("nothing is left of {}, which was not whole yet", file.display()))
-        }
+        Error::Interrupted(_) => Error::Interrupted(format!(
+            "{} was not written, since the film was not whole yet",
+            file.display()
+        )),
         other => other,
     }
 }
