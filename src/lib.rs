@@ -56,6 +56,7 @@
 //! | [`mod@frame`] | haze and sky; PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
 //! | [`modeling`] | rasters → database; beside the others, on `error` … `voxel` alone |
+//! | [`recipe`] | recipe files: what a database is built from |
 //!
 //! Marchers and renderers take any [`voxel::PageSource`]: a mapped file ([`memory::PageFile`]), a database in memory
 //! ([`voxel::MemPages`]), or one of your own.
@@ -71,6 +72,7 @@ pub mod modeling;
 pub mod objects;
 pub mod progress;
 pub mod raymarch;
+pub mod recipe;
 pub mod render;
 pub mod scene;
 pub mod sensor;
@@ -79,6 +81,8 @@ pub mod space;
 pub mod subimage;
 pub mod sunlight;
 pub mod voxel;
+
+mod document;
 
 pub use error::{Error, Result};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Lowest first. Modules of one entry may not import each other.
 const LAYERS: &[&[&str]] = &[
     &["error"],
-    &["progress"],
+    &["progress", "document"],
     &["space", "colour", "earth"],
     &["simd"],
     &["geo"],
@@ -23,7 +23,11 @@ const LAYERS: &[&[&str]] = &[
 ];
 
 /// Database modelling stands beside the layers that render, on these alone.
-const MODELING_MAY_USE: &[&str] = &["error", "progress", "space", "colour", "geo", "voxel", "sunlight"];
+const MODELING_MAY_USE: &[&str] =
+    &["error", "progress", "document", "space", "colour", "geo", "voxel", "sunlight"];
+
+/// Recipes say what to model, along paths as flights have them.
+const RECIPES_MAY_USE: &[&str] = &["error", "progress", "document", "geo", "sunlight", "flight", "modeling"];
 
 /// The only files with unsafe code; each says why.
 const UNSAFE_FILES: &[&str] =
@@ -110,16 +114,18 @@ fn imports_point_downward() {
         }
         for imported in imports(&code(&text)) {
             // A name in the crate's root that is no module is a re-export of `error`.
-            let is_module = layer(&imported).is_some() || imported == "modeling";
+            let is_module = layer(&imported).is_some() || ["modeling", "recipe"].contains(&imported.as_str());
             if imported == module || !is_module {
                 continue;
             }
-            let allowed = if module == "modeling" {
-                MODELING_MAY_USE.contains(&imported.as_str())
-            } else {
-                let own = layer(&module)
-                    .unwrap_or_else(|| panic!("{}: give module `{module}` a layer", path.display()));
-                layer(&imported).is_some_and(|other| other < own)
+            let allowed = match module.as_str() {
+                "modeling" => MODELING_MAY_USE.contains(&imported.as_str()),
+                "recipe" => RECIPES_MAY_USE.contains(&imported.as_str()),
+                _ => {
+                    let own = layer(&module)
+                        .unwrap_or_else(|| panic!("{}: give module `{module}` a layer", path.display()));
+                    layer(&imported).is_some_and(|other| other < own)
+                }
             };
             assert!(allowed, "{}: `{module}` must not import `{imported}`", path.display());
         }

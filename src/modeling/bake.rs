@@ -47,11 +47,7 @@ pub fn bake_shadows(
             "the database's colours hold shadows already; bake them into the one that it was made from";
         return Err(Error::Configuration(what.into()));
     }
-    if !sun.is_up() {
-        let what =
-            format!("at {:.1}° the sun throws no shadows; choose one above the horizon", sun.elevation);
-        return Err(Error::Configuration(what));
-    }
+    check_shadows(sun)?;
     let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?;
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
@@ -77,6 +73,18 @@ pub fn bake_shadows(
     source.intact()?;
     let baked_sun = Some([sun.azimuth, sun.elevation]);
     writer.finish(&Metadata { baked_sun, ..header.metadata.clone() }, header.height_range)
+}
+
+/// Whether a sun throws shadows that can be baked.
+///
+/// # Errors
+/// [`Error::Configuration`]: it is below the horizon.
+pub fn check_shadows(sun: Sun) -> Result<()> {
+    if sun.is_up() {
+        return Ok(());
+    }
+    let what = format!("at {:.1}° the sun throws no shadows; choose one above the horizon", sun.elevation);
+    Err(Error::Configuration(what))
 }
 
 /// Makes pages with shadows.

@@ -33,7 +33,7 @@ use super::vertical;
 use super::warp::{self, Rect};
 use super::workers::in_order;
 use crate::error::{Error, Result};
-use crate::geo::VerticalDatum;
+use crate::geo::{Crs, VerticalDatum};
 use crate::progress::Observer;
 use crate::voxel::{
     ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageWriter, Shelf, sparse_page,
@@ -67,12 +67,40 @@ pub fn build(options: &BuildOptions, observer: &dyn Observer) -> Result<BuildRep
     Ok(report)
 }
 
+/// What a build would make.
+#[derive(Debug)]
+pub struct Outline {
+    /// The database's reference system.
+    pub crs: Crs,
+    /// Its grid.
+    pub grid: Grid,
+    /// Bytes of the file at most.
+    pub most_bytes: u64,
+    /// What the program chose or assumed.
+    pub notes: Vec<String>,
+}
+
+/// Finds out what a build would make, from the heads of its files: no height is read.
+///
+/// # Errors
+/// Those of [`build`] that show before heights are read.
+pub fn outline(options: &BuildOptions) -> Result<Outline> {
+    let budget = Budget::of(options)?;
+    let inputs = inputs::open_all(options, budget.cache)?;
+    let plan = plan::plan(&inputs, options)?;
+    let notes = inputs.notes.into_iter().chain(plan.notes.iter().cloned()).collect();
+    let most_bytes = plan::most_bytes(&plan);
+    Ok(Outline { crs: plan.crs, grid: plan.grid, most_bytes, notes })
+}
+
 /// Refuses an output that must not be written, before any work is done.
 fn check_output(options: &BuildOptions) -> Result<()> {
     // Paths that do not resolve are no inputs that could be lost.
     if let Ok(output) = options.output.canonicalize() {
         let is_output = |input: &&PathBuf| input.canonicalize().is_ok_and(|input| input == output);
-        if let Some(input) = options.elevation.iter().chain(&options.imagery).find(is_output) {
+        let elevation = options.elevation.iter().map(|file| &file.path);
+        let imagery = options.imagery.iter().map(|file| &file.path);
+        if let Some(input) = elevation.chain(imagery).find(is_output) {
             return Err(Error::Configuration(format!(
                 "{} is an input; name another file with -o, like AREA.hop",
                 input.display()

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 
 use super::kernel::Samples;
-use super::options::BuildOptions;
+use super::options::{BuildOptions, ElevationFile, ImageryFile};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
 };
@@ -19,6 +19,9 @@ use super::warp;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform, VerticalDatum};
 use crate::voxel::SourceRecord;
+
+/// Bytes of decoded blocks for a file that is only looked at.
+const CACHE_TO_LOOK: u64 = 64 << 20;
 
 /// A raster and where it says it lies.
 pub(super) struct Opened<T> {
@@ -80,12 +83,43 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
     let open_options = OpenOptions { cache_bytes: cache_bytes / count as u64, ..OpenOptions::default() };
     let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
     let elevation =
-        options.elevation.iter().map(|path| opener.elevation(path)).collect::<Result<Vec<_>>>()?;
+        options.elevation.iter().map(|file| opener.elevation(file)).collect::<Result<Vec<_>>>()?;
     let canvas =
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
-        options.imagery.iter().map(|path| opener.imagery(path, canvas)).collect::<Result<Vec<_>>>()?;
+        options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
     Ok(Inputs { elevation, imagery, notes: opener.into_notes() })
+}
+
+/// A file of a build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// Of elevation, by its place in [`BuildOptions::elevation`].
+    Elevation(usize),
+    /// Of imagery, by its place in [`BuildOptions::imagery`].
+    Imagery(usize),
+}
+
+/// What is wrong with each file by itself: all of them, where a build ends at the first.
+pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
+    let open_options = OpenOptions { cache_bytes: CACHE_TO_LOOK, ..OpenOptions::default() };
+    let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
+    let mut faults = Vec::new();
+    let mut canvas = None;
+    for (index, file) in options.elevation.iter().enumerate() {
+        match opener.elevation(file) {
+            Ok(opened) if index == 0 && opened.crs.is_local() => {
+                canvas = Some((opened.geo, opened.samples.size()));
+            }
+            Ok(_) => {}
+            Err(error) => faults.push((Input::Elevation(index), error)),
+        }
+    }
+    for (index, file) in options.imagery.iter().enumerate() {
+        let opened = opener.imagery(file, canvas);
+        faults.extend(opened.err().map(|error| (Input::Imagery(index), error)));
+    }
+    faults
 }
 
 struct Opener<'a> {
@@ -97,29 +131,31 @@ struct Opener<'a> {
 }
 
 impl Opener<'_> {
-    fn elevation(&mut self, path: &Path) -> Result<Opened<f64>> {
+    fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
+        let path = &file.path;
         let raster = open(path, &self.open_options)?;
         let info = raster.info().clone();
-        let (geo, crs) = self.place(&info, self.options.elevation_crs.as_deref(), "--elevation-crs", None)?;
-        let datum = info.vertical_datum.or(self.options.src_vdatum).unwrap_or_else(|| {
+        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--elevation-crs", None)?;
+        let datum = info.vertical_datum.or(file.datum).unwrap_or_else(|| {
             self.silent.push(file_name(path));
             VerticalDatum::Msl
         });
         let description = describe(&info, &crs, Some(datum));
-        let samples = Box::new(ElevationRaster::new(raster, &self.options.nodata)?);
+        let samples = Box::new(ElevationRaster::new(raster, &file.nodata)?);
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
     }
 
     fn imagery(
         &mut self,
-        path: &Path,
+        file: &ImageryFile,
         canvas: Option<(GeoTransform, (u32, u32))>,
     ) -> Result<Opened<[u8; 4]>> {
+        let path = &file.path;
         let raster = open(path, &self.open_options)?;
         let info = raster.info().clone();
-        let (geo, crs) = self.place(&info, self.options.imagery_crs.as_deref(), "--imagery-crs", canvas)?;
+        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--imagery-crs", canvas)?;
         let description = describe(&info, &crs, None);
-        let samples = Box::new(ImageryRaster::new(raster, self.options.bands)?);
+        let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
         self.notes.extend(Samples::notes(samples.as_ref()));
         let datum = VerticalDatum::Msl;
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })

@@ -23,7 +23,8 @@ mod vertical;
 mod warp;
 mod workers;
 
-pub use bake::bake_shadows;
-pub use build::{BuildReport, build};
+pub use bake::{bake_shadows, check_shadows};
+pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
-pub use options::{BuildOptions, NodataFill};
+pub use inputs::{Input, faults};
+pub use options::{BuildOptions, ElevationFile, ImageryFile, NodataFill};

@@ -16,23 +16,55 @@ pub enum NodataFill {
     Value(f64),
 }
 
+/// An elevation raster, and what it does not say of itself.
+#[derive(Debug, Clone, Default)]
+pub struct ElevationFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Its CRS, if it states none.
+    pub crs: Option<String>,
+    /// What its heights are above, if it does not state that.
+    pub datum: Option<VerticalDatum>,
+    /// Values that mean "no data" besides what it declares.
+    pub nodata: Vec<f64>,
+}
+
+/// An image of the ground, and what it does not say of itself.
+#[derive(Debug, Clone, Default)]
+pub struct ImageryFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Its CRS, if it states none.
+    pub crs: Option<String>,
+    /// One-based bands to take as red, green, blue; `None` chooses.
+    pub bands: Option<[u32; 3]>,
+}
+
+impl From<PathBuf> for ElevationFile {
+    fn from(path: PathBuf) -> Self {
+        Self { path, ..Self::default() }
+    }
+}
+
+impl From<PathBuf> for ImageryFile {
+    fn from(path: PathBuf) -> Self {
+        Self { path, ..Self::default() }
+    }
+}
+
 /// What to build from what.
 #[derive(Debug, Clone)]
 pub struct BuildOptions {
-    /// Elevation rasters, highest priority first; at least one.
-    pub elevation: Vec<PathBuf>,
+    /// Elevation, highest priority first; at least one.
+    pub elevation: Vec<ElevationFile>,
     /// Imagery, highest priority first; may be empty.
-    pub imagery: Vec<PathBuf>,
+    pub imagery: Vec<ImageryFile>,
     /// The database to write.
     pub output: PathBuf,
     /// Replace an existing file.
     pub overwrite: bool,
     /// CRS of the database as the user typed it; `None` chooses.
     pub crs: Option<String>,
-    /// CRS of elevation files that state none.
-    pub elevation_crs: Option<String>,
-    /// CRS of imagery files that state none.
-    pub imagery_crs: Option<String>,
     /// Coordinates of files without a CRS are metres; the database has no place on Earth.
     pub local: bool,
     /// Side of the finest voxel, metres; `None`: that of the finest elevation input, or the finest of the corridors' spacings.
@@ -46,14 +78,8 @@ pub struct BuildOptions {
     pub raw_spacing: Option<f64>,
     /// Area to build: west, south, east, north in the database's CRS; `None`: all that elevation covers.
     pub bbox: Option<[f64; 4]>,
-    /// Vertical datum of elevation files that state none.
-    pub src_vdatum: Option<VerticalDatum>,
-    /// Values that mean "no data" besides what the files declare.
-    pub nodata: Vec<f64>,
     /// What becomes of voids.
     pub nodata_fill: NodataFill,
-    /// One-based bands of the imagery to take as red, green, blue; `None` chooses.
-    pub bands: Option<[u32; 3]>,
     /// Bytes that the build may hold resident.
     pub memory: u64,
     /// Worker threads, ≥ 1.
@@ -68,23 +94,18 @@ impl BuildOptions {
     /// the program, voids kept, 512 MiB, one worker per core.
     pub fn new(elevation: Vec<PathBuf>, imagery: Vec<PathBuf>, output: PathBuf) -> Self {
         Self {
-            elevation,
-            imagery,
+            elevation: elevation.into_iter().map(ElevationFile::from).collect(),
+            imagery: imagery.into_iter().map(ImageryFile::from).collect(),
             output,
             overwrite: false,
             crs: None,
-            elevation_crs: None,
-            imagery_crs: None,
             local: false,
             spacing: None,
             corridors: Vec::new(),
             outside: None,
             raw_spacing: None,
             bbox: None,
-            src_vdatum: None,
-            nodata: Vec::new(),
             nodata_fill: NodataFill::None,
-            bands: None,
             memory: DEFAULT_MEMORY,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
         }

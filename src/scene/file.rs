@@ -1,8 +1,6 @@
 //! The file: its tables, and what they may hold.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -18,16 +16,10 @@ use super::precipitation::{GroundTable, PrecipitationTable};
 use super::sun::{NightTable, SunTable};
 use super::weather::{self, CloudsTable, FogTable};
 use super::{Object, Scene, Weather};
+use crate::document::{Kind, Reading, plain};
 use crate::error::{Error, Result};
 
-/// Bytes of the largest scene file.
-const MOST_BYTES: u64 = 64 << 20;
-
-/// Tables of the largest scene: each takes up to a kilobyte while it is read.
-const MOST_TABLES: usize = 250_000;
-
-/// Longest text after a line's number, characters.
-const MOST_MESSAGE: usize = 500;
+const SCENE: Kind = Kind { name: "scene", manual: "docs/scene.md" };
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a scene")]
@@ -56,108 +48,9 @@ struct AirTable {
     glow: Option<Spanned<f64>>,
 }
 
-/// A scene file while it is read.
-pub(super) struct Reading<'f> {
-    pub path: &'f Path,
-    /// Bytes behind the ends of lines.
-    lines: Vec<usize>,
-}
-
-impl Reading<'_> {
-    /// What is wrong at a place of the file.
-    pub fn wrong(&self, span: Range<usize>, what: impl std::fmt::Display) -> Error {
-        let line = self.line(&span);
-        Error::invalid(self.path, format!("line {line}: {}", plain(&what.to_string())))
-    }
-
-    /// The line of a place of the file, from 1 on.
-    pub fn line(&self, span: &Range<usize>) -> usize {
-        1 + self.lines.partition_point(|end| *end <= span.start)
-    }
-
-    /// A number that `holds`; `want` says which do, beginning with a verb.
-    pub fn number(
-        &self,
-        key: &str,
-        value: &Spanned<f64>,
-        holds: impl Fn(f64) -> bool,
-        want: &str,
-    ) -> Result<f64> {
-        let number = *value.get_ref();
-        if number.is_finite() && holds(number) {
-            return Ok(number);
-        }
-        Err(self.wrong(value.span(), format!("{key} {want}, not {number}")))
-    }
-
-    /// Exactly so many numbers.
-    pub fn numbers<const N: usize>(&self, key: &str, values: &Spanned<Vec<f64>>) -> Result<[f64; N]> {
-        let given = values.get_ref();
-        let what = || format!("{key} must be {N} numbers, not {}", given.len());
-        <[f64; N]>::try_from(given.as_slice()).map_err(|_| self.wrong(values.span(), what()))
-    }
-
-    /// What is wrong with something that a place of the file names; `whose` says what that is.
-    pub fn through(&self, span: Range<usize>, whose: &str, error: Error) -> Error {
-        match error {
-            Error::Io { path, action, source } => {
-                let (line, scene) = (self.line(&span), self.path.display());
-                let action = if action == "read" { "read it" } else { &action };
-                Error::io(path, plain(&format!("{action}, {whose} (line {line} of {scene})")), source)
-            }
-            Error::Unsupported { path, what, remedy } => {
-                let what = format!("line {}: {whose}: {}: {what}", self.line(&span), path.display());
-                Error::unsupported(self.path, plain(&what), plain(&remedy))
-            }
-            stopped @ Error::Interrupted(_) => stopped,
-            other => self.wrong(span, format!("{whose}: {other}")),
-        }
-    }
-}
-
-/// The line of a byte, from 1 on.
-fn line_at(bytes: &[u8], at: usize) -> usize {
-    1 + bytes[..at.min(bytes.len())].iter().filter(|byte| **byte == b'\n').count()
-}
-
-/// Text for a sentence: in one line, without characters that steer terminals, and of some length at most.
-fn plain(text: &str) -> String {
-    let shown = text.chars().map(|char| if char.is_control() { '\u{fffd}' } else { char });
-    let mut plain: String = shown.clone().take(MOST_MESSAGE).collect();
-    if shown.count() > MOST_MESSAGE {
-        plain.push('…');
-    }
-    plain
-}
-
 pub(super) fn read(path: &Path) -> Result<Scene> {
-    let bytes = bytes_of(path, MOST_BYTES)?;
-    let text = str::from_utf8(&bytes).map_err(|error| {
-        let line = line_at(&bytes, error.valid_up_to());
-        Error::invalid(path, format!("line {line}: not UTF-8; save it as UTF-8"))
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-    let reading = Reading { path, lines: ends.map(|(at, _)| at + 1).collect() };
-    let tables = text.matches("[[").count() + text.matches('{').count();
-    if tables > MOST_TABLES {
-        return Err(Error::invalid(
-            path,
-            format!("has {tables} tables, more than the {MOST_TABLES} that a scene may have"),
-        ));
-    }
-    let table: SceneTable = toml::from_str(text).map_err(|error| {
-        let message = error.message().trim().replace('\n', ", ");
-        let span = error.span().unwrap_or(0..0);
-        let given = text.get(span.clone()).unwrap_or_default();
-        if message.ends_with("expected a sequence") && given.starts_with('[') {
-            let name = given.lines().next().unwrap_or_default().trim_matches(['[', ']', ' ']);
-            return reading.wrong(span, format!("write [[{name}]], in two brackets: there may be several"));
-        }
-        reading.wrong(span, format!("{message}; docs/scene.md lists all keys"))
-    })?;
     let mut hasher = blake3::Hasher::new();
-    hasher.update(&bytes);
+    let (reading, table): (_, SceneTable) = Reading::open(path, SCENE, &mut hasher)?;
     let lines = table.sun.as_ref().map(|sun| sun.lines(&reading)).unwrap_or_default();
     let shadows = table.sun.as_ref().and_then(SunTable::shadows);
     let sun = table.sun.map_or(Ok(None), |sun| sun.read(&reading))?;
@@ -225,19 +118,4 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         lights,
         plumes,
     })
-}
-
-/// All of a regular file.
-fn bytes_of(path: &Path, most: u64) -> Result<Vec<u8>> {
-    let found = fs::metadata(path).map_err(|source| Error::io(path, "read", source))?;
-    if !found.is_file() {
-        return Err(Error::invalid(path, "is no regular file; --scene takes a TOML file"));
-    }
-    if found.len() > most {
-        return Err(Error::invalid(
-            path,
-            format!("holds {} bytes, more than the {most} that a scene may have", found.len()),
-        ));
-    }
-    fs::read(path).map_err(|source| Error::io(path, "read", source))
 }

@@ -6,8 +6,8 @@ use glam::DVec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
 use super::object::ObjectTable;
+use crate::document::Reading;
 use crate::error::{Error, Result};
 use crate::objects::{Form, Shape};
 

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
 use super::form::{form, refuse_sizes};
 use super::model::{Cut, Fit, Models, Origin, Rest, Size};
 use super::object::ObjectTable;
+use crate::document::Reading;
 use crate::error::Result;
 use crate::objects::{Form, Level, Model};
 use crate::space::Attitude;

@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
 use super::form::Kind;
 use super::look::{LevelTable, Up, look};
 use super::model::{Models, Origin};
@@ -15,6 +14,7 @@ use super::part::{Whole, parts, refuse_keys};
 use super::place::{Above, PLACE_KEYS, Place};
 use super::{Beyond, Object};
 use crate::colour::linear_from_srgb8;
+use crate::document::Reading;
 use crate::error::{Error, Result};
 use crate::flight::{Altitude, AltitudeMode, ReadOptions, Track, read_track};
 

@@ -8,12 +8,12 @@ use glam::{DMat3, DVec3};
 use toml::Spanned;
 
 use super::Object;
-use super::file::Reading;
 use super::joint::{Axes, COLUMNS, Course, Joint};
 use super::look::{NodeLook, look};
 use super::model::{Models, Rest};
 use super::object::{ObjectTable, check_name};
 use super::place::finite;
+use crate::document::Reading;
 use crate::error::{Error, Result};
 use crate::flight::{Samples, read_columns};
 use crate::objects::Form;

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
+use crate::document::Reading;
 use crate::error::{Error, Result};
 
 /// Stops of exposure, either way.

@@ -5,8 +5,8 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
 use super::light::Anchor;
+use crate::document::Reading;
 use crate::error::Result;
 use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, Track};
 

@@ -4,11 +4,11 @@ use glam::{DVec2, DVec3, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
 use super::light::Anchor;
 use super::object::srgb;
 use super::place::{Above, PLACE_KEYS, Place, finite};
 use crate::colour::linear_from_srgb8;
+use crate::document::Reading;
 use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Trajectory};
 use crate::geo::Crs;

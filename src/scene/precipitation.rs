@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
+use crate::document::Reading;
 use crate::error::Result;
 
 /// Heaviest fall, millimetres of water an hour: more than cloudbursts bring.

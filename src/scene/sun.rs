@@ -1,21 +1,19 @@
 //! The tables `[sun]` and `[night]`.
 
 use serde::Deserialize;
-use time::OffsetDateTime;
 use toml::Spanned;
-use toml::value::Datetime;
 
-use super::file::Reading;
 use super::{NightSky, SunLines};
+use crate::document::Reading;
 use crate::error::Result;
-use crate::sunlight::{Night, Sun, SunSetting};
+use crate::sunlight::{Night, SunSetting, written};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the table [sun]")]
 pub(super) struct SunTable {
     azimuth_deg: Option<Spanned<f64>>,
     elevation_deg: Option<Spanned<f64>>,
-    time: Option<Spanned<Time>>,
+    time: Option<Spanned<written::Time>>,
     shadows: Option<Spanned<bool>>,
 }
 
@@ -40,13 +38,6 @@ impl NightTable {
     }
 }
 
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "time must be a date and time with an offset from UTC, 2026-06-21T09:30:00Z")]
-enum Time {
-    Date(Datetime),
-    Text(String),
-}
-
 impl SunTable {
     pub fn shadows(&self) -> Option<bool> {
         self.shadows.as_ref().map(|shadows| *shadows.get_ref())
@@ -62,47 +53,7 @@ impl SunTable {
 
     /// Where the sun stands, if it says so.
     pub fn read(self, reading: &Reading<'_>) -> Result<Option<SunSetting>> {
-        let (azimuth, elevation) = match (self.azimuth_deg, self.elevation_deg, &self.time) {
-            (None, None, Some(time)) => return Ok(Some(SunSetting::Time(read_time(reading, time)?))),
-            (None, None, None) => return Ok(None),
-            (Some(_), _, Some(time)) | (_, Some(_), Some(time)) => {
-                return Err(
-                    reading.wrong(time.span(), "give time, or azimuth_deg and elevation_deg, not both")
-                );
-            }
-            (Some(azimuth), Some(elevation), None) => (azimuth, elevation),
-            (Some(one), None, None) => {
-                return Err(reading.wrong(one.span(), "[sun] needs elevation_deg, too"));
-            }
-            (None, Some(one), None) => return Err(reading.wrong(one.span(), "[sun] needs azimuth_deg, too")),
-        };
-        Ok(Some(SunSetting::At(Sun {
-            azimuth: reading.number(
-                "azimuth_deg",
-                &azimuth,
-                |degrees| degrees.abs() <= 360.0,
-                "must lie between -360 and 360 degrees",
-            )?,
-            elevation: reading.number(
-                "elevation_deg",
-                &elevation,
-                |degrees| degrees.abs() <= 90.0,
-                "must be -90 to 90 degrees",
-            )?,
-        })))
+        let read = written::sun("[sun]", self.azimuth_deg, self.elevation_deg, self.time);
+        read.map_err(|(span, what)| reading.wrong(span, what))
     }
-}
-
-/// A date and time with an offset from UTC; as a string, too.
-fn read_time(reading: &Reading<'_>, time: &Spanned<Time>) -> Result<OffsetDateTime> {
-    let text = match time.get_ref() {
-        Time::Date(date) => date.to_string(),
-        Time::Text(text) => text.clone(),
-    };
-    SunSetting::parse_time(&text).ok_or_else(|| {
-        let what = format!(
-            "time must be a date and time with an offset from UTC, 2026-06-21T09:30:00Z, not {text:?}"
-        );
-        reading.wrong(time.span(), what)
-    })
 }

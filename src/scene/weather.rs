@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::file::Reading;
 use super::{Cover, Precipitation};
+use crate::document::Reading;
 use crate::error::Result;
 
 /// Metres above or below the datum beyond which there is no weather.

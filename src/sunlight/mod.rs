@@ -21,6 +21,7 @@ mod sun;
 mod sweep;
 #[cfg(test)]
 mod tests;
+pub(crate) mod written;
 
 pub use brightness::{Brightness, illuminance};
 pub use course::SUN_SEMIDIAMETER;

@@ -76,7 +76,7 @@ fn olinda() {
         |file, side| Lattice { file, crs: 31985, west: corner.0, north: corner.1, pixel: [side; 2] };
     let elevation = lattice("olinda/olinda_dem_utm25s.tif", 89.994_067_349_451_16);
     let imagery = lattice("olinda/L7_ETMs.tif", 28.499_999_999_274_54);
-    let natural = |options: &mut BuildOptions| options.bands = Some([3, 2, 1]);
+    let natural = |options: &mut BuildOptions| options.imagery[0].bands = Some([3, 2, 1]);
     check_pair(&folder, &elevation, &imagery, natural, |pixel| pixel[0], |pixel| byte(pixel[2]));
 }
 
@@ -98,7 +98,7 @@ fn santa_barbara() {
     let lattice = |file| Lattice { file, crs: 4326, west: -119.8337, north: 34.4448, pixel: [side; 2] };
     let elevation = lattice("sba_airport/sba_elev32_wgs84_512x512.tif");
     let imagery = lattice("sba_airport/sba_rgb_wgs84_512x512.tif");
-    let said = |options: &mut BuildOptions| options.elevation_crs = Some("EPSG:4326".into());
+    let said = |options: &mut BuildOptions| options.elevation[0].crs = Some("EPSG:4326".into());
     check_pair(&folder, &elevation, &imagery, said, |pixel| valid(pixel[0], -9999.0), |pixel| byte(pixel[0]));
 }
 
@@ -145,7 +145,7 @@ fn the_whole_earth() {
         pixel: [1.0 / 15.0; 2],
     };
     let adjust = |options: &mut BuildOptions| {
-        options.imagery_crs = Some("EPSG:4326".into());
+        options.imagery[0].crs = Some("EPSG:4326".into());
         options.spacing = Some(40_000.0);
     };
     let area = check_pair(&folder, &elevation, &imagery, adjust, |pixel| pixel[0], |pixel| byte(pixel[0]));

@@ -12,8 +12,8 @@ fn pair(elevation: &str, imagery: &str, adjust: impl Fn(&mut BuildOptions)) -> O
     let data = realdata()?;
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(folder.path());
-    options.elevation = vec![data.join(elevation)];
-    options.imagery = vec![data.join(imagery)];
+    options.elevation = vec![data.join(elevation).into()];
+    options.imagery = vec![data.join(imagery).into()];
     adjust(&mut options);
     let report = build(&options, &Silent).unwrap();
     let area = Area::open(&options.output).unwrap();
@@ -108,9 +108,9 @@ fn crater_lake() {
 
 #[test]
 fn olinda() {
-    let Some(area) =
-        pair("olinda/olinda_dem_utm25s.tif", "olinda/L7_ETMs.tif", |options| options.bands = Some([3, 2, 1]))
-    else {
+    let Some(area) = pair("olinda/olinda_dem_utm25s.tif", "olinda/L7_ETMs.tif", |options| {
+        options.imagery[0].bands = Some([3, 2, 1])
+    }) else {
         return;
     };
     assert_eq!((area.grid.nx, area.grid.ny), (111, 111));
@@ -122,7 +122,7 @@ fn olinda() {
 #[test]
 fn santa_barbara() {
     let dem = "sba_airport/sba_elev32_wgs84_512x512.tif";
-    let said = |options: &mut BuildOptions| options.elevation_crs = Some("EPSG:4326".into());
+    let said = |options: &mut BuildOptions| options.elevation[0].crs = Some("EPSG:4326".into());
     let Some(area) = pair(dem, "sba_airport/sba_rgb_wgs84_512x512.tif", said) else { return };
     assert!((area.grid.spacing - 3.05).abs() < 0.2, "{}", area.grid.spacing);
     let (low, high) = area.pages.header().height_range;
@@ -134,7 +134,7 @@ fn santa_barbara() {
 fn the_whole_earth() {
     let dem = "global_etopo5_bmng/etopo5_4320x2161_int16.tif";
     let adjust = |options: &mut BuildOptions| {
-        options.imagery_crs = Some("EPSG:4326".into());
+        options.imagery[0].crs = Some("EPSG:4326".into());
         options.spacing = Some(20_000.0);
     };
     let Some(area) = pair(dem, "global_etopo5_bmng/bmng.jpg", adjust) else { return };

@@ -22,7 +22,7 @@ fn grid_file(folder: &Path, side: usize, corner: (f64, f64), cell: f64) -> Build
     }
     std::fs::write(&path, text).unwrap();
     let mut options = options(folder);
-    options.elevation = vec![path];
+    options.elevation = vec![path.into()];
     options
 }
 
@@ -44,9 +44,9 @@ fn a_missing_system_is_asked_for() {
     let error = refused(&degrees);
     assert!(error.contains("look like degrees") && error.contains("--elevation-crs EPSG:4326"), "{error}");
     degrees.local = false;
-    degrees.elevation_crs = Some("EPSG:32633".into());
+    degrees.elevation[0].crs = Some("EPSG:32633".into());
     assert!(refused(&degrees).contains("look like degrees"));
-    degrees.elevation_crs = Some("EPSG:4326".into());
+    degrees.elevation[0].crs = Some("EPSG:4326".into());
     build(&degrees, &Silent).unwrap();
     let area = Area::open(&degrees.output).unwrap();
     let metadata = &area.pages.header().metadata;
@@ -60,9 +60,9 @@ fn metres_are_no_degrees() {
     let mut metres = grid_file(folder.path(), 20, (400_000.0, 5_000_000.0), 10.0);
     let error = refused(&metres);
     assert!(error.contains("--local") && error.contains("--elevation-crs"), "{error}");
-    metres.elevation_crs = Some("EPSG:4326".into());
+    metres.elevation[0].crs = Some("EPSG:4326".into());
     assert!(refused(&metres).contains("cannot be degrees"));
-    metres.elevation_crs = None;
+    metres.elevation[0].crs = None;
     metres.local = true;
     build(&metres, &Silent).unwrap();
     let area = Area::open(&metres.output).unwrap();
@@ -79,7 +79,7 @@ fn pictures_without_georeferencing_need_a_spacing() {
     let path = folder.path().join("heights.png");
     let picture = image::ImageBuffer::from_fn(30, 20, |x, y| image::Luma([(100 * x + y) as u16]));
     picture.save(&path).unwrap();
-    options.elevation = vec![path];
+    options.elevation = vec![path.into()];
     assert!(refused(&options).contains("--spacing"));
     options.raw_spacing = Some(-2.0);
     assert!(refused(&options).contains("--spacing"));
@@ -89,7 +89,7 @@ fn pictures_without_georeferencing_need_a_spacing() {
     image::RgbImage::from_fn(60, 40, |x, y| image::Rgb([(x * 4) as u8, (y * 6) as u8, 9]))
         .save(&colours)
         .unwrap();
-    options.imagery = vec![colours];
+    options.imagery = vec![colours.into()];
     build(&options, &Silent).unwrap();
     let area = Area::open(&options.output).unwrap();
     assert_eq!((area.grid.nx, area.grid.ny, area.grid.spacing), (30, 20, 4.0));
@@ -107,7 +107,7 @@ fn systems_must_fit_each_other() {
     options.crs = Some("EPSG:32633".into());
     assert!(refused(&options).contains("do not go together"));
     options.local = false;
-    options.elevation_crs = Some("EPSG:32633".into());
+    options.elevation[0].crs = Some("EPSG:32633".into());
     options.crs = Some("EPSG:4326".into());
     assert!(refused(&options).contains("not in metres"));
     options.elevation.clear();
@@ -146,7 +146,7 @@ fn what_is_no_regular_file_is_neither_read_nor_replaced() {
     let _socket = std::os::unix::net::UnixListener::bind(&options.output).unwrap();
     let sentence = |options: &BuildOptions| build(options, &Silent).unwrap_err().to_string();
     assert!(sentence(&options).contains("no regular file"));
-    options.elevation = vec![std::mem::replace(&mut options.output, folder.path().join("area.hop"))];
+    options.elevation = vec![std::mem::replace(&mut options.output, folder.path().join("area.hop")).into()];
     assert!(sentence(&options).contains("no regular file"));
 }
 

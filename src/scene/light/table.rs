@@ -8,9 +8,9 @@ use toml::Spanned;
 
 use super::lamp::{Colour, around, beam};
 use super::{Anchor, Flash, Lamp, Layout, Light, MOST_LAMPS, Rhythm, kinds};
+use crate::document::Reading;
 use crate::error::Result;
 use crate::objects::Fixture;
-use crate::scene::file::Reading;
 use crate::scene::place::{Above, PLACE_KEYS, Place, finite};
 
 /// Brightest lamp, candela: searchlights have 10⁹.

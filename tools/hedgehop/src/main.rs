@@ -37,8 +37,8 @@ use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
-    bake, bench, build, compare, contact_sheet as sheet, demo, info, overview, plan, render, scene as scenes,
-    verify,
+    bake, bench, build, compare, contact_sheet as sheet, demo, info, overview, plan, recipe,
+    render, scene as scenes, verify,
 };
 use crate::interrupt::Interrupt;
 
@@ -63,6 +63,8 @@ Exit codes are listed by `hedgehop COMMAND --help`.";
 #[derive(Debug, Subcommand)]
 enum Command {
     Build(build::Args),
+    New(recipe::NewArgs),
+    Recipe(recipe::Args),
     Bake(bake::Args),
     Render(render::Args),
     Plan(plan::Args),
@@ -82,6 +84,8 @@ fn main() -> ExitCode {
     let ready = guard_mapped_files().and_then(|()| Interrupt::install());
     let outcome = ready.map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
         Command::Build(args) => build::run(args, &interrupt),
+        Command::New(args) => recipe::create(args),
+        Command::Recipe(args) => recipe::run(args),
         Command::Bake(args) => bake::run(args, &interrupt),
         Command::Render(args) => render::run(args, &interrupt),
         Command::Plan(args) => plan::run(args, &interrupt),

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::bake_shadows;
+use hedgehop::progress::Observer;
 use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop::voxel::{PageId, PageSource};
 
@@ -77,13 +78,13 @@ pub fn bake(
     sun: SunSetting,
     target: (&Path, bool),
     threads: usize,
-    reporter: &Reporter,
+    observer: &dyn Observer,
 ) -> hedgehop::Result<(Sun, u64)> {
     let sun = area::sky(sun, file.header())?.sun;
     let mut pages: Vec<(u64, PageId)> =
         file.directory().present().map(|(id, entry)| (entry.offset, id)).collect();
     pages.sort_unstable();
     let pages: Vec<_> = pages.into_iter().map(|(_, id)| id).collect();
-    let (_, bytes) = bake_shadows(file, &pages, sun, target, threads, reporter)?;
+    let (_, bytes) = bake_shadows(file, &pages, sun, target, threads, observer)?;
     Ok((sun, bytes))
 }

@@ -6,10 +6,13 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use hedgehop::Error;
-use hedgehop::flight::{Fix, Horizontal, ReadOptions, read_track};
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{BuildOptions, BuildReport, Corridor, NodataFill, Place, Route, build};
+use hedgehop::modeling::{
+    BuildOptions, BuildReport, Corridor, ElevationFile, ImageryFile, NodataFill, build,
+};
+use hedgehop::progress::Observer;
+use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 
@@ -25,29 +28,54 @@ use crate::progress::Reporter;
 const EXAMPLE: &str = "\
 Examples:
   hedgehop build --elevation dem.tif --imagery ortho.tif -o area.hop
+  hedgehop build place.toml
   hedgehop build --elevation fine.tif tiles/*.hgt --imagery sat.tif --spacing 10 \\
       --bbox 480000,5120000,520000,5160000 --nodata-fill interp -o alps.hop
   hedgehop build --elevation heights.png --local --spacing 2 -o model.hop
   hedgehop build --elevation strip-1m.tif area-16m.tif --corridor flight.csv --width 2000 --spacing 1 -o route.hop";
 
-/// Build a database from elevation rasters and imagery.
+/// Flags that say what recipes say.
+const SAID_BY_RECIPES: [&str; 16] = [
+    "elevation",
+    "imagery",
+    "crs",
+    "elevation_crs",
+    "imagery_crs",
+    "local",
+    "spacing",
+    "corridor",
+    "width",
+    "outside",
+    "bbox",
+    "src_vdatum",
+    "nodata",
+    "nodata_fill",
+    "bands",
+    "bake_shadows",
+];
+
+/// Build a database from elevation rasters and imagery, or as a recipe says.
 ///
-/// Inputs may be in any reference system; the database is in metres. Give several files in order of
+/// A recipe is a file that says what flags say and stays with its data: `hedgehop new` writes one to begin with. Inputs may be in any reference system; the database is in metres. Give several files in order of
 /// priority: where they overlap, the first one that has data counts. Memory stays bounded for inputs of any size.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
+    /// Recipe that says what to build from what; instead of the flags below, but for -o, --memory, --jobs, --overwrite and --progress
+    #[arg(value_name = "PLACE.toml", conflicts_with_all = SAID_BY_RECIPES)]
+    recipe: Option<PathBuf>,
+
     /// Elevation rasters, highest priority first: GeoTIFF, SRTM .hgt, DTED, Esri ASCII, 16-bit PNG, raw float32
-    #[arg(long, value_name = "FILE", num_args = 1.., required = true)]
+    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present = "recipe")]
     elevation: Vec<PathBuf>,
 
     /// Imagery, highest priority first: GeoTIFF, PNG or JPEG with world file [default: none, colour follows height]
     #[arg(long, value_name = "FILE", num_args = 1..)]
     imagery: Vec<PathBuf>,
 
-    /// Database to write
-    #[arg(short, long, value_name = "AREA.hop")]
-    output: PathBuf,
+    /// Database to write [default with a recipe: what it says, or its own name with .hop]
+    #[arg(short, long, value_name = "AREA.hop", required_unless_present = "recipe")]
+    output: Option<PathBuf>,
 
     /// Reference system of the database, in metres: EPSG:32633, a PROJ string, a .prj file [default: UTM zone of the centre]
     #[arg(long, value_name = "CRS", allow_hyphen_values = true)]
@@ -153,29 +181,38 @@ fn nodata_fill(text: &str) -> Result<NodataFill, String> {
 }
 
 impl Args {
+    fn elevation(&self, path: &Path) -> ElevationFile {
+        let datum = self.src_vdatum.map(VerticalDatum::from);
+        ElevationFile {
+            path: path.to_owned(),
+            crs: self.elevation_crs.clone(),
+            datum,
+            nodata: self.nodata.clone(),
+        }
+    }
+
+    fn imagery(&self, path: &Path) -> ImageryFile {
+        ImageryFile { path: path.to_owned(), crs: self.imagery_crs.clone(), bands: self.bands }
+    }
+
     fn options(&self) -> hedgehop::Result<BuildOptions> {
         let corridors = self.corridors()?;
         // Of several, the finest holds; without corridors the last one given.
         let finest = self.spacing.iter().copied().reduce(f64::min);
         let spacing = if corridors.is_empty() { self.spacing.last().copied() } else { finest };
         Ok(BuildOptions {
-            elevation: self.elevation.clone(),
-            imagery: self.imagery.clone(),
-            output: self.output.clone(),
+            elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
+            imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),
+            output: self.output.clone().unwrap_or_default(),
             overwrite: self.making.overwrite,
             crs: self.crs.clone(),
-            elevation_crs: self.elevation_crs.clone(),
-            imagery_crs: self.imagery_crs.clone(),
             local: self.local,
             spacing,
             raw_spacing: spacing,
             corridors,
             outside: self.outside,
             bbox: self.bbox,
-            src_vdatum: self.src_vdatum.map(VerticalDatum::from),
-            nodata: self.nodata.clone(),
             nodata_fill: self.nodata_fill,
-            bands: self.bands,
             memory: self.memory,
             threads: self.making.workers.count(),
         })
@@ -203,14 +240,28 @@ impl Args {
     }
 }
 
-/// Where a path file goes over the ground.
-fn route(file: &Path) -> hedgehop::Result<Route> {
-    let place = |fix: &Fix| match fix.horizontal {
-        Horizontal::LonLat(longitude, latitude) => Place::LonLat(longitude, latitude),
-        Horizontal::Xy(x, y) => Place::Xy(x, y),
-    };
-    let track = read_track(file, &ReadOptions::default())?;
-    Ok(Route { file: file.to_owned(), places: track.fixes.iter().map(place).collect() })
+/// What is to be built, whoever says it.
+struct Order {
+    options: BuildOptions,
+    /// The sun whose shadows go into the colours.
+    shadows: Option<SunSetting>,
+}
+
+impl Args {
+    fn order(&self) -> hedgehop::Result<Order> {
+        let Some(file) = &self.recipe else {
+            return Ok(Order { options: self.options()?, shadows: self.bake_shadows });
+        };
+        let recipe = Recipe::read(file)?;
+        let options = BuildOptions {
+            output: self.output.clone().unwrap_or(recipe.options.output),
+            overwrite: self.making.overwrite,
+            memory: self.memory,
+            threads: self.making.workers.count(),
+            ..recipe.options
+        };
+        Ok(Order { options, shadows: recipe.shadows })
+    }
 }
 
 /// Runs the command.
@@ -218,37 +269,41 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
     args::check_inputs("--corridor", &args.corridor, "*.csv")?;
-    if args.output.exists() && !args.making.overwrite {
-        return Err(Error::Configuration(format!(
-            "{} exists; --overwrite replaces it",
-            args.output.display()
-        ))
-        .into());
+    let order = args.order()?;
+    let output = &order.options.output;
+    if output.exists() && !order.options.overwrite {
+        let what = format!("{} exists; --overwrite replaces it", output.display());
+        return Err(Error::Configuration(what).into());
     }
     let reporter = Reporter::new(args.making.progress, interrupt);
-    let report = match args.bake_shadows {
-        None => build(&args.options()?, &reporter)?,
-        Some(sun) => build_and_bake(args, sun, &reporter)?,
+    let report = if args.recipe.is_some() {
+        order.fill(&InKeys(&reporter)).map_err(error_in_keys)
+    } else {
+        order.fill(&reporter)
     };
-    exit::print(&summary(&args.output, &report)?)?;
+    exit::print(&summary(output, &report?)?)?;
     Ok(())
 }
 
-/// Builds beside the output, and puts shadows into what goes there.
-fn build_and_bake(args: &Args, sun: SunSetting, reporter: &Reporter) -> hedgehop::Result<BuildReport> {
-    let beside = |error| Error::io(&args.output, "create a folder beside it", error);
-    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    // Named as what else a kill leaves behind.
-    let mut prefix = args.output.file_name().unwrap_or_default().to_owned();
-    prefix.push(".part-");
-    let folder = folder.unwrap_or(Path::new("."));
-    let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder).map_err(beside)?;
-    let bare = folder.path().join("without-shadows.hop");
-    let begun = Instant::now();
-    let report = build(&BuildOptions { output: bare.clone(), ..args.options()? }, reporter)?;
-    let target = (args.output.as_path(), args.making.overwrite);
-    let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, args.making.workers.count(), reporter)?;
-    Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
+impl Order {
+    fn fill(&self, observer: &dyn Observer) -> hedgehop::Result<BuildReport> {
+        let Some(sun) = self.shadows else { return build(&self.options, observer) };
+        // Beside the output, and shadows into what goes there.
+        let BuildOptions { output, overwrite, threads, .. } = &self.options;
+        let beside = |error| Error::io(output, "create a folder beside it", error);
+        let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+        // Named as what else a kill leaves behind.
+        let mut prefix = output.file_name().unwrap_or_default().to_owned();
+        prefix.push(".part-");
+        let folder = folder.unwrap_or(Path::new("."));
+        let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder).map_err(beside)?;
+        let bare = folder.path().join("without-shadows.hop");
+        let begun = Instant::now();
+        let report = build(&BuildOptions { output: bare.clone(), ..self.options.clone() }, observer)?;
+        let target = (output.as_path(), *overwrite);
+        let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, *threads, observer)?;
+        Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
+    }
 }
 
 /// What was built, and what to try next.

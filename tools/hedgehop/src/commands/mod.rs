@@ -9,6 +9,7 @@ pub mod demo;
 pub mod info;
 pub mod overview;
 pub mod plan;
+pub mod recipe;
 pub mod render;
 pub mod scene;
 pub mod verify;

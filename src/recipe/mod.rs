@@ -1,0 +1,148 @@
+//! Recipes: what a database is made from, in a file that people write.
+//!
+//! ```text
+//! place.toml ──▶ tables, each with all of its mistakes (line, sentence) ──▶ options of a build, and what comes after it
+//! ```
+//! A recipe says what the flags of a build say, file by file, and stays when the command is long forgotten (Hughes 1994: the data base modelling and
+//! analysis system). Names of files count from its folder, so that a folder can be moved as it is.
+
+mod fields;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+use toml::de::DeTable;
+
+use crate::document::{self, Kind, Reading};
+use crate::error::{Error, Result};
+use crate::flight::{Fix, Horizontal, ReadOptions, read_track};
+use crate::modeling::{BuildOptions, Input, Outline, Place, Route, check_shadows, faults, outline};
+use crate::sunlight::SunSetting;
+use fields::{Fields, Mistakes};
+use words::key_of_place;
+pub use words::{InKeys, error_in_keys, in_keys};
+
+const RECIPE: Kind = Kind { name: "recipe", manual: "docs/recipe.md" };
+
+/// A recipe with all of its keys, most of them commented out.
+pub const TEMPLATE: &str = include_str!("template.toml");
+
+/// What a database is made from.
+#[derive(Debug)]
+pub struct Recipe {
+    /// The file.
+    pub path: PathBuf,
+    /// What is built from what; memory, threads and whether to replace the database are not for recipes.
+    pub options: BuildOptions,
+    /// The sun whose shadows go into the colours, if any does.
+    pub shadows: Option<SunSetting>,
+    lines: Lines,
+}
+
+/// Where a recipe says what, as lines from 1 on.
+#[derive(Debug, Clone, Default)]
+struct Lines {
+    /// Of every file, in their order.
+    elevation: Vec<usize>,
+    imagery: Vec<usize>,
+    /// Of the table `[place]`, and of its keys.
+    place: usize,
+    keys: Vec<(&'static str, usize)>,
+    shadows: usize,
+}
+
+/// Something that is wrong with a recipe.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// From 1 on.
+    pub line: usize,
+    /// What is wrong there, and what helps.
+    pub what: String,
+}
+
+impl std::fmt::Display for Mistake {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "line {}: {}", self.line, self.what)
+    }
+}
+
+impl Recipe {
+    /// Reads a recipe.
+    ///
+    /// # Errors
+    /// What is wrong with it, the first mistake and how many there are.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::check(path)?.map_err(|mistakes| {
+            let first = mistakes.first().map(Mistake::to_string).unwrap_or_default();
+            let more = mistakes.len().saturating_sub(1);
+            let rest = format!(" (and {more} more: `hedgehop recipe check {}` tells all)", path.display());
+            Error::invalid(path, if more > 0 { first + &rest } else { first })
+        })
+    }
+
+    /// Reads a recipe, or tells all that is wrong with it, by line.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn check(path: &Path) -> Result<std::result::Result<Self, Vec<Mistake>>> {
+        let text = document::text_of(path, RECIPE, &mut blake3::Hasher::new())?;
+        let mistakes = Mistakes::of(Reading::of(path, &text));
+        let (table, errors) = DeTable::parse_recoverable(&text);
+        for error in errors {
+            mistakes.add(&error.span().unwrap_or(0..0), error.message().trim().replace('\n', ", "));
+        }
+        let read = tables::read(path, Fields::root(table.into_inner(), &mistakes));
+        let mistakes = mistakes.into_vec();
+        Ok(match read {
+            Some(recipe) if mistakes.is_empty() => Ok(recipe),
+            _ => Err(mistakes),
+        })
+    }
+}
+
+impl Recipe {
+    /// What would be built, or all that is wrong with the files that it names, and with what it asks of them: no height is read.
+    ///
+    /// # Errors
+    /// The mistakes, by line.
+    pub fn outline(&self) -> std::result::Result<Outline, Vec<Mistake>> {
+        let mistake = |line, error| Mistake { line, what: error_in_keys(error).to_string() };
+        let of_file = |(input, error)| match input {
+            Input::Elevation(index) => mistake(self.lines.elevation[index], error),
+            Input::Imagery(index) => mistake(self.lines.imagery[index], error),
+        };
+        let mut mistakes: Vec<Mistake> = faults(&self.options).into_iter().map(of_file).collect();
+        if !mistakes.is_empty() {
+            mistakes.sort_by_key(|mistake| mistake.line);
+            return Err(mistakes);
+        }
+        let found = outline(&self.options).map_err(|error| {
+            let key = key_of_place(&error.to_string());
+            let line = self.lines.keys.iter().find(|(known, _)| Some(*known) == key).map(|(_, line)| *line);
+            vec![mistake(line.unwrap_or(self.lines.place), error)]
+        })?;
+        if let Some(shadows) = &self.shadows {
+            let wrong = |error| vec![mistake(self.lines.shadows, error)];
+            let middle = 0.5 * (found.grid.origin + found.grid.far_corner());
+            let sun = shadows.over(&found.crs, middle).map_err(wrong)?.sun;
+            check_shadows(sun).map_err(wrong)?;
+        }
+        Ok(found)
+    }
+}
+
+/// Where a path file goes over the ground.
+///
+/// # Errors
+/// A file that is no path.
+pub fn route(file: &Path) -> Result<Route> {
+    let place = |fix: &Fix| match fix.horizontal {
+        Horizontal::LonLat(longitude, latitude) => Place::LonLat(longitude, latitude),
+        Horizontal::Xy(x, y) => Place::Xy(x, y),
+    };
+    let track = read_track(file, &ReadOptions::default())?;
+    Ok(Route { file: file.to_owned(), places: track.fixes.iter().map(place).collect() })
+}

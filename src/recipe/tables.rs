@@ -1,0 +1,223 @@
+//! The tables of a recipe, and what they may hold.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::fields::Fields;
+use super::{Lines, Recipe, route};
+use crate::document::Reading;
+use crate::geo::{Crs, VerticalDatum};
+use crate::modeling::{BuildOptions, Corridor, ElevationFile, ImageryFile, NodataFill};
+use crate::sunlight::{SunSetting, written};
+
+/// One value, or several in brackets.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a value, or several in brackets")]
+enum OneOrMany<T> {
+    One(T),
+    Many(Vec<T>),
+}
+
+impl<T> OneOrMany<T> {
+    fn into_vec(self) -> Vec<T> {
+        match self {
+            Self::One(one) => vec![one],
+            Self::Many(many) => many,
+        }
+    }
+}
+
+/// What becomes of voids.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "voids is \"none\", \"interpolate\", or a height in metres")]
+enum Voids {
+    Height(f64),
+    Word(String),
+}
+
+/// Vertical datums by the names that flags have, too.
+const DATUMS: [(&str, VerticalDatum); 5] = [
+    ("msl", VerticalDatum::Msl),
+    ("egm96", VerticalDatum::Egm96),
+    ("egm2008", VerticalDatum::Egm2008),
+    ("ellipsoid", VerticalDatum::Ellipsoid),
+    ("navd88", VerticalDatum::Navd88),
+];
+
+/// Reads all tables; `None` if what is wrong leaves nothing to build.
+pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> {
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mistakes = root.mistakes;
+    let mut options = BuildOptions::new(Vec::new(), Vec::new(), path.with_extension("hop"));
+    let mut lines = Lines { place: 1, ..Lines::default() };
+    if let Some(table) = root.table("place", "[place]") {
+        lines.place = table.line();
+        lines.keys = place(table, &folder, &mut options);
+    }
+    let tables = root.tables("elevation", "[[elevation]]");
+    if tables.is_empty() {
+        mistakes.add(&(0..0), "there is no [[elevation]]; a place needs one at least, with its `file`");
+    }
+    for table in tables {
+        let line = table.line();
+        let files = elevation(table, &folder);
+        lines.elevation.extend(files.iter().map(|_| line));
+        options.elevation.extend(files);
+    }
+    for table in root.tables("imagery", "[[imagery]]") {
+        let line = table.line();
+        let files = imagery(table, &folder);
+        lines.imagery.extend(files.iter().map(|_| line));
+        options.imagery.extend(files);
+    }
+    let tables = root.tables("corridor", "[[corridor]]");
+    options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();
+    if let Some(finest) = options.corridors.iter().map(|corridor| corridor.spacing).reduce(f64::min) {
+        options.spacing = Some(finest);
+    }
+    options.raw_spacing = options.spacing;
+    let shadows = root.table("shadows", "[shadows]").and_then(|table| {
+        lines.shadows = table.line();
+        sun(table)
+    });
+    root.finish();
+    Some(Recipe { path: path.to_owned(), options, shadows, lines })
+}
+
+/// `[place]`: where, and how finely. Returns the lines of its keys.
+fn place(
+    mut table: Fields<'_, '_, '_>,
+    folder: &Path,
+    options: &mut BuildOptions,
+) -> Vec<(&'static str, usize)> {
+    let mistakes = table.mistakes;
+    if let Some(output) = table.take::<PathBuf>("output") {
+        options.output = folder.join(output.into_inner());
+    }
+    options.crs = crs(&mut table);
+    options.local = table.take("local").is_some_and(Spanned::into_inner);
+    options.spacing = table.number("spacing_m", |metres| metres > 0.0, "must be more than 0 m");
+    options.outside = table.number("outside_m", |metres| metres > 0.0, "must be more than 0 m");
+    options.bbox = table.take::<Vec<f64>>("bbox").and_then(|bbox| {
+        let bounds = <[f64; 4]>::try_from(bbox.get_ref().as_slice());
+        let wanted = "bbox is west, south, east and north, metres: [480000, 5120000, 520000, 5160000]";
+        let [west, south, east, north] = mistakes.check(&bbox.span(), bounds.map_err(|_| wanted))?;
+        let is_area =
+            west < east && south < north && [west, south, east, north].iter().all(|at| at.is_finite());
+        let area = if is_area {
+            Ok([west, south, east, north])
+        } else {
+            Err(format!("{wanted}; west is less than east, south less than north"))
+        };
+        mistakes.check(&bbox.span(), area)
+    });
+    let voids = table.take::<Voids>("voids");
+    options.nodata_fill = match voids.as_ref().map(Spanned::get_ref) {
+        Some(Voids::Height(height)) if height.is_finite() => NodataFill::Value(*height),
+        Some(Voids::Word(word)) if word == "interpolate" => NodataFill::Interpolate,
+        Some(Voids::Word(word)) if word == "none" => NodataFill::None,
+        Some(_) => {
+            let span = voids.map_or(0..0, |voids| voids.span());
+            mistakes.add(&span, "voids is \"none\", \"interpolate\", or a height in metres");
+            NodataFill::None
+        }
+        None => NodataFill::None,
+    };
+    table.finish()
+}
+
+/// A reference system, as text that is understood.
+fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
+    let text = table.take::<String>("crs")?;
+    table.mistakes.check(&text.span(), Crs::from_user(text.get_ref()))?;
+    Some(text.into_inner())
+}
+
+/// Files by names that count from the recipe's folder, all of which exist.
+fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
+    let Some(names) = table.need::<OneOrMany<String>>("file", example) else { return Vec::new() };
+    let span = names.span();
+    let names = names.into_inner().into_vec();
+    if names.is_empty() {
+        table.mistakes.add(&span, format!("file names none; write file = {example}"));
+    }
+    names.into_iter().filter_map(|name| file(table, &span, &folder.join(name))).collect()
+}
+
+fn file(table: &Fields<'_, '_, '_>, span: &std::ops::Range<usize>, path: &Path) -> Option<PathBuf> {
+    let found = match std::fs::metadata(path) {
+        Ok(found) if found.is_file() => Ok(path.to_owned()),
+        Ok(_) => Err(format!("{} is no file", path.display())),
+        Err(error) => Err(format!("cannot read {}: {error}", path.display())),
+    };
+    table.mistakes.check(span, found)
+}
+
+fn elevation(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<ElevationFile> {
+    let paths = files(&mut table, folder, "\"dem.tif\"");
+    let crs = crs(&mut table);
+    let datum = table.take::<String>("vertical_datum").and_then(|name| {
+        let known = DATUMS.iter().find(|(known, _)| known == name.get_ref()).map(|(_, datum)| *datum);
+        let names = DATUMS.map(|(known, _)| known).join(", ");
+        let wanted = || format!("vertical_datum is one of {names}, not {:?}", name.get_ref());
+        table.mistakes.check(&name.span(), known.ok_or_else(wanted))
+    });
+    let nodata = table.take::<OneOrMany<f64>>("nodata").map(|nodata| nodata.into_inner().into_vec());
+    table.finish();
+    let nodata = nodata.unwrap_or_default();
+    let of = |path| ElevationFile { path, crs: crs.clone(), datum, nodata: nodata.clone() };
+    paths.into_iter().map(of).collect()
+}
+
+fn imagery(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<ImageryFile> {
+    let paths = files(&mut table, folder, "\"ortho.tif\"");
+    let crs = crs(&mut table);
+    let bands = table.take::<Vec<u32>>("bands").and_then(|bands| {
+        let three = <[u32; 3]>::try_from(bands.get_ref().as_slice()).ok().filter(|bands| !bands.contains(&0));
+        let wanted = "bands are those of red, green and blue, counted from 1: [3, 2, 1]";
+        table.mistakes.check(&bands.span(), three.ok_or(wanted))
+    });
+    table.finish();
+    paths.into_iter().map(|path| ImageryFile { path, crs: crs.clone(), bands }).collect()
+}
+
+fn corridor(mut table: Fields<'_, '_, '_>, folder: &Path) -> Option<Corridor> {
+    let path = table.need::<String>("path", "\"flight.csv\"");
+    let positive = |metres: f64| metres > 0.0;
+    let more = "must be more than 0 m";
+    let [width, spacing] = [("width_m", "2000"), ("spacing_m", "1")].map(|(key, example)| {
+        let number = table.need::<f64>(key, example)?;
+        let checked = Reading::checked(key, *number.get_ref(), positive, more);
+        table.mistakes.check(&number.span(), checked)
+    });
+    let route = path.and_then(|path| {
+        let file = file(&table, &path.span(), &folder.join(path.get_ref()))?;
+        table.mistakes.check(&path.span(), route(&file))
+    });
+    table.finish();
+    Some(Corridor { route: route?, width: width?, spacing: spacing? })
+}
+
+/// `[shadows]`: the sun whose shadows go into the colours.
+fn sun(mut table: Fields<'_, '_, '_>) -> Option<SunSetting> {
+    let mistakes = table.mistakes;
+    let span = table.span();
+    let azimuth = table.take("azimuth_deg");
+    let elevation = table.take("elevation_deg");
+    let time = table.take("time");
+    let is_empty = azimuth.is_none() && elevation.is_none() && time.is_none();
+    table.finish();
+    match written::sun("[shadows]", azimuth, elevation, time) {
+        Ok(None) if is_empty => {
+            mistakes.add(&span, "[shadows] needs azimuth_deg and elevation_deg, or time");
+            None
+        }
+        Ok(sun) => sun,
+        Err((span, what)) => {
+            mistakes.add(&span, what);
+            None
+        }
+    }
+}

@@ -1,0 +1,192 @@
+use std::fs;
+use std::path::PathBuf;
+
+use super::*;
+use crate::geo::VerticalDatum;
+use crate::modeling::NodataFill;
+
+/// A folder with a small elevation raster, and recipes beside it.
+struct Site {
+    folder: tempfile::TempDir,
+}
+
+impl Site {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let heights = ["10 11 12 13 14 15 16 17"; 8].join("\n");
+        let head = "ncols 8\nnrows 8\nxllcorner 500000\nyllcorner 5000000\ncellsize 10\n";
+        fs::write(folder.path().join("dem.asc"), format!("{head}{heights}\n")).unwrap();
+        fs::write(folder.path().join("text.tif"), "no raster").unwrap();
+        fs::write(
+            folder.path().join("flight.csv"),
+            "time_s,x_m,y_m,alt_m\n0,500000,5000000,90\n9,500080,5000080,90\n",
+        )
+        .unwrap();
+        Self { folder }
+    }
+
+    fn put(&self, text: &str) -> PathBuf {
+        let path = self.folder.path().join("place.toml");
+        fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn read(&self, text: &str) -> Recipe {
+        let read = Recipe::check(&self.put(text)).unwrap();
+        read.unwrap_or_else(|mistakes| panic!("{mistakes:?}"))
+    }
+
+    /// Every mistake, those of tables, or of files and what is asked of them.
+    fn mistakes(&self, text: &str) -> Vec<Mistake> {
+        match Recipe::check(&self.put(text)).unwrap() {
+            Ok(recipe) => recipe.outline().err().unwrap_or_default(),
+            Err(mistakes) => mistakes,
+        }
+    }
+}
+
+const ELEVATION: &str = "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n";
+
+#[test]
+fn a_recipe_says_what_flags_say() {
+    let site = Site::new();
+    let text = format!(
+        "[place]\noutput = \"out/valley.hop\"\ncrs = \"EPSG:32632\"\nbbox = [500000, 5000000, 500080, 5000080]\nvoids = \"interpolate\"\n\
+         outside_m = 16\n{ELEVATION}vertical_datum = \"egm2008\"\nnodata = -99\n\
+         [[elevation]]\nfile = [\"dem.asc\", \"dem.asc\"]\n\
+         [[imagery]]\nfile = \"text.tif\"\nbands = [3, 2, 1]\n\
+         [[corridor]]\npath = \"flight.csv\"\nwidth_m = 50\nspacing_m = 4\n\
+         [shadows]\nazimuth_deg = 250\nelevation_deg = 12\n"
+    );
+    let Recipe { options, shadows, lines, .. } = site.read(&text);
+    assert_eq!(options.output, site.folder.path().join("out/valley.hop"));
+    assert_eq!(
+        (options.crs.as_deref(), options.spacing, options.outside),
+        (Some("EPSG:32632"), Some(4.0), Some(16.0))
+    );
+    assert_eq!(options.bbox, Some([500_000.0, 5_000_000.0, 500_080.0, 5_000_080.0]));
+    assert_eq!(options.nodata_fill, NodataFill::Interpolate);
+    assert_eq!(options.elevation.len(), 3);
+    let first = &options.elevation[0];
+    assert_eq!((first.datum, &first.nodata[..]), (Some(VerticalDatum::Egm2008), &[-99.0][..]));
+    assert_eq!(options.elevation[1].crs, None);
+    assert_eq!(options.imagery[0].bands, Some([3, 2, 1]));
+    assert_eq!((options.corridors[0].width, options.corridors[0].spacing), (50.0, 4.0));
+    assert!(shadows.is_some());
+    assert_eq!((lines.place, lines.elevation, lines.imagery), (1, vec![7, 12, 12], vec![14]));
+}
+
+#[test]
+fn the_smallest_recipe_tells_what_it_would_build() {
+    let site = Site::new();
+    let recipe = site.read(ELEVATION);
+    assert_eq!(recipe.options.output, site.folder.path().join("place.hop"));
+    let outline = recipe.outline().unwrap();
+    assert_eq!((outline.grid.nx, outline.grid.ny, outline.grid.spacing), (8, 8, 10.0));
+}
+
+/// Recipes, the line of what is wrong with each, and words that its sentence has.
+const WRONG: &[(&str, usize, &[&str])] = &[
+    ("", 1, &["[[elevation]]", "file"]),
+    ("[place]\nspacing = 3\n", 2, &["no key `spacing`", "did you mean `spacing_m`"]),
+    ("[place]\nspacing_m = -3\n", 2, &["spacing_m", "more than 0"]),
+    ("[place]\nspacing_m = \"ten\"\n", 2, &["spacing_m is a number, not string"]),
+    ("[place]\nspacing_m = nan\n", 2, &["spacing_m"]),
+    ("[place]\nbbox = [1, 2, 3]\n", 2, &["bbox is west, south, east and north"]),
+    ("[place]\nbbox = [3, 2, 1, 4]\n", 2, &["west is less than east"]),
+    ("[place]\ncrs = \"EPSG:nothing\"\n", 2, &["EPSG"]),
+    ("[place]\nvoids = \"fill\"\n", 2, &["interpolate", "height"]),
+    ("[place]\nlocal = 1\n", 2, &["local is true or false"]),
+    ("[place\nlocal = true\n", 1, &["]"]),
+    ("place = 3\n", 1, &["[place] is a table"]),
+    ("[plaice]\n", 1, &["no key `plaice`", "did you mean `place`"]),
+    ("[elevation]\nfile = \"dem.asc\"\n", 1, &["[[elevation]]", "two brackets"]),
+    ("[[elevation]]\ncrs = \"EPSG:32632\"\n", 1, &["needs `file`"]),
+    ("[[elevation]]\nfile = \"absent.tif\"\n", 2, &["absent.tif", "cannot read"]),
+    ("[[elevation]]\nfile = \".\"\n", 2, &["no file"]),
+    ("[[elevation]]\nfile = []\n", 2, &["file names none"]),
+    ("[[elevation]]\nfile = \"dem.asc\"\nvertical_datum = \"sea\"\n", 3, &["vertical_datum is one of msl"]),
+    ("[[elevation]]\nfile = \"dem.asc\"\nnodata = \"none\"\n", 3, &["nodata", "a value, or several"]),
+    ("[[imagery]]\nfile = \"text.tif\"\nbands = [0, 1, 2]\n", 3, &["counted from 1"]),
+    ("[[corridor]]\npath = \"flight.csv\"\nspacing_m = 1\n", 1, &["needs `width_m`"]),
+    ("[[corridor]]\npath = \"text.tif\"\nwidth_m = 9\nspacing_m = 1\n", 2, &["text.tif"]),
+    ("[shadows]\n", 1, &["azimuth_deg", "time"]),
+    ("[shadows]\nazimuth_deg = 900\nelevation_deg = 1\n", 2, &["azimuth_deg"]),
+    ("[place]\nlocal = true\nlocal = true\n", 3, &["duplicate"]),
+];
+
+#[test]
+fn every_mistake_is_told_with_its_line() {
+    let site = Site::new();
+    for (text, line, words) in WRONG {
+        let mistakes = site.mistakes(text);
+        let told =
+            |mistake: &Mistake| mistake.line == *line && words.iter().all(|word| mistake.what.contains(word));
+        assert!(mistakes.iter().any(told), "{text:?}: {mistakes:?}");
+    }
+}
+
+#[test]
+fn all_mistakes_of_a_long_recipe_are_told_at_once() {
+    let site = Site::new();
+    // Those that leave tables whole, one after the other, each in a table of its own.
+    let tables = WRONG.iter().filter(|(text, ..)| text.starts_with("[["));
+    let (mut text, mut wanted) = (String::new(), Vec::new());
+    for (table, line, words) in tables.cycle().take(400) {
+        wanted.push((text.lines().count() + line, *words));
+        text += table;
+        text += &format!("# {}\n", "a page of remarks ".repeat(20)).repeat(12);
+    }
+    let mistakes = site.mistakes(&text);
+    for (line, words) in &wanted {
+        let told =
+            |mistake: &Mistake| mistake.line == *line && words.iter().all(|word| mistake.what.contains(word));
+        assert!(mistakes.iter().any(told), "line {line}: {words:?}");
+    }
+    assert_eq!(mistakes.len(), wanted.len());
+    assert!(mistakes.is_sorted_by_key(|mistake| mistake.line));
+    let error = Recipe::read(&site.put(&text)).unwrap_err().to_string();
+    assert!(error.contains("and 399 more") && error.contains("recipe check"), "{error}");
+}
+
+#[test]
+fn what_is_wrong_with_files_is_told_with_their_tables_in_the_words_of_recipes() {
+    let site = Site::new();
+    for (text, line, words) in [
+        (
+            "[[elevation]]\nfile = \"dem.asc\"\n".to_owned(),
+            1,
+            ["states no coordinate reference system", "`crs` of [[elevation]]"],
+        ),
+        (format!("{ELEVATION}[[imagery]]\nfile = \"text.tif\"\n"), 4, ["text.tif", ""]),
+        (
+            format!("[place]\nbbox = [0, 0, 9, 9]\n{ELEVATION}"),
+            2,
+            ["`bbox` of [place]", "outside the elevation"],
+        ),
+        (format!("[place]\ncrs = \"EPSG:4326\"\n{ELEVATION}"), 2, ["`crs` of [place]", "not in metres"]),
+        (
+            format!("{ELEVATION}[shadows]\nazimuth_deg = 9\nelevation_deg = -3\n"),
+            4,
+            ["above the horizon", ""],
+        ),
+    ] {
+        let mistakes = site.mistakes(&text);
+        let told =
+            |mistake: &Mistake| mistake.line == line && words.iter().all(|word| mistake.what.contains(word));
+        assert!(mistakes.len() == 1 && told(&mistakes[0]), "{text}: {mistakes:?}");
+    }
+}
+
+#[test]
+fn the_template_is_sound_but_for_its_file() {
+    let site = Site::new();
+    let mistakes = site.mistakes(TEMPLATE);
+    assert!(mistakes.len() == 1 && mistakes[0].what.contains("dem.tif"), "{mistakes:?}");
+    // With all that it has commented out it has all keys, none of which is unknown.
+    let is_key = |line: &str| line.starts_with("# ") && (line.contains(" = ") || line.starts_with("# ["));
+    let whole: Vec<_> = TEMPLATE.lines().map(|line| if is_key(line) { &line[2..] } else { line }).collect();
+    let mistakes = site.mistakes(&whole.join("\n"));
+    assert!(!mistakes.is_empty());
+    assert!(mistakes.iter().all(|mistake| mistake.what.contains("cannot read")), "{mistakes:?}");
+}
