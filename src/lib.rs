@@ -50,6 +50,7 @@
 //! | [`memory`] | database files, mapped: pages on demand |
 //! | [`raymarch`] | where a ray meets the surface, and what a pixel sees there |
 //! | [`subimage`] | a frame as tasks, and the farm of workers |
+//! | [`query`] | questions about the ground: profiles, lines of sight |
 //! | [`objects`] | bodies that are not the surface, seen by ray |
 //! | [`scene`] | scene files: what is where, when, under which light |
 //! | [`sensor`] | from what is seen to radiance |
@@ -71,6 +72,7 @@ pub mod memory;
 pub mod modeling;
 pub mod objects;
 pub mod progress;
+pub mod query;
 pub mod raymarch;
 pub mod recipe;
 pub mod render;

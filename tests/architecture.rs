@@ -14,7 +14,7 @@ const LAYERS: &[&[&str]] = &[
     &["sunlight"],
     &["flight"],
     &["memory", "raymarch"],
-    &["subimage"],
+    &["subimage", "query"],
     &["objects"],
     &["scene"],
     &["sensor"],

@@ -18,6 +18,7 @@ mod making;
 mod memory;
 mod output;
 mod pictures;
+mod places;
 mod plot;
 mod program;
 mod progress;
@@ -37,8 +38,8 @@ use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
-    bake, bench, build, compare, contact_sheet as sheet, demo, info, overview, plan, recipe,
-    render, scene as scenes, verify,
+    bake, bench, build, compare, contact_sheet as sheet, demo, height, info, overview, plan, profile, recipe,
+    render, scene as scenes, sight, verify,
 };
 use crate::interrupt::Interrupt;
 
@@ -69,6 +70,9 @@ enum Command {
     Render(render::Args),
     Plan(plan::Args),
     Info(info::Args),
+    Height(height::Args),
+    Sight(sight::Args),
+    Profile(profile::Args),
     Verify(verify::Args),
     Scene(scenes::Args),
     Bench(bench::Args),
@@ -90,6 +94,9 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args, &interrupt),
         Command::Plan(args) => plan::run(args, &interrupt),
         Command::Info(args) => info::run(args),
+        Command::Height(args) => height::run(args),
+        Command::Sight(args) => sight::run(args),
+        Command::Profile(args) => profile::run(args, &interrupt),
         Command::Verify(args) => verify::run(args, &interrupt),
         Command::Scene(args) => scenes::run(args, &interrupt),
         Command::Bench(args) => bench::run(args, &interrupt),

@@ -1,4 +1,4 @@
-//! The plot of `bench` as SVG: speed, pixels, efficiency and where the time goes, over workers.
+//! Plots as SVG: of `bench` speed, pixels, efficiency and where the time goes, over workers; of `profile` the ground along a line.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -6,6 +6,8 @@ use plotters::prelude::*;
 use crate::figures::{Figures, Report};
 
 const SIZE: (u32, u32) = (1100, 820);
+const PROFILE_SIZE: (u32, u32) = (1200, 480);
+const GROUND: RGBColor = RGBColor(96, 120, 60);
 const LINE: RGBColor = RGBColor(31, 95, 160);
 const IDEAL: RGBColor = RGBColor(150, 150, 150);
 /// One colour per stage; distinct in lightness, too.
@@ -49,6 +51,60 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
             ],
         )?;
         panel(&panels[3], "ms per frame; march, shade: of all workers", &stages(results))?;
+        root.present()?;
+    }
+    Ok(svg)
+}
+
+/// What a profile shows: (kilometres, metres above the datum).
+pub struct Elevations {
+    pub title: String,
+    pub datum: String,
+    pub ground: Vec<(f64, Option<f64>)>,
+    /// Of the flight over it, if there is one.
+    pub flight: Vec<(f64, f64)>,
+}
+
+/// Draws the ground along a line, and a flight above it.
+pub fn profile(shown: &Elevations) -> Result<String, Box<dyn std::error::Error>> {
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, PROFILE_SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let root = root.titled(&shown.title, ("sans-serif", 20))?;
+        let heights = || {
+            let ground = shown.ground.iter().filter_map(|(_, height)| *height);
+            ground.chain(shown.flight.iter().map(|(_, height)| *height))
+        };
+        let (low, high) = heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
+            (low.min(height), high.max(height))
+        });
+        let margin = 0.08 * (high - low).max(10.0);
+        let (low, high) = (low - margin, high + margin);
+        let length = shown.ground.last().map_or(0.0, |(along, _)| *along).max(1.0e-3);
+        let mut chart = ChartBuilder::on(&root)
+            .margin(14)
+            .x_label_area_size(42)
+            .y_label_area_size(72)
+            .build_cartesian_2d(0.0..length, low..high)?;
+        chart
+            .configure_mesh()
+            .x_desc("km along the line")
+            .y_desc(format!("m above {}", shown.datum))
+            .axis_desc_style(("sans-serif", 16))
+            .label_style(("sans-serif", 14))
+            .light_line_style(WHITE)
+            .draw()?;
+        // Where there is no ground the area ends.
+        for run in shown.ground.chunk_by(|a, b| a.1.is_some() == b.1.is_some()) {
+            let run: Vec<_> = run.iter().filter_map(|(along, height)| Some((*along, (*height)?))).collect();
+            if !run.is_empty() {
+                chart.draw_series(
+                    AreaSeries::new(run, low, GROUND.mix(0.35)).border_style(GROUND.stroke_width(2)),
+                )?;
+            }
+        }
+        chart.draw_series(LineSeries::new(shown.flight.iter().copied(), LINE.stroke_width(2)))?;
         root.present()?;
     }
     Ok(svg)

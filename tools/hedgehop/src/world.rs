@@ -38,7 +38,11 @@ pub enum Bend {
     Refraction(f64),
 }
 
-fn bend(text: &str) -> std::result::Result<Bend, String> {
+/// Reads `--curvature`.
+///
+/// # Errors
+/// What is wanted.
+pub fn bend(text: &str) -> std::result::Result<Bend, String> {
     match text.trim().to_ascii_lowercase().as_str() {
         "auto" => Ok(Bend::Auto),
         "on" => Ok(Bend::On),

@@ -1,0 +1,81 @@
+//! `hedgehop height`: how high the ground is.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use hedgehop::Error;
+use hedgehop::memory::PageFile;
+use hedgehop::query::Sample;
+use hedgehop::raymarch::ground_height;
+use hedgehop::voxel::PageSource;
+
+use crate::args;
+use crate::exit::{self, Outcome};
+use crate::places::Places;
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop height area.hop -105.54 40.38
+  hedgehop height area.hop 455120 4470300 455180 4470300 --xy";
+
+/// Say how high the ground is at places of a database.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to ask
+    #[arg(value_name = "AREA.hop")]
+    file: PathBuf,
+
+    /// Longitude and latitude of each place, degrees (WGS 84); of local databases x and y
+    #[arg(value_name = "LON LAT", value_parser = args::number, required = true, allow_negative_numbers = true, num_args = 2..)]
+    places: Vec<f64>,
+
+    /// Places are x and y, metres of the database's reference system
+    #[arg(long)]
+    xy: bool,
+
+    /// Print one JSON array
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let (pairs, rest) = args.places.as_chunks::<2>();
+    if !rest.is_empty() {
+        let what = format!(
+            "places are pairs of numbers, not {} of them: longitude and latitude of each",
+            args.places.len()
+        );
+        return Err(Error::Configuration(what).into());
+    }
+    let source = PageFile::open(&args.file)?;
+    let places = Places::new(&source, args.xy)?;
+    let mut samples = Vec::with_capacity(pairs.len());
+    for pair in pairs {
+        let place = places.find(*pair)?;
+        samples.push(Sample { distance: 0.0, place, ground: ground_height(&source, place)? });
+    }
+    if args.json {
+        let all: Vec<_> = samples
+            .iter()
+            .map(|sample| {
+                let mut json = places.json(sample);
+                json.as_object_mut().map(|json| json.remove("distance_m"));
+                json
+            })
+            .collect();
+        return Ok(exit::print(&format!("{:#}\n", serde_json::Value::from(all)))?);
+    }
+    let datum = &source.header().metadata.vertical_datum;
+    let mut text = String::new();
+    for sample in &samples {
+        let name = places.name(sample.place);
+        // Writing to a string does not fail.
+        let _ = match sample.ground {
+            Some(height) => writeln!(text, "{name}  {height:.2} m above {datum}"),
+            None => writeln!(text, "{name}  no surface"),
+        };
+    }
+    Ok(exit::print(&text)?)
+}

@@ -1,0 +1,231 @@
+//! `hedgehop profile`: the ground along a line or under a flight.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use glam::DVec2;
+use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
+use hedgehop::frame::atomic::write_bytes;
+use hedgehop::memory::PageFile;
+use hedgehop::query::{Sample, profile};
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
+
+use crate::args::{self, AltitudeMode};
+use crate::exit::{self, Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::places::Places;
+use crate::plot::{self, Elevations};
+use crate::progress::{Mode, Reporter};
+use crate::view::over_ground;
+use crate::world::WorldArgs;
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop profile area.hop --from -105.54,40.38 --to -105.60,40.33 -o ridge.svg
+  hedgehop profile area.hop --path flight.gpx -o flight.svg
+  hedgehop profile area.hop --path flight.csv --step 10 -o flight.csv";
+
+/// Steps of a flight's heights, seconds.
+const EVERY: f64 = 0.5;
+
+/// Field of view that nobody looks through, degrees.
+const UNUSED_HFOV: f64 = 60.0;
+
+/// Show the ground along a line, or under a flight and how high that is above it.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+#[command(group(clap::ArgGroup::new("line").required(true).args(["path", "from"])))]
+pub struct Args {
+    /// Database to ask
+    #[arg(value_name = "AREA.hop")]
+    file: PathBuf,
+
+    /// Flight path: CSV, JSBSim CSV, KML gx:Track, GPX or IGC
+    #[arg(long, value_name = "FILE")]
+    path: Option<PathBuf>,
+
+    /// What altitudes are measured from where the path file does not say [default: msl]
+    #[arg(long, value_enum, value_name = "MODE", requires = "path")]
+    alt_mode: Option<AltitudeMode>,
+
+    /// Where the line begins: longitude and latitude, degrees (WGS 84); of local databases x and y
+    #[arg(long, value_name = "LON,LAT", value_parser = args::pair, requires = "to", allow_hyphen_values = true)]
+    from: Option<[f64; 2]>,
+
+    /// Where it ends
+    #[arg(long, value_name = "LON,LAT", value_parser = args::pair, requires = "from", allow_hyphen_values = true)]
+    to: Option<[f64; 2]>,
+
+    /// Places are x and y, metres of the database's reference system
+    #[arg(long, requires = "from")]
+    xy: bool,
+
+    /// Metres from place to place [default: the side of the finest voxel]
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
+    step: Option<f64>,
+
+    /// Plot or table to write
+    #[arg(short, long, value_name = "PROFILE.svg|.csv")]
+    output: Option<PathBuf>,
+}
+
+/// Ground along a line, and how high a flight is above the datum at each place.
+struct Line {
+    title: String,
+    samples: Vec<Sample>,
+    flight: Option<Vec<f64>>,
+}
+
+/// Kinds of output.
+enum Kind {
+    Plot,
+    Table,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(Mode::Auto, interrupt);
+    let output = args.output.as_deref().map(|path| Ok::<_, Error>((path, kind(path)?))).transpose()?;
+    let inputs: Vec<&Path> = std::iter::once(args.file.as_path()).chain(args.path.as_deref()).collect();
+    if let Some((path, _)) = &output {
+        args::check_no_input("-o", path, &inputs)?;
+    }
+    let source = PageFile::open(&args.file)?;
+    let places = Places::new(&source, args.xy || args.path.is_some())?;
+    let step = args.step.unwrap_or(source.header().grid.spacing);
+    let line = match (&args.path, args.from, args.to) {
+        (Some(path), ..) => under_flight(args, path, &source, step, &reporter)?,
+        (None, Some(from), Some(to)) => {
+            let ends = [places.find(from)?, places.find(to)?];
+            let title = format!("{} to {}", places.name(ends[0]), places.name(ends[1]));
+            Line { title, samples: profile(&source, &ends, step)?, flight: None }
+        }
+        _ => return Err(Error::Configuration("give --path, or --from and --to".into()).into()),
+    };
+    let datum = &source.header().metadata.vertical_datum;
+    if let Some((path, kind)) = output {
+        let text = match kind {
+            Kind::Plot => drawn(&line, datum)?,
+            Kind::Table => table(&line, &Places::new(&source, false)?),
+        };
+        write_bytes(path, text.as_bytes())?;
+    }
+    Ok(exit::print(&summary(&line, datum))?)
+}
+
+fn kind(path: &Path) -> Result<Kind> {
+    match path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("svg") => Ok(Kind::Plot),
+        Some("csv") => Ok(Kind::Table),
+        _ => {
+            let what = format!("{}: a profile is a plot, .svg, or a table, .csv", path.display());
+            Err(Error::Configuration(what))
+        }
+    }
+}
+
+/// The ground below a flight, and its heights, at times at which it is `step` metres apart or less.
+fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter: &Reporter) -> Result<Line> {
+    let mode = args.alt_mode.map(Into::into);
+    let track = read_track(path, &ReadOptions { altitude_mode: mode })?;
+    let options = BindOptions { level: true, hfov: UNUSED_HFOV, clearance: None };
+    let trajectory = over_ground(source, WorldArgs::default(), |crs, ground| {
+        Trajectory::bind(&track, crs, ground, &options)
+    })?;
+    track.notes.iter().for_each(|note| hedgehop::progress::Observer::note(reporter, note));
+    let count = (trajectory.duration() / EVERY).ceil().clamp(1.0, 1.0e6) as u32;
+    let eyes: Vec<_> = (0..=count)
+        .map(|index| trajectory.pose_at(trajectory.duration() * f64::from(index) / f64::from(count)).eye)
+        .collect();
+    let (mut samples, mut flight): (Vec<Sample>, Vec<f64>) = (Vec::new(), Vec::new());
+    let mut begun = 0.0;
+    for ends in eyes.windows(2) {
+        let places: [DVec2; 2] = [ends[0].truncate(), ends[1].truncate()];
+        let length = places[0].distance(places[1]);
+        let mut part = profile(source, &places, step)?;
+        // The next piece begins with its last place.
+        part.pop();
+        for sample in part {
+            let share = if length > 0.0 { sample.distance / length } else { 0.0 };
+            flight.push(ends[0].z + share * (ends[1].z - ends[0].z));
+            samples.push(Sample { distance: begun + sample.distance, ..sample });
+        }
+        begun += length;
+    }
+    if let Some(eye) = eyes.last() {
+        let last = profile(source, &[eye.truncate()], step)?;
+        samples.extend(last.into_iter().map(|sample| Sample { distance: begun, ..sample }));
+        flight.push(eye.z);
+    }
+    Ok(Line { title: path.display().to_string(), samples, flight: Some(flight) })
+}
+
+fn drawn(line: &Line, datum: &str) -> std::result::Result<String, Failure> {
+    let ground: Vec<_> =
+        line.samples.iter().map(|sample| (sample.distance / 1000.0, sample.ground)).collect();
+    let along = ground.iter().map(|(along, _)| *along);
+    let flight = line.flight.iter().flat_map(|flight| along.clone().zip(flight.iter().copied())).collect();
+    let shown = Elevations { title: line.title.clone(), datum: datum.to_owned(), ground, flight };
+    plot::profile(&shown).map_err(|error| Failure::Unforeseen(format!("the plot: {error}")))
+}
+
+/// All samples as CSV.
+fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
+    let mut text = "distance_m,lon_deg,lat_deg,x_m,y_m,ground_m".to_owned();
+    text += if line.flight.is_some() { ",altitude_m,above_ground_m\n" } else { "\n" };
+    for (index, sample) in line.samples.iter().enumerate() {
+        let [longitude, latitude] = places
+            .lonlat(sample.place)
+            .map_or([String::new(), String::new()], |place| place.map(|degrees| format!("{degrees:.8}")));
+        let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
+        // Writing to a string does not fail.
+        let _ = write!(
+            text,
+            "{:.3},{longitude},{latitude},{:.3},{:.3},{}",
+            sample.distance,
+            sample.place.x,
+            sample.place.y,
+            number(sample.ground)
+        );
+        if let Some(flight) = &line.flight {
+            let altitude = flight[index];
+            let _ = write!(text, ",{altitude:.3},{}", number(sample.ground.map(|ground| altitude - ground)));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// What the profile says, in a few lines.
+fn summary(line: &Line, datum: &str) -> String {
+    let length = line.samples.last().map_or(0.0, |sample| sample.distance);
+    let heights: Vec<f64> = line.samples.iter().filter_map(|sample| sample.ground).collect();
+    let mut text = format!("{}: {:.2} km, {} places", line.title, length / 1000.0, line.samples.len());
+    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
+        (low.min(*height), high.max(*height))
+    });
+    let climb: f64 = heights.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
+    // Writing to a string does not fail.
+    let _ = if heights.is_empty() {
+        write!(text, "; there is no ground along it")
+    } else {
+        write!(text, "; ground from {low:.1} to {high:.1} m above {datum}, {climb:.0} m up in all")
+    };
+    if let Some(flight) = &line.flight {
+        let above = line
+            .samples
+            .iter()
+            .zip(flight)
+            .filter_map(|(sample, eye)| Some((sample.distance, eye - sample.ground?)));
+        if let Some((at, least)) = above.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            let _ = write!(
+                text,
+                "\nthe flight is {least:.1} m above ground at least, {:.2} km on the way",
+                at / 1000.0
+            );
+        }
+    }
+    text.push('\n');
+    text
+}

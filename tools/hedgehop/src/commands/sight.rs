@@ -1,0 +1,99 @@
+//! `hedgehop sight`: whether one point sees another.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use hedgehop::memory::PageFile;
+use hedgehop::query::{Sight, sight};
+use hedgehop::render::RenderOptions;
+use hedgehop::voxel::PageSource;
+use serde_json::json;
+
+use crate::args;
+use crate::exit::{self, Outcome};
+use crate::places::Places;
+use crate::world::WorldArgs;
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop sight area.hop --from -105.54,40.38,2 --to -105.60,40.33,30
+  hedgehop sight area.hop --from 455120,4470300,2900 --to 458120,4471300,3100 --xy --msl";
+
+/// Say whether one point sees another over the ground of a database.
+///
+/// As a picture would show it, over the Earth's curvature. Where the ground hides the far point, it says where, and how much higher that would have to be.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to ask
+    #[arg(value_name = "AREA.hop")]
+    file: PathBuf,
+
+    /// Longitude, latitude (degrees, WGS 84; of local databases x and y) and height above ground, metres
+    #[arg(long, value_name = "LON,LAT,HEIGHT", value_parser = args::position, allow_hyphen_values = true)]
+    from: [f64; 3],
+
+    /// The same of the other point
+    #[arg(long, value_name = "LON,LAT,HEIGHT", value_parser = args::position, allow_hyphen_values = true)]
+    to: [f64; 3],
+
+    /// Places are x and y, metres of the database's reference system
+    #[arg(long)]
+    xy: bool,
+
+    /// Heights are above the database's datum, not above ground
+    #[arg(long)]
+    msl: bool,
+
+    /// Earth's curvature with refraction: auto (on for a place on Earth, off for local metres), on, off, or a
+    /// refraction coefficient from -1 to 1; on is 1/7, and 0 is no refraction
+    #[arg(long, value_name = "auto|on|off|K", default_value = "auto", value_parser = crate::world::bend, allow_hyphen_values = true)]
+    curvature: crate::world::Bend,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let source = PageFile::open(&args.file)?;
+    let places = Places::new(&source, args.xy)?;
+    let [from, to] = [args.from, args.to].map(|point| places.point(point, args.msl));
+    let (from, to) = (from?, to?);
+    let world = WorldArgs { curvature: args.curvature, tile_world: false };
+    let curvature = world.apply(source.header(), RenderOptions::default()).curvature;
+    let found = sight(&source, from, to, curvature)?;
+    let Sight { distance, blocked, nearest, missing } = &found;
+    if args.json {
+        let json = json!({
+            "sees": blocked.is_none(),
+            "distance_m": distance,
+            "blocked_at": blocked.map(|sample| places.json(&sample)),
+            "nearest": nearest.map(|(sample, above)| json!({ "above_ground_m": above, "at": places.json(&sample) })),
+            "missing_m": missing,
+        });
+        return Ok(exit::print(&format!("{json:#}\n"))?);
+    }
+    let mut text = match blocked {
+        None => format!("they see each other over {distance:.0} m"),
+        Some(sample) => format!(
+            "the ground hides the far point, {:.0} m of {distance:.0} m on the way, at {} (the line of sight is {:.1} m high there)",
+            sample.distance,
+            places.name(sample.place),
+            sample.ground.unwrap_or(f64::NAN)
+        ),
+    };
+    // Writing to a string does not fail.
+    let _ = match (blocked, nearest) {
+        (Some(_), _) if *missing > 0.0 => write!(text, "; it would have to be {missing:.1} m higher"),
+        (None, Some((sample, above))) => write!(
+            text,
+            "; the line comes nearest to the ground at {}, {:.0} m on the way: {above:.1} m",
+            places.name(sample.place),
+            sample.distance
+        ),
+        _ => Ok(()),
+    };
+    Ok(exit::print(&(text + "\n"))?)
+}

@@ -1,0 +1,127 @@
+//! `height`, `sight` and `profile` from outside.
+
+use std::fs;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder with a database in a zone of UTM: ground of 100 m, and a ridge of 60 m across its middle.
+fn site() -> TempDir {
+    let folder = TempDir::new().expect("a temporary folder");
+    let height = |x: i32| 100 + (60 - 2 * (x - 50).abs()).max(0);
+    let row = (0..100).map(|x| height(x).to_string()).collect::<Vec<_>>().join(" ");
+    let head = "ncols 100\nnrows 60\nxllcorner 500000\nyllcorner 5000000\ncellsize 10\n";
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).expect("a file");
+    write("dem.asc", format!("{head}{}\n", vec![row; 60].join("\n")));
+    write("flight.csv", "time_s,x_m,y_m,alt_m\n0,500100,5000300,200\n10,500900,5000300,200\n".into());
+    write("place.toml", "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n".into());
+    ends(&run(&folder, "build place.toml"), 0);
+    folder
+}
+
+fn run(folder: &TempDir, args: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hedgehop"))
+        .current_dir(folder.path())
+        .args(args.split_whitespace())
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts")
+}
+
+#[track_caller]
+fn ends(output: &Output, code: i32) -> String {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{out}{err}");
+    out + &err
+}
+
+#[track_caller]
+fn number(json: &Value, at: &str) -> f64 {
+    json.pointer(at).and_then(Value::as_f64).unwrap_or_else(|| panic!("{at} of {json:#}"))
+}
+
+#[test]
+fn heights_are_told_by_degrees_and_by_metres() {
+    let folder = site();
+    let told = ends(&run(&folder, "height place.hop 500505 5000300 500105 5000300 --xy"), 0);
+    assert!(told.contains("160.0") && told.contains("100.00 m above"), "{told}");
+    let json = ends(&run(&folder, "height place.hop 500505 5000300 --xy --json"), 0);
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    assert!((number(&json, "/0/height_m") - 160.0).abs() < 0.1, "{json}");
+    // The same place in degrees: 9° east is the zone's middle.
+    let json = ends(&run(&folder, "height place.hop 9.0064 45.1535 --json"), 0);
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    assert!((number(&json, "/0/x_m") - 500_503.0).abs() < 3.0, "{json}");
+    assert!((number(&json, "/0/lon_deg") - 9.0064).abs() < 1e-9);
+    for (args, words) in [
+        ("9.5 45.1535", "outside the area"),
+        ("500505 5000300", "--xy for metres"),
+        ("9.0064", "value"),
+        ("9.0064 45.1535 3", "pairs"),
+    ] {
+        let told = ends(&run(&folder, &format!("height place.hop {args}")), 2);
+        assert!(told.contains(words), "{args}: {told}");
+    }
+}
+
+#[test]
+fn points_see_each_other_over_the_ridge_only() {
+    let folder = site();
+    let sight = |height: f64| {
+        let args = format!(
+            "sight place.hop --from 500105,5000300,{height} --to 500905,5000300,{height} --xy --json"
+        );
+        serde_json::from_str::<Value>(&ends(&run(&folder, &args), 0)).expect("JSON")
+    };
+    let clear = sight(75.0);
+    assert_eq!(clear["sees"], true);
+    assert!((number(&clear, "/nearest/above_ground_m") - 15.0).abs() < 0.5, "{clear}");
+    let hidden = sight(20.0);
+    assert_eq!(hidden["sees"], false);
+    // 20 m up the near slope, which rises by 2 m in 10 m from 100 m before the eye on.
+    assert!((number(&hidden, "/blocked_at/distance_m") - 200.0).abs() < 8.0, "{hidden}");
+    assert!((number(&hidden, "/missing_m") - 80.0).abs() < 2.0, "{hidden}");
+    let told = ends(&run(&folder, "sight place.hop --from 500105,5000300,20 --to 500905,5000300,20 --xy"), 0);
+    assert!(told.contains("hides the far point") && told.contains("m higher"), "{told}");
+    let told = ends(
+        &run(&folder, "sight place.hop --from 500105,5000300,220 --to 500905,5000300,220 --xy --msl"),
+        0,
+    );
+    assert!(told.contains("see each other over 800 m"), "{told}");
+    let told = ends(&run(&folder, "sight place.hop --from 9,45.15,2 --to 9,45.15,2"), 2);
+    assert!(told.contains("two points") || told.contains("outside"), "{told}");
+}
+
+#[test]
+fn profiles_are_drawn_and_listed() {
+    let folder = site();
+    let told = ends(&run(&folder, "profile place.hop --path flight.csv -o flight.svg"), 0);
+    assert!(told.contains("0.80 km") && told.contains("above ground at least"), "{told}");
+    let plot = fs::read_to_string(folder.path().join("flight.svg")).expect("a plot");
+    assert!(plot.starts_with("<svg") && plot.contains("km along the line"), "{plot}");
+    ends(
+        &run(
+            &folder,
+            "profile place.hop --from 500105,5000300 --to 500905,5000300 --xy --step 50 -o line.csv",
+        ),
+        0,
+    );
+    let table = fs::read_to_string(folder.path().join("line.csv")).expect("a table");
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("distance_m,lon_deg,lat_deg,x_m,y_m,ground_m"));
+    assert_eq!(lines.clone().count(), 17);
+    let middle: Vec<&str> = lines.nth(8).expect("the middle").split(',').collect();
+    assert_eq!(middle[0], "400.000");
+    assert!((middle[5].parse::<f64>().expect("a height") - 160.0).abs() < 0.2, "{middle:?}");
+    for (args, words) in [
+        ("--path flight.csv -o flight.gif", ".svg"),
+        ("--path flight.csv -o flight.csv", "flight.csv"),
+        ("--from 1,2", "--to"),
+        ("", "--path"),
+    ] {
+        let told = ends(&run(&folder, &format!("profile place.hop {args}")), 2);
+        assert!(told.contains(words), "{args}: {told}");
+    }
+}
