@@ -1,10 +1,13 @@
 //! `height`, `sight` and `profile` from outside.
 
+mod common;
+
 use std::fs;
-use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 use tempfile::TempDir;
+
+use common::{ends, run};
 
 /// A folder with a database in a zone of UTM: ground of 100 m, and a ridge of 60 m across its middle.
 fn site() -> TempDir {
@@ -18,23 +21,6 @@ fn site() -> TempDir {
     write("place.toml", "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n".into());
     ends(&run(&folder, "build place.toml"), 0);
     folder
-}
-
-fn run(folder: &TempDir, args: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hedgehop"))
-        .current_dir(folder.path())
-        .args(args.split_whitespace())
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-#[track_caller]
-fn ends(output: &Output, code: i32) -> String {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{out}{err}");
-    out + &err
 }
 
 #[track_caller]

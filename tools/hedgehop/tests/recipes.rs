@@ -1,9 +1,12 @@
 //! `build PLACE.toml`, `new` and `recipe check` from outside.
 
+mod common;
+
 use std::fs;
-use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
+
+use common::{ends, run};
 
 /// A folder with an elevation raster that says nothing of its reference system, and a path over it.
 fn site() -> TempDir {
@@ -15,23 +18,6 @@ fn site() -> TempDir {
     write("dem.asc", &format!("{head}{}\n", rows.join("\n")));
     write("place.toml", "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n");
     folder
-}
-
-fn run(folder: &TempDir, args: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hedgehop"))
-        .current_dir(folder.path())
-        .args(args.split_whitespace())
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-#[track_caller]
-fn ends(output: &Output, code: i32) -> String {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{out}{err}");
-    out + &err
 }
 
 #[test]

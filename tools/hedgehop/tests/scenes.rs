@@ -1,10 +1,13 @@
 //! `--scene` and `scene check` from outside.
 
+mod common;
+
 use std::fs;
-use std::process::{Command, Output, Stdio};
 
 use hedgehop::voxel::{Arrays, Grid, Metadata, write_arrays};
 use tempfile::TempDir;
+
+use common::{ends, run};
 
 const SCENE: &str = r##"
 [sun]
@@ -41,23 +44,6 @@ fn site() -> TempDir {
     write("car.csv", "t_s,x_m,y_m,alt_agl_m\n0,600,800,0\n1,900,800,0\n");
     write("scene.toml", SCENE);
     folder
-}
-
-fn run(folder: &TempDir, args: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hedgehop"))
-        .current_dir(folder.path())
-        .args(args.split_whitespace())
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-#[track_caller]
-fn ends(output: &Output, code: i32) -> String {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{out}{err}");
-    out + &err
 }
 
 const FLY: &str = "render area.hop --path path.csv --fps 10 --size 160x90 --scene scene.toml";
