@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::walk::{Lattice, Span};
+use super::walk::{Extent, Lattice};
 use crate::error::Result;
 use crate::voxel::{
     APRON, Attributes, BoundsView, Grid, HeightCode, HeightsView, PAGE_SIDE, PageId, PageSource, PageView,
@@ -57,8 +57,8 @@ impl<'a> Slot<'a> {
         let sides = [f64::from(grid.nx), f64::from(grid.ny)];
         let lattice = |first: i64, shift: f64| {
             let period = if endless { sides } else { [f64::INFINITY; 2] };
-            let spans =
-                [0, 1].map(|axis| Span { period: period[axis], ..Span::once(first, dims[axis] - 1, 0.0) });
+            let spans = [0, 1]
+                .map(|axis| Extent { period: period[axis], ..Extent::once(first, dims[axis] - 1, 0.0) });
             Lattice { side: f64::from(Grid::side_units(level)), shift, spans }
         };
         let (voxels, cells) = (lattice(0, 0.0), lattice(if endless { 0 } else { -1 }, 0.5));

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::surface::{Patch, block_contact};
-use super::walk::{Lattice, Span};
+use super::walk::{Extent, Lattice};
 use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, Surface};
 use crate::earth::Curvature;
 use crate::error::Result;
@@ -161,7 +161,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         let dims = self.cursor.dims(level - 1);
         let spans = [0, 1].map(|axis| {
             let first = step.cell[axis] * radix;
-            Span::once(first, (first + radix - 1).min(dims[axis] - 1), step.origin[axis])
+            Extent::once(first, (first + radix - 1).min(dims[axis] - 1), step.origin[axis])
         });
         Lattice { spans, ..self.cursor.voxels(level - 1) }
     }

@@ -48,4 +48,4 @@ pub use filter::{SurfaceFilter, SurfaceSample};
 pub use march::{Contact, Marcher};
 pub use ray::GridRay;
 pub use surface::{Surface, endless_ground_height, ground_height};
-pub use walk::{CellStep, CellWalk, Lattice, Span};
+pub use walk::{CellStep, CellWalk, Extent, Lattice};

@@ -34,7 +34,7 @@ pub struct CellWalk {
 /// The walk along one axis.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
-    span: Span,
+    span: Extent,
     lattice: (f64, f64),
     cell: i64,
     forward: bool,
@@ -54,12 +54,12 @@ pub struct Lattice {
     /// Shift of the whole lattice, cells.
     pub shift: f64,
     /// Cells eastward and northward.
-    pub spans: [Span; 2],
+    pub spans: [Extent; 2],
 }
 
 /// Which cells a lattice has along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
+pub struct Extent {
     /// First cell; 0 where they repeat.
     pub first: i64,
     /// Last cell.
@@ -70,7 +70,7 @@ pub struct Span {
     pub period: f64,
 }
 
-impl Span {
+impl Extent {
     /// Cells `first..=last` without repetition.
     pub fn once(first: i64, last: i64, origin: f64) -> Self {
         Self { first, last, origin, period: f64::INFINITY }
@@ -124,7 +124,7 @@ impl Lattice {
     /// South-west corner and extent of the cell of a step, units.
     pub fn place(&self, step: &CellStep) -> (DVec2, DVec2) {
         let borders = |axis: usize| {
-            let span = Span { origin: step.origin[axis], ..self.spans[axis] };
+            let span = Extent { origin: step.origin[axis], ..self.spans[axis] };
             let cell = step.cell[axis];
             (span.lower(cell, self.side, self.shift), span.upper(cell, self.side, self.shift))
         };
@@ -168,7 +168,7 @@ impl Axis {
     /// Moves on by one cell; false at the end of the lattice.
     #[inline]
     fn advance(&mut self) -> bool {
-        let Span { first, last, period, .. } = self.span;
+        let Extent { first, last, period, .. } = self.span;
         let (step, end, begin) = if self.forward { (1, last, first) } else { (-1, first, last) };
         if self.cell != end {
             self.cell += step;

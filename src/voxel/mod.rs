@@ -14,6 +14,7 @@ mod pyramid;
 mod relief;
 mod shelf;
 mod source;
+mod span;
 mod srgb;
 mod store;
 #[cfg(test)]
@@ -39,6 +40,7 @@ pub use pyramid::{coarse_page, sparse_page};
 pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};
 pub use shelf::Shelf;
 pub use source::PageSource;
+pub use span::Span;
 pub use store::{FileBytes, MemPages, PageStore, Touched};
 pub use trust::{Damaged, Trust, Verify};
 pub use used::{Lent, Used};

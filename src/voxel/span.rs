@@ -1,0 +1,97 @@
+//! Matter over a voxel of level 1: what one height per place cannot say.
+//!
+//! A page's heights are those of the highest surface: roofs, crowns of trees, decks of bridges (cases 1 and 2 of Nack
+//! et al., US 5,317,689, 1994). Where something stands, the page also has the bare ground under it, and *spans*: over one
+//! voxel a solid from one height to another (case 3; many of them are case 4, runs of equal voxels of a column, of which only
+//! those that are not transparent are stored). Near the eye bare ground and spans are seen, further away the heights alone.
+//!
+//! A span need not fill its voxel, so that walls are straight whatever their direction, and roofs smooth:
+//!
+//! ```text
+//!       upper end: a plane            cut: a half-plane
+//!            __..--               +-------/-+   facing: where the wall's outside lies
+//!      high --                    |######/  |
+//!          |      |               |#####/   |   cut: how far the wall lies from the
+//!      low |______|               |####/    |        voxel's centre in that direction
+//!                                 +---/-----+
+//! ```
+
+/// A solid over one voxel of level 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Span {
+    /// Height code of the lower end; [`Self::GROUND`]: it stands on the bare ground, and no ray passes below (the patent's
+    /// state *fill*).
+    pub low: u16,
+    /// Height code of the upper end over the voxel's centre.
+    pub high: u16,
+    /// Slope of the upper end, eastward and northward: rise over run in [`Self::SLOPE_STEPS`] steps.
+    pub slope: [i8; 2],
+    /// Where the outside of the wall lies: direction in 256ths of a turn, counter-clockwise from east.
+    pub facing: u8,
+    /// How far the wall lies from the voxel's centre in that direction, in [`Self::CUT_STEPS`] steps of the voxel's side; there
+    /// is nothing beyond it. [`Self::WHOLE`]: the voxel is filled, and `facing` says nothing; [`Self::ROUND`]: it is filled, and `facing`
+    /// is where its sides seem to look.
+    pub cut: i8,
+    /// Colour of the upper end, sRGB.
+    pub top: [u8; 3],
+    /// Opacity in its lower four bits, in [`Self::OPAQUE`] steps, and [`Self::PARALLEL`] and [`Self::STRIP`]; the other bits are
+    /// zero.
+    pub state: u8,
+    /// Colour of sides and lower end, sRGB.
+    pub side: [u8; 3],
+    /// Material class, 0 = unknown.
+    pub material: u8,
+}
+
+impl Span {
+    /// The lower end's code of what stands on the ground.
+    pub const GROUND: u16 = 0;
+    /// Steps of a slope per unit of slope.
+    pub const SLOPE_STEPS: f32 = 32.0;
+    /// Steps of a cut per voxel's side.
+    pub const CUT_STEPS: f32 = 128.0;
+    /// Cut of a voxel that is filled, with sides that are the voxel's own.
+    pub const WHOLE: i8 = i8::MIN;
+    /// Cut of a voxel that is filled and is part of something round.
+    pub const ROUND: i8 = i8::MAX;
+    /// Opacity of what hides all that is behind it: the patent's state *opaque*; less than that is *semitransparent*, and 0,
+    /// *transparent*, is not stored.
+    pub const OPAQUE: u8 = 15;
+    /// The bits of opacity.
+    pub const OPACITY: u8 = 15;
+    /// Bit of `state`: the lower end has the slope of the upper one.
+    pub const PARALLEL: u8 = 16;
+    /// Bit of `state`: not what is inside of the wall, but a strip along it, half to either side and as wide as the span is
+    /// high: a wire.
+    pub const STRIP: u8 = 32;
+
+    /// Share of the light that it hides, 0…1.
+    pub fn opacity(&self) -> f32 {
+        f32::from(self.state & Self::OPACITY) / f32::from(Self::OPAQUE)
+    }
+
+    /// Whether a bit of `state` is set.
+    pub fn is(&self, bit: u8) -> bool {
+        self.state & bit != 0
+    }
+
+    /// Slope of the upper end, eastward and northward, rise over run.
+    pub fn slopes(&self) -> [f32; 2] {
+        self.slope.map(|slope| f32::from(slope) / Self::SLOPE_STEPS)
+    }
+
+    /// The wall's normal (east, north) and its distance from the voxel's centre, sides of the voxel; `None` where it fills the voxel.
+    pub fn wall(&self) -> Option<([f32; 2], f32)> {
+        if self.cut == Self::WHOLE || self.cut == Self::ROUND {
+            return None;
+        }
+        Some((self.normal(), f32::from(self.cut) / Self::CUT_STEPS))
+    }
+
+    /// The direction of `facing`, (east, north).
+    pub fn normal(&self) -> [f32; 2] {
+        let angle = f32::from(self.facing) * (std::f32::consts::TAU / 256.0);
+        [angle.cos(), angle.sin()]
+    }
+}
