@@ -14,7 +14,7 @@ use hedgehop::subimage::Farm;
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{
     BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PageId, PageNeeds, PagePart, PageSource,
-    PageView, build_in_memory,
+    PageView, SpansView, build_in_memory,
 };
 
 use random::Random;
@@ -72,6 +72,16 @@ impl PageSource for Watched<'_> {
         }
         self.touched.lock().unwrap().insert(PagePart::Heights(id));
         self.pages.heights(id)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if (self.is_absent)(id) {
+            return Ok(None);
+        }
+        if id.is_bare() {
+            self.touched.lock().unwrap().insert(PagePart::Spans(id));
+        }
+        self.pages.spans(id)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

@@ -13,7 +13,7 @@ use hedgehop::progress::Silent;
 use hedgehop::render::{FlightPlan, RenderOptions, Renderer};
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::subimage::{Batch, Farm};
-use hedgehop::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView};
+use hedgehop::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
 use hills::write_hills;
 use tempfile::TempDir;
 
@@ -147,6 +147,10 @@ impl PageSource for Distant<'_> {
 
     fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
         self.pages.heights(id)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        self.pages.spans(id)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

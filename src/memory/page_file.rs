@@ -22,8 +22,8 @@ use super::guard::Watch;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView, Touched,
-    Trust, VerifyReport, verify,
+    BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView,
+    SpansView, Touched, Trust, VerifyReport, verify,
 };
 
 /// What to do about a database that changed under its readers.
@@ -210,6 +210,10 @@ impl PageSource for PageFile {
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
         self.store.bounds(id)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        self.store.spans(id)
     }
 
     fn has(&self, id: PageId) -> bool {

@@ -167,8 +167,8 @@ impl<'a> PageMaker<'a> {
         let own = (0..rect.len()).map(|voxel| rect.voxel(voxel)).map(|(x, y)| around.index(x, y));
         let census = made.census(own.clone());
         let attributes = own.map(|at| made.voxels.attributes[at]).collect();
-        let (low, high, relief) = Default::default();
-        Ok((PageBuffer { width, height, heights, low, high, colours, relief, attributes }, census))
+        let (low, high, relief, spans) = Default::default();
+        Ok((PageBuffer { width, height, heights, low, high, colours, relief, attributes, spans }, census))
     }
 
     /// Takes the grid of another level.

@@ -64,7 +64,7 @@ pub(super) fn with_supports(source: &dyn PageSource, needs: &PageNeeds, shade: &
         for part in parts {
             let supports = match part {
                 PagePart::Paint(page) => shade.supports(source, *page),
-                PagePart::Heights(_) | PagePart::Bounds(_) => Vec::new(),
+                PagePart::Heights(_) | PagePart::Bounds(_) | PagePart::Spans(_) => Vec::new(),
             };
             let all = supports.into_iter().map(PagePart::Heights).chain([*part]);
             found.parts.extend(all.filter(|part| known.insert(*part)));

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::simd::Isa;
 use crate::voxel::{
     BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView,
-    build_in_memory,
+    SpansView, build_in_memory,
 };
 
 fn area(side: u32, spacing: f64, height: impl Fn(f64, f64) -> f64) -> MemPages {
@@ -200,6 +200,10 @@ impl PageSource for Noting<'_> {
     fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
         self.1.lock().unwrap().push(id);
         self.0.heights(id)
+    }
+
+    fn spans(&self, _: PageId) -> Result<Option<SpansView<'_>>> {
+        panic!("spans are read for shadows")
     }
 
     fn bounds(&self, _: PageId) -> Result<Option<BoundsView<'_>>> {

@@ -1,12 +1,13 @@
 //! Whole databases from arrays in memory: for tests, examples and small areas.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::assembly::{Assembly, MemoryStorage};
 use super::{
     APRON, Attributes, ContentHash, Directory, EncodedPage, FinerPages, Grid, HeightCode, MemPages, Metadata,
-    PAGE_SIDE, PageBuffer, PageId, PageWriter, coarse_page,
+    PAGE_SIDE, PageBuffer, PageId, PageWriter, Span, SpanTable, coarse_page,
 };
 use crate::error::{Error, Result};
 
@@ -23,6 +24,19 @@ pub struct Arrays<'a> {
     pub attributes: Option<&'a [Attributes]>,
 }
 
+/// What stands on level 1 of an area, and the bare ground under it.
+#[derive(Debug, Clone, Copy)]
+pub struct Standing<'a> {
+    /// Heights of the bare ground's posts, metres, `[ny][nx]`; NaN where there is none.
+    pub heights: &'a [f64],
+    /// Its colours, sRGB-encoded, `[ny][nx]`.
+    pub colours: &'a [[u8; 3]],
+    /// Spans of voxels (x, y), lowest first, none of them empty.
+    pub spans: &'a BTreeMap<(u32, u32), Vec<Span>>,
+    /// What their codes, and all codes of the database, mean.
+    pub code: HeightCode,
+}
+
 /// A complete database in memory from arrays (see [`Arrays`] for their shapes). Shares of voids in
 /// `metadata` are kept as given.
 pub fn build_in_memory(
@@ -35,13 +49,67 @@ pub fn build_in_memory(
     let arrays = Arrays { grid, heights, colours, attributes };
     arrays.check()?;
     let (code, range) = arrays.height_code()?;
+    in_memory(&arrays, None, code, range, metadata)
+}
+
+/// The same with what stands on the ground; the arrays have the highest surface, which is what is seen from afar.
+pub fn build_standing(arrays: &Arrays<'_>, standing: &Standing<'_>, metadata: &Metadata) -> Result<MemPages> {
+    arrays.check()?;
+    Arrays { heights: standing.heights, colours: standing.colours, ..*arrays }.check()?;
+    let (_, (low, high)) = arrays.height_code()?;
+    let ends = standing.spans.values().flatten().map(|span| {
+        let [low, high] = [span.low.max(1), span.high].map(|code| f64::from(code) * standing.code.scale);
+        [low + standing.code.offset, high + standing.code.offset]
+    });
+    let ground = standing.heights.iter().filter(|height| !height.is_nan()).map(|&height| [height, height]);
+    let range =
+        ground.chain(ends).fold((low, high), |(low, high), ends| (low.min(ends[0]), high.max(ends[1])));
+    in_memory(arrays, Some(standing), standing.code, range, metadata)
+}
+
+fn in_memory(
+    arrays: &Arrays<'_>,
+    standing: Option<&Standing<'_>>,
+    code: HeightCode,
+    range: (f64, f64),
+    metadata: &Metadata,
+) -> Result<MemPages> {
     let name = Path::new("database in memory");
     let storage = Arc::new(MemoryStorage::default());
-    let mut assembly = Assembly::new(name, storage.clone(), grid, code)?;
+    let mut assembly = Assembly::new(name, storage.clone(), arrays.grid, code)?;
     let readback = assembly.readback();
     arrays.encode_pages(&code, &readback, |page| assembly.append(page))?;
+    if let Some(standing) = standing {
+        standing.encode_pages(arrays, |page| assembly.append(page))?;
+    }
     assembly.seal(metadata, range)?;
     MemPages::new(name, storage.take())
+}
+
+impl Standing<'_> {
+    /// Pages of bare ground where it is not the surface.
+    fn encode_pages(
+        &self,
+        arrays: &Arrays<'_>,
+        mut append: impl FnMut(&EncodedPage) -> Result<()>,
+    ) -> Result<()> {
+        let Arrays { grid, .. } = arrays;
+        let ground = Arrays { heights: self.heights, colours: self.colours, ..*arrays };
+        let rise = SpanTable::rise(self.code, grid.spacing);
+        let (pages_x, pages_y) = grid.page_dims(0);
+        for id in (0..pages_y).flat_map(|py| (0..pages_x).map(move |px| PageId { level: 0, px, py })) {
+            let (surface, mut page) =
+                (arrays.finest_page(&self.code, id), ground.finest_page(&self.code, id));
+            page.spans = SpanTable::new((page.width, page.height), rise, |x, y, spans| {
+                let voxel = (id.px * PAGE_SIDE + x, id.py * PAGE_SIDE + y);
+                spans.extend(self.spans.get(&voxel).into_iter().flatten());
+            });
+            if page != surface {
+                append(&page.encode(id.bare()))?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The same database as [`build_in_memory`] gives, byte for byte, as a file. Returns identity and bytes.
@@ -130,6 +198,7 @@ impl Arrays<'_> {
             attributes: own()
                 .map(|(x, y)| self.attributes.map_or_else(Attributes::default, |a| a[index(x, y)]))
                 .collect(),
+            spans: SpanTable::default(),
         }
     }
 }

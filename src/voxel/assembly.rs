@@ -98,10 +98,16 @@ impl Assembly {
         let refuse = |what: &str| Error::invalid(path, format!("{}: {what}", page.id));
         let size = grid.page_size(page.id).ok_or_else(|| refuse("the grid has no such page"))?;
         let length = u32::try_from(page.bytes.len()).map_err(|_| refuse("too long"))?;
-        if page.bytes.len() > largest_page(page.id.level, size.0, size.1) {
+        let spans = page.spans as usize;
+        if page.bytes.len()
+            > largest_page(page.id.level, size.0, size.1) + spans.next_multiple_of(PLANE_ALIGNMENT)
+        {
             return Err(refuse("its planes are larger than the grid says"));
         }
         let mut directory = self.shared.directory.write().unwrap_or_else(PoisonError::into_inner);
+        if page.id.is_bare() {
+            directory.extend_to_bare();
+        }
         let index = directory.index(page.id).ok_or_else(|| refuse("the grid has no such page"))?;
         if directory.get(page.id).is_some() {
             return Err(refuse("appended twice"));
@@ -109,7 +115,8 @@ impl Assembly {
         let offset = self.end.next_multiple_of(PAGE_ALIGNMENT);
         self.write(offset, &page.bytes)?;
         self.end = offset + u64::from(length);
-        directory.set(index, PageEntry { offset, length, crc: page.crc, hash: page.hash });
+        let EncodedPage { spans, crc, hash, .. } = *page;
+        directory.set(index, PageEntry { offset, length, spans, crc, hash });
         Ok(())
     }
 
@@ -241,7 +248,8 @@ impl PageReadback {
         let read = storage.read_at(entry.offset, scratch.as_mut_slice());
         read.map_err(|error| Error::io(path, format!("read {id} back"), error))?;
         let refuse = |what: &str| Error::invalid(path, format!("{id} at byte {}: {what}", entry.offset));
-        let planes = Planes::new(scratch.as_slice(), id.level, size).map_err(|what| refuse(&what))?;
+        let planes =
+            Planes::new(scratch.as_slice(), id.level, size, entry.spans).map_err(|what| refuse(&what))?;
         if PagePart::all(id).any(|part| planes.crc(part) != entry.crc[part.number()]) {
             return Err(refuse("read back with a wrong checksum; check the disk, and build again"));
         }
@@ -254,6 +262,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
+    use crate::voxel::SpanTable;
 
     /// Refuses to write, with a given kind of error.
     struct Failing(io::ErrorKind);
@@ -283,6 +292,7 @@ mod tests {
             colours: vec![[0; 3]; samples],
             relief: Vec::new(),
             attributes: vec![crate::voxel::Attributes::default(); (width * height) as usize],
+            spans: SpanTable::default(),
         };
         page.encode(id)
     }

@@ -2,7 +2,7 @@
 
 use super::format::{Field, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
 use super::page::is_page_length;
-use super::{Grid, PAGE_SIDE, PageId, PagePart};
+use super::{BARE, Grid, PAGE_SIDE, PageId, PagePart};
 
 /// Place and checksums of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -11,6 +11,8 @@ pub struct PageEntry {
     pub offset: u64,
     /// Bytes.
     pub length: u32,
+    /// Those of them that are spans; 0 but for pages of bare ground.
+    pub spans: u32,
     /// CRC-32 of each of its parts, in the order of their [numbers](PagePart::number).
     pub crc: [u32; PagePart::COUNT],
     /// First 16 bytes of BLAKE3 of the page.
@@ -18,9 +20,14 @@ pub struct PageEntry {
 }
 
 /// Where an entry has the checksums of a page's parts.
-pub(super) const CRC: [Field; PagePart::COUNT] = [entry::HEIGHTS_CRC, entry::BOUNDS_CRC, entry::PAINT_CRC];
+pub(super) const CRC: [Field; PagePart::COUNT] = [entry::HEIGHTS_CRC, entry::SECOND_CRC, entry::PAINT_CRC];
 
 impl PageEntry {
+    /// Its bytes, and those of its spans.
+    pub(super) fn lengths(&self) -> [usize; 2] {
+        [self.length as usize, self.spans as usize]
+    }
+
     /// Whether there is no such page; all fields are zero then.
     pub fn is_absent(&self) -> bool {
         *self == Self::default()
@@ -30,6 +37,7 @@ impl PageEntry {
         Self {
             offset: entry::OFFSET.u64(record),
             length: entry::LENGTH.u32(record),
+            spans: entry::SPANS.u32(record),
             crc: CRC.map(|field| field.u32(record)),
             hash: entry::HASH.array(record),
         }
@@ -38,6 +46,7 @@ impl PageEntry {
     fn encode(&self, record: &mut [u8]) {
         entry::OFFSET.put(record, &self.offset.to_le_bytes());
         entry::LENGTH.put(record, &self.length.to_le_bytes());
+        entry::SPANS.put(record, &self.spans.to_le_bytes());
         CRC.iter().zip(self.crc).for_each(|(field, crc)| field.put(record, &crc.to_le_bytes()));
         entry::HASH.put(record, &self.hash);
     }
@@ -45,21 +54,31 @@ impl PageEntry {
 
 #[derive(Debug, Clone, Copy)]
 struct LevelPages {
+    /// Number of the first one.
     first: usize,
     voxels: (u32, u32),
     pages_x: u32,
     pages_y: u32,
 }
 
-/// One entry per page: level by level, rows from south to north, within a row from west to east.
+impl LevelPages {
+    fn count(&self) -> usize {
+        self.pages_x as usize * self.pages_y as usize
+    }
+}
+
+/// One entry per page: level by level, rows from south to north, within a row from west to east; then, if something stands in the area,
+/// the pages of bare ground.
 #[derive(Debug, Clone)]
 pub struct Directory {
     levels: Vec<LevelPages>,
+    /// Whether there are entries for it or not.
+    bare: LevelPages,
     entries: Vec<PageEntry>,
 }
 
 impl Directory {
-    /// Pages of all levels together, or what is wrong with a grid of so many.
+    /// Pages of all levels together, bare ground apart, or what is wrong with a grid of so many.
     pub fn page_count(grid: &Grid) -> Result<u64, String> {
         let pages_of = |level| {
             let (x, y) = grid.page_dims(level);
@@ -79,20 +98,41 @@ impl Directory {
     /// A directory in which every page is absent.
     pub(super) fn empty(grid: &Grid) -> Result<Self, String> {
         let total = Self::page_count(grid)?;
-        let mut levels = Vec::new();
         let mut first = 0;
-        for level in 0..grid.level_count() {
+        let mut pages_of = |level| {
             let (pages_x, pages_y) = grid.page_dims(level);
-            levels.push(LevelPages { first, voxels: grid.dims(level), pages_x, pages_y });
-            first += pages_x as usize * pages_y as usize;
-        }
-        Ok(Self { levels, entries: vec![PageEntry::default(); total as usize] })
+            let pages = LevelPages { first, voxels: grid.dims(level), pages_x, pages_y };
+            first += pages.count();
+            pages
+        };
+        let levels = (0..grid.level_count()).map(&mut pages_of).collect();
+        Ok(Self { levels, bare: pages_of(BARE), entries: vec![PageEntry::default(); total as usize] })
+    }
+
+    /// Whether there are entries for bare ground.
+    pub(super) fn has_bare(&self) -> bool {
+        self.entries.len() > self.bare.first
+    }
+
+    /// Makes entries for bare ground.
+    pub(super) fn extend_to_bare(&mut self) {
+        self.entries.resize(self.bare.first + self.bare.count(), PageEntry::default());
+    }
+
+    /// Bytes that the entries of a grid take: without those for bare ground, and with them.
+    pub(super) fn sizes(grid: &Grid) -> Result<[u64; 2], String> {
+        let pages = Self::page_count(grid)?;
+        let (x, y) = grid.page_dims(BARE);
+        Ok([pages, pages + u64::from(x) * u64::from(y)].map(|pages| pages * entry::SIZE as u64))
     }
 
     /// From a file's bytes, whose length and checksum have been checked; pages lie between the
     /// fixed header and `pages_end`.
     pub(super) fn decode(grid: &Grid, bytes: &[u8], pages_end: u64) -> Result<Self, String> {
         let mut directory = Self::empty(grid)?;
+        if bytes.len() > directory.entries.len() * entry::SIZE {
+            directory.extend_to_bare();
+        }
         for (index, record) in bytes.chunks_exact(entry::SIZE).enumerate() {
             directory.entries[index] = PageEntry::decode(record);
         }
@@ -111,12 +151,12 @@ impl Directory {
         let inside = entry.offset >= PAGE_ALIGNMENT && end.is_some_and(|end| end <= pages_end);
         if !inside
             || !entry.offset.is_multiple_of(PAGE_ALIGNMENT)
-            || !is_page_length(id.level, size, entry.length as usize)
+            || !is_page_length(id.level, size, entry.lengths())
         {
             return Err(format!("no page can lie at byte {}, length {}", entry.offset, entry.length));
         }
-        let bounds = PagePart::Bounds(id);
-        if PagePart::all(id).all(|part| part != bounds) && entry.crc[bounds.number()] != 0 {
+        let second = PagePart::numbered(1, id);
+        if PagePart::all(id).all(|part| part != second) && entry.crc[second.number()] != 0 {
             return Err("a checksum of bounds, but the level has none".into());
         }
         Ok(())
@@ -130,10 +170,18 @@ impl Directory {
         bytes
     }
 
+    #[inline]
+    fn level(&self, level: u8) -> Option<&LevelPages> {
+        if level == BARE {
+            return Some(&self.bare).filter(|_| self.has_bare());
+        }
+        self.levels.get(usize::from(level))
+    }
+
     /// Number of a page in the order of the directory; `None` if the grid has no such page.
     #[inline]
     pub fn index(&self, id: PageId) -> Option<usize> {
-        let level = self.levels.get(usize::from(id.level))?;
+        let level = self.level(id.level)?;
         (id.px < level.pages_x && id.py < level.pages_y)
             .then(|| level.first + id.py as usize * level.pages_x as usize + id.px as usize)
     }
@@ -148,7 +196,7 @@ impl Directory {
     #[inline]
     pub(super) fn locate(&self, id: PageId) -> Option<(usize, &PageEntry, (u32, u32))> {
         let index = self.index(id)?;
-        let (nx, ny) = self.levels[usize::from(id.level)].voxels;
+        let (nx, ny) = self.level(id.level)?.voxels;
         let size = ((nx - id.px * PAGE_SIDE).min(PAGE_SIDE), (ny - id.py * PAGE_SIDE).min(PAGE_SIDE));
         let entry = &self.entries[index];
         (!entry.is_absent()).then_some((index, entry, size))
@@ -170,7 +218,7 @@ impl Directory {
         self.entries[index] = entry;
     }
 
-    /// Pages of the grid, present or not.
+    /// Pages of the grid, present or not; those of bare ground are among them if one is present.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
@@ -182,10 +230,15 @@ impl Directory {
 
     /// The page with this number; numbers are below [`Self::len`].
     pub fn id(&self, index: usize) -> PageId {
-        let level = self.levels.partition_point(|level| level.first <= index) - 1;
-        let LevelPages { first, pages_x, .. } = self.levels[level];
-        let (row, column) = ((index - first) / pages_x as usize, (index - first) % pages_x as usize);
-        PageId { level: level as u8, px: column as u32, py: row as u32 }
+        let (level, pages) = if index >= self.bare.first {
+            (BARE, &self.bare)
+        } else {
+            let level = self.levels.partition_point(|level| level.first <= index) - 1;
+            (level as u8, &self.levels[level])
+        };
+        let across = pages.pages_x as usize;
+        let (row, column) = ((index - pages.first) / across, (index - pages.first) % across);
+        PageId { level, px: column as u32, py: row as u32 }
     }
 
     /// All pages of the grid in order.

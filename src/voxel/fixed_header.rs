@@ -4,9 +4,7 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use super::format::{
-    Field, MAGIC, METADATA_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, entry, header as at,
-};
+use super::format::{Field, MAGIC, METADATA_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at};
 use super::{ContentHash, Directory, Grid, Header, HeightCode, PAGE_SIDE};
 use crate::error::{Error, Result};
 
@@ -200,10 +198,10 @@ impl FixedHeader {
     }
 
     fn check_sections(&self) -> Result<(), String> {
-        let expected = Directory::page_count(&self.grid)? * entry::SIZE as u64;
+        let possible = Directory::sizes(&self.grid)?;
         let Section { offset, length, .. } = self.directory;
-        if length != expected {
-            return Err(format!("a directory of {length} bytes, but the grid needs {expected}"));
+        if !possible.contains(&length) {
+            return Err(format!("a directory of {length} bytes, but the grid needs {}", possible[0]));
         }
         if offset < PAGE_ALIGNMENT || !offset.is_multiple_of(PLANE_ALIGNMENT as u64) {
             return Err(format!("no directory can begin at byte {offset}"));
@@ -230,6 +228,7 @@ impl FixedHeader {
             level_count: fixed.grid.level_count(),
             heights: fixed.heights,
             height_range: fixed.height_range,
+            is_built: directory.has_bare(),
             content_hash: fixed.content_hash,
             metadata,
         };

@@ -9,7 +9,7 @@ compile_error!(
 /// ends or cleared the eighth bit.
 pub(super) const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
 /// Version of the format that is written, and the only one that is read.
-pub(super) const VERSION: u32 = 3;
+pub(super) const VERSION: u32 = 4;
 /// Pages begin at multiples of this, so that each can be mapped and advised alone.
 pub(super) const PAGE_ALIGNMENT: u64 = 4096;
 /// Planes begin at multiples of this within their page, and the directory within the file.
@@ -110,13 +110,26 @@ pub(super) mod entry {
 
     pub const OFFSET: Field = Field::first(8);
     pub const LENGTH: Field = OFFSET.then(4);
-    pub const HEIGHTS_CRC: Field = LENGTH.then(4);
-    pub const BOUNDS_CRC: Field = HEIGHTS_CRC.then(4);
-    pub const PAINT_CRC: Field = BOUNDS_CRC.then(4);
+    pub const SPANS: Field = LENGTH.then(4);
+    pub const HEIGHTS_CRC: Field = SPANS.then(4);
+    pub const SECOND_CRC: Field = HEIGHTS_CRC.then(4);
+    pub const PAINT_CRC: Field = SECOND_CRC.then(4);
     pub const HASH: Field = PAINT_CRC.then(16);
     /// Bytes of an entry.
     pub const SIZE: usize = HASH.end();
-    const _: () = assert!(SIZE == 40);
+    const _: () = assert!(SIZE == 44);
+}
+
+/// The head of a page's spans.
+pub(super) mod spans {
+    use super::Field;
+
+    pub const VOXELS: Field = Field::first(4);
+    pub const SPANS: Field = VOXELS.then(4);
+    pub const RESERVED: Field = SPANS.then(8);
+    /// Bytes of the head.
+    pub const SIZE: usize = RESERVED.end();
+    const _: () = assert!(SIZE == 16);
 }
 
 /// The header of a page.
@@ -201,11 +214,16 @@ mod tests {
             &[
                 ("offset", entry::OFFSET),
                 ("length", entry::LENGTH),
+                ("spans", entry::SPANS),
                 ("heights_crc", entry::HEIGHTS_CRC),
-                ("bounds_crc", entry::BOUNDS_CRC),
+                ("second_crc", entry::SECOND_CRC),
                 ("paint_crc", entry::PAINT_CRC),
                 ("hash", entry::HASH),
             ],
+        );
+        assert_documented(
+            "Spans",
+            &[("voxels", spans::VOXELS), ("spans", spans::SPANS), ("reserved", spans::RESERVED)],
         );
         assert_documented(
             "Page",

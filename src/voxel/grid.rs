@@ -8,6 +8,9 @@ pub const RADIX: u32 = 4;
 pub const MIN_LEVELS: u8 = 4;
 /// Voxels along the side of a whole page; pages at the east and north edge are clipped.
 pub const PAGE_SIDE: u32 = 256;
+/// Level index that names pages of bare ground: what lies under that which stands on pages of level index 0, see FORMAT.md. It has the voxels
+/// of level index 0, and is none of [`Grid::level_count`] levels.
+pub const BARE: u8 = 128;
 /// A further level is added while the coarsest one is wider than this, in voxels.
 const COARSEST_SIDE: u32 = 512;
 
@@ -15,7 +18,7 @@ const COARSEST_SIDE: u32 = 512;
 /// the south-west.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PageId {
-    /// Level index: side of its voxels is `4^level` units.
+    /// Level index: side of its voxels is `4^level` units. Or [`BARE`].
     pub level: u8,
     /// Page column, counted eastward.
     pub px: u32,
@@ -25,7 +28,22 @@ pub struct PageId {
 
 impl std::fmt::Display for PageId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.level == BARE {
+            return write!(f, "page ({}, {}) of bare ground", self.px, self.py);
+        }
         write!(f, "page ({}, {}) of level {}", self.px, self.py, Grid::side_units(self.level))
+    }
+}
+
+impl PageId {
+    /// The page of bare ground under a page of level index 0.
+    pub fn bare(self) -> Self {
+        Self { level: BARE, ..self }
+    }
+
+    /// Whether this is bare ground.
+    pub fn is_bare(self) -> bool {
+        self.level == BARE
     }
 }
 
@@ -70,7 +88,7 @@ impl Grid {
 
     /// Side of a voxel of level index `level`, in units (1, 4, 16, …; no grid has a level of 16 or more).
     pub fn side_units(level: u8) -> u32 {
-        RADIX.saturating_pow(u32::from(level))
+        if level == BARE { 1 } else { RADIX.saturating_pow(u32::from(level)) }
     }
 
     /// Side of a voxel of level index `level`, metres.
@@ -92,7 +110,7 @@ impl Grid {
 
     /// Voxels (eastward, northward) of a page, without its apron; `None` if there is no such page.
     pub fn page_size(&self, id: PageId) -> Option<(u32, u32)> {
-        if id.level >= self.level_count() {
+        if id.level >= self.level_count() && id.level != BARE {
             return None;
         }
         let (pages_x, pages_y) = self.page_dims(id.level);

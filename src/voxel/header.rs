@@ -32,8 +32,10 @@ pub struct Header {
     pub level_count: u8,
     /// How heights are coded.
     pub heights: HeightCode,
-    /// Lowest and highest surface, metres above the vertical datum; (0, 0) if there is none at all.
+    /// Lowest and highest surface, bare ground and what stands on it included, metres above the vertical datum; (0, 0) if there is none at all.
     pub height_range: (f64, f64),
+    /// Whether something stands on the ground somewhere: there are pages of [bare ground](super::BARE).
+    pub is_built: bool,
     /// Identity of the content.
     pub content_hash: ContentHash,
     /// Provenance and reference systems.

@@ -15,6 +15,7 @@ mod relief;
 mod shelf;
 mod source;
 mod span;
+mod span_table;
 mod srgb;
 mod store;
 #[cfg(test)]
@@ -25,12 +26,12 @@ mod verify;
 mod window;
 mod writer;
 
-pub use arrays::{Arrays, build_in_memory, write_arrays};
+pub use arrays::{Arrays, Standing, build_in_memory, build_standing, write_arrays};
 pub use assembly::{PageReadback, most_page_bytes};
 pub use bytes::AlignedBytes;
 pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
-pub use grid::{Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
+pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
 pub use page::{
     APRON, Attributes, BoundsView, EncodedPage, HeightsView, PageBuffer, PageNeeds, PagePart, PageView,
@@ -41,6 +42,7 @@ pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};
 pub use shelf::Shelf;
 pub use source::PageSource;
 pub use span::Span;
+pub use span_table::{BLOCK_SIDE, SpanBlock, SpanTable, SpansView};
 pub use store::{FileBytes, MemPages, PageStore, Touched};
 pub use trust::{Damaged, Trust, Verify};
 pub use used::{Lent, Used};

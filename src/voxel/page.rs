@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, page as at};
-use super::{PageId, Relief};
+use super::{BARE, PageId, Relief, SpanTable, SpansView};
 
 /// Samples around a page's voxels that repeat the neighbours' (or, at the edge of the area, the
 /// page's own), so that whatever is made of a page, its filtered light too, is made of it alone.
@@ -51,6 +51,8 @@ pub struct PageBuffer {
     pub relief: Vec<Relief>,
     /// Attributes, `[height][width]`.
     pub attributes: Vec<Attributes>,
+    /// What stands on the voxels; empty but for bare ground.
+    pub spans: SpanTable,
 }
 
 /// A page's bytes as they go to disk, with their checksums.
@@ -60,6 +62,8 @@ pub struct EncodedPage {
     pub id: PageId,
     /// Bytes as stored.
     pub bytes: Vec<u8>,
+    /// Those of them that are spans.
+    pub spans: u32,
     /// CRC-32 of each part of them, in the order of [numbers](PagePart::number).
     pub crc: [u32; PagePart::COUNT],
     /// First 16 bytes of BLAKE3 of `bytes`.
@@ -85,6 +89,8 @@ pub struct PageView<'a> {
     pub relief: &'a [Relief],
     /// Attributes, row stride `width`, or one element that holds for all voxels.
     pub attributes: &'a [Attributes],
+    /// Spans: of a page as a whole alone, as bounds. Others ask [`super::PageSource::spans`].
+    pub(super) spans: SpansView<'a>,
 }
 
 /// The heights of a page. Shape as in [`PageBuffer`].
@@ -114,18 +120,20 @@ pub enum PagePart {
     Heights(PageId),
     /// What it looks like and is made of: colours, relief and attributes.
     Paint(PageId),
-    /// What tells where it cannot be seen. Pages of level index 0 have none.
+    /// What tells where it cannot be seen. Pages of level index 0 and of bare ground have none.
     Bounds(PageId),
+    /// What stands on it: of bare ground alone.
+    Spans(PageId),
 }
 
 impl PagePart {
-    /// Parts that a page may have.
+    /// Parts that a page has at most.
     pub const COUNT: usize = 3;
 
     /// Of which page.
     pub fn page(self) -> PageId {
         match self {
-            Self::Heights(page) | Self::Paint(page) | Self::Bounds(page) => page,
+            Self::Heights(page) | Self::Paint(page) | Self::Bounds(page) | Self::Spans(page) => page,
         }
     }
 
@@ -134,7 +142,7 @@ impl PagePart {
     pub fn number(self) -> usize {
         match self {
             Self::Heights(_) => 0,
-            Self::Bounds(_) => 1,
+            Self::Bounds(_) | Self::Spans(_) => 1,
             Self::Paint(_) => 2,
         }
     }
@@ -144,6 +152,7 @@ impl PagePart {
     pub fn numbered(number: usize, page: PageId) -> Self {
         match number {
             0 => Self::Heights(page),
+            1 if page.is_bare() => Self::Spans(page),
             1 => Self::Bounds(page),
             _ => Self::Paint(page),
         }
@@ -151,8 +160,8 @@ impl PagePart {
 
     /// The parts that a page has.
     pub fn all(page: PageId) -> impl Iterator<Item = Self> {
-        let parts = [Self::Heights(page), Self::Paint(page), Self::Bounds(page)];
-        parts.into_iter().take(if page.level == 0 { 2 } else { 3 })
+        let third = if page.is_bare() { Self::Spans(page) } else { Self::Bounds(page) };
+        [Self::Heights(page), Self::Paint(page), third].into_iter().take(if page.level == 0 { 2 } else { 3 })
     }
 
     /// What is seen of a page's surface.
@@ -160,12 +169,12 @@ impl PagePart {
         [Self::Heights(page), Self::Paint(page)]
     }
 
-    /// Where it lies in the `length` bytes of its page, of `width` × `height` voxels.
-    pub(super) fn range(self, size: (u32, u32), length: usize) -> Range<usize> {
-        let layout = PageLayout::new(size, bounds_flag(self.page().level));
+    /// Where it lies in the `length` bytes of its page, of `width` × `height` voxels, of which `spans` are spans.
+    pub(super) fn range(self, size: (u32, u32), [length, spans]: [usize; 2]) -> Range<usize> {
+        let layout = PageLayout::new(size, bounds_flag(self.page().level), spans);
         match self {
             Self::Heights(_) => 0..layout.low.start,
-            Self::Bounds(_) => layout.low.start..layout.colours.start,
+            Self::Bounds(_) | Self::Spans(_) => layout.low.start..layout.colours.start,
             Self::Paint(_) => layout.colours.start..length,
         }
     }
@@ -203,14 +212,15 @@ struct PageLayout {
     heights: Range<usize>,
     low: Range<usize>,
     high: Range<usize>,
+    spans: Range<usize>,
     colours: Range<usize>,
     relief: Range<usize>,
     attributes: Range<usize>,
 }
 
 impl PageLayout {
-    /// Of a page of `width` × `height` voxels (both at most PAGE_SIDE).
-    fn new((width, height): (u32, u32), flags: u32) -> Self {
+    /// Of a page of `width` × `height` voxels (both at most PAGE_SIDE), with so many bytes of spans.
+    fn new((width, height): (u32, u32), flags: u32, spans: usize) -> Self {
         let voxels = width as usize * height as usize;
         let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
         let samples = with_apron(APRON);
@@ -228,6 +238,7 @@ impl PageLayout {
             heights: plane(samples * size_of::<u16>()),
             low: plane(bounds * size_of::<u16>()),
             high: plane(bounds * size_of::<u16>()),
+            spans: plane(spans),
             colours: plane(samples * size_of::<[u8; 3]>()),
             relief: plane(reliefs * size_of::<Relief>()),
             attributes: plane(attributes * size_of::<Attributes>()),
@@ -235,9 +246,12 @@ impl PageLayout {
     }
 
     /// Of a page of `length` bytes; `None`: no page is so long.
-    fn of_length(level: u8, size: (u32, u32), length: usize) -> Option<Self> {
+    fn of_length(level: u8, size: (u32, u32), [length, spans]: [usize; 2]) -> Option<Self> {
+        if spans > length || (level != BARE && spans > 0) {
+            return None;
+        }
         let flags = [bounds_flag(level) | at::FLAG_UNIFORM, bounds_flag(level)];
-        flags.into_iter().map(|flags| Self::new(size, flags)).find(|layout| layout.length() == length)
+        flags.into_iter().map(|flags| Self::new(size, flags, spans)).find(|layout| layout.length() == length)
     }
 
     fn length(&self) -> usize {
@@ -245,33 +259,36 @@ impl PageLayout {
     }
 }
 
-/// The most bytes that a page of this size can take.
+/// The most bytes that a page of this size can take, besides spans.
 pub(super) fn largest_page(level: u8, width: u32, height: u32) -> usize {
-    PageLayout::new((width, height), bounds_flag(level)).length()
+    PageLayout::new((width, height), bounds_flag(level), 0).length()
 }
 
-/// Whether a page of a level and a size can have so many bytes.
-pub(super) fn is_page_length(level: u8, size: (u32, u32), length: usize) -> bool {
-    PageLayout::of_length(level, size, length).is_some()
+/// Whether a page of a level and a size can have so many bytes, and so many of spans.
+pub(super) fn is_page_length(level: u8, size: (u32, u32), lengths: [usize; 2]) -> bool {
+    PageLayout::of_length(level, size, lengths).is_some()
 }
 
 fn bounds_flag(level: u8) -> u32 {
-    if level > 0 { at::FLAG_BOUNDS } else { 0 }
+    if level > 0 && level != BARE { at::FLAG_BOUNDS } else { 0 }
 }
 
 /// Where the planes lie in a page's bytes, which begin at a multiple of 64 in memory.
 pub(super) struct Planes<'a> {
     bytes: &'a [u8],
     size: (u32, u32),
+    spans: usize,
     layout: PageLayout,
 }
 
 impl<'a> Planes<'a> {
-    /// Of a page of a level and of `size` voxels, as the grid says. An error says why there is no such page.
-    pub fn new(bytes: &'a [u8], level: u8, size: (u32, u32)) -> Result<Self, String> {
-        let layout = PageLayout::of_length(level, size, bytes.len())
+    /// Of a page of a level and of `size` voxels, as the grid says, with so many bytes of spans, as the directory says. An error says why
+    /// there is no such page.
+    pub fn new(bytes: &'a [u8], level: u8, size: (u32, u32), spans: u32) -> Result<Self, String> {
+        let spans = spans as usize;
+        let layout = PageLayout::of_length(level, size, [bytes.len(), spans])
             .ok_or_else(|| format!("{} bytes hold no page of {} x {} voxels", bytes.len(), size.0, size.1))?;
-        Ok(Self { bytes, size, layout })
+        Ok(Self { bytes, size, spans, layout })
     }
 
     /// Whether the page's header agrees with what the directory and the grid say of page `id`; an error names what contradicts.
@@ -297,7 +314,7 @@ impl<'a> Planes<'a> {
         {
             return Err(format!("a page with unknown planes (flags {flags})"));
         }
-        let length = PageLayout::new(size, flags).length();
+        let length = PageLayout::new(size, flags, self.spans).length();
         if self.bytes.len() != length {
             return Err(format!("a page of {} bytes instead of {length}", self.bytes.len()));
         }
@@ -306,7 +323,7 @@ impl<'a> Planes<'a> {
 
     /// CRC-32 of a part.
     pub fn crc(&self, part: PagePart) -> u32 {
-        part_crc(self.bytes, part, self.size)
+        part_crc(self.bytes, part, self.size, self.spans)
     }
 
     fn plane<T: bytemuck::AnyBitPattern>(&self, range: &Range<usize>) -> Result<&'a [T], String> {
@@ -323,6 +340,10 @@ impl<'a> Planes<'a> {
         Ok(BoundsView { width: self.size.0, low, high })
     }
 
+    pub fn spans(&self) -> Result<SpansView<'a>, String> {
+        SpansView::new(&self.bytes[self.layout.spans.clone()], self.size)
+    }
+
     /// Heights and paint.
     pub fn posts(&self) -> Result<PageView<'a>, String> {
         let (width, height) = self.size;
@@ -335,19 +356,20 @@ impl<'a> Planes<'a> {
             colours: self.plane(&self.layout.colours)?,
             relief: self.plane(&self.layout.relief)?,
             attributes: self.plane(&self.layout.attributes)?,
+            spans: SpansView::NONE,
         })
     }
 
     /// All of them.
     pub fn whole(&self) -> Result<PageView<'a>, String> {
         let BoundsView { low, high, .. } = self.bounds()?;
-        Ok(PageView { low, high, ..self.posts()? })
+        Ok(PageView { low, high, spans: self.spans()?, ..self.posts()? })
     }
 }
 
 /// CRC-32 of a part of a page of `size` voxels, from the page's bytes.
-fn part_crc(bytes: &[u8], part: PagePart, size: (u32, u32)) -> u32 {
-    crc32fast::hash(&bytes[part.range(size, bytes.len())])
+fn part_crc(bytes: &[u8], part: PagePart, size: (u32, u32), spans: usize) -> u32 {
+    crc32fast::hash(&bytes[part.range(size, [bytes.len(), spans])])
 }
 
 impl<'a> PageView<'a> {
@@ -383,6 +405,7 @@ impl<'a> PageView<'a> {
                 [uniform] => vec![*uniform; voxels],
                 plane => plane.to_vec(),
             },
+            spans: self.spans.to_table(),
         }
     }
 }
@@ -397,7 +420,8 @@ impl PageBuffer {
         let uniform = self.attributes.iter().all(|attributes| *attributes == self.attributes[0]);
         let flags = bounds_flag(id.level) | if uniform { at::FLAG_UNIFORM } else { 0 };
         let size = (self.width, self.height);
-        let layout = PageLayout::new(size, flags);
+        let spans = self.spans.bytes();
+        let layout = PageLayout::new(size, flags, spans);
         let mut bytes = vec![0; layout.length()];
         for (field, value) in [
             (at::LEVEL, u32::from(id.level)),
@@ -413,12 +437,15 @@ impl PageBuffer {
         bytes[layout.heights].copy_from_slice(bytemuck::cast_slice(&self.heights));
         bytes[layout.low].copy_from_slice(bytemuck::cast_slice(&self.low));
         bytes[layout.high].copy_from_slice(bytemuck::cast_slice(&self.high));
+        if spans > 0 {
+            self.spans.encode(&mut bytes[layout.spans]);
+        }
         bytes[layout.colours].copy_from_slice(bytemuck::cast_slice(&self.colours));
         bytes[layout.relief].copy_from_slice(bytemuck::cast_slice(&self.relief));
         bytes[layout.attributes].copy_from_slice(bytemuck::cast_slice(attributes));
         let mut crc = [0; PagePart::COUNT];
-        PagePart::all(id).for_each(|part| crc[part.number()] = part_crc(&bytes, part, size));
-        EncodedPage { id, crc, hash: page_hash(&bytes), bytes }
+        PagePart::all(id).for_each(|part| crc[part.number()] = part_crc(&bytes, part, size, spans));
+        EncodedPage { id, spans: spans as u32, crc, hash: page_hash(&bytes), bytes }
     }
 
     /// The planes, borrowed.
@@ -432,6 +459,7 @@ impl PageBuffer {
             colours: &self.colours,
             relief: &self.relief,
             attributes: &self.attributes,
+            spans: self.spans.view(self.width),
         }
     }
 }

@@ -20,7 +20,7 @@ use std::ops::Range;
 use super::relief::{Moments, Relief, half_steps};
 use super::srgb::Averager;
 use super::window::{FinerPages, FinerWindow, Footprint, StandIn, VoxelBlock};
-use super::{APRON, Attributes, Grid, HeightCode, PageBuffer, PageId, RADIX, RELIEF_APRON};
+use super::{APRON, Attributes, Grid, HeightCode, PageBuffer, PageId, RADIX, RELIEF_APRON, SpanTable};
 use crate::error::{Error, Result};
 
 /// Page `id` (level index ≥ 1) from the up to 36 pages of the next finer level that it depends on. All of
@@ -89,6 +89,7 @@ fn coarsen(window: &FinerWindow, rise: f64) -> PageBuffer {
         colours,
         relief,
         attributes: majorities(window),
+        spans: SpanTable::default(),
     }
 }
 

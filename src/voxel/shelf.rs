@@ -29,6 +29,7 @@ struct Kept {
     id: PageId,
     offset: u64,
     length: usize,
+    spans: u32,
     crc: [u32; PagePart::COUNT],
     hash: [u8; 16],
 }
@@ -58,8 +59,8 @@ impl<'w> Shelf<'w> {
         self.aside
             .write_at(self.end, &page.bytes)
             .map_err(|error| self.writer.error("set a page aside", error))?;
-        let EncodedPage { id, crc, hash, .. } = *page;
-        self.kept.push(Kept { id, offset: self.end, length: page.bytes.len(), crc, hash });
+        let EncodedPage { id, spans, crc, hash, .. } = *page;
+        self.kept.push(Kept { id, offset: self.end, length: page.bytes.len(), spans, crc, hash });
         self.end += page.bytes.len() as u64;
         Ok(())
     }
@@ -72,8 +73,8 @@ impl<'w> Shelf<'w> {
             self.aside
                 .read_at(kept.offset, &mut bytes)
                 .map_err(|error| self.writer.error("read a page that was set aside", error))?;
-            let Kept { id, crc, hash, .. } = kept;
-            self.writer.append(&EncodedPage { id, bytes, crc, hash })?;
+            let Kept { id, spans, crc, hash, .. } = kept;
+            self.writer.append(&EncodedPage { id, bytes, spans, crc, hash })?;
         }
         self.end = 0;
         Ok(())

@@ -1,6 +1,6 @@
 //! Where pages come from.
 
-use super::{BoundsView, Header, HeightsView, PageId, PageView};
+use super::{BoundsView, Header, HeightsView, PageId, PageView, SpansView};
 use crate::error::Result;
 
 /// Gives out pages. The marchers are generic over it.
@@ -23,6 +23,13 @@ pub trait PageSource: Sync {
     /// The page's bounds, as [`Self::page`], where all planes but these are there. Who looks for what may be seen at all reads nothing
     /// else of a page, and who looks at what is seen, not them.
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>>;
+
+    /// What stands on a page of bare ground, as [`Self::page`]; nothing on others. Nobody asks for bare ground unless the header says that
+    /// [something stands](Header::is_built), and who gives out such an area must tell what.
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        let _ = id;
+        Ok(None)
+    }
 
     /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.
     fn has(&self, id: PageId) -> bool {

@@ -13,7 +13,7 @@ use super::fixed_header::{DAMAGED, FixedHeader};
 use super::page::Planes;
 use super::{
     AlignedBytes, BoundsView, Damaged, Directory, Header, HeightsView, PageEntry, PageId, PagePart,
-    PageSource, PageView, Trust, Verify,
+    PageSource, PageView, SpansView, Trust, Verify,
 };
 use crate::error::{Error, Result};
 
@@ -168,7 +168,7 @@ impl<B: FileBytes> PageStore<B> {
     /// Where a part of a page lies in the file, bytes; empty if the page is absent.
     pub fn stretch(&self, part: PagePart) -> Range<usize> {
         let Some((_, entry, size)) = self.directory.locate(part.page()) else { return 0..0 };
-        let (start, range) = (entry.offset as usize, part.range(size, entry.length as usize));
+        let (start, range) = (entry.offset as usize, part.range(size, entry.lengths()));
         start + range.start..start + range.end
     }
 
@@ -264,7 +264,7 @@ impl<B: FileBytes> PageStore<B> {
         if self.bytes.has_failed() {
             return Err("the file cannot be read".into());
         }
-        let planes = Planes::new(bytes, id.level, size)?;
+        let planes = Planes::new(bytes, id.level, size, entry.spans)?;
         for part in parts {
             let known = &self.states[part.number() * self.directory.len() + index];
             match known.load(Ordering::Relaxed) {
@@ -308,7 +308,9 @@ impl<B: FileBytes> PageStore<B> {
         }
         // What failed explains more than what its zeros look like.
         self.bytes.intact(&self.path)?;
-        let can_go = self.trust.damaged == Damaged::Coarser && id.level + 1 < self.header.level_count;
+        // The surface of level index 0 stands in for bare ground.
+        let has_stand_in = id.is_bare() || id.level + 1 < self.header.level_count;
+        let can_go = self.trust.damaged == Damaged::Coarser && has_stand_in;
         if can_go {
             PagePart::all(id).for_each(|part| self.set(part, state::DAMAGED));
             return Ok(());
@@ -342,6 +344,14 @@ impl<B: FileBytes> PageSource for PageStore<B> {
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
         let planes = self.checked(id, [PagePart::Bounds(id)]);
         self.or_left_out(id, planes.and_then(|planes| planes.map(|planes| planes.bounds()).transpose()))
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if !id.is_bare() {
+            return Ok(None);
+        }
+        let planes = self.checked(id, [PagePart::Spans(id)]);
+        self.or_left_out(id, planes.and_then(|planes| planes.map(|planes| planes.spans()).transpose()))
     }
 
     fn has(&self, id: PageId) -> bool {

@@ -16,8 +16,8 @@ use std::thread;
 use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
-    APRON, Directory, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource, PageStore,
-    PageView, RELIEF_APRON, Relief, StandIn, VoxelBlock, sparse_page,
+    APRON, Directory, FileBytes, Grid, Header, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource,
+    PageStore, PageView, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
 };
 use crate::error::{Error, Result};
 use crate::progress::Observer;
@@ -136,6 +136,7 @@ fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
         check_range(&view, codes),
         check_order(&view),
         check_apron(store, id, &view),
+        check_spans(store, &view),
         check_finer(store, id, &view),
     ];
     checks.into_iter().flatten().collect()
@@ -149,7 +150,8 @@ fn check_hash<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Option<String> 
 
 fn check_range(view: &PageView<'_>, (low, high): (u16, u16)) -> Option<String> {
     let outside = |code: &&u16| **code != HeightCode::EMPTY && !(low..=high).contains(*code);
-    let code = view.heights.iter().chain(view.low).chain(view.high).find(outside)?;
+    let ends = view.spans.all().iter().flat_map(|span| [&span.low, &span.high]);
+    let code = view.heights.iter().chain(view.low).chain(view.high).chain(ends).find(outside)?;
     Some(format!("height code {code}, but the header's range is that of {low} to {high}"))
 }
 
@@ -199,7 +201,12 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
         let (column, row) = (clamped(id.px, x, nx), clamped(id.py, y, ny));
         let owner = PageId { level: id.level, px: column / PAGE_SIDE, py: row / PAGE_SIDE };
         if neighbour.is_none_or(|(known, _)| known != owner) {
-            neighbour = store.checked_page(owner).ok().flatten().map(|view| (owner, view));
+            // Where nothing stands, bare ground is the surface.
+            let surface = PageId { level: 0, ..owner };
+            let found = store.checked_page(owner).ok().flatten();
+            let found =
+                found.or_else(|| store.checked_page(surface).ok().flatten().filter(|_| owner.is_bare()));
+            neighbour = found.map(|view| (owner, view));
         }
         let Some((_, other)) = &neighbour else { continue };
         let there = aproned(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON);
@@ -216,6 +223,12 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
         }
     }
     None
+}
+
+/// Spans against themselves.
+fn check_spans<B: FileBytes>(store: &PageStore<B>, view: &PageView<'_>) -> Option<String> {
+    let Header { grid, heights, .. } = store.header();
+    view.spans.check(SpanTable::rise(*heights, grid.spacing))
 }
 
 /// What stands in for absent pages while a page is checked: itself, so that only its bounds are.

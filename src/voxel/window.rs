@@ -88,7 +88,7 @@ pub(super) struct Footprint {
 
 impl Footprint {
     pub fn new(grid: &Grid, id: PageId) -> Option<Self> {
-        let finer_level = id.level.checked_sub(1)?;
+        let finer_level = id.level.checked_sub(1).filter(|_| !id.is_bare())?;
         let (width, height) = grid.page_size(id)?;
         let own = |page: u32, size: u32| page * PAGE_SIDE..page * PAGE_SIDE + size;
         let with_apron =

@@ -18,7 +18,7 @@ use super::super::leaving::Leaving;
 use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
 use super::{Claim, Expected, Ledger, ResidentPages, Tally, state};
 use crate::error::Result;
-use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView};
+use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
 
 /// Pages that are brought together before others may come first.
 const TOGETHER: usize = 4;
@@ -128,6 +128,10 @@ impl PageSource for PresentPages<'_> {
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
         if self.touch(PagePart::Bounds(id))? { self.pages.file.bounds(id) } else { Ok(None) }
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if id.is_bare() && self.touch(PagePart::Spans(id))? { self.pages.file.spans(id) } else { Ok(None) }
     }
 
     fn has(&self, id: PageId) -> bool {

@@ -31,7 +31,9 @@ use super::tally::Tally;
 use super::{PageFile, Paging};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::voxel::{BoundsView, Header, HeightsView, PageId, PageNeeds, PagePart, PageSource, PageView};
+use crate::voxel::{
+    BoundsView, Header, HeightsView, PageId, PageNeeds, PagePart, PageSource, PageView, SpansView,
+};
 
 /// Level index from which on pages stay once they are there: voxels of 64 units, and coarser ones. All that is known of what may
 /// be hidden rests on their bounds.
@@ -367,6 +369,13 @@ impl PageSource for ResidentPages {
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
         self.touch(PagePart::Bounds(id))?;
         self.file.bounds(id)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if id.is_bare() {
+            self.touch(PagePart::Spans(id))?;
+        }
+        self.file.spans(id)
     }
 
     fn has(&self, id: PageId) -> bool {

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
 use crate::simd::{Isa, LANES};
 use crate::voxel::{
-    BoundsView, Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, build_in_memory,
+    BoundsView, Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, SpansView, build_in_memory,
 };
 
 /// Rows of a test's planes.
@@ -281,6 +281,10 @@ impl PageSource for Sparse<'_> {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         if self.hides(id) { Ok(None) } else { self.all.page(id) }
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if self.hides(id) { Ok(None) } else { self.all.spans(id) }
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

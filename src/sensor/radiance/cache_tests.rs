@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::tests::{Holey, bake, rough, sensor};
 use super::*;
 use crate::error::Result;
-use crate::voxel::{BoundsView, Header, PageId, PageSource, PageView};
+use crate::voxel::{BoundsView, Header, PageId, PageSource, PageView, SpansView};
 
 #[test]
 fn what_was_not_used_for_longest_makes_room_and_comes_again() {
@@ -41,6 +41,10 @@ impl PageSource for Far {
 
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.0.page(id)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        self.0.spans(id)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

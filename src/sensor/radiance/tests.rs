@@ -16,7 +16,7 @@ use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
 use crate::sunlight::Sun;
 use crate::voxel::{
-    BoundsView, Grid, Header, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView, RADIX,
+    BoundsView, Grid, Header, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView, RADIX, SpansView,
     build_in_memory,
 };
 
@@ -38,6 +38,10 @@ impl<F: Fn(PageId) -> bool + Sync> PageSource for Holey<F> {
     fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
         self.asked.fetch_add(1, Ordering::Relaxed);
         if (self.absent)(id) { Ok(None) } else { self.whole.page(id) }
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if (self.absent)(id) { Ok(None) } else { self.whole.spans(id) }
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {

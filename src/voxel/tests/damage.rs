@@ -74,7 +74,7 @@ fn reseal(bytes: &mut [u8], sound: &Directory) {
             break;
         };
         for (part, field) in PagePart::all(id).map(|part| (part, CRC[part.number()])) {
-            let at = part.range(size, page.len());
+            let at = part.range(size, [page.len(), 0]);
             let bytes_of_part = bytes.get(page.start + at.start..page.start + at.end).unwrap_or_default();
             let crc = crc32fast::hash(bytes_of_part);
             field.put(&mut bytes[start..start + entry::SIZE], &crc.to_le_bytes());
@@ -135,8 +135,8 @@ fn refusals_name_file_place_and_remedy() {
         (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),
         (refusal(&|b| b[0] = b'P'), "not a hedgehop database (byte 0); make one with `hedgehop build"),
         (
-            refusal(&|b| b[at::VERSION.offset] = 4),
-            "newer version of hedgehop: format 4, and this one reads 3; update",
+            refusal(&|b| b[at::VERSION.offset] = 5),
+            "newer version of hedgehop: format 5, and this one reads 4; update",
         ),
         (refusal(&|b| b.truncate(9000)), "truncated at byte 9000 of "),
         (refusal(&|b| b.push(0)), "more bytes follow its end"),

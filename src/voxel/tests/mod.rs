@@ -3,6 +3,7 @@
 mod damage;
 mod forgetting;
 mod sparse;
+mod standing;
 mod verifying;
 
 use glam::DVec2;

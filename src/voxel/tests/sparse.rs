@@ -62,6 +62,7 @@ impl Sources {
             colours,
             relief: Vec::new(),
             attributes: self.block(id.level, own(id.px, width), own(id.py, height)).attributes,
+            spans: SpanTable::default(),
         }
     }
 }

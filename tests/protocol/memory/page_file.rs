@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use hedgehop::Result;
 use hedgehop::voxel::{
     AlignedBytes, BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PagePart, PageSource,
-    PageStore, PageView,
+    PageStore, PageView, SpansView,
 };
 
 use super::sync::AtomicU32;
@@ -132,6 +132,12 @@ impl PageSource for PageFile {
         let heights = self.store.heights(id)?;
         heights.iter().for_each(|_| self.store.look_at(PagePart::Heights(id)));
         Ok(heights)
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        let spans = self.store.spans(id)?;
+        spans.iter().for_each(|_| self.store.look_at(PagePart::Spans(id)));
+        Ok(spans)
     }
 
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
