@@ -57,6 +57,7 @@ fn touch(pages: &ResidentPages, part: PagePart) {
         PagePart::Heights(id) => pages.heights(id).map(drop).unwrap(),
         PagePart::Paint(id) => pages.page(id).map(drop).unwrap(),
         PagePart::Bounds(id) => pages.bounds(id).map(drop).unwrap(),
+        PagePart::Spans(id) => pages.spans(id).map(drop).unwrap(),
     }
 }
 

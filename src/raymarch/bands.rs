@@ -14,7 +14,13 @@ pub struct LevelBands {
     starts: Vec<f64>,
     /// Finest level in use.
     finest: u8,
+    /// Ground distance up to which bare ground and what stands on it is seen instead of the finest surface, metres.
+    bare_until: f64,
 }
+
+/// Pixels that a voxel fills where the surface takes the place of bare ground and what stands on it: there its walls, which are
+/// as wide as a voxel, are still as wide as two pixels at most, and a pixel's footprint lies within the finest level.
+const BARE_PIXELS: f64 = 2.0;
 
 impl LevelBands {
     /// Bands of the levels `0..level_count` for pixels of `pixel_angle` radians (> 0), seen from
@@ -25,7 +31,25 @@ impl LevelBands {
         let finest = (0..level_count).rev().find(|&level| threshold(level) <= clearance).unwrap_or(0);
         let starts =
             (0..level_count).map(|level| if level <= finest { 0.0 } else { threshold(level) }).collect();
-        Self { starts, finest }
+        Self { starts, finest, bare_until: 0.0 }
+    }
+
+    /// The same where something stands: near by, bare ground and spans are seen.
+    #[must_use]
+    pub fn with_bare_ground(self, grid: &Grid, pixel_angle: f64, clearance: f64, detail: f64) -> Self {
+        let end = detail * grid.spacing / (BARE_PIXELS * pixel_angle);
+        let is_seen = self.finest == 0 && clearance < end;
+        Self { bare_until: if is_seen { end } else { 0.0 }, ..self }
+    }
+
+    /// Ground distance up to which bare ground and what stands on it is seen, metres; 0: nowhere.
+    pub fn bare_until(&self) -> f64 {
+        self.bare_until
+    }
+
+    /// Whether it is bare ground that is seen at a ground distance, metres ≥ 0.
+    pub fn is_bare_at(&self, ground_distance: f64) -> bool {
+        ground_distance < self.bare_until
     }
 
     /// One level for parallel rays, whose pixels are `width` metres wide (> 0) at any distance: the coarsest whose
@@ -33,12 +57,12 @@ impl LevelBands {
     pub fn uniform(grid: &Grid, level_count: u8, width: f64, detail: f64) -> Self {
         let fits = |level: &u8| detail * grid.side(*level) <= width;
         let finest = (0..level_count).rev().find(fits).unwrap_or(0);
-        Self { starts: vec![0.0; usize::from(finest) + 1], finest }
+        Self { starts: vec![0.0; usize::from(finest) + 1], finest, bare_until: 0.0 }
     }
 
     /// Only level 1, at any distance.
     pub fn finest_only() -> Self {
-        Self { starts: vec![0.0], finest: 0 }
+        Self { starts: vec![0.0], finest: 0, bare_until: 0.0 }
     }
 
     /// Index of the level that is seen at a ground distance, metres ≥ 0.

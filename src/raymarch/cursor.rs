@@ -14,6 +14,8 @@ pub struct PageCursor<'a, S: PageSource> {
     heights: HeightCode,
     slots: Vec<Slot<'a>>,
     endless: bool,
+    /// Bare ground is read in place of the finest surface.
+    bare: bool,
 }
 
 /// The pages of one level that were read last.
@@ -27,6 +29,11 @@ struct Slot<'a> {
     heights: Latest<HeightsView<'a>>,
     posts: Latest<PageView<'a>>,
     bounds: Latest<BoundsView<'a>>,
+}
+
+/// The page to read in place of `id`: of bare ground, if that `is_wanted` and there is one.
+fn sheet<S: PageSource>(source: &S, is_wanted: bool, id: PageId) -> PageId {
+    if is_wanted && id.level == 0 && source.has(id.bare()) { id.bare() } else { id }
 }
 
 /// The page that was read last.
@@ -111,7 +118,7 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     pub fn new(source: &'a S) -> Self {
         let header = source.header();
         let slots = (0..header.level_count).map(|level| Slot::new(&header.grid, level, false)).collect();
-        Self { source, heights: header.heights, slots, endless: false }
+        Self { source, heights: header.heights, slots, endless: false, bare: false }
     }
 
     /// The same over the area repeated without end.
@@ -119,6 +126,12 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         let header = self.source.header();
         let slots = (0..header.level_count).map(|level| Slot::new(&header.grid, level, true)).collect();
         Self { slots, endless: true, ..self }
+    }
+
+    /// The same on bare ground: at level index 0 there is nothing that stands on it.
+    pub fn on_bare_ground(self) -> Self {
+        let is_built = self.source.header().is_built;
+        Self { bare: is_built, ..self }
     }
 
     /// The database.
@@ -151,7 +164,8 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     #[inline]
     fn posts(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<(PageView<'a>, Place)>> {
         let Slot { dims, posts, .. } = &mut self.slots[usize::from(level)];
-        let (view, [x, y]) = posts.at((level, *dims), cell, |id| self.source.page(id))?;
+        let (view, [x, y]) =
+            posts.at((level, *dims), cell, |id| self.source.page(sheet(self.source, self.bare, id)))?;
         Ok(view.map(|view| (*view, Place { width: view.width, x, y })))
     }
 
@@ -159,7 +173,8 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
     #[inline]
     fn heights(&mut self, level: u8, cell: [i64; 2]) -> Result<Option<Samples<'a, u16>>> {
         let Slot { dims, heights, .. } = &mut self.slots[usize::from(level)];
-        let (view, [x, y]) = heights.at((level, *dims), cell, |id| self.source.heights(id))?;
+        let (view, [x, y]) =
+            heights.at((level, *dims), cell, |id| self.source.heights(sheet(self.source, self.bare, id)))?;
         Ok(view.map(|view| (view.heights, Place { width: view.width, x, y })))
     }
 

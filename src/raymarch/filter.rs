@@ -13,7 +13,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::{Contact, GridRay, PageCursor};
+use super::{Contact, Face, GridRay, PageCursor, SolidHit};
 use crate::colour::linear_from_srgb8;
 use crate::error::Result;
 use crate::space::Footprint;
@@ -43,6 +43,8 @@ pub struct SurfaceSample {
 /// Samples the surface for pixels of one footprint.
 pub struct SurfaceFilter<'a, S: PageSource> {
     cursor: PageCursor<'a, S>,
+    /// The same on bare ground.
+    bare: PageCursor<'a, S>,
     grid: Grid,
     footprint: Footprint,
     coarsest: u8,
@@ -75,6 +77,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let header = source.header();
         Self {
             cursor: PageCursor::new(source),
+            bare: PageCursor::new(source).on_bare_ground(),
             grid: header.grid,
             footprint,
             coarsest: header.level_count - 1,
@@ -90,11 +93,26 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
 
     /// The same over the area repeated without end.
     pub fn endless(self) -> Self {
-        Self { cursor: self.cursor.endless(), ..self }
+        Self { cursor: self.cursor.endless(), bare: self.bare.endless(), ..self }
     }
 
     /// What `ray` sees where it ended.
     pub fn sample(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
+        self.on_ground_of(contact, |filter| filter.sample_here(ray, contact))
+    }
+
+    /// Looks at the ground on which `contact` lies.
+    fn on_ground_of<T>(&mut self, contact: &Contact, look: impl FnOnce(&mut Self) -> T) -> T {
+        if !contact.bare {
+            return look(self);
+        }
+        std::mem::swap(&mut self.cursor, &mut self.bare);
+        let seen = look(self);
+        std::mem::swap(&mut self.cursor, &mut self.bare);
+        seen
+    }
+
+    fn sample_here(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
         let Lit { blend, units, footprint, normal, sun } = self.lit(ray, contact)?;
         let albedo = self.mean(units, footprint, |filter, units| filter.blended_colour(blend, units))?;
         // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
@@ -110,9 +128,30 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         })
     }
 
+    /// What `ray` sees of what stands on the ground.
+    ///
+    /// The share of the sun is that of the surface, which the highest of it is.
+    pub fn sample_solid(&mut self, ray: &GridRay, hit: &SolidHit) -> Result<SurfaceSample> {
+        let units = ray.at(hit.range).truncate();
+        let colour = if hit.face == Face::Top { hit.span.top } else { hit.span.side };
+        let mut attributes = self.cursor.attributes_at(0, units)?;
+        attributes.material = hit.span.material;
+        let blend = LevelBlend { fine: 0, coarse: 0, share: 0.0 };
+        let sun = if self.shade.is_some() { self.sun(blend, units)? } else { 1.0 };
+        Ok(SurfaceSample {
+            range: hit.range,
+            level: 0,
+            albedo: Vec3::from_array(linear_from_srgb8(colour)),
+            normal: hit.normal.as_vec3(),
+            attributes,
+            sun,
+        })
+    }
+
     /// Unit normal (world space) and share of the sun's disc (0…1; 1 without shadows) where `ray` ended, as [`Self::sample`] tells them, without its colour.
     pub fn light(&mut self, ray: &GridRay, contact: &Contact) -> Result<(Vec3, f32)> {
-        self.lit(ray, contact).map(|lit| (lit.normal.as_vec3(), lit.sun))
+        let lit = self.on_ground_of(contact, |filter| filter.lit(ray, contact))?;
+        Ok((lit.normal.as_vec3(), lit.sun))
     }
 
     fn lit(&mut self, ray: &GridRay, contact: &Contact) -> Result<Lit> {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::surface::{Patch, block_contact};
 use super::walk::{Extent, Lattice};
-use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, Surface};
+use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, SolidHit, Solids, Surface};
 use crate::earth::Curvature;
 use crate::error::Result;
 use crate::voxel::{Grid, PageSource, RADIX};
@@ -20,14 +20,21 @@ pub struct Contact {
     pub wanted: u8,
     /// Normal of the voxel's face, for [`Surface::Blocks`].
     pub face: Option<DVec3>,
+    /// It is bare ground.
+    pub bare: bool,
 }
 
 /// Marches rays through one database for one eye and field of view.
 pub struct Marcher<'a, S: PageSource> {
     cursor: PageCursor<'a, S>,
+    /// The same on bare ground, and what stands on it.
+    bare: PageCursor<'a, S>,
+    solids: Option<Solids<'a, S>>,
+    /// Ground distance up to which that is seen, metres.
+    bare_until: f64,
     grid: Grid,
-    /// Level index and the ground distances between which it is seen, metres; nearest first.
-    bands: Vec<(u8, f64, f64)>,
+    /// What is seen of the ground, nearest first.
+    bands: Vec<Band>,
     surface: Surface,
     /// Voxels of level 1 eastward and northward.
     size: DVec2,
@@ -46,10 +53,37 @@ const FARTHEST: f64 = 2.0e6;
 /// The same in voxels of the coarsest level: a bound on the work where the area is tiny.
 const MOST_VOXELS: f64 = 1.0e6;
 
+/// What is seen between two ground distances, metres.
+#[derive(Debug, Clone, Copy)]
+struct Band {
+    level: u8,
+    bare: bool,
+    start: f64,
+    end: f64,
+}
+
 /// One ray's search for the surface of one level.
 struct Search<'r> {
     ray: &'r GridRay,
     level: u8,
+    /// For bare ground.
+    bare: bool,
+}
+
+/// The bands of a database whose coarsest level is `coarsest`.
+fn bands_of(bands: &LevelBands, coarsest: u8) -> Vec<Band> {
+    let bare_until = bands.bare_until();
+    let mut found = Vec::new();
+    for (level, start, end) in bands.iter() {
+        let near = end.min(bare_until);
+        if start < near {
+            found.push(Band { level: level.min(coarsest), bare: true, start, end: near });
+        }
+        if start.max(bare_until) < end {
+            found.push(Band { level: level.min(coarsest), bare: false, start: start.max(bare_until), end });
+        }
+    }
+    found
 }
 
 impl<'a, S: PageSource> Marcher<'a, S> {
@@ -60,8 +94,11 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         let coarsest = header.level_count - 1;
         Self {
             cursor: PageCursor::new(source),
+            bare: PageCursor::new(source).on_bare_ground(),
+            solids: header.is_built.then(|| Solids::new(&PageCursor::new(source))),
+            bare_until: bands.bare_until(),
             grid: header.grid,
-            bands: bands.iter().map(|(level, start, end)| (level.min(coarsest), start, end)).collect(),
+            bands: bands_of(&bands, coarsest),
             surface,
             size: DVec2::new(f64::from(header.grid.nx), f64::from(header.grid.ny)),
             // Codes are rounded, by half a step at most.
@@ -83,7 +120,9 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     pub fn endless(self, far: f64) -> Self {
         let side = f64::from(Grid::side_units(self.coarsest)).min(self.size.min_element());
         let far = far.min(FARTHEST).min(MOST_VOXELS * side * self.grid.spacing);
-        Self { cursor: self.cursor.endless(), far, ..self }
+        let (cursor, bare) = (self.cursor.endless(), self.bare.endless());
+        let solids = self.solids.map(|_| Solids::new(&bare));
+        Self { cursor, bare, solids, far, ..self }
     }
 
     /// A ray from a world point along a unit world direction, over the ground of this marcher.
@@ -103,17 +142,36 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         // A vertical ray stays at ground distance 0, in the first band, for ever.
         let range_at = |ground: f64| if ground == 0.0 { 0.0 } else { ground / ray.ground_cosine };
         for index in 0..self.bands.len() {
-            let (level, band_start, band_end) = self.bands[index];
-            let start = range_at(band_start.max(from)).max(over_area);
-            let end = range_at(band_end).min(off_area);
+            let band = self.bands[index];
+            let start = range_at(band.start.max(from)).max(over_area);
+            let end = range_at(band.end).min(off_area);
             if start.is_finite() && start <= end {
-                let search = Search { ray, level };
+                let search = Search { ray, level: band.level, bare: band.bare };
                 if let Some(contact) = self.search(&search, start, end)? {
                     return Ok(Some(contact));
                 }
             }
         }
         Ok(None)
+    }
+
+    /// Finds what stands before a ray's first contact, if that is in sight: puts it into `hits`, nearest first, and returns the share of light behind it
+    /// that comes through.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn solids(
+        &mut self,
+        ray: &GridRay,
+        contact: Option<&Contact>,
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<f64> {
+        hits.clear();
+        let over_area = self.clip(ray);
+        let (Some((start, end)), Some(solids)) = (over_area, &mut self.solids) else { return Ok(1.0) };
+        let near = if self.bare_until > 0.0 { self.bare_until / ray.ground_cosine } else { 0.0 };
+        let end = contact.map_or(end, |contact| contact.range).min(near);
+        if start < end { solids.along(ray, start, end, hits) } else { Ok(1.0) }
     }
 
     /// Ranges between which the ray can meet a surface.
@@ -166,6 +224,11 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Lattice { spans, ..self.cursor.voxels(level - 1) }
     }
 
+    /// Where the ground is read.
+    fn on(&mut self, search: &Search<'_>) -> &mut PageCursor<'a, S> {
+        if search.bare { &mut self.bare } else { &mut self.cursor }
+    }
+
     /// Intersects the cells of `level`'s surface between two ranges.
     fn walk_surface(
         &mut self,
@@ -198,17 +261,21 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     ) -> Result<Option<Contact>> {
         let place = lattice.place(step);
         let found = match self.surface {
-            Surface::Smooth => self.cursor.corners(level, step.cell)?.map(|corners| {
+            Surface::Smooth => self.on(search).corners(level, step.cell)?.map(|corners| {
                 Patch::new(corners).first_contact(search.ray, step, place).map(|range| (range, None))
             }),
-            Surface::Blocks => self.cursor.height(level, step.cell)?.map(|top| {
+            Surface::Blocks => self.on(search).height(level, step.cell)?.map(|top| {
                 block_contact(search.ray, step, top?, place).map(|(range, face)| (range, Some(face)))
             }),
         };
         match found {
-            Some(contact) => {
-                Ok(contact.map(|(range, face)| Contact { range, level, wanted: search.level, face }))
-            }
+            Some(contact) => Ok(contact.map(|(range, face)| Contact {
+                range,
+                level,
+                wanted: search.level,
+                face,
+                bare: search.bare,
+            })),
             None if level < self.coarsest => self.walk_surface(search, level + 1, step.enter, step.leave),
             None => Ok(None),
         }

@@ -34,6 +34,9 @@ mod filter;
 mod march;
 mod ray;
 pub mod scan;
+mod solid;
+#[cfg(test)]
+pub(crate) mod solid_tests;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -47,5 +50,6 @@ pub use cursor::PageCursor;
 pub use filter::{SurfaceFilter, SurfaceSample};
 pub use march::{Contact, Marcher};
 pub use ray::GridRay;
+pub use solid::{Face, SolidHit, Solids};
 pub use surface::{Surface, endless_ground_height, ground_height};
 pub use walk::{CellStep, CellWalk, Extent, Lattice};

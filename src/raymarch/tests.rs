@@ -281,7 +281,8 @@ fn a_ramp_has_one_normal_up_to_the_edge_of_the_area() {
         let eye = (grid.origin + DVec2::new(x, 333.0)).extend(400.0);
         let ray = GridRay::new(&grid, eye, DVec3::NEG_Z);
         let range = contact(&source, Surface::Smooth, &ray).unwrap();
-        let sample = filter.sample(&ray, &Contact { range, level: 0, wanted: 0, face: None }).unwrap();
+        let sample =
+            filter.sample(&ray, &Contact { range, level: 0, wanted: 0, face: None, bare: false }).unwrap();
         let expected = DVec3::new(-0.3, 0.0, 1.0).normalize().as_vec3();
         assert!((sample.normal - expected).length() < 1e-3, "{x}: {:?}", sample.normal);
     }

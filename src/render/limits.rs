@@ -10,7 +10,11 @@ pub fn level_bands(header: &Header, camera: &Camera, options: &RenderOptions) ->
     let clearance = camera.pose.eye.z - header.height_range.1;
     let (grid, count) = (&header.grid, header.level_count);
     match camera.footprint() {
-        Footprint::Angle(angle) => LevelBands::new(grid, count, angle, clearance, options.detail),
+        Footprint::Angle(angle) => {
+            let bands = LevelBands::new(grid, count, angle, clearance, options.detail);
+            let is_built = header.is_built;
+            if is_built { bands.with_bare_ground(grid, angle, clearance, options.detail) } else { bands }
+        }
         Footprint::Width(width) => LevelBands::uniform(grid, count, width, options.detail),
     }
 }

@@ -13,12 +13,28 @@ use crate::subimage::{Farm, Subimage};
 use crate::sunlight::Shades;
 use crate::voxel::PageSource;
 
-/// Pixels of one subimage, `[column][row]`; `None` = sky, or no ray.
+/// Pixels of one subimage, `[column][row]`.
 struct SubimagePixels {
-    pixels: Vec<Option<(SurfaceSample, Vec3)>>,
+    pixels: Vec<Pixel>,
     rays: Rays,
     march: Duration,
     shade: Duration,
+}
+
+/// What a pixel sees.
+#[derive(Default)]
+struct Pixel {
+    /// The ground, and its radiance; `None` = sky, or no ray.
+    ground: Option<(SurfaceSample, Vec3)>,
+    /// What stands before it, nearest first.
+    front: Vec<Layer>,
+}
+
+/// Something that hides a share of what is behind it.
+struct Layer {
+    sample: SurfaceSample,
+    radiance: Vec3,
+    opacity: f32,
 }
 
 /// Renders with the reference marcher: any screen, any surface, pixel by pixel in double precision.
@@ -43,6 +59,7 @@ pub(super) fn render<S: PageSource>(
     let mut frame = merge(camera, &subimages);
     let atmosphere = options.atmosphere(source.header());
     add_air(&mut frame, &atmosphere, options.brightness().tint(), farm);
+    add_solids(&mut frame, &subimages, &atmosphere, options.brightness().tint());
     times.image = started.elapsed();
     let mut rays = Rays::default();
     subimages.iter().for_each(|subimage| rays += subimage.rays);
@@ -74,18 +91,29 @@ fn render_subimage<S: PageSource>(
     let stands_in = |contact: &&Contact| contact.level > contact.wanted;
     let coarser = contacts.iter().flatten().flatten().filter(stands_in).count() as u64;
     let rays = Rays { all: contacts.iter().map(|column| column.len() as u64).sum(), coarser };
+    let mut hits = Vec::new();
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
             let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
-            let (Some(contact), Some(ray)) = (contact, ray) else {
-                pixels.push(None);
+            let Some(ray) = ray.filter(|_| contact.is_some() || header.is_built) else {
+                pixels.push(Pixel::default());
                 continue;
             };
             let ray = marcher.ray(ray.origin, ray.direction);
-            let mut sample = filter.sample(&ray, contact)?;
-            let seen = bands.level_at(contact.range * ray.ground_cosine);
-            sample.attributes.flags |= filter.stand_in(&ray, contact.range, seen)?;
-            pixels.push(Some((sample, sensor.radiance(&sample))));
+            let mut pixel = Pixel::default();
+            marcher.solids(&ray, contact.as_ref(), &mut hits)?;
+            for hit in &hits {
+                let sample = filter.sample_solid(&ray, hit)?;
+                let radiance = sensor.radiance(&sample);
+                pixel.front.push(Layer { sample, radiance, opacity: hit.opacity as f32 });
+            }
+            if let Some(contact) = contact {
+                let mut sample = filter.sample(&ray, contact)?;
+                let seen = bands.level_at(contact.range * ray.ground_cosine);
+                sample.attributes.flags |= filter.stand_in(&ray, contact.range, seen)?;
+                pixel.ground = Some((sample, sensor.radiance(&sample)));
+            }
+            pixels.push(pixel);
         }
     }
     Ok(SubimagePixels { pixels, rays, march: marched - started, shade: marched.elapsed() })
@@ -110,7 +138,7 @@ fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
     let pixels = subimages.iter().flat_map(|subimage| &subimage.pixels);
     for (index, pixel) in pixels.enumerate() {
         let (column, row) = (index / height, index % height);
-        if let Some((sample, radiance)) = pixel {
+        if let Some((sample, radiance)) = &pixel.ground {
             let target = row * width + column;
             frame.colour[target] = radiance.to_array();
             frame.range[target] = sample.range as f32;
@@ -120,6 +148,32 @@ fn merge(camera: &Camera, subimages: &[SubimagePixels]) -> Frame {
         }
     }
     frame
+}
+
+/// Puts what stands on the ground before it, each with the air before itself; what hides half of a pixel is what the frame says of it.
+fn add_solids(frame: &mut Frame, subimages: &[SubimagePixels], atmosphere: &Atmosphere, tint: Vec3) {
+    let (width, height) = (frame.camera.width as usize, frame.camera.height as usize);
+    let pixels = subimages.iter().flat_map(|subimage| &subimage.pixels).enumerate();
+    for (index, pixel) in pixels.filter(|(_, pixel)| !pixel.front.is_empty()) {
+        let (column, row) = (index / height, index % height);
+        let Some(ray) = frame.camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
+        let target = row * width + column;
+        let (mut light, mut left) = (Vec3::ZERO, 1.0);
+        for Layer { sample, radiance, opacity } in &pixel.front {
+            let direction = ray.direction.as_vec3();
+            let seen = atmosphere.haze(*radiance, ray.origin.z, direction, sample.range as f32);
+            light += tint * seen * (left * opacity);
+            let before = left;
+            left *= 1.0 - opacity;
+            if before > 0.5 && left <= 0.5 {
+                frame.range[target] = sample.range as f32;
+                frame.normal[target] = sample.normal.to_array();
+                frame.level[target] = 0;
+                frame.id[target] = Frame::pixel_id(sample.attributes);
+            }
+        }
+        frame.colour[target] = (light + Vec3::from_array(frame.colour[target]) * left).to_array();
+    }
 }
 
 /// Adds haze before the ground and fills the rest with sky, all as bright as the hour's `tint`; pixels without a ray stay black.

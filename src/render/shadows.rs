@@ -376,7 +376,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let ray = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5);
         let Some(ray) = ray.filter(|_| range.is_finite()) else { return Ok(None) };
         let Renderer { source, options, .. } = self.renderer;
-        let contact = Contact { range, level: 0, wanted: 0, face: None };
+        let contact = Contact { range, level: 0, wanted: 0, face: None, bare: false };
         let over_ground =
             GridRay::new(&source.header().grid, ray.origin, ray.direction).over(options.curvature);
         let (normal, sun) = filter.light(&over_ground, &contact)?;

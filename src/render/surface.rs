@@ -35,8 +35,16 @@ pub fn describe<S: PageSource>(renderer: &Renderer<'_, S>, frame: &mut Frame, fa
             let ray = marcher.ray(ray.origin, ray.direction);
             let range = f64::from(range);
             let seen = bands.level_at(range * ray.ground_cosine);
-            let mut sample =
-                filter.sample(&ray, &Contact { range, level: seen, wanted: seen, face: None })?;
+            let mut sample = filter.sample(
+                &ray,
+                &Contact {
+                    range,
+                    level: seen,
+                    wanted: seen,
+                    face: None,
+                    bare: bands.is_bare_at(range * ray.ground_cosine),
+                },
+            )?;
             sample.attributes.flags |= filter.stand_in(&ray, range, seen)?;
             normal[pixel] = sample.normal.to_array();
             level[pixel] = seen;

@@ -156,6 +156,7 @@ fn touch(pages: &impl PageSource, part: PagePart) -> Result<bool> {
         PagePart::Heights(id) => pages.heights(id).map(|heights| heights.is_some()),
         PagePart::Paint(id) => pages.page(id).map(|page| page.is_some()),
         PagePart::Bounds(id) => pages.bounds(id).map(|bounds| bounds.is_some()),
+        PagePart::Spans(id) => pages.spans(id).map(|spans| spans.is_some()),
     }
 }
 

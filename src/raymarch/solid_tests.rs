@@ -1,0 +1,246 @@
+//! What stands on the ground against closed forms.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+
+use super::*;
+use crate::voxel::{
+    Arrays, Grid, HeightCode, MemPages, Metadata, PageSource, Span, Standing, build_standing,
+};
+
+/// Voxels along the area's side, and the side of one, metres.
+const SIDE: u32 = 320;
+const SPACING: f64 = 2.0;
+
+/// Steps of 1 mm from 10 m below the datum on.
+const CODE: HeightCode = HeightCode { scale: 1.0e-3, offset: -10.0 };
+
+/// An opaque span on the ground, its upper end `high` metres high.
+pub fn pillar(high: f64) -> Span {
+    Span {
+        low: Span::GROUND,
+        high: CODE.encode(high),
+        slope: [0, 0],
+        facing: 0,
+        cut: Span::WHOLE,
+        top: [200, 60, 50],
+        state: Span::OPAQUE,
+        side: [220, 210, 190],
+        material: 2,
+    }
+}
+
+/// Level ground at 0 m with spans; the surface is their highest upper end.
+pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
+    let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(1000.0, 2000.0) };
+    let voxels = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+    let spans: BTreeMap<_, _> =
+        voxels().map(|at| (at, spans_of(at.0, at.1))).filter(|(_, spans)| !spans.is_empty()).collect();
+    let ground = vec![0.0; (SIDE * SIDE) as usize];
+    let top = |at: (u32, u32)| spans.get(&at).into_iter().flatten().map(|span| span.high).max();
+    let heights: Vec<f64> =
+        voxels().map(|at| top(at).and_then(|code| CODE.decode(code)).unwrap_or(0.0)).collect();
+    let grass = vec![[80, 120, 60]; ground.len()];
+    let arrays = Arrays { grid, heights: &heights, colours: &grass, attributes: None };
+    let standing = Standing { heights: &ground, colours: &grass, spans: &spans, code: CODE };
+    build_standing(&arrays, &standing, &Metadata::default()).unwrap()
+}
+
+/// A marcher that sees bare ground everywhere.
+fn marcher(pages: &MemPages) -> Marcher<'_, MemPages> {
+    let bands = LevelBands::finest_only().with_bare_ground(&pages.header().grid, 1.0e-9, 0.0, 1.0);
+    Marcher::new(pages, bands, Surface::Smooth)
+}
+
+/// A ray from a place in units and metres towards another, with its direction in metres.
+fn ray(marcher: &Marcher<'_, MemPages>, from: DVec3, to: DVec3) -> (GridRay, DVec3) {
+    let grid = marcher.grid();
+    let world = |at: DVec3| (grid.origin + at.truncate() * grid.spacing).extend(at.z);
+    let direction = (world(to) - world(from)).normalize();
+    (marcher.ray(world(from), direction), direction)
+}
+
+/// What a ray meets: hits, what comes through, and the range of the ground.
+fn met(pages: &MemPages, from: DVec3, to: DVec3) -> (Vec<SolidHit>, f64, Option<f64>) {
+    let mut marcher = marcher(pages);
+    let (ray, _) = ray(&marcher, from, to);
+    let contact = marcher.first_contact(&ray, 0.0).unwrap();
+    let mut hits = Vec::new();
+    let left = marcher.solids(&ray, contact.as_ref(), &mut hits).unwrap();
+    (hits, left, contact.map(|contact| contact.range))
+}
+
+#[test]
+fn a_pillar_is_met_on_its_faces_and_the_ground_beside_and_behind_it_is_bare() {
+    let pages = standing(|x, y| if (x, y) == (100, 100) { vec![pillar(30.0)] } else { Vec::new() });
+    // From the west, half way up: the western side of the voxel.
+    let (hits, left, _) = met(&pages, DVec3::new(50.0, 100.5, 15.0), DVec3::new(100.5, 100.5, 15.0));
+    assert_eq!((hits.len(), left, hits[0].face), (1, 0.0, Face::Side));
+    assert!((hits[0].range - 50.0 * SPACING).abs() < 1e-9 && hits[0].normal == DVec3::NEG_X, "{hits:?}");
+    // From above: its upper end.
+    let (hits, ..) = met(&pages, DVec3::new(100.2, 100.6, 80.0), DVec3::new(100.3, 100.5, 0.0));
+    assert!(hits[0].face == Face::Top && hits[0].normal == DVec3::Z, "{hits:?}");
+    // Just beside it: the ground, where the surface would be a slope half a voxel away.
+    let (hits, left, ground) = met(&pages, DVec3::new(99.9, 20.0, 10.0), DVec3::new(99.9, 100.5, 0.0));
+    assert_eq!((hits.len(), left), (0, 1.0));
+    let expected = DVec3::new(0.0, 80.5 * SPACING, 10.0).length();
+    assert!((ground.unwrap() - expected).abs() < 1e-6, "{ground:?} {expected}");
+}
+
+/// A house of `half` sides, in units, about a point, turned by an angle in radians: voxels by the side whose line is nearest.
+fn house(centre: DVec2, half: DVec2, turn: f64, high: f64) -> impl Fn(u32, u32) -> Vec<Span> {
+    move |x, y| {
+        let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) - centre;
+        let sides =
+            [(0.0, half.x), (90.0, half.y), (180.0, half.x), (270.0, half.y)].map(|(quarter, half)| {
+                let angle = turn + f64::to_radians(quarter);
+                (angle, half - DVec2::from_angle(angle).dot(at))
+            });
+        let (angle, inside) = sides.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        if inside < -0.75 {
+            return Vec::new();
+        }
+        let facing = (angle / std::f64::consts::TAU * 256.0).round().rem_euclid(256.0) as u8;
+        let cut = (inside * f64::from(Span::CUT_STEPS)).round().clamp(-126.0, 126.0) as i8;
+        let cut = if inside > 0.75 { Span::WHOLE } else { cut };
+        vec![Span { facing, cut, ..pillar(high) }]
+    }
+}
+
+#[test]
+fn walls_are_straight_whatever_their_direction() {
+    let (centre, half) = (DVec2::new(160.0, 160.0), DVec2::new(20.0, 12.0));
+    let mut worst: f64 = 0.0;
+    for turn in [0.0, 10.0, 30.0, 45.0, 71.0_f64].map(f64::to_radians) {
+        let pages = standing(house(centre, half, turn, 9.0));
+        for quarter in 0..4 {
+            let (normal, along) =
+                (DVec2::from_angle(turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2), 0.0);
+            let distance = if quarter % 2 == 0 { half.x } else { half.y };
+            let width = if quarter % 2 == 0 { half.y } else { half.x };
+            for step in -8..=8 {
+                let beside = normal.perp() * (f64::from(step) / 8.0 * (width - 1.0));
+                let (from, to) = (centre + beside + normal * 90.0, centre + beside);
+                let (hits, left, _) = met(&pages, from.extend(4.0), to.extend(4.0));
+                assert_eq!((left, hits[0].face), (0.0, Face::Side));
+                let error = hits[0].range / SPACING - (90.0 - distance);
+                worst = worst.max(error.abs());
+                let normal = normal.extend(0.0);
+                assert!(hits[0].normal.dot(normal) > 0.999, "{turn} {quarter} {step}: {:?}", hits[0].normal);
+            }
+        }
+    }
+    assert!(worst < 0.03, "{worst} of a voxel");
+}
+
+#[test]
+fn roofs_are_planes() {
+    // A slope of 0.5 northward over a block of voxels.
+    let (low, slope) = (6.0, 0.5);
+    let high = |y: u32| low + slope * (f64::from(y) + 0.5 - 100.0) * SPACING;
+    let pages = standing(|x, y| {
+        let is_house = (100..140).contains(&x) && (100..120).contains(&y);
+        if is_house { vec![Span { slope: [0, 16], ..pillar(high(y)) }] } else { Vec::new() }
+    });
+    for step in 0..200 {
+        let to = DVec3::new(101.0 + f64::from(step) * 0.17, 101.0 + f64::from(step) * 0.0907, 0.0);
+        let from = DVec3::new(120.0, 95.0, 90.0);
+        let to = to.with_z(low + slope * (to.y - 100.0) * SPACING);
+        let (hits, left, _) = met(&pages, from, to + (to - from));
+        assert_eq!((left, hits[0].face), (0.0, Face::Top));
+        let length = ((to - from) * DVec3::new(SPACING, SPACING, 1.0)).length();
+        assert!((hits[0].range - length).abs() < 2.0e-3, "{step}: {} {length}", hits[0].range);
+        let expected = DVec3::new(0.0, -slope, 1.0).normalize();
+        assert!((hits[0].normal - expected).length() < 1e-6);
+    }
+}
+
+#[test]
+fn a_bridge_is_flown_under() {
+    // A deck from 12 m to 13 m, over rows 150 to 153.
+    let deck = Span { low: CODE.encode(12.0), ..pillar(13.0) };
+    let pages = standing(|_, y| if (150..154).contains(&y) { vec![deck] } else { Vec::new() });
+    let south = |z: f64| DVec3::new(160.3, 100.0, z);
+    let level = |from: DVec3| from + DVec3::new(0.0, 50.0, 0.0);
+    let (hits, left, _) = met(&pages, south(8.0), level(south(8.0)));
+    assert_eq!((hits.len(), left), (0, 1.0), "under it");
+    let (hits, _, _) = met(&pages, south(12.5), level(south(12.5)));
+    assert!(hits[0].face == Face::Side && (hits[0].range - 50.0 * SPACING).abs() < 1e-9);
+    let (hits, ..) = met(&pages, DVec3::new(160.3, 140.0, 2.0), DVec3::new(160.3, 151.0, 12.0));
+    assert!(hits[0].face == Face::Bottom && hits[0].normal == DVec3::NEG_Z, "{hits:?}");
+    let (.., ground) = met(&pages, DVec3::new(160.3, 145.0, 10.0), DVec3::new(160.3, 165.0, 0.0));
+    assert!(
+        (ground.unwrap() - DVec3::new(0.0, 20.0 * SPACING, 10.0).length()).abs() < 1e-6,
+        "the ground under it"
+    );
+}
+
+#[test]
+fn what_comes_through_leaves_depends_on_the_way_alone() {
+    // Leaves of opacity 8/15 per voxel's side.
+    let leaf = Span { low: CODE.encode(2.0), state: 8, ..pillar(40.0) };
+    let pages = standing(|x, y| {
+        let is_in = (100..104).contains(&x) && y > 20 && y < 300;
+        if is_in { vec![leaf] } else { Vec::new() }
+    });
+    let side = 1.0 - 8.0 / 15.0;
+    for (dy, dz) in [(0.0, 0.0), (3.0, 0.0), (17.0, 0.0), (60.0, 10.0), (0.3, 20.0)] {
+        let from = DVec3::new(90.0, 150.0, 15.0);
+        let step = DVec3::new(20.0, dy, dz);
+        let (hits, left, _) = met(&pages, from, from + step);
+        let way = (step * DVec3::new(SPACING, SPACING, 1.0)).length() / (20.0 * SPACING) * 4.0;
+        let expected = f64::powf(f64::from(side as f32), way);
+        assert!((left - expected).abs() < 2e-3, "{dy} {dz}: {left} {expected} in {} hits", hits.len());
+    }
+}
+
+#[test]
+fn a_wire_is_a_strip_as_wide_as_it_is_high() {
+    // Along x at y = 150.5 units, 10 m high, 0.2 m thick, rising by 0.25.
+    let thick = 0.2;
+    let pages = standing(|x, y| {
+        let high = 10.0 + 0.25 * (f64::from(x) + 0.5 - 100.0) * SPACING;
+        let wire = Span {
+            low: CODE.encode(high - thick),
+            slope: [8, 0],
+            facing: 64,
+            cut: 0,
+            state: Span::OPAQUE | Span::PARALLEL | Span::STRIP,
+            ..pillar(high)
+        };
+        if y == 150 && (100..200).contains(&x) { vec![wire] } else { Vec::new() }
+    });
+    let at = |x: f64| 10.0 - 0.5 * thick + 0.25 * (x - 100.0) * SPACING;
+    // From the south at its height: met half its width before the line; above and below it: not.
+    for x in [100.2, 120.9, 133.0, 177.77] {
+        let (hits, ..) = met(&pages, DVec3::new(x, 140.0, at(x)), DVec3::new(x, 150.0, at(x)));
+        let expected = 10.5 * SPACING - 0.5 * thick;
+        assert!((hits[0].range - expected).abs() < 1e-6, "{} {expected}", hits[0].range);
+        for z in [at(x) - 0.6 * thick, at(x) + 0.6 * thick] {
+            let (hits, ..) = met(&pages, DVec3::new(x, 140.0, z), DVec3::new(x, 150.0, z));
+            assert!(hits.is_empty());
+        }
+        // From above it is narrow, too.
+        for (aside, is_met) in [(0.04, true), (0.06, false)] {
+            let over = DVec3::new(x, 150.5 + aside, 90.0);
+            let (hits, ..) = met(&pages, over, over.with_z(0.0));
+            assert_eq!(!hits.is_empty(), is_met, "{x} {aside}");
+        }
+    }
+}
+
+#[test]
+fn an_area_that_repeats_repeats_what_stands_in_it() {
+    let pages = standing(house(DVec2::new(3.0, 160.0), DVec2::new(8.0, 5.0), 0.4, 12.0));
+    let mut endless = marcher(&pages).endless(2000.0);
+    let mut hits = Vec::new();
+    let mut range = |x: f64| {
+        let (ray, _) = ray(&endless, DVec3::new(x, 160.0, 5.0), DVec3::new(x + 10.0, 160.0, 5.0));
+        endless.solids(&ray, None, &mut hits).unwrap();
+        hits[0].range
+    };
+    // The part of the house that lies west of the border is not there: it begins there.
+    assert!((range(300.0) - 20.0 * SPACING).abs() < 1e-9);
+    assert!((range(300.0 - f64::from(SIDE)) - 20.0 * SPACING).abs() < 1e-9);
+}
