@@ -33,7 +33,7 @@ struct Slot<'a> {
 
 /// The page to read in place of `id`: of bare ground, if that `is_wanted` and there is one.
 fn sheet<S: PageSource>(source: &S, is_wanted: bool, id: PageId) -> PageId {
-    if is_wanted && id.level == 0 && source.has(id.bare()) { id.bare() } else { id }
+    if is_wanted && id.level == 0 { source.ground_of(id.bare()) } else { id }
 }
 
 /// The page that was read last.

@@ -14,7 +14,7 @@ const SIDE: u32 = 320;
 const SPACING: f64 = 2.0;
 
 /// Steps of 1 mm from 10 m below the datum on.
-const CODE: HeightCode = HeightCode { scale: 1.0e-3, offset: -10.0 };
+pub const CODE: HeightCode = HeightCode { scale: 1.0e-3, offset: -10.0 };
 
 /// An opaque span on the ground, its upper end `high` metres high.
 pub fn pillar(high: f64) -> Span {
@@ -115,8 +115,7 @@ fn walls_are_straight_whatever_their_direction() {
     for turn in [0.0, 10.0, 30.0, 45.0, 71.0_f64].map(f64::to_radians) {
         let pages = standing(house(centre, half, turn, 9.0));
         for quarter in 0..4 {
-            let (normal, along) =
-                (DVec2::from_angle(turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2), 0.0);
+            let normal = DVec2::from_angle(turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2);
             let distance = if quarter % 2 == 0 { half.x } else { half.y };
             let width = if quarter % 2 == 0 { half.y } else { half.x };
             for step in -8..=8 {

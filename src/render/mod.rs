@@ -19,6 +19,9 @@ mod planes;
 mod puffs;
 mod reference;
 mod shadows;
+mod standing;
+#[cfg(test)]
+mod standing_tests;
 mod sunlit;
 mod surface;
 #[cfg(test)]
@@ -42,8 +45,8 @@ use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::Surface;
 use crate::raymarch::scan::{Profile, TurnedPages};
 use crate::scene::Weather;
-use crate::sensor::VisualSensor;
 use crate::sensor::radiance::Radiance;
+use crate::sensor::{Facets, VisualSensor};
 use crate::simd::Isa;
 use crate::space::Camera;
 use crate::subimage::Farm;
@@ -260,11 +263,12 @@ struct Shared {
     profiles: Used<Profile>,
     lighting: Used<planes::Lighting>,
     clouds: clouds::LastField,
+    facets: Facets,
 }
 
 impl Shared {
     /// Nothing yet.
-    fn new(radiance: Radiance, turned: TurnedPages) -> Self {
+    fn new(sensor: VisualSensor, radiance: Radiance, turned: TurnedPages) -> Self {
         Self {
             radiance,
             turned,
@@ -275,6 +279,7 @@ impl Shared {
             profiles: Used::default(),
             lighting: Used::default(),
             clouds: clouds::LastField::default(),
+            facets: Facets::new(sensor),
         }
     }
 }
@@ -284,7 +289,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
     pub fn new(source: &'a S, options: &RenderOptions) -> Self {
         let shades = options.shades(source.header(), SHADES);
         let radiance = Radiance::new(options.sensor()).shaded(shades);
-        let shared = Arc::new(Shared::new(radiance, TurnedPages::default()));
+        let shared = Arc::new(Shared::new(options.sensor(), radiance, TurnedPages::default()));
         Self { source, options: *options, isa: Isa::best(), seconds: 0.0, velocity: DVec3::ZERO, shared }
     }
 
@@ -295,7 +300,8 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         let shaded = if self.options.has_shadows() { bytes / SHADED_SHARE } else { 0 };
         let radiance = Radiance::with_budget(self.options.sensor(), bytes - turned - shaded)
             .shaded(self.options.shades(self.source.header(), shaded));
-        Self { shared: Arc::new(Shared::new(radiance, TurnedPages::new(turned))), ..self }
+        let shared = Shared::new(self.options.sensor(), radiance, TurnedPages::new(turned));
+        Self { shared: Arc::new(shared), ..self }
     }
 
     /// The same over another source of the same database, one that has some of its pages only, say; what is kept is shared.

@@ -6,14 +6,15 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved};
+use super::standing::{self, Stander};
+use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Ladder, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Air, Band, Cell, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
 use crate::frame::{Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
-    Directions, Field, Footprint, Kept, Outlook, Panorama, PlaneGroup, PlaneMarch, Profile, Refusal, Shape,
-    Strides, Upright,
+    Directions, Field, Footprint, Kept, Ladder, Outlook, Panorama, PlaneGroup, PlaneMarch, Profile, Refusal,
+    Shape, Strides, Upright,
 };
 use crate::sensor::radiance::{LineSampler, RadiancePages};
 use crate::simd::{LANES, Sixteen};
@@ -240,7 +241,7 @@ impl<'f> Task<'f> {
         let Self { first, groups, mut cells, mut inverse } = self;
         let looks = (first..).zip(groups).map(move |(index, kept)| {
             let (cells, inverse) = (first_part(&mut cells, kept.rows), first_part(&mut inverse, kept.rows));
-            Look { index, kept, cells, inverse }
+            Look { index, kept, cells, inverse, bare_until: 0.0 }
         });
         looks.filter(|look| !look.kept.filled.is_empty())
     }
@@ -292,7 +293,8 @@ fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result
     let height = height_above_ground(renderer.source, view.eye)?;
     let (pixel_angle, clearance) = (view.camera.pixel_angle(), view.eye.z - header.height_range.1);
     let outlook = Outlook { pixel_angle, clearance, height };
-    Ok((Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail), height))
+    let strides = Strides::new(&header.grid, header.level_count, outlook, renderer.options.detail);
+    Ok((strides, height))
 }
 
 /// Parts of pages that planes may touch, in the order of need.
@@ -308,7 +310,8 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> 
             (view.shape.group(index, &header.grid, view.eye, bend), field(renderer, &ladder, &kept))
         })
         .collect();
-    let mut footprint = Footprint::new(renderer.source, strides);
+    let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
+    let mut footprint = Footprint::new(renderer.source, strides, bare_until);
     footprint.add(view.eye, &groups)?;
     Ok(footprint.into_needs())
 }
@@ -323,9 +326,15 @@ fn field<S>(renderer: &Renderer<'_, S>, ladder: &Ladder, kept: &Kept) -> Field {
 /// What a worker uses for one group after the other.
 struct Worker<'a> {
     march: PlaneMarch<'a>,
-    painter: Painter<'a>,
+    paint: Paint<'a>,
     profile: Lent<'a, Profile>,
+}
+
+/// What it paints with.
+struct Paint<'a> {
+    painter: Painter<'a>,
     light: Lent<'a, Lighting>,
+    stander: Option<Stander<'a>>,
 }
 
 /// What light is computed in.
@@ -341,6 +350,8 @@ struct Look<'f> {
     kept: &'f Kept,
     cells: &'f mut [Cell],
     inverse: &'f mut [Sixteen],
+    /// Major distance up to which bare ground was seen, units.
+    bare_until: f64,
 }
 
 /// Groups that have marched and cannot be painted yet.
@@ -363,6 +374,8 @@ fn see<S: PageSource>(
 ) -> Result<Rays> {
     let header = renderer.source.header();
     let (strides, above_ground) = strides(renderer, view)?;
+    let bare_until = level_bands(header, view.camera, &renderer.options).bare_until();
+    let strides = strides.with_bare_ground(bare_until);
     let angle = view.camera.pixel_angle();
     let ladder = Ladder::new(view.shape.edges(), view.shape.centres());
     let per_task = (farm.task_size_or(SUITABLE).lines as usize / LANES).max(1);
@@ -376,25 +389,28 @@ fn see<S: PageSource>(
         let light = RadiancePages::new(renderer.source, &renderer.shared.radiance);
         Worker {
             march: PlaneMarch::new(renderer.source, &renderer.shared.turned, strides.clone()),
-            painter: Painter {
-                sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
-                air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
-                eye: view.eye,
-                spacing: header.grid.spacing,
-                height: above_ground,
+            paint: Paint {
+                painter: Painter {
+                    sampler: LineSampler::new(if waits { light } else { light.without_waiting() }),
+                    air: Air::new(&atmosphere, view.eye.z, header.height_range.1),
+                    eye: view.eye,
+                    spacing: header.grid.spacing,
+                    height: above_ground,
+                },
+                light: renderer.shared.lighting.lend(),
+                stander: Stander::new(renderer, view.eye),
             },
             profile: renderer.shared.profiles.lend(),
-            light: renderer.shared.lighting.lend(),
         }
     };
     let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
     // Returns pages that are missing: nothing is painted then.
-    let paint = |painter: &mut Painter<'_>,
-                 Lighting { lights, sums }: &mut Lighting,
+    let paint = |Paint { painter, light, stander }: &mut Paint<'_>,
                  group: &PlaneGroup,
                  look: &mut Look<'_>,
                  profile: &Profile| {
-        let Look { index, kept, cells, inverse } = look;
+        let Lighting { lights, sums } = &mut **light;
+        let Look { index, kept, cells, inverse, bare_until } = look;
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, angle);
         painter.air.face(group);
@@ -410,6 +426,13 @@ fn see<S: PageSource>(
                 inverse: &mut *inverse,
             };
             rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
+            if let Some(stander) = stander {
+                let (air, field) = (&painter.air, field(renderer, &ladder, kept));
+                let (bare_until, ladder, squares) = (*bare_until, &ladder, &squares);
+                let seen =
+                    standing::Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares };
+                stander.put(&seen, &mut cells[kept.filled.clone()], inverse)?;
+            }
             view.shape.finish(*index, inverse);
         }
         Result::Ok(missing)
@@ -422,18 +445,19 @@ fn see<S: PageSource>(
             for mut look in task.looks() {
                 let kept = look.kept;
                 let (group, field) = (group(look.index), field(renderer, &ladder, kept));
-                let Worker { march, painter, profile, light } = worker;
-                marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
+                let Worker { march, paint: brush, profile } = worker;
+                look.bare_until =
+                    marching.time(|| march.see(renderer.isa, view.eye, &group, field, profile))?;
                 let rows = kept.first..kept.first + kept.filled.len();
                 let seen = Rays {
                     all: (rows.len() * LANES) as u64,
                     coarser: profile.rows_stood_in(&ladder.centres[rows]),
                 };
                 *rays.lock().unwrap_or_else(PoisonError::into_inner) += seen;
-                if let Some((heights, step)) = painter.air.edge() {
+                if let Some((heights, step)) = brush.painter.air.edge() {
                     profile.refine(renderer.isa, heights, step);
                 }
-                let missing = shading.time(|| paint(painter, light, &group, &mut look, profile))?;
+                let missing = shading.time(|| paint(brush, &group, &mut look, profile))?;
                 if !missing.is_empty() {
                     let mut unpainted = unpainted.lock().unwrap_or_else(PoisonError::into_inner);
                     unpainted.looks.push((look, profile.compact()));
@@ -455,9 +479,8 @@ fn see<S: PageSource>(
             looks,
             || worker(true),
             |worker, _, (mut look, profile)| {
-                let Worker { painter, light, .. } = worker;
                 let group = group(look.index);
-                shading.time(|| paint(painter, light, &group, &mut look, &profile)).map(drop)
+                shading.time(|| paint(&mut worker.paint, &group, &mut look, &profile)).map(drop)
             },
         )?;
     }

@@ -104,7 +104,7 @@ fn render_subimage<S: PageSource>(
             marcher.solids(&ray, contact.as_ref(), &mut hits)?;
             for hit in &hits {
                 let sample = filter.sample_solid(&ray, hit)?;
-                let radiance = sensor.radiance(&sample);
+                let radiance = sensor.of_solid(&sample);
                 pixel.front.push(Layer { sample, radiance, opacity: hit.opacity as f32 });
             }
             if let Some(contact) = contact {

@@ -63,14 +63,23 @@ impl VisualSensor {
 
     /// Reflectance of the ground of `sample`, with what lies on it.
     fn albedo(&self, sample: &SurfaceSample) -> Vec3 {
-        let wet = sample.albedo.map(|dry| self.wetted(dry));
-        let holds = ((sample.normal.z - HOLDS[0]) / (HOLDS[1] - HOLDS[0])).clamp(0.0, 1.0);
-        wet.lerp(Vec3::from_array(SNOW), holds * self.cover.snow as f32)
+        self.snowed_on(sample.normal, sample.albedo.map(|dry| self.wetted(dry)))
+    }
+
+    /// Reflectance of what looks along a unit normal and would have `bare` reflectance, with the snow that holds on it.
+    pub fn snowed_on(&self, normal: Vec3, bare: Vec3) -> Vec3 {
+        let holds = ((normal.z - HOLDS[0]) / (HOLDS[1] - HOLDS[0])).clamp(0.0, 1.0);
+        bare.lerp(Vec3::from_array(SNOW), holds * self.cover.snow as f32)
     }
 
     /// The light that it sees by.
     pub fn daylight(&self) -> &Daylight {
         &self.daylight
+    }
+
+    /// Radiance towards the eye of something that stands on the ground, which lights it, too.
+    pub fn of_solid(&self, sample: &SurfaceSample) -> Vec3 {
+        self.albedo(sample) * self.daylight.on_body(sample.normal, sample.sun)
     }
 
     /// Radiance towards the eye, linear Rec. 709, 1 = display white.

@@ -31,6 +31,11 @@ pub trait PageSource: Sync {
         Ok(None)
     }
 
+    /// The page that has the ground of `id`: of a page of bare ground that is absent, that of level index 0, where nothing stands.
+    fn ground_of(&self, id: PageId) -> PageId {
+        if id.is_bare() && !(self.header().is_built && self.has(id)) { PageId { level: 0, ..id } } else { id }
+    }
+
     /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.
     fn has(&self, id: PageId) -> bool {
         !matches!(self.page(id), Ok(None))

@@ -61,6 +61,19 @@ impl Scale {
     }
 }
 
+impl Scale {
+    /// Linear light of words.
+    #[inline(always)]
+    pub fn decode<V: Simd>(self, simd: V, words: V::F) -> [V::F; 3] {
+        let words = words.to_bits();
+        let mut light = between(simd, words, words, simd.splat(0.0));
+        for (light, unit) in light.iter_mut().zip(self.units()) {
+            *light = *light * simd.splat(unit);
+        }
+        light
+    }
+}
+
 /// Linear light between two words, in [units](Scale::units).
 #[inline(always)]
 pub fn between<V: Simd>(simd: V, from: V::I, to: V::I, share: V::F) -> [V::F; 3] {

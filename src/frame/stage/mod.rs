@@ -19,9 +19,9 @@ mod air_tests;
 mod band;
 mod cell;
 mod fan;
-mod ladder;
 mod paint;
 mod rows;
+mod solids;
 #[cfg(test)]
 mod tests;
 
@@ -29,6 +29,6 @@ pub use air::Air;
 pub use band::{Band, Pixels};
 pub use cell::{Cell, Scale};
 pub use fan::Planes;
-pub use ladder::Ladder;
 pub use paint::{Light, Painter};
 pub use rows::{Rows, Sums};
+pub use solids::Solids;

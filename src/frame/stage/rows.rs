@@ -16,9 +16,8 @@ use std::ops::Range;
 
 use super::air::Air;
 use super::cell::{Cell, Scale};
-use super::ladder::Ladder;
 use super::paint::Light;
-use crate::raymarch::scan::{NO_SLOPE, Profile, Sight};
+use crate::raymarch::scan::{Ladder, NO_SLOPE, Profile, Sight};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 
 /// Least rise of a stretch, as tangent: keeps quotients finite.

@@ -6,8 +6,9 @@ use proptest::prelude::*;
 
 use super::cell::{Cell, Scale};
 use super::paint::Light;
-use super::{Air, Ladder, Rows, Sums};
+use super::{Air, Rows, Sums};
 use crate::frame::Atmosphere;
+use crate::raymarch::scan::Ladder;
 use crate::raymarch::scan::{Mark, NO_SLOPE, Post, Profile};
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
 

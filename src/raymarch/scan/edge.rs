@@ -14,7 +14,7 @@ use super::profile::{Mark, NO_SLOPE, Post};
 use super::strides::Stride;
 use crate::error::Result;
 use crate::simd::{Floats, Mask, Simd};
-use crate::voxel::Grid;
+use crate::voxel::{BARE, Grid};
 
 /// Distances that differ by less than this, in sides of a voxel, are one and the same line.
 const SAME: f64 = 1.0e-3;
@@ -27,7 +27,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[cold]
     pub(super) fn march_last_line(&mut self, stride: Stride) -> Result<Option<(Lines<'a>, Block)>> {
         let mut stride = Stride { lines: 1, ..stride };
-        while stride.level < self.march.level_count {
+        while stride.level < self.march.level_count || stride.level == BARE {
             let block = self.way.last_line(stride);
             let slack = SAME * f64::from(Grid::side_units(stride.level));
             if self.way.distance(stride.level, block.first) > f64::from(self.reached) + slack {
@@ -44,7 +44,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 }
                 return Ok(Some((lines, block)));
             }
-            stride = Stride { level: stride.level + 1, stands_in: true, ..stride };
+            stride = Stride { level: stride.coarser(), stands_in: true, ..stride };
         }
         Ok(None)
     }

@@ -11,7 +11,7 @@ use super::strides::Stride;
 use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
 use crate::error::Result;
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
-use crate::voxel::{Grid, HeightCode, PageSource};
+use crate::voxel::{BARE, Grid, HeightCode, PageSource};
 
 /// Lines from the eye within which straight stretches from line to line are too coarse: near the ground,
 /// planes follow the bilinear surface itself there, which bends within a cell.
@@ -77,7 +77,8 @@ impl<'a> PlaneMarch<'a> {
         }
     }
 
-    /// Finds what the planes of `group` see from `eye` (units, units, metres) of the surface, within `field`.
+    /// Finds what the planes of `group` see from `eye` (units, units, metres) of the surface, within `field`. Returns the major distance up to
+    /// which that is bare ground, units.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -88,7 +89,7 @@ impl<'a> PlaneMarch<'a> {
         group: &PlaneGroup,
         field: Field,
         profile: &mut Profile,
-    ) -> Result<()> {
+    ) -> Result<f64> {
         profile.clear();
         isa.run(Seeing { march: self, eye, group, field, profile })
     }
@@ -103,17 +104,17 @@ struct Seeing<'f, 'a> {
 }
 
 impl Kernel for Seeing<'_, '_> {
-    type Output = Result<()>;
+    type Output = Result<f64>;
 
     #[inline(always)]
-    fn run<V: Simd>(self, simd: V) -> Result<()> {
+    fn run<V: Simd>(self, simd: V) -> Result<f64> {
         let Self { march, eye, group, field, profile } = self;
         let [enter, leave] = group.over;
         let under_ceiling = field.begin(group, march.ceiling - eye.z);
         let nearest = enter.iter().fold(f32::INFINITY, |a, &b| a.min(b)).max(under_ceiling);
         let farthest = leave.iter().fold(0.0_f32, |a, &b| a.max(b));
         if nearest > farthest {
-            return Ok(());
+            return Ok(0.0);
         }
         let size = [march.grid.nx, march.grid.ny][group.major];
         let ground = Ground {
@@ -147,6 +148,7 @@ impl Kernel for Seeing<'_, '_> {
             is_begun: false,
             last: simd.splat(NO_SLOPE),
             reached: nearest,
+            bare_until: 0.0,
             march,
         }
         .march()
@@ -178,16 +180,18 @@ pub(super) struct Planes<'f, 'a, V: Simd> {
     pub(super) is_begun: bool,
     /// Major distance up to which the march has come, units.
     pub(super) reached: f32,
+    /// Major distance at which bare ground ends, units.
+    bare_until: f64,
 }
 
 impl<'a, V: Simd> Planes<'_, 'a, V> {
     #[inline(always)]
-    fn march(mut self) -> Result<()> {
+    fn march(mut self) -> Result<f64> {
         let ceiling = self.simd.splat((self.march.ceiling - self.eye.z) as f32);
         let mut stride = 0;
         while self.reached < self.farthest {
             if self.is_over(ceiling) {
-                return Ok(());
+                return Ok(self.bare_until);
             }
             stride = self.march.strides.index_at(f64::from(self.reached) * self.group.ground, stride);
             let mut way = self.way;
@@ -199,9 +203,12 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 break;
             };
             self.way = way;
+            if stride.level == BARE {
+                self.bare_until = way.end(&block);
+            }
             self.march_block(&block)?;
         }
-        Ok(())
+        Ok(self.bare_until)
     }
 
     /// Whether nothing can rise above the rays any more.
@@ -328,7 +335,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
     /// Marches a block of which a page is absent along lines of the next coarser level.
     #[cold]
     fn march_coarser(&mut self, block: &Block) -> Result<()> {
-        let level = block.stride.level + 1;
+        let level = block.stride.coarser();
         if level >= self.march.level_count {
             return Ok(());
         }

@@ -56,6 +56,7 @@ impl<'a> Pages<'a> {
     /// A page's heights; `None` where it is absent.
     #[inline]
     pub fn heights(&mut self, id: PageId) -> Result<Option<HeightsView<'a>>> {
+        let id = self.source.ground_of(id);
         remember(&mut self.heights[slot_of(id, 0)], id, || self.source.heights(id))
     }
 
@@ -69,6 +70,7 @@ impl<'a> Pages<'a> {
     /// along x are the lines of a strip.
     #[inline]
     pub fn codes(&mut self, id: PageId, major: usize, strip: u32) -> Result<Option<(Codes<'a>, i32)>> {
+        let id = self.source.ground_of(id);
         if major == 1 {
             let view = self.heights(id)?;
             return Ok(view.map(|view| (Codes::Rows(view.heights), (view.width + 2 * APRON) as i32)));
@@ -82,6 +84,7 @@ impl<'a> Pages<'a> {
     /// The same if the page was looked up lately.
     #[inline]
     pub fn known_codes(&mut self, id: PageId, major: usize, strip: u32) -> Option<(Codes<'a>, i32)> {
+        let id = self.source.ground_of(id);
         let is_known = match major {
             1 => self.heights[slot_of(id, 0)].as_ref().is_some_and(|(known, _)| *known == id),
             _ => self.columns[slot_of(id, strip)].as_ref().is_some_and(|(known, _)| *known == (id, strip)),

@@ -5,14 +5,14 @@
 //! second level-1 line is read, then every fourth; beyond TH_4 the lines of level 4, every fourth, and so on:
 //! the number of lines grows with the logarithm of distance.
 
-use crate::voxel::Grid;
+use crate::voxel::{BARE, Grid};
 
 /// Lines of one level at one stride, from some distance on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stride {
     /// Ground distance from which it holds, metres.
     pub from: f64,
-    /// Level index.
+    /// Level index, or [`BARE`].
     pub level: u8,
     /// Every how many lines of the level one is read: 1, 2 or 4.
     pub lines: u32,
@@ -85,6 +85,19 @@ impl Strides {
         Self { steps }
     }
 
+    /// The same with bare ground up to a ground distance, metres.
+    #[must_use]
+    pub fn with_bare_ground(mut self, until: f64) -> Self {
+        let finest = self.steps.iter().take_while(|step| step.level == 0 && step.from < until).count();
+        let Some(last) = finest.checked_sub(1) else { return self };
+        let surface = Stride { from: until, ..self.steps[last] };
+        self.steps[..finest].iter_mut().for_each(|step| step.level = BARE);
+        if self.steps.get(finest).is_none_or(|next| until < next.from) {
+            self.steps.insert(finest, surface);
+        }
+        self
+    }
+
     /// Index of the stride at a ground distance, not less than `from`.
     pub fn index_at(&self, ground_distance: f64, from: usize) -> usize {
         let mut index = from;
@@ -118,6 +131,12 @@ impl Stride {
 
     /// Level index of the voxels whose bounds skip a block of lines: 16 lines' worth or so.
     pub fn skip_level(&self) -> u8 {
-        self.level + if self.lines < 4 { 2 } else { 3 }
+        let level = if self.level == BARE { 0 } else { self.level };
+        level + if self.lines < 4 { 2 } else { 3 }
+    }
+
+    /// The next coarser level, which stands in where a page of this one is absent.
+    pub fn coarser(&self) -> u8 {
+        if self.level == BARE { 1 } else { self.level + 1 }
     }
 }

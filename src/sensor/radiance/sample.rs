@@ -9,7 +9,7 @@ use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
 use crate::error::Result;
 use crate::simd::{Floats, Ints, LANES, Simd};
-use crate::voxel::{Grid, PAGE_SIDE, PageId};
+use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
 
 /// Most pages that lie side by side under sixteen planes.
 const MOST_PAGES: usize = 4;
@@ -182,8 +182,9 @@ impl<V: Simd> Crossings<'_, '_, V> {
                     self.runs.push(run);
                     return Ok(place);
                 }
-                None if line.level + 1 < self.search.sampler.level_count => {
-                    line = Line { level: line.level + 1, index: line.index.div_euclid(4), span: 1, ..line };
+                None if coarser(line.level) < self.search.sampler.level_count => {
+                    line =
+                        Line { level: coarser(line.level), index: line.index.div_euclid(4), span: 1, ..line };
                 }
                 None => return Ok(Place { run: usize::MAX, ..Place::default() }),
             }
@@ -288,7 +289,7 @@ impl Search<'_, '_> {
         let incline = inclines.iter().filter(|&&until| distance < until).count();
         near = inclines.iter().filter(|&&until| distance >= until).fold(near, |near, &until| near.max(until));
         far = inclines.iter().filter(|&&until| distance < until).fold(far, |far, &until| far.min(until));
-        let is_post = level == 0 && shift == 0 && line.span == 1;
+        let is_post = matches!(level, 0 | BARE) && shift == 0 && line.span == 1;
         let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
         let facing = if is_post { Facing::down(facing.major) } else { facing };
         let weave = Weave { facing, shift: shift as u8, span: line.span };
@@ -311,7 +312,7 @@ impl Search<'_, '_> {
         let mut images = [const { None }; MOST_PAGES];
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
             let (px, py) = if self.major == 0 { (along, first + part) } else { (first + part, along) };
-            let id = PageId { level, px: px as u32, py: py as u32 };
+            let id = self.sampler.pages.source().ground_of(PageId { level, px: px as u32, py: py as u32 });
             let Some(image) = self.sampler.pages.lines(Strip { page: id, ..strip })? else { return Ok(None) };
             images[part as usize] = Some(image);
         }
@@ -336,6 +337,11 @@ impl Search<'_, '_> {
             images,
         }))
     }
+}
+
+/// The level that stands in for one of which a page is absent.
+fn coarser(level: u8) -> u8 {
+    if level == BARE { 1 } else { level + 1 }
 }
 
 /// Where the run of a span is kept.

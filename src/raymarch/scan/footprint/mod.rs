@@ -41,6 +41,8 @@ pub struct Footprint<'a> {
     sides: Vec<Sides>,
     heights: HeightCode,
     strides: Strides,
+    /// Ground distance up to which bare ground is seen, metres.
+    bare_until: f64,
     /// Height that no surface reaches, metres above the datum.
     ceiling: f64,
     /// Every ray that goes down meets the surface: no voxel of the area is empty.
@@ -68,13 +70,14 @@ struct Sight {
 }
 
 impl<'a> Footprint<'a> {
-    /// Of planes over `source` that read lines as far apart as `strides` says.
-    pub fn new(source: &'a dyn PageSource, strides: Strides) -> Self {
+    /// Of planes over `source` that read lines as far apart as `strides` says, and see bare ground up to a ground distance, metres.
+    pub fn new(source: &'a dyn PageSource, strides: Strides, bare_until: f64) -> Self {
         let header = source.header();
         Self {
             sides: (0..header.level_count).map(|level| Sides::new(&header.grid, level)).collect(),
             heights: header.heights,
             strides,
+            bare_until,
             ceiling: header.height_range.1 + header.heights.scale,
             is_opaque: header.metadata.empty_share == 0.0,
             surface: Surface::new(source),
@@ -132,6 +135,14 @@ impl<'a> Footprint<'a> {
                     self.needs.add(eye, wedge, &self.sides, need);
                 }
             }
+            // What stands may rise above all surfaces, and bare ground lies below them.
+            let is_bare = ring.from * wedge.ground[0] < self.bare_until && ring.levels[0] == 0;
+            if is_bare {
+                let Ring { from, to, .. } = ring;
+                let need =
+                    Need { level: 0, what: What::Standing, from, to, margins: MARGINS, is_likely: true };
+                self.needs.add(eye, wedge, &self.sides, need);
+            }
             // Whose bounds the march looks at.
             for level in (ring.levels[0] + 2).min(skip_level)..=skip_level {
                 let Ring { from, to, .. } = ring;
@@ -140,7 +151,7 @@ impl<'a> Footprint<'a> {
             }
             before = sight;
             // What lies below the horizon does not raise it.
-            if sight.may_be && self.is_opaque {
+            if sight.may_be && self.is_opaque && !is_bare {
                 horizon = self.raised(eye, wedge, &ring, horizon)?;
             }
             at = ring.to;

@@ -16,8 +16,8 @@ pub(super) struct Needs<'a> {
     level_count: u8,
     /// What is needed, and where first; heights stand for all posts.
     parts: HashMap<PagePart, Place>,
-    /// What this wedge was found to need last, by level, of posts and of bounds.
-    noted: Vec<[Option<Noted>; 2]>,
+    /// What this wedge was found to need last, by level, of each kind.
+    noted: Vec<[Option<Noted>; What::COUNT]>,
     /// Wedges before this one.
     wedges: u32,
 }
@@ -63,14 +63,21 @@ pub(super) enum What {
     /// Heights and paint.
     Posts,
     Bounds,
+    /// Bare ground under pages of level index 0, where there is some, and what stands on it.
+    Standing,
 }
 
 impl What {
-    fn of(self, page: PageId) -> PagePart {
-        match self {
-            Self::Posts => PagePart::Heights(page),
-            Self::Bounds => PagePart::Bounds(page),
-        }
+    const COUNT: usize = 3;
+
+    /// Its parts of a page; heights stand for paint, too.
+    fn of(self, page: PageId) -> impl Iterator<Item = PagePart> {
+        let parts = match self {
+            Self::Posts => [Some(PagePart::Heights(page)), None],
+            Self::Bounds => [Some(PagePart::Bounds(page)), None],
+            Self::Standing => [Some(PagePart::Heights(page.bare())), Some(PagePart::Spans(page.bare()))],
+        };
+        parts.into_iter().flatten()
     }
 }
 
@@ -88,13 +95,13 @@ impl Noted {
 impl<'a> Needs<'a> {
     pub fn new(source: &'a dyn PageSource) -> Self {
         let level_count = source.header().level_count;
-        let noted = vec![[None; 2]; usize::from(level_count)];
+        let noted = vec![[None; What::COUNT]; usize::from(level_count)];
         Self { source, level_count, parts: HashMap::new(), noted, wedges: 0 }
     }
 
     /// What follows is another wedge's.
     pub fn next_wedge(&mut self) {
-        self.noted.fill([None; 2]);
+        self.noted.fill([None; What::COUNT]);
         self.wedges += 1;
     }
 
@@ -120,11 +127,18 @@ impl<'a> Needs<'a> {
         for py in y[0]..=y[1] {
             for px in x[0]..=x[1] {
                 let id = PageId { level, px, py };
-                is_whole &= self.source.has(id);
-                // Stretches go outward: the first one is the nearest.
-                let known = self.parts.entry(what.of(id)).or_insert(place);
-                if known.is_doubtful && is_likely {
-                    *known = place;
+                let has = self.source.has(if what == What::Standing { id.bare() } else { id });
+                // Where nothing stands nothing is missing.
+                is_whole &= has || what == What::Standing;
+                if !has && what == What::Standing {
+                    continue;
+                }
+                for part in what.of(id) {
+                    // Stretches go outward: the first one is the nearest.
+                    let known = self.parts.entry(part).or_insert(place);
+                    if known.is_doubtful && is_likely {
+                        *known = place;
+                    }
                 }
             }
         }

@@ -69,6 +69,21 @@ impl Ladder {
         cell.max(simd.splat(0.0)).min(last).to_int()
     }
 
+    /// How many rows lie below a tangent, the part of the one that it is in included: 0 to their number.
+    #[inline]
+    pub fn rows_below(&self, tangent: f32) -> f32 {
+        let last = self.per_row.len();
+        let cell = self.cell(evenly(tangent).max(self.start)).min(self.before.len() - 2);
+        let mut row = (self.before[cell] as usize).saturating_sub(1);
+        while row < last && self.edges[row + 1] <= tangent {
+            row += 1;
+        }
+        if row == last {
+            return last as f32;
+        }
+        row as f32 + ((tangent - self.edges[row]) * self.per_row[row]).max(0.0)
+    }
+
     /// Edges in a range of cells, the last one included.
     #[inline(always)]
     pub fn between(&self, first: i32, last: i32) -> Range<usize> {

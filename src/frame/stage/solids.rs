@@ -1,0 +1,76 @@
+//! What stands on the ground, put before it in the fan.
+
+use super::air::Air;
+use super::cell::{Cell, Scale};
+use crate::raymarch::scan::{Cover, Ladder};
+use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+
+/// Share of a row above which it shows something.
+const LEAST_SHARE: f32 = 1.0e-3;
+
+/// Puts what `cover` has of a group of planes before what its rows show already, with the air before it.
+pub struct Solids<'r> {
+    /// Rows of the fan.
+    pub ladder: &'r Ladder,
+    /// Index of the first one that is filled.
+    pub first: usize,
+    /// Light of the rows.
+    pub cells: &'r mut [Cell],
+    /// What the cells' codes stand for.
+    pub scale: Scale,
+    /// Inverse depth in the rows' middles, 1/metres; empty if nobody asks.
+    pub inverse: &'r mut [Sixteen],
+    /// What stands before them.
+    pub cover: &'r Cover,
+    /// Haze.
+    pub air: &'r Air,
+    /// 1 + a² of each plane.
+    pub squares: &'r [f32; LANES],
+}
+
+impl Solids<'_> {
+    /// Does it.
+    pub fn put(self, isa: Isa) {
+        isa.run(self);
+    }
+}
+
+impl Kernel for Solids<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Simd>(self, simd: V) {
+        let squares = simd.load(self.squares);
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        for (row, seen) in self.cover.rows() {
+            let (Some(cell), Some(centre)) =
+                (self.cells.get_mut(row), self.ladder.centres.get(self.first + row))
+            else {
+                continue;
+            };
+            let share = simd.load(&seen[3].0).min(one);
+            let shows = simd.splat(LEAST_SHARE).lt(share);
+            if !shows.any() {
+                continue;
+            }
+            let per_share = share.max(simd.splat(LEAST_SHARE)).recip();
+            let mut light = [zero; 3];
+            for (light, sum) in light.iter_mut().zip(seen) {
+                *light = simd.load(&sum.0) * per_share;
+            }
+            let inverse = (simd.load(&seen[4].0) * per_share).select(shows, one);
+            let slope = simd.splat(*centre);
+            let depth = inverse.recip();
+            let slant = slope.mul_add(slope, squares).sqrt_rough();
+            let near = self.air.over(simd, light, slant * depth, slope * depth);
+            let mut mixed = self.scale.decode(simd, simd.load(&cell.0));
+            for (mixed, near) in mixed.iter_mut().zip(near) {
+                *mixed = (near - *mixed).mul_add(share, *mixed);
+            }
+            self.scale.encode(simd, mixed).store_masked(shows, &mut cell.0);
+            if let Some(known) = self.inverse.get_mut(row) {
+                inverse.store_masked(simd.splat(0.5).le(share), &mut known.0);
+            }
+        }
+    }
+}

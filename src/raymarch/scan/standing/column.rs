@@ -1,0 +1,185 @@
+//! What is left of the rows of one plane, and what was seen in them.
+
+use crate::simd::Sixteen;
+
+/// Parts of a row that opaque matter covers or not, bits of a byte.
+const PARTS: f32 = 8.0;
+const ALL: u8 = u8::MAX;
+
+/// Share of the light behind that counts as none.
+const NOTHING_LEFT: f32 = 1.0 / 256.0;
+
+/// Rows in a word of flags.
+const WORD: usize = u64::BITS as usize;
+
+/// What a row shows of what stands on the ground: shares of light, as yet without the air before it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Seen {
+    /// Radiance times the share of the row that shows it, linear Rec. 709.
+    pub light: [f32; 3],
+    /// That share, 0…1.
+    pub share: f32,
+    /// Inverse depth times share, 1/metres.
+    pub inverse: f32,
+}
+
+/// The same of sixteen planes: elements of [`Seen`] by row.
+#[derive(Debug, Clone, Default)]
+pub struct Cover {
+    rows: Vec<[Sixteen; 5]>,
+    /// Rows of which some plane shows something, first and one beyond the last.
+    extent: [usize; 2],
+}
+
+/// How a span fills rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fill {
+    /// Share of light that it hides over a voxel's side, 0…1.
+    pub opacity: f32,
+    /// Length of the way through it along the ground, sides of a voxel.
+    pub way: f32,
+    /// Inverse depth at the lower and at the upper place, 1/metres.
+    pub inverse: [f32; 2],
+}
+
+/// The rows of one plane.
+#[derive(Debug, Default)]
+pub(super) struct Column {
+    /// Parts of each row that are covered.
+    covered: Vec<u8>,
+    /// Share of light that comes through what is semitransparent.
+    left: Vec<f32>,
+    seen: Vec<Seen>,
+    /// Bits of rows that are hidden all over, and how many are not.
+    full: Vec<u64>,
+    open: usize,
+    /// Rows that show something, first and one beyond the last.
+    extent: [usize; 2],
+}
+
+impl Cover {
+    /// Empties it for so many rows.
+    pub(super) fn begin(&mut self, rows: usize) {
+        let [first, end] = self.extent;
+        if let Some(used) = self.rows.get_mut(first..end) {
+            used.fill([Sixteen::default(); 5]);
+        }
+        self.rows.resize(rows, [Sixteen::default(); 5]);
+        self.extent = [usize::MAX, 0];
+    }
+
+    /// Rows that show something, with their numbers: red, green and blue of the light, share, inverse depth.
+    pub fn rows(&self) -> impl Iterator<Item = (usize, &[Sixteen; 5])> {
+        let [first, end] = self.extent;
+        (first..).zip(self.rows.get(first..end).unwrap_or_default())
+    }
+}
+
+impl Column {
+    /// Empties it for so many rows.
+    pub fn begin(&mut self, rows: usize) {
+        self.covered.clear();
+        self.covered.resize(rows, 0);
+        self.left.clear();
+        self.left.resize(rows, 1.0);
+        self.seen.clear();
+        self.seen.resize(rows, Seen::default());
+        self.full.clear();
+        self.full.resize(rows.div_ceil(WORD), 0);
+        self.open = rows;
+        self.extent = [usize::MAX, 0];
+    }
+
+    /// Whether all rows are hidden.
+    pub fn is_closed(&self) -> bool {
+        self.open == 0
+    }
+
+    /// Whether all rows between two places are hidden.
+    #[inline]
+    pub fn is_full(&self, low: f32, high: f32) -> bool {
+        let end = (high.ceil().max(0.0) as usize).min(self.covered.len());
+        let mut row = (low.max(0.0) as usize).min(end);
+        while row < end {
+            let (word, bit) = (row / WORD, row % WORD);
+            let full = (self.full[word] >> bit).trailing_ones() as usize;
+            if full == 0 {
+                return false;
+            }
+            row += full;
+            if bit + full < WORD && row < end {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Fills what is open between two places, in rows.
+    pub fn fill(&mut self, [low, high]: [f32; 2], light: [f32; 3], fill: &Fill) {
+        let rows = self.covered.len();
+        let [below, above] = fill.inverse;
+        let per_row = (above - below) / (high - low).max(f32::MIN_POSITIVE);
+        let inverse = |place: f32| (place - low).mul_add(per_row, below);
+        let (low, high) = (low.max(0.0), high.min(rows as f32));
+        if low >= high {
+            return;
+        }
+        let (first, last) = (low as usize, (high.ceil() as usize - 1).min(rows - 1));
+        for row in first..=last {
+            if self.full[row / WORD] >> (row % WORD) & 1 != 0 {
+                continue;
+            }
+            let from = ((low - row as f32).max(0.0) * PARTS).min(PARTS);
+            let to = ((high - row as f32) * PARTS).min(PARTS);
+            let inverse = inverse(row as f32 + 0.5 * (from + to) / PARTS);
+            self.fill_row(row, [from, to], light, inverse, fill);
+        }
+        self.extent = [self.extent[0].min(first), self.extent[1].max(last + 1)];
+    }
+
+    /// Fills the parts of a row between two places.
+    #[inline]
+    fn fill_row(&mut self, row: usize, [from, to]: [f32; 2], light: [f32; 3], inverse: f32, fill: &Fill) {
+        let [begin, end] = [from, to].map(|place| (place + 0.5) as u32);
+        let covered = self.covered[row];
+        let bits = (((1_u32 << end) - (1_u32 << begin)) as u8) & !covered;
+        // What is narrower than a part covers it in part.
+        let is_narrow = begin == end;
+        let share = if is_narrow {
+            if covered == ALL { 0.0 } else { (to - from) / PARTS }
+        } else {
+            bits.count_ones() as f32 / PARTS
+        };
+        let opacity = if fill.opacity < 1.0 { 1.0 - (1.0 - fill.opacity).powf(fill.way) } else { 1.0 };
+        let weight = self.left[row] * share * opacity;
+        if weight > 0.0 {
+            let seen = &mut self.seen[row];
+            for (sum, light) in seen.light.iter_mut().zip(light) {
+                *sum += weight * light;
+            }
+            seen.share += weight;
+            seen.inverse += weight * inverse;
+        }
+        if fill.opacity >= 1.0 && !is_narrow {
+            self.covered[row] |= bits;
+        } else {
+            self.left[row] *= 1.0 - share * opacity;
+        }
+        if self.covered[row] == ALL || self.left[row] < NOTHING_LEFT {
+            self.full[row / WORD] |= 1 << (row % WORD);
+            self.open -= 1;
+        }
+    }
+
+    /// Puts what was seen into plane `lane` of `cover`.
+    pub fn put_into(&self, lane: usize, cover: &mut Cover) {
+        let [first, end] = self.extent;
+        for row in first..end {
+            let Seen { light: [red, green, blue], share, inverse } = self.seen[row];
+            for (element, value) in cover.rows[row].iter_mut().zip([red, green, blue, share, inverse]) {
+                element.0[lane] = value;
+            }
+        }
+        cover.extent = [cover.extent[0].min(first), cover.extent[1].max(end)];
+    }
+}

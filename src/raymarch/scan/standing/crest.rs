@@ -1,0 +1,45 @@
+//! The ground's crest along one plane.
+
+use crate::raymarch::scan::Profile;
+use crate::raymarch::scan::profile::{NO_SLOPE, Sight};
+
+/// Goes along a profile: up to which tangent the ground nearer than some distance hides what is behind.
+pub(super) struct Crest<'p> {
+    sights: &'p [Sight],
+    lane: usize,
+    /// The first sight that is not nearer.
+    next: usize,
+    /// Greatest tangent of those that are.
+    crest: f32,
+}
+
+impl<'p> Crest<'p> {
+    pub fn new(profile: &'p Profile, lane: usize, lowest: f32) -> Self {
+        Self { sights: profile.sights(), lane, next: 0, crest: lowest }
+    }
+
+    /// The crest at an inverse depth, 1/metres, which does not grow from one call to the next by more than a voxel's width.
+    #[inline]
+    pub fn at(&mut self, inverse: f32) -> f32 {
+        let lane = self.lane;
+        while let Some(sight) = self.sights.get(self.next)
+            && sight.inverse.0[lane] > inverse
+        {
+            self.crest = self.crest.max(sight.slope.0[lane]);
+            self.next += 1;
+        }
+        // On the stretch to the next one inverse depth is linear in the tangent.
+        let Some(ahead) = self.sights.get(self.next).filter(|sight| !sight.mark.begins) else {
+            return self.crest;
+        };
+        let Some(behind) = self.next.checked_sub(1).map(|index| &self.sights[index]) else {
+            return self.crest;
+        };
+        let (from, to) = (behind.slope.0[lane], ahead.slope.0[lane]);
+        let (near, far) = (behind.inverse.0[lane], ahead.inverse.0[lane]);
+        if from <= 0.5 * NO_SLOPE || near <= far {
+            return self.crest;
+        }
+        self.crest.max(from + (to - from) * ((near - inverse) / (near - far)).clamp(0.0, 1.0))
+    }
+}

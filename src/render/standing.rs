@@ -1,0 +1,71 @@
+//! What stands on the ground, before what planes see of that.
+
+use glam::DVec3;
+
+use super::Renderer;
+use crate::error::Result;
+use crate::frame::stage::{Air, Cell, Scale, Solids};
+use crate::raymarch::scan::{Cover, Field, Kept, Ladder, PlaneGroup, Profile, Standing, StandingMarch};
+use crate::sensor::ShadedFacets;
+use crate::simd::{Isa, LANES, Sixteen};
+use crate::voxel::PageSource;
+
+/// Puts what stands on the ground into rows that show it already; one per worker.
+pub struct Stander<'a> {
+    isa: Isa,
+    eye: DVec3,
+    march: StandingMarch<'a>,
+    facets: ShadedFacets<'a>,
+    cover: Cover,
+}
+
+/// A group of planes that have seen the ground.
+pub struct Seen<'s> {
+    pub group: &'s PlaneGroup,
+    pub profile: &'s Profile,
+    /// Major distance up to which it is bare, units.
+    pub bare_until: f64,
+    pub field: Field,
+    pub ladder: &'s Ladder,
+    pub kept: &'s Kept,
+    pub scale: Scale,
+    pub air: &'s Air,
+    pub squares: &'s [f32; LANES],
+}
+
+impl<'a> Stander<'a> {
+    /// For pictures from `eye` (units, units, metres); `None` where nothing stands.
+    pub fn new<S: PageSource>(renderer: &'a Renderer<'_, S>, eye: DVec3) -> Option<Self> {
+        let source = renderer.source;
+        source.header().is_built.then(|| Self {
+            isa: renderer.isa,
+            eye,
+            march: StandingMarch::new(source),
+            facets: renderer.shared.facets.on(source, renderer.shared.radiance.shades()),
+            cover: Cover::default(),
+        })
+    }
+
+    /// Puts it into the rows that are filled, and their inverse depths, if somebody asks for these.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn put(&mut self, seen: &Seen<'_>, cells: &mut [Cell], inverse: &mut [Sixteen]) -> Result<()> {
+        let Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares } = *seen;
+        let standing = Standing {
+            eye: self.eye,
+            group,
+            profile,
+            until: bare_until,
+            field,
+            ladder,
+            first: kept.first,
+            rows: kept.filled.len(),
+        };
+        self.march.see(&standing, &mut self.facets, &mut self.cover)?;
+        let solids =
+            Solids { ladder, first: kept.first, cells, scale, inverse, cover: &self.cover, air, squares };
+        solids.put(self.isa);
+        Ok(())
+    }
+}

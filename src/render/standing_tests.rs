@@ -1,0 +1,128 @@
+//! What stands on the ground, by scan planes and by the reference.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::*;
+use crate::raymarch::solid_tests::{pillar, standing};
+use crate::space::{Attitude, Pose};
+use crate::voxel::{MemPages, Span};
+
+const CODE: crate::voxel::HeightCode = crate::raymarch::solid_tests::CODE;
+/// Side of a voxel of the village, metres.
+const SPACING: f64 = 2.0;
+
+/// Houses with gabled roofs, trees with stems, a bridge, a wire.
+fn village() -> MemPages {
+    standing(|x, y| {
+        let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let mut spans = Vec::new();
+        for (index, (centre, turn)) in
+            [((150.0, 140.0), 0.3), ((175.0, 150.0), 1.2), ((160.0, 170.0), 0.0), ((140.0, 165.0), -0.5)]
+                .into_iter()
+                .enumerate()
+        {
+            let to = DVec2::from_angle(-turn).rotate(at - DVec2::from(centre));
+            let half = DVec2::new(7.0, 4.5);
+            let inside = half - to.abs();
+            if inside.min_element() < -0.75 {
+                continue;
+            }
+            let (normal, beyond) = if inside.x < inside.y {
+                (DVec2::new(to.x.signum(), 0.0), inside.x)
+            } else {
+                (DVec2::new(0.0, to.y.signum()), inside.y)
+            };
+            let angle = DVec2::from_angle(turn).rotate(normal).to_angle();
+            let down = DVec2::from_angle(turn).rotate(DVec2::new(0.0, -to.y.signum())) * 0.7;
+            let wall = Span {
+                facing: (angle / std::f64::consts::TAU * 256.0).round().rem_euclid(256.0) as u8,
+                cut: if beyond > 0.75 { Span::WHOLE } else { (beyond * 128.0).round() as i8 },
+                slope: [(down.x * 32.0).round() as i8, (down.y * 32.0).round() as i8],
+                top: [150 - 20 * index as u8, 60, 40],
+                side: [225, 215, 190 - 30 * index as u8],
+                ..pillar(6.0 + 0.7 * SPACING * (half.y - to.y.abs()))
+            };
+            spans.push(wall);
+        }
+        for (centre, high) in
+            [((130.0, 140.0), 14.0), ((134.0, 150.0), 11.0), ((165.0, 185.0), 16.0), ((190.0, 170.0), 12.0)]
+        {
+            let out = at - DVec2::from(centre);
+            if out.length() < 0.8 {
+                spans.push(Span { side: [90, 70, 50], ..pillar(5.0) });
+            }
+            let radius = 3.6;
+            if out.length() < radius {
+                let half = 0.5 * (high - 4.0) * (1.0 - (out.length() / radius).powi(2)).sqrt();
+                let middle = 0.5 * (high + 4.0);
+                spans.push(Span {
+                    low: CODE.encode(middle - half),
+                    facing: (out.to_angle() / std::f64::consts::TAU * 256.0).round().rem_euclid(256.0) as u8,
+                    cut: Span::ROUND,
+                    top: [60, 110, 40],
+                    side: [45, 85, 35],
+                    state: 11,
+                    ..pillar(middle + half)
+                });
+            }
+        }
+        if (118..123).contains(&x) {
+            spans.push(Span {
+                low: CODE.encode(8.0),
+                side: [130, 130, 130],
+                top: [90, 90, 95],
+                ..pillar(9.5)
+            });
+        }
+        spans.sort_by_key(|span| span.low);
+        spans
+    })
+}
+
+fn camera(east: f64, north: f64, up: f64, [yaw, pitch, roll]: [f64; 3]) -> Camera {
+    let eye = DVec3::new(1000.0 + east * SPACING, 2000.0 + north * SPACING, up);
+    let attitude = Attitude { yaw, pitch, roll };
+    Camera::new(Pose { eye, attitude, hfov: 60.0 }, 320, 180)
+}
+
+/// Share of the pixels of which the range is more than a hundredth from that of all nine about it of the other frame, and mean difference of colours
+/// where it is not from its own.
+fn difference(a: &Frame, b: &Frame) -> (f64, f64) {
+    let (width, height) = (a.camera.width as i64, a.camera.height as i64);
+    let near = |one: f32, other: f32| one == other || (one - other).abs() <= 0.01 * one.min(other);
+    let (mut off, mut sum, mut same) = (0, 0.0, 0);
+    for (index, &one) in a.range.iter().enumerate() {
+        let (x, y) = (index as i64 % width, index as i64 / width);
+        let about = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+        let mut about = about.filter(|(x, y)| (0..width).contains(x) && (0..height).contains(y));
+        off += u32::from(!about.any(|(x, y)| near(one, b.range[(y * width + x) as usize])));
+        if near(one, b.range[index]) {
+            same += 1;
+            let [one, other] = [a, b].map(|frame| Vec3::from_array(frame.colour[index]));
+            sum += f64::from((one - other).abs().max_element());
+        }
+    }
+    (f64::from(off) / a.range.len() as f64, sum / f64::from(same.max(1)))
+}
+
+#[test]
+fn planes_see_what_stands_as_the_reference_does() {
+    let pages = village();
+    let farm = Farm::new(2).unwrap();
+    let options = RenderOptions { curvature: Curvature::standard(), ..RenderOptions::of(pages.header()) };
+    for (index, camera) in [
+        camera(150.0, 100.0, 12.0, [0.0, 0.0, 0.0]),
+        camera(100.0, 155.0, 25.0, [80.0, -8.0, 0.0]),
+        camera(200.0, 210.0, 40.0, [225.0, -20.0, 12.0]),
+        camera(110.0, 160.0, 3.0, [60.0, 2.0, -5.0]),
+        camera(150.0, 150.0, 90.0, [30.0, -60.0, 0.0]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let fast = Renderer::new(&pages, &options).frame(&camera, &farm).unwrap().frame;
+        let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
+        let (off, mean) = difference(&fast, &exact);
+        assert!(off < 0.015 && mean < 0.005, "{index}: {off} of the pixels, {mean}");
+    }
+}
