@@ -2,8 +2,13 @@
 
 mod kinds;
 mod layer;
+mod meaning;
 mod read;
 
-pub use kinds::Class;
+pub use kinds::{
+    Barrier, Building, Cap, Class, Leaf, Meaning, Paint, PowerLine, Rise, Roof, RoofShape, Top, Tree,
+    Upright, Way, WayKind, Wire, Wood,
+};
 pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};
+pub use meaning::{Interpreted, Material, interpret, interpret_all};
 pub use read::read;
