@@ -121,6 +121,8 @@ pub struct Roof {
     pub direction: Option<f64>,
     /// The ridge runs across the longer side.
     pub across: bool,
+    /// Nothing is said of its shape: large and crooked buildings may have another one.
+    pub is_guess: bool,
 }
 
 /// Up to where a building is measured.
@@ -150,7 +152,7 @@ pub struct Building {
 }
 
 /// What runs along a line with a width.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WayKind {
     /// For wheels and feet.
     Road,
@@ -236,10 +238,8 @@ pub struct PowerLine {
     pub wires: Vec<Wire>,
     /// Sag per square of a span's length, 1/m: with one tension and one weight the sag grows with the square of the span.
     pub sag_per_m: f64,
-    /// What stands at its vertices.
+    /// What stands at its vertices; it has arms as long as wires need.
     pub pylon: Upright,
-    /// Length of the pylons' arms to either side, metres.
-    pub arm_m: f64,
 }
 
 /// What trees are.

@@ -140,5 +140,5 @@ fn roof(tags: &mut Tags<'_>, pitched: bool) -> (Roof, bool) {
         (None, None, RoofShape::Dome) => Rise::Angle(DOME.atan().to_degrees() * 2.0),
         (None, None, _) => Rise::Angle(USUAL_ANGLE + 10.0 * (share(mix(tags.hash ^ 2)) - 0.5)),
     };
-    (Roof { shape, rise, direction, across }, is_said)
+    (Roof { shape, rise, direction, across, is_guess: word.is_none() }, is_said)
 }

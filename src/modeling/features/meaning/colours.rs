@@ -51,7 +51,7 @@ fn hex(digits: &str) -> Option<[u8; 3]> {
 }
 
 /// A number that a text stands for, all bits alike (FNV-1a by Fowler, Noll and Vo; last steps of `SplitMix64`, Steele and others 2014).
-pub(super) fn hash(text: &str) -> u64 {
+pub(in super::super) fn hash(text: &str) -> u64 {
     let hash = text
         .bytes()
         .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
@@ -59,19 +59,19 @@ pub(super) fn hash(text: &str) -> u64 {
 }
 
 /// Another number for each number.
-pub(super) fn mix(number: u64) -> u64 {
+pub(in super::super) fn mix(number: u64) -> u64 {
     let number = (number ^ number >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let number = (number ^ number >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     number ^ number >> 31
 }
 
 /// A share, 0…1, of a number's bits.
-pub(super) fn share(number: u64) -> f64 {
+pub(in super::super) fn share(number: u64) -> f64 {
     (number >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// A colour a little lighter or darker, by the bits of a number: `amount` of 255 at most.
-pub(super) fn varied(colour: [u8; 3], number: u64, amount: f64) -> [u8; 3] {
+pub(in super::super) fn varied(colour: [u8; 3], number: u64, amount: f64) -> [u8; 3] {
     let all = share(mix(number)) * 2.0 - 1.0;
     let own = |index: u64| share(mix(number.wrapping_add(index + 1))) * 2.0 - 1.0;
     let mut index = 0;

@@ -20,7 +20,9 @@ mod ways;
 
 use super::kinds::{Class, Meaning, Paint};
 use super::layer::{Layer, LayerOptions, LeftOut, Row};
+pub(super) use colours::{hash, mix, share, varied};
 pub use material::Material;
+pub(super) use plants::crown;
 use tags::Tags;
 
 /// What a row means, and what is wrong with its values.
@@ -32,6 +34,8 @@ pub struct Interpreted {
     pub doubts: Vec<String>,
 }
 
+/// The surface of water.
+pub(super) const WATER: Paint = Paint { colour: [44, 62, 74], material: Material::Water };
 const DECK: Paint = Paint { colour: [150, 146, 138], material: Material::Concrete };
 
 /// What a row means.

@@ -19,7 +19,7 @@ fn leaf(tags: &Tags<'_>) -> Option<Leaf> {
 }
 
 /// The colour of a crown.
-pub(super) fn crown(leaf: Leaf) -> Paint {
+pub(in super::super) fn crown(leaf: Leaf) -> Paint {
     match leaf {
         Leaf::Needle => Paint { colour: [52, 72, 46], material: Material::Needleleaf },
         Leaf::Broad | Leaf::Mixed => Paint { colour: [78, 98, 48], material: Material::Broadleaf },

@@ -135,12 +135,7 @@ pub(super) fn power(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         return Some(Meaning::Upright(Upright { paint: paint(tags, pylon.paint), ..pylon }));
     }
     let count = tags.count(None, &["cables"], &(1.0..=36.0)).unwrap_or(usual_count as f64) as usize;
-    Some(Meaning::PowerLine(PowerLine {
-        wires: wires(count, height_m, arm_m, volts),
-        sag_per_m,
-        pylon,
-        arm_m,
-    }))
+    Some(Meaning::PowerLine(PowerLine { wires: wires(count, height_m, arm_m, volts), sag_per_m, pylon }))
 }
 
 /// A wall, fence or hedge; `None` for other barriers.

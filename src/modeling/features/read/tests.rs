@@ -100,6 +100,27 @@ fn a_journal_beside_a_database_is_refused() {
 }
 
 #[test]
+fn rows_that_are_there_many_times_are_no_more_than_the_file() {
+    const PAGE: usize = 512;
+    let folder = tempfile::tempdir().unwrap();
+    let sound = fs::read(sample("town.gpkg")).unwrap();
+    let mut answers = Vec::new();
+    for start in (PAGE..sound.len()).step_by(PAGE).filter(|start| sound[*start] == 0x0d) {
+        // A leaf of which every cell is its first one.
+        let mut bytes = sound.clone();
+        let first = [bytes[start + 8], bytes[start + 9]];
+        let count = (usize::from(u16::from_be_bytes(first)).saturating_sub(8) / 2).min(100);
+        bytes[start + 4] = count as u8;
+        (0..count).for_each(|cell| bytes[start + 8 + 2 * cell..][..2].copy_from_slice(&first));
+        let path = written(folder.path(), "a.gpkg", &bytes);
+        answers.push(
+            read(&path, &LayerOptions::default()).map_or_else(|error| error.to_string(), |_| String::new()),
+        );
+    }
+    assert!(answers.iter().any(|answer| answer.contains("its rows are longer than the file")), "{answers:?}");
+}
+
+#[test]
 fn every_form_of_geojson() {
     let point = r#"{"type":"Point","coordinates":[10.5,47.25,900]}"#;
     let layer = text(point).unwrap();
@@ -131,6 +152,7 @@ fn one_bad_feature_costs_itself_alone() {
         {"type":"Feature","geometry":{"type":"Point","coordinates":"here"},"properties":null},
         {"type":"Feature","geometry":{"type":"Point","coordinates":[1]}},
         {"type":"Feature","geometry":{"type":"LineString","coordinates":[[1,2],3]}},
+        {"type":"Feature","geometry":{"type":"LineString","coordinates":[[1,2],"to",[3,4]]}},
         {"type":"Feature","geometry":{"type":"Circle","coordinates":[1,2]}},
         {"type":"Feature","geometry":null,"properties":{}},
         {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[0,0],[1,1],[0,0]]]}},
@@ -138,13 +160,29 @@ fn one_bad_feature_costs_itself_alone() {
     )
     .unwrap();
     assert_eq!(layer.rows.len(), 1);
-    assert_eq!(layer.rows[0].place, "feature 7");
+    assert_eq!(layer.rows[0].place, "feature 8");
     assert_eq!(layer.notes.len(), 5, "{:?}", layer.notes);
-    let note = layer.notes.iter().find(|note| note.contains("2 rows")).unwrap();
+    let note = layer.notes.iter().find(|note| note.contains("of a Point")).unwrap();
     assert_eq!(
         note,
         "a.json: 2 rows are left out: its coordinates are not those of a Point (the first of them is feature 1)"
     );
+}
+
+#[test]
+fn deleted_rows_stay_out() {
+    let folder = tempfile::tempdir().unwrap();
+    for ending in ["shp", "dbf", "prj"] {
+        let mut bytes = fs::read(sample("roads.shp").with_extension(ending)).unwrap();
+        if ending == "dbf" {
+            let first = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+            bytes[first] = b'*';
+        }
+        written(folder.path(), &format!("r.{ending}"), bytes);
+    }
+    let layer = read(&folder.path().join("r.shp"), &LayerOptions::default()).unwrap();
+    assert_eq!(layer.rows.len(), 1);
+    assert_eq!(layer.notes, ["r.shp: row 1 is left out: it is marked as deleted"]);
 }
 
 #[test]
