@@ -89,7 +89,7 @@ pub(super) fn building(tags: &mut Tags<'_>, kind: &str, is_part: bool) -> Meanin
         &["roof:material", "building:roof:material"],
         cover,
     );
-    let min_height_m = if hover { height.min(2.0 * LEVEL) - 0.4 } else { min_height_m };
+    let min_height_m = if hover { (height.min(2.0 * LEVEL) - 0.4).max(0.0) } else { min_height_m };
     Meaning::Building(Building { top, min_height_m, roof, walls, cover, is_part })
 }
 

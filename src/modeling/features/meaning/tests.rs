@@ -1,4 +1,5 @@
 use glam::dvec2;
+use proptest::prelude::*;
 
 use super::super::kinds::{Building, Cap, Class, Leaf, Meaning, Rise, RoofShape, Top, WayKind};
 use super::super::layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, Path, Row, Value};
@@ -41,6 +42,8 @@ fn buildings_have_heights_by_what_they_say() {
     assert_eq!(building("building=yes height=40~ft").top, Top::Ridge(40.0 * 0.3048));
     assert_eq!(building("building=yes height=12 building:levels=9").top, Top::Ridge(12.0));
     assert_eq!(building("building=yes building:levels=3").top, Top::Eaves(9.0));
+    assert_eq!(building("building=roof height=0.2").min_height_m, 0.0);
+    assert!((building("building=roof height=5").min_height_m - 4.6).abs() < 1e-9);
     let part = building("building:part=yes height=30 min_height=12~m");
     assert_eq!((part.min_height_m, part.is_part), (12.0, true));
     assert_eq!(building("building:part=yes building:levels=5 building:min_level=2").min_height_m, 6.0);
@@ -199,3 +202,36 @@ fn other_files_name_their_columns() {
     }
     assert!(Class::of("house").unwrap_err().contains("building, road"));
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever people write, there is an answer, and its sizes are those of things.
+    #[test]
+    fn any_tags_have_an_answer(tags in prop::collection::vec((0..26_usize, 0..31_usize), 0..6), junk in ".{0,12}", area: bool) {
+        let mut row = row("", area);
+        for (key, value) in tags {
+            let (key, value) = (KEYS.split('|').nth(key).unwrap(), VALUES.split('|').nth(value).unwrap());
+            let value = if value.is_empty() { &junk } else { value };
+            row.attributes.push(key, Value::Text(value.to_owned()));
+        }
+        match interpret(&row, &LayerOptions::default()).meaning {
+            Meaning::Building(building) => {
+                let (Top::Ridge(top) | Top::Eaves(top)) = building.top;
+                prop_assert!(top > building.min_height_m && building.min_height_m >= 0.0 && top <= 1004.0, "{building:?}");
+            }
+            Meaning::Way(way) => prop_assert!(way.width_m > 0.0 && way.width_m < 1500.0),
+            Meaning::Upright(upright) => prop_assert!(upright.height_m > 0.0 && upright.diameter_m.is_none_or(|d| d > 0.0)),
+            Meaning::Barrier(barrier) => prop_assert!(barrier.height_m > 0.0 && barrier.thickness_m > 0.0),
+            Meaning::Trees(tree, step) => prop_assert!(tree.height_m > 0.0 && tree.crown_m > 0.0 && step > 1.0),
+            Meaning::PowerLine(line) => prop_assert!(!line.wires.is_empty() && line.wires.len() <= 37),
+            _ => {}
+        }
+    }
+}
+
+const KEYS: &str = "building|building:part|height|min_height|building:levels|building:min_level|roof:shape|roof:height|roof:angle|\
+roof:direction|building:colour|highway|width|lanes|bridge|layer|railway|tracks|natural|man_made|diameter|power|voltage|cables|barrier|waterway";
+
+const VALUES: &str = "|yes|no|house|roof|carport|12|-5|0|0.05|1e9|nan|40'|5'11\"|0.5 km|gabled|dome|skillion|#12|navy|motorway|rail|\
+tree|wood|tower|silo|storage_tank|line|hedge|river|NW";
