@@ -36,8 +36,6 @@ pub(super) struct Cross {
     pub row: usize,
     /// How far its centre lies off the line, metres, ≥ 0.
     pub off: f64,
-    /// Whether it lies to the right of it.
-    pub is_right: bool,
     /// Distance along the line, metres.
     pub along: f64,
     /// Direction away from the line.
@@ -122,19 +120,17 @@ impl Line {
         let (along, across) = ((place - a).dot(tangent), (place - a).dot(right));
         let start = self.along[segment];
         let side = |across: f64| if across < 0.0 { -1.0 } else { 1.0 };
-        let cross = |off: f64, along: f64, outward: DVec2, tangent: DVec2, is_right: bool| {
-            Some(Cross { column: 0, row: 0, off, is_right, along, outward, tangent })
+        let cross = |off: f64, along: f64, outward: DVec2, tangent: DVec2| {
+            Some(Cross { column: 0, row: 0, off, along, outward, tangent })
         };
         let length = self.along[segment + 1] - start;
         if (0.0..=length).contains(&along) {
-            return cross(across.abs(), start + along, right * side(across), tangent, across >= 0.0);
+            return cross(across.abs(), start + along, right * side(across), tangent);
         }
         let round = |end: DVec2, along: f64| {
             let away = place - end;
             let outward = away.try_normalize().unwrap_or(right);
-            (ends == Ends::Round)
-                .then(|| cross(away.length(), along, outward, tangent, across >= 0.0))
-                .flatten()
+            (ends == Ends::Round).then(|| cross(away.length(), along, outward, tangent)).flatten()
         };
         if along < 0.0 {
             return if segment == 0 { round(a, start) } else { None };
@@ -161,7 +157,7 @@ impl Line {
             (off, outward) = (bevelled, tip);
         }
         let tangent = (tangent + after).try_normalize().unwrap_or(tangent);
-        cross(off.max(0.0), start + length, outward, tangent, outer > 0.0)
+        cross(off.max(0.0), start + length, outward, tangent)
     }
 }
 
