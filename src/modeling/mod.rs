@@ -1,5 +1,6 @@
 //! Database modelling: rasters in, voxel pages out.
 
+pub mod features;
 pub mod raster;
 
 mod bake;

@@ -1,0 +1,22 @@
+//! Features of maps: from files to what stands over each voxel.
+
+mod kinds;
+mod layer;
+mod meaning;
+mod place;
+mod read;
+mod shape;
+
+pub use kinds::{
+    Barrier, Building, Cap, Class, Leaf, Meaning, Paint, PowerLine, Rise, Roof, RoofShape, Top, Tree,
+    Upright, Way, WayKind, Wire, Wood,
+};
+pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};
+pub use meaning::{Interpreted, Material, interpret, interpret_all};
+pub use place::{Feature, bind_all, place};
+pub use read::read;
+pub use shape::{
+    Bound, BoundBarrier, BoundBridge, BoundBuilding, BoundCover, BoundTree, BoundUpright, BoundWay,
+    BoundWire, BoundWood, Graded, Ground, Rank, Solid, Square, Wall, bind, join_bridges, settle,
+    without_outlines,
+};

@@ -1,0 +1,143 @@
+//! Layers in the database's system, and features on its ground: all steps from a layer to what is bound.
+//!
+//! ```text
+//! for each layer:  what its rows mean | their form in the database's system | only those that reach the area
+//! all of them:     bridges joined | each bound to its ground | outlines of buildings in parts dropped
+//! ```
+
+use super::kinds::Meaning;
+use super::layer::{Geometry, Layer, LayerOptions, LeftOut};
+use super::meaning::{hash, interpret_all};
+use super::shape::{Bound, Ground, bind, join_bridges, without_outlines};
+use crate::error::Result;
+use crate::geo::{Crs, Transform};
+
+/// A row that means something, in the database's system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feature {
+    /// What it is.
+    pub meaning: Meaning,
+    /// Its form, metres.
+    pub geometry: Geometry,
+    /// What tells it from others: of its file's name and its place there.
+    pub hash: u64,
+}
+
+/// Farthest from its places that a feature changes the ground, metres: embankments.
+const REACH: f64 = 100.0;
+
+/// The features of a layer that may reach an area (west, south, east, north in `crs`), and notes on what is left out. Edges stay straight, in the
+/// database's system as in the layer's.
+///
+/// # Errors
+/// A layer that cannot be placed in `crs`: one of them is local.
+pub fn place(
+    layer: &Layer,
+    options: &LayerOptions,
+    crs: &Crs,
+    area: [f64; 4],
+) -> Result<(Vec<Feature>, Vec<String>)> {
+    let transform = Transform::new(&layer.crs, crs)?;
+    let file = super::super::inputs::file_name(&layer.path);
+    let (meanings, mut notes) = interpret_all(layer, options);
+    let (mut features, mut left_out) = (Vec::with_capacity(meanings.len()), LeftOut::default());
+    let reaches = |[west, south, east, north]: [f64; 4]| {
+        west <= area[2] + REACH
+            && east >= area[0] - REACH
+            && south <= area[3] + REACH
+            && north >= area[1] - REACH
+    };
+    for (index, meaning) in meanings {
+        let row = &layer.rows[index];
+        let Some(geometry) = row.geometry.transformed(&transform) else {
+            left_out.add(&row.place, format!("it has no place in {}", crs.name()));
+            continue;
+        };
+        if geometry.bounds().is_some_and(reaches) {
+            features.push(Feature { meaning, geometry, hash: hash(&format!("{file} {}", row.place)) });
+        } else {
+            left_out.add(&row.place, "it lies outside of the area");
+        }
+    }
+    notes.extend(left_out.into_notes(&file));
+    Ok((features, notes))
+}
+
+/// All features of all layers on their ground.
+pub fn bind_all(mut features: Vec<Feature>, ground: &dyn Ground) -> Vec<Bound> {
+    join_bridges(&mut features);
+    let bound =
+        features.iter().flat_map(|feature| bind(&feature.meaning, &feature.geometry, feature.hash, ground));
+    let mut bound: Vec<Bound> = bound.collect();
+    without_outlines(&mut bound);
+    bound
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::{DVec2, dvec2};
+
+    use super::super::{Solid, Square, read};
+    use super::*;
+
+    fn sample(name: &str) -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/features").join(name)
+    }
+
+    const AREA: [f64; 4] = [612_000.0, 5_241_000.0, 612_130.0, 5_241_080.0];
+
+    #[test]
+    fn files_become_solids_where_the_database_has_them() {
+        let options = LayerOptions::default();
+        let layer = read(&sample("town.gpkg"), &options).unwrap();
+        let (features, notes) = place(&layer, &options, &Crs::from_epsg(25832).unwrap(), AREA).unwrap();
+        assert_eq!(features.len(), 3 + 2 + 60, "{notes:?}");
+        let bound = bind_all(features, &|_: DVec2| Some(600.0));
+        // One row has two buildings.
+        assert_eq!(bound.len(), 4 + 2 + 60);
+        let square = Square { corner: dvec2(AREA[0], AREA[1]), spacing: 1.0, columns: 130, rows: 80 };
+        let mut solids: Vec<(usize, Solid)> = Vec::new();
+        bound.iter().for_each(|bound| bound.raise(&square, &|_: DVec2| Some(600.0), &mut solids));
+        let over = |x: usize, y: usize| {
+            let here = solids.iter().filter(|(index, _)| *index == square.index(x, y));
+            here.map(|(_, solid)| solid.high_m).fold(f64::NEG_INFINITY, f64::max)
+        };
+        // The church is 30 m high, and open in its middle; the pair has three levels and a roof.
+        assert_eq!(over(42, 20), 630.0);
+        assert_eq!(over(54, 20), f64::NEG_INFINITY);
+        assert!((609.0..616.0).contains(&over(125, 5)));
+    }
+
+    #[test]
+    fn degrees_come_to_metres_and_far_rows_stay_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.geojson");
+        let crs = Crs::from_epsg(25832).unwrap();
+        let back = Transform::new(&crs, &Crs::wgs84()).unwrap();
+        let (x, y) = back.apply(612_050.0, 5_241_040.0).unwrap();
+        let tree = |x: f64, y: f64| {
+            format!(
+                r#"{{"type":"Feature","geometry":{{"type":"Point","coordinates":[{x},{y}]}},"properties":{{"natural":"tree"}}}}"#
+            )
+        };
+        std::fs::write(&path, format!("{}\n{}\n", tree(x, y), tree(x + 1.0, y))).unwrap();
+        let options = LayerOptions::default();
+        let (features, notes) = place(&read(&path, &options).unwrap(), &options, &crs, AREA).unwrap();
+        let [feature] = &features[..] else { panic!("{features:?}") };
+        assert!(feature.geometry.points.places[0].distance(dvec2(612_050.0, 5_241_040.0)) < 1e-3);
+        assert_eq!(notes, ["a.geojson: feature 2 is left out: it lies outside of the area"]);
+    }
+
+    #[test]
+    fn local_files_have_no_place_on_earth() {
+        let options = LayerOptions { crs: Some("local".into()), ..LayerOptions::default() };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        std::fs::write(&path, r#"{"type":"Point","coordinates":[5,5]}"#).unwrap();
+        let layer = read(&path, &options).unwrap();
+        let error = place(&layer, &options, &Crs::from_epsg(25832).unwrap(), AREA).unwrap_err().to_string();
+        assert!(error.contains("local"), "{error}");
+    }
+}

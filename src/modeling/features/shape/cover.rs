@@ -1,0 +1,160 @@
+//! What covers areas and lines without a form of its own: water, pavement, woods, walls and hedges.
+
+use glam::DVec2;
+
+use super::super::kinds::{Barrier, Leaf, Paint, Tree, Wood};
+use super::super::meaning::{WATER, crown, mix};
+use super::footprint::Footprint;
+use super::ribbon::{Ends, Line};
+use super::round::{BoundTree, chance};
+use super::solid::{Ground, Solid, Square, Wall};
+use super::way::{Graded, Rank};
+
+/// An area with a surface of its own; level, if it has a level.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundCover {
+    pub(super) footprint: Footprint,
+    /// Height of all of its ground, metres; `None`: as it is.
+    pub(super) level_m: Option<f64>,
+    pub(super) paint: Paint,
+}
+
+/// Share of the shore that lies below the level of a lake: elevation has errors, and banks are higher than the water.
+const SHORE: f64 = 0.1;
+
+impl BoundCover {
+    /// A lake at the level of its shore; `None` where there is no ground.
+    pub(super) fn lake(footprint: Footprint, ground: &dyn Ground) -> Option<Self> {
+        const STEP: f64 = 10.0;
+        const MOST: usize = 4000;
+        let outline = footprint.outline(STEP, MOST);
+        let mut heights: Vec<f64> = outline.into_iter().filter_map(|place| ground.height_at(place)).collect();
+        heights.sort_by(f64::total_cmp);
+        let level = heights.get((SHORE * heights.len() as f64) as usize)?;
+        Some(Self { level_m: Some(*level), footprint, paint: WATER })
+    }
+
+    /// What it makes of the ground.
+    pub fn grade(&self, square: &Square) -> Vec<Graded> {
+        let rank = match (self.level_m, self.paint) {
+            (Some(_), _) => Rank::Lake,
+            (None, WATER) => Rank::River,
+            _ => Rank::Cover,
+        };
+        let grade = |cover: super::footprint::Cover| Graded {
+            index: square.index(cover.column, cover.row),
+            height_m: self.level_m.filter(|_| cover.share >= 0.5),
+            paint: Some((self.paint, cover.share)),
+            rank,
+        };
+        self.footprint.cover(square).into_iter().map(grade).collect()
+    }
+}
+
+/// A wall, fence or hedge where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundBarrier {
+    pub(super) line: Line,
+    pub(super) barrier: Barrier,
+}
+
+impl BoundBarrier {
+    /// Its solids, with the index of their voxel. It follows the ground, and is a voxel thick at least, so that its faces are straight.
+    pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
+        let Barrier { height_m, thickness_m, opacity, paint } = self.barrier;
+        let half = 0.5 * thickness_m.max(square.spacing);
+        for cross in self.line.crosses(square, half + 0.7072 * square.spacing, Ends::Butt) {
+            let centre = square.centre(cross.column, cross.row);
+            let Some(base) = ground.height_at(centre) else { continue };
+            let step = 0.5 * square.spacing;
+            let slope = |direction: DVec2| {
+                let ends = ground
+                    .height_at(centre + direction * step)
+                    .zip(ground.height_at(centre - direction * step));
+                ends.map_or(0.0, |(ahead, behind)| (ahead - behind) / square.spacing)
+            };
+            let solid = Solid {
+                slope: [slope(DVec2::X), slope(DVec2::Y)],
+                wall: Wall::plane(cross.outward, half - cross.off),
+                opacity,
+                ..Solid::level(None, base + height_m, paint)
+            };
+            out.push((square.index(cross.column, cross.row), solid));
+        }
+    }
+}
+
+/// A wood where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundWood {
+    pub(super) footprint: Footprint,
+    pub(super) wood: Wood,
+}
+
+/// How much heights of trees differ, as a share to either side.
+const HEIGHTS: f64 = 0.25;
+/// Diameter of a crown as a share of the tree's height, and as a share of the trees' distance at the most.
+const SLENDER: f64 = 0.45;
+const CROWDED: f64 = 1.35;
+
+impl BoundWood {
+    /// Distance of its trees, metres: no less than a voxel.
+    fn cell(&self, spacing: f64) -> f64 {
+        (10_000.0 / self.wood.density).sqrt().max(spacing)
+    }
+
+    /// Farthest that a crown reaches from its tree, metres.
+    pub(super) fn reach(&self) -> f64 {
+        self.wood.height_m * (1.0 + HEIGHTS) * SLENDER
+    }
+
+    /// Its trees that may reach into a square: one in each cell of a lattice that is the same for all of the database.
+    pub fn trees(&self, square: &Square, ground: &dyn Ground) -> Vec<BoundTree> {
+        let cell = self.cell(square.spacing);
+        let margin = (self.reach() / square.spacing).ceil() + 1.0;
+        let grown = Square {
+            corner: square.corner - margin * square.spacing,
+            columns: square.columns + 2 * margin as usize,
+            rows: square.rows + 2 * margin as usize,
+            ..*square
+        };
+        let covers = self.footprint.cover(&grown);
+        if covers.is_empty() {
+            return Vec::new();
+        }
+        let mut shares = vec![0.0; grown.columns * grown.rows];
+        covers.iter().for_each(|cover| shares[grown.index(cover.column, cover.row)] = cover.share);
+        let [west, south, east, north] = grown.bounds();
+        let range = |low: f64, high: f64| (low / cell).floor() as i64..=(high / cell).floor() as i64;
+        let mut trees = Vec::new();
+        for j in range(south, north) {
+            for i in range(west, east) {
+                let hash = mix((i as u64) ^ mix(j as u64));
+                let jitter = DVec2::new(chance(hash, 0), chance(hash, 1)) * 0.7 + 0.15;
+                let place = (DVec2::new(i as f64, j as f64) + jitter) * cell;
+                let (columns, rows) = grown.touched([place.x, place.y, place.x, place.y]);
+                let (Some(column), Some(row)) = (columns.into_iter().next(), rows.into_iter().next()) else {
+                    continue;
+                };
+                if shares[grown.index(column, row)] < 0.5 {
+                    continue;
+                }
+                if let Some(base_m) = ground.height_at(place) {
+                    trees.push(BoundTree { place, base_m, tree: self.tree(hash, cell), hash });
+                }
+            }
+        }
+        trees
+    }
+
+    fn tree(&self, hash: u64, cell: f64) -> Tree {
+        let leaf = match self.wood.leaf {
+            Leaf::Mixed if chance(hash, 2) < 0.5 => Leaf::Needle,
+            Leaf::Mixed => Leaf::Broad,
+            one => one,
+        };
+        let height_m = self.wood.height_m * (1.0 + HEIGHTS * (2.0 * chance(hash, 3) - 1.0));
+        let crown_m = (2.0 * SLENDER * height_m).min(CROWDED * cell);
+        Tree { height_m, crown_m, leaf, paint: crown(leaf) }
+    }
+}

@@ -1,0 +1,176 @@
+use glam::{DVec2, dvec2};
+use proptest::prelude::*;
+
+use super::super::layer::{Area, Path};
+use super::footprint::{Cover, Footprint};
+use super::solid::{Square, Wall};
+
+fn area(outer: Vec<DVec2>, holes: Vec<Vec<DVec2>>) -> Area {
+    Area { outer: Path::flat(outer), holes: holes.into_iter().map(Path::flat).collect() }
+}
+
+fn rectangle(centre: DVec2, half: DVec2, turn: f64) -> Vec<DVec2> {
+    let turn = DVec2::from_angle(turn);
+    [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)]
+        .map(|c| centre + turn.rotate(c * half))
+        .into()
+}
+
+fn square(spacing: f64) -> Square {
+    Square { corner: dvec2(612_000.0, 5_241_000.0), spacing, columns: 40, rows: 30 }
+}
+
+/// Whether the wall of a voxel leaves a place of it.
+fn keeps(cover: &Cover, square: &Square, place: DVec2) -> bool {
+    match cover.wall {
+        Wall::Plane { facing, distance_m } => {
+            DVec2::from_angle(facing).dot(place - square.centre(cover.column, cover.row)) <= distance_m
+        }
+        Wall::Whole | Wall::Round(_) => true,
+    }
+}
+
+/// Greatest distance from the outline, in voxels, of a place that is told wrongly: looked at by 16 × 16 places of each voxel.
+fn error(footprint: &Footprint, square: &Square) -> f64 {
+    let covers = footprint.cover(square);
+    let mut by_voxel = vec![None; square.columns * square.rows];
+    covers.iter().for_each(|cover| by_voxel[square.index(cover.column, cover.row)] = Some(*cover));
+    let mut worst: f64 = 0.0;
+    for (column, row) in square.voxels(footprint.bounds) {
+        for sample in 0..16 * 16 {
+            let within = dvec2(f64::from(sample % 16) + 0.5, f64::from(sample / 16) + 0.5) / 16.0 - 0.5;
+            let place = square.centre(column, row) + within * square.spacing;
+            let told = by_voxel[square.index(column, row)].is_some_and(|cover| keeps(&cover, square, place));
+            if told != footprint.holds(place) {
+                worst = worst.max(footprint.distance(place).0 / square.spacing);
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn walls_of_any_direction_are_straight_and_corners_within_a_voxel() {
+    let (mut worst, mut sum): (f64, f64) = (0.0, 0.0);
+    for step in 0..60 {
+        let step = f64::from(step);
+        let square = square(1.5);
+        let centre = square.corner + dvec2(29.0 + 0.37 * step, 22.0 + 0.11 * step) * 1.0;
+        let ring = rectangle(centre, dvec2(9.0, 5.0), 0.1 * step);
+        let footprint = Footprint::of(&area(ring.clone(), vec![])).unwrap();
+        let found = error(&footprint, &square);
+        worst = worst.max(found);
+        sum += found;
+        // Away from corners, a wall is the edge itself.
+        for cover in footprint.cover(&square) {
+            let place = square.centre(cover.column, cover.row);
+            if let Wall::Plane { facing, distance_m } = cover.wall
+                && ring.iter().all(|corner| corner.distance(place) > 1.5 * square.spacing)
+            {
+                let (distance, away) = footprint.distance(place);
+                let inward = if footprint.holds(place) { away } else { -away };
+                let signed = if footprint.holds(place) { distance } else { -distance };
+                assert!(DVec2::from_angle(facing).dot(-inward) > 1.0 - 1e-9);
+                assert!((distance_m - signed).abs() < 1e-6);
+            }
+        }
+    }
+    // Measured: 0.41 at the worst, 0.26 in the mean.
+    assert!(worst < 0.5, "{worst}");
+    assert!(sum / 60.0 < 0.3, "{}", sum / 60.0);
+}
+
+#[test]
+fn areas_add_up_whatever_the_form() {
+    let square = square(1.0);
+    let at = |x: f64, y: f64| square.corner + dvec2(x, y);
+    let star: Vec<DVec2> = (0..14)
+        .map(|i| {
+            at(20.0, 15.0)
+                + DVec2::from_angle(0.448_798_95 * f64::from(i)) * if i % 2 == 0 { 11.0 } else { 4.0 }
+        })
+        .collect();
+    let touching = vec![at(2.0, 2.0), at(8.0, 2.0), at(8.0, 8.0), at(5.0, 2.0), at(2.0, 8.0)];
+    let doubled = vec![
+        at(2.0, 2.0),
+        at(2.0, 2.0),
+        at(9.3, 2.0),
+        at(9.3, 2.0),
+        at(9.3, 7.7),
+        at(2.0, 7.7),
+        at(2.0, 2.0),
+    ];
+    let tiny = rectangle(at(7.3, 9.4), dvec2(0.2, 0.3), 0.4);
+    let holed = area(
+        rectangle(at(20.0, 15.0), dvec2(12.0, 9.0), 0.3),
+        vec![rectangle(at(20.0, 15.0), dvec2(5.0, 3.0), 1.0)],
+    );
+    for area in [area(star, vec![]), area(touching, vec![]), area(doubled, vec![]), area(tiny, vec![]), holed]
+    {
+        let mut turned = area.clone();
+        turned.outer.places.reverse();
+        for area in [area, turned] {
+            let footprint = Footprint::of(&area).unwrap();
+            let covers = footprint.cover(&square);
+            let sum: f64 = covers.iter().map(|cover| cover.share).sum();
+            // Shares below a 256th are nothing, and so near to all they are all.
+            assert!(
+                (sum - footprint.area()).abs() < 0.003 * covers.len() as f64 + 1e-6,
+                "{sum} {}",
+                footprint.area()
+            );
+            assert!(covers.iter().all(|cover| cover.share > 0.0 && cover.share <= 1.0));
+        }
+    }
+}
+
+#[test]
+fn voxels_do_not_depend_on_the_square_that_asks() {
+    let whole = square(1.0);
+    let footprint =
+        Footprint::of(&area(rectangle(whole.corner + dvec2(20.0, 15.0), dvec2(9.0, 6.0), 0.5), vec![]))
+            .unwrap();
+    let part = Square { corner: whole.corner + dvec2(16.0, 8.0), columns: 9, rows: 11, ..whole };
+    let all = footprint.cover(&whole);
+    let some = footprint.cover(&part);
+    let shifted: Vec<Cover> = all
+        .iter()
+        .filter(|cover| (16..25).contains(&cover.column) && (8..19).contains(&cover.row))
+        .map(|cover| Cover { column: cover.column - 16, row: cover.row - 8, ..*cover })
+        .collect();
+    assert_eq!(shifted.len(), some.len());
+    for (a, b) in shifted.iter().zip(&some) {
+        assert_eq!((a.column, a.row), (b.column, b.row));
+        assert!((a.share - b.share).abs() < 1e-9);
+        if let (Wall::Plane { facing: f, distance_m: d }, Wall::Plane { facing: g, distance_m: e }) =
+            (a.wall, b.wall)
+        {
+            assert!((f - g).abs() < 1e-6 && (d - e).abs() < 1e-6, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn what_encloses_nothing_is_nothing() {
+    let line = vec![dvec2(0.0, 0.0), dvec2(5.0, 5.0), dvec2(9.0, 9.0)];
+    assert_eq!(Footprint::of(&area(line, vec![])), None);
+    assert_eq!(Footprint::of(&area(vec![dvec2(1.0, 1.0); 5], vec![])), None);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn any_ring_is_covered_without_harm(places in prop::collection::vec((-60.0..60.0_f64, -60.0..60.0_f64), 3..12)) {
+        let square = square(1.0);
+        let ring = places.into_iter().map(|(x, y)| square.corner + dvec2(x, y)).collect();
+        if let Some(footprint) = Footprint::of(&area(ring, vec![])) {
+            for cover in footprint.cover(&square) {
+                prop_assert!(cover.column < 40 && cover.row < 30 && cover.share > 0.0 && cover.share <= 1.0);
+                if let Wall::Plane { facing, distance_m } = cover.wall {
+                    prop_assert!(facing.is_finite() && distance_m.abs() < 1.0);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Things over voxels: pure geometry in metres of the database's system.
+//!
+//! ```text
+//! prepare once: bridges of several ways are one; buildings that have parts are these
+//! bind    once for each feature: what it stands on          (needs heights of the ground)
+//! grade   for each feature and square of voxels: what it makes of the ground
+//! raise   for each feature and square of voxels: its solids
+//! ```
+//! Squares do not know of each other: what a feature does to a voxel follows from the feature and the voxel's place alone.
+
+mod bind;
+mod building;
+mod cover;
+mod footprint;
+#[cfg(test)]
+mod footprint_tests;
+mod prepare;
+mod profile;
+mod ribbon;
+mod roof;
+#[cfg(test)]
+mod roof_tests;
+mod round;
+mod solid;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+mod way;
+mod wire;
+
+pub use bind::{Bound, bind};
+pub use building::BoundBuilding;
+pub use cover::{BoundBarrier, BoundCover, BoundWood};
+pub use prepare::{join_bridges, without_outlines};
+pub use round::{BoundTree, BoundUpright};
+pub use solid::{Ground, Solid, Square, Wall};
+pub use way::{BoundBridge, BoundWay, Graded, Rank, settle};
+pub use wire::BoundWire;

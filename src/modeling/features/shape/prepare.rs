@@ -1,0 +1,178 @@
+//! What features are only together: bridges in several pieces, and buildings that stand there as a whole and in parts.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+
+use super::super::kinds::{Meaning, WayKind};
+use super::super::layer::{Geometry, Path};
+use super::super::place::Feature;
+use super::bind::Bound;
+use super::footprint::Footprint;
+use super::roof::{Frame, hull};
+
+/// Ends of ways that meet are at one node, which transforms may move by rounding: centimetres.
+type Node = (i64, i64);
+
+fn node(place: DVec2) -> Node {
+    // Casts saturate.
+    ((place.x * 100.0).round() as i64, (place.y * 100.0).round() as i64)
+}
+
+/// Joins ways over bridges that go on in each other (where they have other lanes, or another surface), so that decks run from bank to bank: the
+/// first keeps its meaning, and the others lose their form. Places are metres of the database's system.
+pub fn join_bridges(features: &mut [Feature]) {
+    let mut ends: HashMap<(WayKind, i32, Node), Vec<usize>> = HashMap::new();
+    let key = |meaning: &Meaning| match meaning {
+        Meaning::Way(way) if way.is_bridge => Some((way.kind, way.layer)),
+        _ => None,
+    };
+    for (index, Feature { meaning, geometry, .. }) in features.iter().enumerate() {
+        let (Some((kind, layer)), [line]) = (key(meaning), &geometry.lines[..]) else { continue };
+        for place in [line.places.first(), line.places.last()].into_iter().flatten() {
+            ends.entry((kind, layer, node(*place))).or_default().push(index);
+        }
+    }
+    // Each joint of just two ways, in an order that does not depend on the map's.
+    let mut joints: Vec<[usize; 2]> = ends
+        .into_values()
+        .filter_map(|indices| <[usize; 2]>::try_from(indices).ok())
+        .filter(|[a, b]| a != b)
+        .collect();
+    joints.sort_unstable();
+    let mut owner: Vec<usize> = (0..features.len()).collect();
+    for [a, b] in joints {
+        let (a, b) = (root(&owner, a), root(&owner, b));
+        let (first, second) = (a.min(b), a.max(b));
+        if first == second {
+            continue;
+        }
+        let joined = chained(&features[first].geometry, &features[second].geometry);
+        if let Some(path) = joined {
+            features[first].geometry.lines = vec![path];
+            features[second].geometry.lines.clear();
+            owner[second] = first;
+        }
+    }
+}
+
+fn root(owner: &[usize], mut index: usize) -> usize {
+    while owner[index] != index {
+        index = owner[index];
+    }
+    index
+}
+
+/// Two lines that share an end as one, which runs as the first does.
+fn chained(first: &Geometry, second: &Geometry) -> Option<Path> {
+    let ([first], [second]) = (&first.lines[..], &second.lines[..]) else { return None };
+    let (mut first, mut second) = (first.places.clone(), second.places.clone());
+    let end = |places: &[DVec2]| places.last().copied().map(node);
+    let start = |places: &[DVec2]| places.first().copied().map(node);
+    let is_before = start(&first) == start(&second) || start(&first) == end(&second);
+    if is_before {
+        first.reverse();
+    }
+    if end(&second) == end(&first) {
+        second.reverse();
+    }
+    if end(&first) != start(&second) {
+        return None;
+    }
+    first.extend(second.into_iter().skip(1));
+    if is_before {
+        first.reverse();
+    }
+    Some(Path::flat(first))
+}
+
+/// Share of a building that its parts cover, from which on they stand for it.
+const COVERED: f64 = 0.6;
+
+/// Drops buildings that are there in parts, too, as OpenStreetMap has it: the outline is then no solid of its own.
+pub fn without_outlines(bound: &mut Vec<Bound>) {
+    let middle = |footprint: &Footprint| Frame::around(&hull(&footprint.rings[0])).map(|frame| frame.middle);
+    let mut parts: Vec<(DVec2, f64)> = bound
+        .iter()
+        .filter_map(|bound| match bound {
+            Bound::Building(building) if building.is_part() => {
+                middle(&building.footprint).map(|middle| (middle, building.footprint.area()))
+            }
+            _ => None,
+        })
+        .collect();
+    parts.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+    bound.retain(|bound| {
+        let Bound::Building(building) = bound else { return true };
+        let [west, south, east, north] = building.footprint.bounds;
+        let from = parts.partition_point(|part| part.0.x < west);
+        let near = parts[from..].iter().take_while(|part| part.0.x <= east);
+        let inside = near
+            .filter(|(middle, _)| (south..=north).contains(&middle.y) && building.footprint.holds(*middle));
+        let covered: f64 = inside.map(|(_, area)| area).sum();
+        building.is_part() || covered < COVERED * building.footprint.area()
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::dvec2;
+
+    use super::super::super::kinds::{Building, Rise, RoofShape, Top, Way};
+    use super::super::bind;
+    use super::super::testing::{at, house, level, of_area, of_line, raised, rectangle, road, square};
+    use super::*;
+
+    #[test]
+    fn bridges_in_pieces_run_from_bank_to_bank() {
+        let valley = |place: DVec2| {
+            Some(if (at(12.0, 0.0).x..at(52.0, 0.0).x).contains(&place.x) { 80.0 } else { 100.0 })
+        };
+        let bridge = Meaning::Way(Way { is_bridge: true, ..road(8.0) });
+        let feature = |meaning: &Meaning, geometry| Feature { meaning: meaning.clone(), geometry, hash: 1 };
+        let piece = |from: f64, to: f64| feature(&bridge, of_line(&[at(from, 24.0), at(to, 24.0)]));
+        // The middle one runs the other way; one crosses at a node of three.
+        for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
+            let pieces = [piece(10.0, 25.0), piece(40.0, 25.0), piece(40.0, 54.0)];
+            let mut features: Vec<Feature> = order.map(|index: usize| pieces[index].clone()).into();
+            features.push(feature(&Meaning::Way(road(8.0)), of_line(&[at(40.0, 24.0), at(40.0, 44.0)])));
+            join_bridges(&mut features);
+            let lines: Vec<usize> = features.iter().map(|feature| feature.geometry.lines.len()).collect();
+            assert_eq!(lines.iter().sum::<usize>(), 2, "{order:?}");
+            let bound: Vec<Bound> = features[..3]
+                .iter()
+                .flat_map(|feature| bind(&feature.meaning, &feature.geometry, 1, &valley))
+                .collect();
+            assert_eq!(bound.len(), 1);
+            let decks = raised(&bound, &square(1.0), &valley);
+            assert!(decks.iter().all(|(_, solid)| solid.low_m.is_none() || solid.high_m >= 100.0));
+        }
+    }
+
+    #[test]
+    fn buildings_in_parts_have_no_outline_besides() {
+        let building = |half: f64, x: f64, is_part: bool| {
+            let building =
+                Building { top: Top::Eaves(9.0), is_part, ..house(RoofShape::Flat, Rise::Height(0.0)) };
+            let form = of_area(rectangle(at(20.0 + x, 20.0), dvec2(half, 5.0), DVec2::X));
+            bind(&Meaning::Building(building), &form, 1, &level)
+        };
+        let mut bound = [
+            building(10.0, 0.0, false),
+            building(5.0, -5.0, true),
+            building(4.0, 6.0, true),
+            building(3.0, 20.0, false),
+        ]
+        .concat();
+        without_outlines(&mut bound);
+        let parts: Vec<bool> = bound
+            .iter()
+            .map(|bound| matches!(bound, Bound::Building(building) if building.is_part()))
+            .collect();
+        assert_eq!(parts, [true, true, false]);
+        // A part that covers little leaves the outline.
+        let mut bound = [building(10.0, 0.0, false), building(2.0, 6.0, true)].concat();
+        without_outlines(&mut bound);
+        assert_eq!(bound.len(), 2);
+    }
+}

@@ -1,0 +1,262 @@
+//! Roofs over footprints.
+//!
+//! ```text
+//! frame     = the rectangle of least area around the footprint: one of its sides lies along an edge of the convex hull
+//! gabled    = two planes along the longer side (or across it, or by the stated direction)
+//! hipped    = four planes of one slope over a rectangle; else the distance from the nearest wall
+//! pyramidal = a plane from each edge of the hull to its middle;  skillion = one plane;  dome = an ellipsoid over the hull
+//! ```
+//! All but domes and hips of crooked footprints are the least of some planes, so that ridges are known exactly: a voxel that one
+//! crosses has a solid on either side of it.
+
+use glam::{DVec2, Vec2Swizzles};
+
+use super::super::kinds::{Rise, Roof, RoofShape};
+use super::footprint::Footprint;
+
+/// A plane: height above the eaves over a place, and its slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plane {
+    pub at: DVec2,
+    pub height: f64,
+    pub slope: DVec2,
+}
+
+impl Plane {
+    pub fn height(&self, place: DVec2) -> f64 {
+        self.height + self.slope.dot(place - self.at)
+    }
+}
+
+/// A roof's upper side, as height above its eaves.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Form {
+    /// The least of these.
+    Planes(Vec<Plane>),
+    /// Distance from the walls times a slope, up to a height.
+    FromWalls { slope: f64, most: f64 },
+    /// An ellipsoid of a height over the hull: each edge's outward normal and the inverse of its distance from the middle.
+    Dome { middle: DVec2, edges: Vec<DVec2>, height: f64 },
+}
+
+/// A roof over a footprint: form, and height of the ridge above the eaves.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Bound {
+    pub form: Form,
+    pub height_m: f64,
+}
+
+/// A rectangle of any direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Frame {
+    pub middle: DVec2,
+    /// Direction of the longer side.
+    pub along: DVec2,
+    /// Half of the sides, the longer one first.
+    pub half: DVec2,
+}
+
+/// Half width from which a roof of which nothing is said is flat, metres.
+const WIDE: f64 = 9.0;
+/// Share of its rectangle that a footprint covers, from which on it counts as one.
+const RECTANGULAR: f64 = 0.9;
+
+impl Bound {
+    /// The roof over a footprint; of a building `most_m` high at the most from its lower end to the ridge.
+    pub fn over(footprint: &Footprint, roof: &Roof, most_m: f64) -> Self {
+        let hull = hull(&footprint.rings[0]);
+        let Some(frame) = Frame::around(&hull) else { return Self::level() };
+        let fill = footprint.area() / (4.0 * frame.half.x * frame.half.y);
+        let shape = match roof.shape {
+            RoofShape::Gabled if roof.is_guess && frame.half.y > WIDE => RoofShape::Flat,
+            RoofShape::Gabled if roof.is_guess && fill < 0.75 => RoofShape::Hipped,
+            shape => shape,
+        };
+        // Across the ridge.
+        let across = match roof.direction {
+            Some(degrees) => DVec2::from_angle((90.0 - degrees).to_radians()),
+            None if roof.across => frame.along,
+            None => frame.along.perp(),
+        };
+        let (low, high) = extent(&hull, across, frame.middle);
+        let half = 0.5 * (high - low);
+        let run = match shape {
+            RoofShape::Skillion => 2.0 * half,
+            RoofShape::Gabled => half,
+            RoofShape::Dome => frame.half.y,
+            _ if fill < RECTANGULAR => inradius(footprint, frame),
+            _ => frame.half.y,
+        };
+        let rise = match roof.rise {
+            Rise::Height(height) => height,
+            Rise::Angle(degrees) if shape == RoofShape::Dome => run * (0.5 * degrees).to_radians().tan(),
+            Rise::Angle(degrees) => run * degrees.to_radians().tan(),
+        };
+        // Something is left for the walls.
+        let height = rise.min(0.9 * most_m);
+        if !(height > 0.0 && run > 0.0) || shape == RoofShape::Flat {
+            return Self::level();
+        }
+        let middle = frame.middle + across * low.midpoint(high);
+        let facing = |normal: DVec2, far: f64, slope: f64| Plane {
+            at: frame.middle + normal * far,
+            height: 0.0,
+            slope: -normal * slope,
+        };
+        let form = match shape {
+            RoofShape::Skillion => Form::Planes(vec![Plane {
+                at: frame.middle + across * high,
+                height: 0.0,
+                slope: -across * (height / run),
+            }]),
+            RoofShape::Gabled => Form::Planes(
+                [across, -across]
+                    .map(|normal| Plane {
+                        at: middle + normal * half,
+                        height: 0.0,
+                        slope: -normal * (height / half),
+                    })
+                    .into(),
+            ),
+            RoofShape::Hipped if fill < RECTANGULAR => Form::FromWalls { slope: height / run, most: height },
+            RoofShape::Hipped => {
+                let sides = [(frame.along, frame.half.x), (frame.along.perp(), frame.half.y)];
+                let planes = sides.iter().flat_map(|(normal, far)| {
+                    [*normal, -*normal].map(|normal| facing(normal, *far, height / run))
+                });
+                Form::Planes(planes.collect())
+            }
+            RoofShape::Pyramidal => {
+                let plane = |edge: DVec2| Plane { at: frame.middle, height, slope: -edge * height };
+                Form::Planes(hull_edges(&hull, frame.middle).map(plane).collect())
+            }
+            _ => {
+                Form::Dome { middle: frame.middle, edges: hull_edges(&hull, frame.middle).collect(), height }
+            }
+        };
+        Self { form, height_m: height }
+    }
+
+    fn level() -> Self {
+        Self {
+            form: Form::Planes(vec![Plane { at: DVec2::ZERO, height: 0.0, slope: DVec2::ZERO }]),
+            height_m: 0.0,
+        }
+    }
+
+    /// Height above the eaves over a place within the footprint, metres, and its slope.
+    pub fn at(&self, footprint: &Footprint, place: DVec2) -> (f64, DVec2) {
+        match &self.form {
+            Form::Planes(planes) => {
+                let least = planes.iter().min_by(|a, b| a.height(place).total_cmp(&b.height(place)));
+                least.map_or((0.0, DVec2::ZERO), |plane| (plane.height(place), plane.slope))
+            }
+            Form::FromWalls { slope, most } => {
+                let (distance, away) = footprint.distance(place);
+                let inward = if footprint.holds(place) { 1.0 } else { -1.0 };
+                let height = distance * inward * slope;
+                if height < *most { (height, away * inward * *slope) } else { (*most, DVec2::ZERO) }
+            }
+            Form::Dome { middle, edges, height } => {
+                let from_middle = place - *middle;
+                let out = |edge: &DVec2| edge.dot(from_middle);
+                let Some(edge) = edges.iter().max_by(|a, b| out(a).total_cmp(&out(b))) else {
+                    return (0.0, DVec2::ZERO);
+                };
+                // Near the rim the slope has no bound.
+                let share = out(edge).clamp(0.0, 0.98);
+                let rest = (1.0 - share * share).sqrt();
+                (height * rest, -*edge * (height * share / rest))
+            }
+        }
+    }
+
+    /// The two planes that are least over a place.
+    pub fn ridge(&self, place: DVec2) -> Option<[Plane; 2]> {
+        let Form::Planes(planes) = &self.form else { return None };
+        let mut planes = planes.clone();
+        planes.sort_by(|a, b| a.height(place).total_cmp(&b.height(place)));
+        planes.get(..2).map(|two| [two[0], two[1]])
+    }
+}
+
+impl Frame {
+    /// The rectangle of least area around a convex hull.
+    pub fn around(hull: &[DVec2]) -> Option<Self> {
+        let mut best: Option<(f64, Self)> = None;
+        for (a, b) in hull.iter().zip(hull.iter().cycle().skip(1)) {
+            let Some(along) = (*b - *a).try_normalize() else { continue };
+            let across = along.perp();
+            let ((west, east), (south, north)) = (extent(hull, along, *a), extent(hull, across, *a));
+            let half = 0.5 * DVec2::new(east - west, north - south);
+            let middle = *a + along * west.midpoint(east) + across * south.midpoint(north);
+            let frame = match half.x >= half.y {
+                true => Self { middle, along, half },
+                false => Self { middle, along: across, half: half.yx() },
+            };
+            let area = half.x * half.y;
+            if best.as_ref().is_none_or(|(least, _)| area < *least) {
+                best = Some((area, frame));
+            }
+        }
+        best.filter(|(area, _)| *area > 0.0).map(|(_, frame)| frame)
+    }
+}
+
+/// Least and greatest distance of places in a direction from a place.
+fn extent(places: &[DVec2], direction: DVec2, from: DVec2) -> (f64, f64) {
+    let distances = places.iter().map(|place| direction.dot(*place - from));
+    distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+}
+
+/// Outward normal of each edge of a hull, over its distance from a place within.
+fn hull_edges(hull: &[DVec2], middle: DVec2) -> impl Iterator<Item = DVec2> + '_ {
+    hull.iter().zip(hull.iter().cycle().skip(1)).filter_map(move |(a, b)| {
+        let along = (*b - *a).try_normalize()?;
+        let normal = DVec2::new(along.y, -along.x);
+        let distance = normal.dot(*a - middle);
+        (distance > 0.0).then(|| normal / distance)
+    })
+}
+
+/// The convex hull, counter-clockwise (Andrew 1979).
+pub(super) fn hull(places: &[DVec2]) -> Vec<DVec2> {
+    let mut sorted = places.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sorted.dedup();
+    let half = |places: &mut dyn Iterator<Item = DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for place in places {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp_dot(place - a) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(place);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut sorted.iter().copied());
+    hull.extend(half(&mut sorted.iter().rev().copied()));
+    hull
+}
+
+/// Radius of the largest circle within a footprint, metres, to a hundredth of its size: the best of a grid, which then grows finer.
+fn inradius(footprint: &Footprint, frame: Frame) -> f64 {
+    const GRID: i32 = 8;
+    let (mut middle, mut reach, mut best) = (frame.middle, frame.half.x, 0.0_f64);
+    for _ in 0..6 {
+        let from = middle;
+        for sample in 0..(2 * GRID + 1).pow(2) {
+            let (i, j) = (sample % (2 * GRID + 1) - GRID, sample / (2 * GRID + 1) - GRID);
+            let place = from + DVec2::new(f64::from(i), f64::from(j)) * (reach / f64::from(GRID));
+            let distance = footprint.distance(place).0;
+            if distance > best && footprint.holds(place) {
+                (best, middle) = (distance, place);
+            }
+        }
+        reach *= 0.3;
+    }
+    best
+}

@@ -1,0 +1,244 @@
+//! Solids of revolution: tanks, silos, chimneys, cooling towers, masts, crowns of trees.
+//!
+//! ```text
+//! narrowing, waisted   circles one above the other: from one to the next the radius changes by half a voxel at the most; voxels within
+//!                      all of them have one solid
+//! dome, cone           a surface of heights over the distance from the axis
+//! rim                  voxels that a circle cuts are cut by its tangent
+//! narrower than a voxel: one voxel, round, that hides as much as the width would (from every side alike)
+//! ```
+
+use glam::DVec2;
+
+use super::super::kinds::{Cap, Leaf, Tree, Upright};
+use super::super::meaning::{mix, share, varied};
+use super::footprint::Footprint;
+use super::solid::{Solid, Square, Wall};
+
+/// Something round where it stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundUpright {
+    pub(super) middle: DVec2,
+    /// Radius at the ground, metres.
+    pub(super) radius: f64,
+    pub(super) base_m: f64,
+    pub(super) upright: Upright,
+}
+
+/// One of several cylinders above each other: heights are metres above the ground.
+struct Section {
+    radius: f64,
+    low: f64,
+    high: f64,
+    is_lowest: bool,
+    is_highest: bool,
+}
+
+/// How high a dome and a cone are, as shares of the radius.
+const DOME: f64 = 0.35;
+const CONE: f64 = 0.5;
+/// Height of a cooling tower's waist as a share of the whole, and radius at its top as a share of that at its foot.
+const WAIST: f64 = 0.78;
+const WAISTED_TOP: f64 = 0.7;
+
+impl BoundUpright {
+    /// Height of its highest point, metres.
+    pub fn top_m(&self) -> f64 {
+        self.base_m + self.upright.height_m
+    }
+
+    /// Its solids, with the index of their voxel.
+    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+        let Upright { opacity, paint, .. } = self.upright;
+        if 2.0 * self.radius < square.spacing {
+            return self.thin(square, out);
+        }
+        for Section { radius, low, high, is_lowest, is_highest } in self.sections(square.spacing) {
+            let circle = Footprint::circle(self.middle, radius, 0.02 * square.spacing);
+            for cover in circle.cover(square) {
+                let (index, centre) =
+                    (square.index(cover.column, cover.row), square.centre(cover.column, cover.row));
+                let from_axis = centre - self.middle;
+                let distance = from_axis.length();
+                let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
+                // Circles of a few voxels have whole ones at their rim.
+                let wall = match cover.wall {
+                    Wall::Plane { .. } if radius > 1.5 * square.spacing => {
+                        Wall::plane(outward, radius - distance)
+                    }
+                    Wall::Plane { .. } if cover.share < 0.4 => continue,
+                    _ => Wall::Round(outward.y.atan2(outward.x)),
+                };
+                let is_core = distance + square.spacing < self.least();
+                if is_core && !is_lowest {
+                    continue;
+                }
+                // The rim's own height is that of the rim, not of what would be beyond it.
+                let within = distance.min(radius * (1.0 - 1e-6));
+                let (cap, fall) = if is_core || is_highest { self.cap(within) } else { (high, 0.0) };
+                let low_m = (!is_lowest).then_some(self.base_m + low);
+                let high_m = self.base_m + cap + fall * (distance - within);
+                let solid = Solid::level(low_m, high_m, paint);
+                out.push((index, Solid { slope: (outward * fall).into(), wall, opacity, ..solid }));
+            }
+        }
+    }
+
+    /// Circles one above the other that come near to its outline.
+    fn sections(&self, spacing: f64) -> Vec<Section> {
+        /// Most of them: a hundred metres of a tower.
+        const MOST: f64 = 48.0;
+        let change = if self.upright.cap == Cap::Waisted { 2.0 } else { 1.0 } * (self.radius - self.least());
+        let count = (2.0 * change / spacing).ceil().clamp(1.0, MOST) as usize;
+        let height = |index: usize| self.upright.height_m * index as f64 / count as f64;
+        let section = |index: usize| {
+            let (low, high) = (height(index), height(index + 1));
+            let radius = self.radius_at(low.midpoint(high));
+            Section { radius, low, high, is_lowest: index == 0, is_highest: index + 1 == count }
+        };
+        (0..count).map(section).collect()
+    }
+
+    /// Its least radius, metres.
+    fn least(&self) -> f64 {
+        self.radius * self.upright.taper.clamp(0.0, 1.0)
+    }
+
+    /// Radius at a height above the ground, metres.
+    fn radius_at(&self, height: f64) -> f64 {
+        let (taper, share) = (self.upright.taper.clamp(0.0, 1.0), height / self.upright.height_m);
+        if self.upright.cap != Cap::Waisted {
+            return self.radius * (1.0 + (taper - 1.0) * share);
+        }
+        // A hyperbola: radius² = waist² + (height from the waist)² · constant, one below the waist and one above.
+        let (far, widest) = match share < WAIST {
+            true => ((WAIST - share) / WAIST, 1.0),
+            false => ((share - WAIST) / (1.0 - WAIST), WAISTED_TOP.max(taper)),
+        };
+        self.radius * (taper * taper + far * far * (widest * widest - taper * taper)).sqrt()
+    }
+
+    /// Height above the ground over a distance from the axis, and how it changes with it: its upper end.
+    fn cap(&self, distance: f64) -> (f64, f64) {
+        let Upright { height_m, cap, .. } = self.upright;
+        let (radius, share) = (self.radius, distance / self.radius);
+        match cap {
+            Cap::Flat | Cap::Waisted => (height_m, 0.0),
+            Cap::Dome => {
+                let rise = (DOME * radius).min(height_m);
+                // Near the rim the slope has no bound.
+                let share = share.min(0.98);
+                let rest = (1.0 - share * share).sqrt();
+                (height_m - rise * (1.0 - rest), -rise * share / (rest * radius))
+            }
+            Cap::Cone => {
+                let rise = (CONE * radius).min(height_m);
+                (height_m - rise * share, -rise / radius)
+            }
+        }
+    }
+
+    fn thin(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+        let (columns, rows) = square.touched([self.middle.x, self.middle.y, self.middle.x, self.middle.y]);
+        let Some((column, row)) = columns.into_iter().next().zip(rows.into_iter().next()) else { return };
+        let width = 2.0 * self.radius / square.spacing;
+        let opacity = (self.upright.opacity * width).max(FAINTEST);
+        let solid =
+            Solid { opacity, wall: Wall::Round(0.0), ..Solid::level(None, self.top_m(), self.upright.paint) };
+        out.push((square.index(column, row), solid));
+    }
+}
+
+/// What a pole hides at least, so that it is seen at all.
+const FAINTEST: f64 = 0.07;
+
+/// A tree where it stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundTree {
+    pub(super) place: DVec2,
+    pub(super) base_m: f64,
+    pub(super) tree: Tree,
+    /// What tells it from others.
+    pub(super) hash: u64,
+}
+
+/// Height of the stem below the crown, as a share of the whole.
+const STEM: f64 = 0.22;
+/// Codes by which parts of a crown differ.
+const ROUGH: f64 = 14.0;
+
+impl BoundTree {
+    /// Height of its top, metres.
+    pub fn top_m(&self) -> f64 {
+        self.base_m + self.tree.height_m
+    }
+
+    /// Its solids, with the index of their voxel: stem and crown.
+    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+        let Tree { height_m, crown_m, leaf, paint } = self.tree;
+        let radius = 0.5 * crown_m;
+        let crown_base = self.base_m + STEM * height_m;
+        let reach = DVec2::splat(radius.max(0.5 * square.spacing));
+        let (low, high) = (self.place - reach, self.place + reach);
+        let half_crown = 0.5 * (1.0 - STEM) * height_m;
+        for (column, row) in square.voxels([low.x, low.y, high.x, high.y]) {
+            let (centre, index) = (square.centre(column, row), square.index(column, row));
+            let from_axis = centre - self.place;
+            let half = 0.5 * square.spacing;
+            let holds_stem =
+                from_axis.x > -half && from_axis.x <= half && from_axis.y > -half && from_axis.y <= half;
+            let share = (from_axis.length() / radius).min(if holds_stem { 0.7 } else { f64::INFINITY });
+            if share < 1.0 {
+                let (low_m, high_m, fall) = match leaf {
+                    Leaf::Needle => {
+                        let crown = (1.0 - STEM) * height_m;
+                        (crown_base, crown_base + crown * (1.0 - share), -crown / radius)
+                    }
+                    Leaf::Broad | Leaf::Mixed => {
+                        let rest = (1.0 - share * share).sqrt();
+                        let middle = crown_base + half_crown;
+                        let fall = -half_crown * share / (rest.max(0.2) * radius);
+                        (middle - half_crown * rest, middle + half_crown * rest, fall)
+                    }
+                };
+                let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
+                // A ring of shade: less light reaches what lies further out and below, and leaves are no smooth surface.
+                let light = 1.0 - 0.22 * share;
+                let shaded = |light: f64| paint.colour.map(|code| (f64::from(code) * light).round() as u8);
+                let rough = rough_of(centre, self.hash);
+                let solid = Solid {
+                    slope: (outward * fall.max(-2.0)).into(),
+                    wall: Wall::Round(outward.y.atan2(outward.x)),
+                    top: varied(shaded(light), rough, ROUGH),
+                    side: varied(shaded(0.72 * light), rough, ROUGH),
+                    opacity: if share > 0.75 { 0.75 } else { 1.0 },
+                    ..Solid::level(Some(low_m), high_m, paint)
+                };
+                out.push((index, solid));
+            }
+            if holds_stem {
+                let width = (0.03 * height_m / square.spacing).clamp(FAINTEST, 1.0);
+                let stem = Solid {
+                    opacity: width,
+                    wall: Wall::Round(0.0),
+                    ..Solid::level(None, crown_base + half_crown, paint)
+                };
+                out.push((index, Solid { top: BARK, side: BARK, ..stem }));
+            }
+        }
+    }
+}
+
+const BARK: [u8; 3] = [88, 76, 62];
+
+/// Bits of a place that do not depend on who asks: by centimetres.
+fn rough_of(place: DVec2, hash: u64) -> u64 {
+    // Away from halves, where rounding would depend on the last bit.
+    let whole = |metres: f64| (metres * 100.0 + 0.37).round() as i64 as u64;
+    mix(hash ^ mix(whole(place.x)) ^ mix(whole(place.y)).rotate_left(32))
+}
+
+/// A number of 0…1 for a tree.
+pub(super) fn chance(hash: u64, index: u64) -> f64 {
+    share(mix(hash.wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15))))
+}

@@ -1,0 +1,238 @@
+//! Solids over one voxel, in metres, and their code.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, dvec2};
+
+use super::super::kinds::Paint;
+use crate::voxel::{HeightCode, Span};
+
+/// A rectangle of voxels: row-major from the south-west, rows northward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Square {
+    /// South-west corner, metres in the database's system.
+    pub corner: DVec2,
+    /// Side of a voxel, metres, > 0.
+    pub spacing: f64,
+    /// Voxels eastward.
+    pub columns: usize,
+    /// Voxels northward.
+    pub rows: usize,
+}
+
+impl Square {
+    /// Centre of a voxel, metres.
+    pub fn centre(&self, column: usize, row: usize) -> DVec2 {
+        self.corner + dvec2(column as f64 + 0.5, row as f64 + 0.5) * self.spacing
+    }
+
+    /// Row-major index of a voxel.
+    pub fn index(&self, column: usize, row: usize) -> usize {
+        row * self.columns + column
+    }
+
+    /// West, south, east, north, metres.
+    pub fn bounds(&self) -> [f64; 4] {
+        let far = self.corner + dvec2(self.columns as f64, self.rows as f64) * self.spacing;
+        [self.corner.x, self.corner.y, far.x, far.y]
+    }
+
+    /// Columns and rows that touch an area of west, south, east, north.
+    pub(super) fn touched(
+        &self,
+        [west, south, east, north]: [f64; 4],
+    ) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
+        let range = |low: f64, high: f64, from: f64, count: usize| {
+            // Casts saturate, and NaN is 0.
+            let first = ((low - from) / self.spacing).floor().max(0.0) as usize;
+            let end = ((high - from) / self.spacing).floor() + 1.0;
+            first.min(count)..(end.max(0.0) as usize).min(count).max(first.min(count))
+        };
+        (range(west, east, self.corner.x, self.columns), range(south, north, self.corner.y, self.rows))
+    }
+
+    /// All voxels that touch an area.
+    pub(super) fn voxels(&self, area: [f64; 4]) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (columns, rows) = self.touched(area);
+        rows.flat_map(move |row| columns.clone().map(move |column| (column, row)))
+    }
+}
+
+/// Where a solid ends within its voxel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wall {
+    /// It fills the voxel.
+    Whole,
+    /// A plane; there is nothing beyond it.
+    Plane {
+        /// Direction of its outside, radians counter-clockwise from east.
+        facing: f64,
+        /// How far it lies from the voxel's centre in that direction, metres.
+        distance_m: f64,
+    },
+    /// It fills the voxel, and its sides look in this direction, radians counter-clockwise from east.
+    Round(f64),
+}
+
+impl Wall {
+    /// A plane whose outside lies in the direction of `normal`.
+    pub(super) fn plane(normal: DVec2, distance_m: f64) -> Self {
+        Self::Plane { facing: normal.y.atan2(normal.x), distance_m }
+    }
+}
+
+/// A solid over one voxel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solid {
+    /// Height of its lower end, metres; `None`: it stands on the ground.
+    pub low_m: Option<f64>,
+    /// Height of its upper end over the voxel's centre, metres.
+    pub high_m: f64,
+    /// Slope of the upper end, eastward and northward, rise over run.
+    pub slope: [f64; 2],
+    /// Where it ends.
+    pub wall: Wall,
+    /// Colour of the upper end, sRGB.
+    pub top: [u8; 3],
+    /// Colour of sides and lower end, sRGB.
+    pub side: [u8; 3],
+    /// Share of the light that it hides, 0…1.
+    pub opacity: f64,
+    /// Material class.
+    pub material: u8,
+    /// The lower end has the slope of the upper one.
+    pub parallel: bool,
+    /// A strip along the wall's line, as wide as the solid is high.
+    pub strip: bool,
+}
+
+impl Solid {
+    /// One that is level, dense, and fills its voxel.
+    pub(super) fn level(low_m: Option<f64>, high_m: f64, paint: Paint) -> Self {
+        Self {
+            low_m,
+            high_m,
+            slope: [0.0; 2],
+            wall: Wall::Whole,
+            top: paint.colour,
+            side: paint.colour,
+            opacity: 1.0,
+            material: paint.material.code(),
+            parallel: false,
+            strip: false,
+        }
+    }
+
+    /// Its code for voxels of this side (metres); `None` if nothing of it is left.
+    pub fn encode(&self, heights: &HeightCode, spacing: f64) -> Option<Span> {
+        let steps = |slope: f64| (slope * f64::from(Span::SLOPE_STEPS)).round().clamp(-127.0, 127.0) as i8;
+        let high = heights.encode(self.high_m);
+        let mut low = self.low_m.map_or(Span::GROUND, |low| heights.encode(low));
+        let mut opacity = self.opacity;
+        if let (true, Some(low_m)) = (self.strip, self.low_m) {
+            // A wire is a step thick at least, and then hides less.
+            low = low.min(high.saturating_sub(1).max(1));
+            let thickness = f64::from(high.saturating_sub(low)) * heights.scale;
+            opacity *= ((self.high_m - low_m) / thickness).clamp(0.0, 1.0);
+        }
+        let opacity = (opacity * f64::from(Span::OPAQUE)).round().clamp(0.0, f64::from(Span::OPAQUE)) as u8;
+        if self.high_m.is_nan() || low >= high || opacity == 0 {
+            return None;
+        }
+        let (facing, cut) = self.cut(spacing)?;
+        let bit = |is: bool, bit: u8| if is { bit } else { 0 };
+        Some(Span {
+            low,
+            high,
+            slope: self.slope.map(steps),
+            facing,
+            cut,
+            top: self.top,
+            state: opacity | bit(self.parallel, Span::PARALLEL) | bit(self.strip, Span::STRIP),
+            side: self.side,
+            material: self.material,
+        })
+    }
+
+    fn cut(&self, spacing: f64) -> Option<(u8, i8)> {
+        // Casts wrap: a whole turn is none.
+        let turn = |angle: f64| (angle / TAU * 256.0).round().rem_euclid(256.0) as u8;
+        match self.wall {
+            Wall::Whole => Some((0, Span::WHOLE)),
+            Wall::Round(facing) => Some((turn(facing), Span::ROUND)),
+            Wall::Plane { facing, distance_m } => {
+                let normal = DVec2::from_angle(facing).abs();
+                let (distance, reach) = (distance_m / spacing, 0.5 * (normal.x + normal.y));
+                let steps = (distance * f64::from(Span::CUT_STEPS)).round().clamp(-127.0, 126.0) as i8;
+                match (self.strip, distance) {
+                    (true, _) => Some((turn(facing), steps)),
+                    (false, distance) if distance >= reach => Some((0, Span::WHOLE)),
+                    (false, distance) if distance <= -reach => None,
+                    _ => Some((turn(facing), steps)),
+                }
+            }
+        }
+    }
+}
+
+/// Heights of the bare ground.
+pub trait Ground {
+    /// Metres above the database's datum; `None` where there is none. Always the same for a place, whoever asks and when.
+    fn height_at(&self, place: DVec2) -> Option<f64>;
+}
+
+impl<F: Fn(DVec2) -> Option<f64>> Ground for F {
+    fn height_at(&self, place: DVec2) -> Option<f64> {
+        self(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::meaning::Material;
+    use super::*;
+
+    const HEIGHTS: HeightCode = HeightCode { scale: 0.05, offset: 99.95 };
+
+    fn block() -> Solid {
+        Solid::level(None, 112.0, Paint { colour: [1, 2, 3], material: Material::Brick })
+    }
+
+    #[test]
+    fn solids_are_encoded_to_the_nearest_step() {
+        let solid = Solid {
+            slope: [0.5, -9.0],
+            wall: Wall::plane(dvec2(0.0, -1.0), 0.25),
+            low_m: Some(104.02),
+            opacity: 0.5,
+            parallel: true,
+            ..block()
+        };
+        let span = solid.encode(&HEIGHTS, 2.0).unwrap();
+        assert_eq!((HEIGHTS.decode(span.low), HEIGHTS.decode(span.high)), (Some(104.0), HEIGHTS.decode(241)));
+        assert_eq!((span.slope, span.facing, span.cut), ([16, -127], 192, 16));
+        assert_eq!((span.state, span.material), (8 | Span::PARALLEL, Material::Brick.code()));
+        assert_eq!(block().encode(&HEIGHTS, 2.0).unwrap().low, Span::GROUND);
+    }
+
+    #[test]
+    fn walls_beyond_the_voxel_are_none() {
+        let with = |distance_m: f64| Solid { wall: Wall::plane(dvec2(1.0, 1.0), distance_m), ..block() };
+        assert_eq!(with(1.5).encode(&HEIGHTS, 2.0).unwrap().cut, Span::WHOLE);
+        assert_eq!(with(-1.5).encode(&HEIGHTS, 2.0), None);
+        assert_eq!(with(0.0).encode(&HEIGHTS, 2.0).unwrap().cut, 0);
+        assert_eq!(Solid { low_m: Some(112.0), ..block() }.encode(&HEIGHTS, 2.0), None);
+        assert_eq!(Solid { opacity: 0.01, ..block() }.encode(&HEIGHTS, 2.0), None);
+        assert_eq!(Solid { high_m: f64::NAN, ..block() }.encode(&HEIGHTS, 2.0), None);
+    }
+
+    #[test]
+    fn thin_wires_hide_less_where_a_step_is_thicker() {
+        let wire =
+            Solid { low_m: Some(111.98), strip: true, wall: Wall::plane(dvec2(1.0, 0.0), 0.1), ..block() };
+        let span = wire.encode(&HEIGHTS, 1.0).unwrap();
+        assert_eq!(span.high - span.low, 1);
+        assert_eq!(span.state & Span::OPACITY, 6);
+        assert!(span.is(Span::STRIP));
+    }
+}
