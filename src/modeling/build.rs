@@ -24,10 +24,11 @@ use super::budget::Budget;
 use super::corridor::{Corridor, Tasks};
 use super::inputs::{self, Inputs};
 use super::options::{BuildOptions, NodataFill};
-use super::page::{Census, FromSources, PageMaker, Project};
+use super::page::{Census, FromSources, MadePage, PageMaker, Project};
 use super::placed::{ElevationInput, ImageryInput};
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};
+use super::standing::Standing;
 use super::tint::Tint;
 use super::vertical;
 use super::warp::{self, Rect};
@@ -117,7 +118,7 @@ fn check_output(options: &BuildOptions) -> Result<()> {
 
 /// All of a build after the files are open.
 pub(super) fn build_from(
-    inputs: Inputs,
+    mut inputs: Inputs,
     options: &BuildOptions,
     budget: Budget,
     observer: &dyn Observer,
@@ -131,6 +132,7 @@ pub(super) fn build_from(
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
+    let features = std::mem::take(&mut inputs.features);
     let (elevation, imagery) = place(inputs, &plan, datum)?;
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
     for note in misplaced.into_iter().chain(sparse_note(&elevation, &plan)) {
@@ -144,18 +146,33 @@ pub(super) fn build_from(
         metadata.notes.push(note);
     }
     let (low, high) = height_span(&elevation, &surveys, options)?;
-    let code = HeightCode::spanning(low, high);
-    let project = Project {
+    let tint = Tint::new(low, high, !plan.crs.is_local());
+    let natural = Project {
         grid: plan.grid,
         stored: &plan.stored,
-        code,
-        tint: Tint::new(low, high, !plan.crs.is_local()),
+        code: HeightCode::spanning(low, high),
+        tint,
         fill: options.nodata_fill,
         elevation: &elevation,
         surveys: &surveys,
         imagery: &imagery,
+        standing: None,
         window_bytes: budget.window,
     };
+    let standing = if features.is_empty() {
+        None
+    } else {
+        observer.begin("features", 0, "features");
+        let (standing, notes) = Standing::bind(&features, &plan, PageMaker::new(&natural))?;
+        observer.end();
+        notes.iter().for_each(|note| observer.note(note));
+        metadata.notes.extend(notes);
+        Some(standing)
+    };
+    let (low, high) =
+        standing.as_ref().map_or((low, high), |standing| standing.heights(low, high, plan.grid.spacing));
+    let code = HeightCode::spanning(low, high);
+    let project = Project { code, standing: standing.as_ref(), ..natural };
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
     writer.expect(plan::most_bytes(&plan));
     let census = write_pages(&project, budget.threads, &mut writer, observer)?;
@@ -223,20 +240,22 @@ fn write_level(
         || PageMaker::new(project),
         |maker, task| {
             let id = tasks.id(task);
-            let (page, census) = match id.level {
+            let MadePage { page, bare, census } = match id.level {
                 0 => maker.make(id)?,
                 _ => {
                     let mut sources = FromSources { maker };
                     let page = sparse_page(&finer, &mut sources, &project.grid, project.code, id)?;
                     let census = Census::of_finest(&page, id, project.stored);
-                    (page, census)
+                    MadePage { page, bare: None, census }
                 }
             };
-            Ok((page.encode(id), census.with_codes_of(&page)))
+            let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref());
+            Ok((page.encode(id), bare.map(|bare| bare.encode(id.bare())), census))
         },
-        |_, (page, census): (EncodedPage, Census)| {
+        |_, (page, bare, census): (EncodedPage, Option<EncodedPage>, Census)| {
             total.add(&census);
             shelf.take(&page)?;
+            bare.iter().try_for_each(|bare| shelf.take(bare))?;
             observer.advance(1);
             Ok(())
         },

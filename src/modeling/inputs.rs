@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 
+use super::features::{self, Layer, LayerOptions};
 use super::kernel::Samples;
-use super::options::{BuildOptions, ElevationFile, ImageryFile};
+use super::options::{BuildOptions, ElevationFile, FeatureFile, ImageryFile};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
 };
@@ -40,6 +41,7 @@ pub(super) struct Opened<T> {
 pub(super) struct Inputs {
     pub elevation: Vec<Opened<f64>>,
     pub imagery: Vec<Opened<[u8; 4]>>,
+    pub features: Vec<(Layer, LayerOptions)>,
     pub notes: Vec<String>,
 }
 
@@ -88,7 +90,8 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
-    Ok(Inputs { elevation, imagery, notes: opener.into_notes() })
+    let features = options.features.iter().map(layer).collect::<Result<Vec<_>>>()?;
+    Ok(Inputs { elevation, imagery, features, notes: opener.into_notes() })
 }
 
 /// A file of a build.
@@ -98,6 +101,13 @@ pub enum Input {
     Elevation(usize),
     /// Of imagery, by its place in [`BuildOptions::imagery`].
     Imagery(usize),
+    /// Of features, by its place in [`BuildOptions::features`].
+    Features(usize),
+}
+
+/// Reads a file of features.
+fn layer(file: &FeatureFile) -> Result<(Layer, LayerOptions)> {
+    Ok((features::read(&file.path, &file.options)?, file.options.clone()))
 }
 
 /// What is wrong with each file by itself: all of them, where a build ends at the first.
@@ -118,6 +128,9 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     for (index, file) in options.imagery.iter().enumerate() {
         let opened = opener.imagery(file, canvas);
         faults.extend(opened.err().map(|error| (Input::Imagery(index), error)));
+    }
+    for (index, file) in options.features.iter().enumerate() {
+        faults.extend(layer(file).err().map(|error| (Input::Features(index), error)));
     }
     faults
 }

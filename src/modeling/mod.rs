@@ -17,6 +17,7 @@ mod page;
 mod placed;
 mod plan;
 mod scan;
+mod standing;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -28,4 +29,4 @@ pub use bake::{bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use inputs::{Input, faults};
-pub use options::{BuildOptions, ElevationFile, ImageryFile, NodataFill};
+pub use options::{BuildOptions, ElevationFile, FeatureFile, ImageryFile, NodataFill};

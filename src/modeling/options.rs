@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::corridor::Corridor;
+use super::features::LayerOptions;
 use crate::geo::VerticalDatum;
 
 /// What becomes of voxels whose source has no data.
@@ -40,6 +41,21 @@ pub struct ImageryFile {
     pub bands: Option<[u32; 3]>,
 }
 
+/// A file of features, and what it does not say of itself.
+#[derive(Debug, Clone, Default)]
+pub struct FeatureFile {
+    /// The file: GeoJSON, a Shapefile, or a GeoPackage.
+    pub path: PathBuf,
+    /// How it is read.
+    pub options: LayerOptions,
+}
+
+impl From<PathBuf> for FeatureFile {
+    fn from(path: PathBuf) -> Self {
+        Self { path, ..Self::default() }
+    }
+}
+
 impl From<PathBuf> for ElevationFile {
     fn from(path: PathBuf) -> Self {
         Self { path, ..Self::default() }
@@ -59,6 +75,8 @@ pub struct BuildOptions {
     pub elevation: Vec<ElevationFile>,
     /// Imagery, highest priority first; may be empty.
     pub imagery: Vec<ImageryFile>,
+    /// What stands or lies on the ground; may be empty.
+    pub features: Vec<FeatureFile>,
     /// The database to write.
     pub output: PathBuf,
     /// Replace an existing file.
@@ -96,6 +114,7 @@ impl BuildOptions {
         Self {
             elevation: elevation.into_iter().map(ElevationFile::from).collect(),
             imagery: imagery.into_iter().map(ImageryFile::from).collect(),
+            features: Vec::new(),
             output,
             overwrite: false,
             crs: None,

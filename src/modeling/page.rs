@@ -7,6 +7,7 @@
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::corridor::Stored;
@@ -16,12 +17,14 @@ use super::mosaic::{Mosaic, Surface};
 use super::options::NodataFill;
 use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
+use super::standing::{Built, Standing};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
-use crate::colour::srgb8_from_linear;
+use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::voxel::{
-    APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX, StandIn, VoxelBlock,
+    APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX, Span, SpanTable, StandIn,
+    VoxelBlock,
 };
 
 /// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
@@ -37,6 +40,8 @@ pub(super) struct Project<'a> {
     pub elevation: &'a [ElevationInput],
     pub surveys: &'a [Survey],
     pub imagery: &'a [ImageryInput],
+    /// `None`: nothing stands or lies on the ground.
+    pub standing: Option<&'a Standing>,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
 }
@@ -92,6 +97,17 @@ impl Census {
         self
     }
 
+    /// The same with those of bare ground, and of what stands on it.
+    pub fn with_codes_of_bare(mut self, bare: Option<&PageBuffer>) -> Self {
+        if let Some(bare) = bare {
+            let ground = Self::default().with_codes_of(bare);
+            let spans = Self { codes: bare.spans.codes(), ..Self::default() };
+            self.add(&ground);
+            self.add(&spans);
+        }
+        self
+    }
+
     pub fn add(&mut self, other: &Self) {
         self.voxels += other.voxels;
         self.made += other.made;
@@ -124,6 +140,24 @@ struct Ground {
 struct Made {
     voxels: VoxelBlock,
     voids: Vec<bool>,
+    /// Bare ground, where something stands on it.
+    bare: Option<Bare>,
+}
+
+/// The bare ground of a block, and what stands on its voxels.
+struct Bare {
+    heights: Vec<u16>,
+    colours: Vec<[u8; 3]>,
+    attributes: Vec<Attributes>,
+    /// Of each voxel, lowest first.
+    spans: HashMap<usize, Vec<Span>>,
+}
+
+/// A page, that of bare ground under it if there is one, and counts over its voxels.
+pub(super) struct MadePage {
+    pub page: PageBuffer,
+    pub bare: Option<PageBuffer>,
+    pub census: Census,
 }
 
 impl<'a> PageMaker<'a> {
@@ -144,7 +178,7 @@ impl<'a> PageMaker<'a> {
     }
 
     /// A page as if there were no finer level, without bounds and slopes.
-    pub fn make(&mut self, id: PageId) -> Result<(PageBuffer, Census)> {
+    pub fn make(&mut self, id: PageId) -> Result<MadePage> {
         self.turn_to(id.level);
         let (width, height) = self.project.grid.page_size(id).unwrap_or((0, 0));
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
@@ -156,19 +190,46 @@ impl<'a> PageMaker<'a> {
             (i64::from(low) - apron..i64::from(high) + apron)
                 .map(move |voxel| voxel.clamp(i64::from(around_low), i64::from(around_high) - 1) as u32)
         };
-        let (mut heights, mut colours) = (Vec::new(), Vec::new());
-        for y in repeated(rect.y0, rect.y1, around.y0, around.y1) {
-            for x in repeated(rect.x0, rect.x1, around.x0, around.x1) {
-                let at = around.index(x, y);
-                heights.push(made.voxels.heights[at]);
-                colours.push(made.voxels.colours[at]);
-            }
-        }
+        let rows = || repeated(rect.y0, rect.y1, around.y0, around.y1);
+        let columns = || repeated(rect.x0, rect.x1, around.x0, around.x1);
+        let with_apron: Vec<usize> =
+            rows().flat_map(|y| columns().map(move |x| around.index(x, y))).collect();
         let own = (0..rect.len()).map(|voxel| rect.voxel(voxel)).map(|(x, y)| around.index(x, y));
         let census = made.census(own.clone());
-        let attributes = own.map(|at| made.voxels.attributes[at]).collect();
-        let (low, high, relief, spans) = Default::default();
-        Ok((PageBuffer { width, height, heights, low, high, colours, relief, attributes, spans }, census))
+        let page = |heights: &[u16], colours: &[[u8; 3]], attributes: &[Attributes], spans: SpanTable| {
+            let (low, high, relief) = Default::default();
+            let heights = with_apron.iter().map(|&at| heights[at]).collect();
+            let colours = with_apron.iter().map(|&at| colours[at]).collect();
+            let attributes = own.clone().map(|at| attributes[at]).collect();
+            PageBuffer { width, height, heights, low, high, colours, relief, attributes, spans }
+        };
+        let bare = made.bare.as_ref().map(|bare| {
+            let rise = SpanTable::rise(self.project.code, self.project.grid.spacing);
+            let spans = SpanTable::new((width, height), rise, |x, y, spans| {
+                spans.extend(bare.spans.get(&around.index(rect.x0 + x, rect.y0 + y)).into_iter().flatten());
+            });
+            page(&bare.heights, &bare.colours, &bare.attributes, spans)
+        });
+        let VoxelBlock { heights, colours, attributes, .. } = &made.voxels;
+        let page = page(heights, colours, attributes, SpanTable::default());
+        // Where only a road was cut in, bare ground is the surface.
+        let bare = bare.filter(|bare| *bare != page);
+        Ok(MadePage { page, bare, census })
+    }
+
+    /// Heights of the finest voxels over `rect` as the rasters have them, voids filled, metres; NaN where there is none.
+    pub fn natural(&mut self, rect: Rect) -> Result<Vec<f64>> {
+        self.turn_to(0);
+        Ok(self.ground(rect)?.surface.heights)
+    }
+
+    /// What features make of a block; `None`: none reaches it.
+    fn built(&mut self, rect: Rect) -> Result<Option<Built>> {
+        let Some(standing) = self.project.standing else { return Ok(None) };
+        let Some(margin) = standing.margin(rect, &self.level) else { return Ok(None) };
+        let wide = rect.grown(margin, &self.level.grid);
+        let natural = self.ground(wide)?.surface.heights;
+        Ok(Some(standing.build(rect, (wide, &natural), &self.level)))
     }
 
     /// Takes the grid of another level.
@@ -180,7 +241,12 @@ impl<'a> PageMaker<'a> {
     /// Voxels over `rect` of the level.
     fn block(&mut self, rect: Rect) -> Result<Made> {
         // Slopes need a voxel around.
-        let ground = self.ground(rect.grown(1, &self.level.grid))?;
+        let around = rect.grown(1, &self.level.grid);
+        let mut ground = self.ground(around)?;
+        let built = self.built(around)?;
+        if let Some(built) = &built {
+            ground.surface.heights.clone_from(&built.ground);
+        }
         let pigments = self.drape.pigments(rect)?;
         let mut made = Made {
             voxels: VoxelBlock {
@@ -191,6 +257,7 @@ impl<'a> PageMaker<'a> {
                 attributes: Vec::with_capacity(rect.len()),
             },
             voids: Vec::with_capacity(rect.len()),
+            bare: None,
         };
         for (voxel, pigment) in pigments.iter().enumerate() {
             let (x, y) = rect.voxel(voxel);
@@ -208,7 +275,56 @@ impl<'a> PageMaker<'a> {
             made.voxels.attributes.push(Attributes { source, material: 0, flags });
             made.voids.push(ground.voids[at]);
         }
+        if let Some(built) = &built {
+            self.put(&mut made, rect, (around, built));
+        }
         Ok(made)
+    }
+
+    /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
+    fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
+        let Project { code, grid, .. } = self.project;
+        let inside = |index: usize| {
+            let (x, y) = around.voxel(index);
+            let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
+            is_in.then(|| rect.index(x, y))
+        };
+        let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
+        for (index, paint, share) in &built.paints {
+            let Some(at) = inside(*index) else { continue };
+            let (under, over) = (linear_from_srgb8(colours[at]), linear_from_srgb8(paint.colour));
+            let mixed = |channel: usize| under[channel] + (over[channel] - under[channel]) * *share as f32;
+            colours[at] = std::array::from_fn(|channel| srgb8_from_linear(mixed(channel)));
+            if *share >= 0.5 {
+                attributes[at].material = paint.material.code();
+            }
+        }
+        let mut spans: HashMap<usize, Vec<Span>> = HashMap::new();
+        for (index, solid) in &built.solids {
+            if let Some(at) = inside(*index)
+                && let Some(span) = solid.encode(code, grid.spacing)
+            {
+                spans.entry(at).or_default().push(span);
+            }
+        }
+        if spans.is_empty() {
+            return;
+        }
+        spans.values_mut().for_each(|spans| spans.sort_by_key(|span| (span.low, span.high)));
+        let bare = Bare {
+            heights: heights.clone(),
+            colours: colours.clone(),
+            attributes: attributes.clone(),
+            spans,
+        };
+        for (index, solid) in built.surfaces(around.len()).into_iter().enumerate() {
+            if let (Some(at), Some(solid)) = (inside(index), solid) {
+                heights[at] = code.encode(solid.high_m);
+                colours[at] = solid.top;
+                attributes[at].material = solid.material;
+            }
+        }
+        made.bare = (self.level.level == 0).then_some(bare);
     }
 
     /// Mosaic and fill.
@@ -316,6 +432,6 @@ impl StandIn for FromSources<'_, '_> {
     }
 
     fn page(&mut self, id: PageId) -> Result<PageBuffer> {
-        Ok(self.maker.make(id)?.0)
+        Ok(self.maker.make(id)?.page)
     }
 }

@@ -48,6 +48,7 @@ struct Lines {
     /// Of every file, in their order.
     elevation: Vec<usize>,
     imagery: Vec<usize>,
+    features: Vec<usize>,
     /// Of the table `[place]`, and of its keys.
     place: usize,
     keys: Vec<(&'static str, usize)>,
@@ -113,6 +114,7 @@ impl Recipe {
         let of_file = |(input, error)| match input {
             Input::Elevation(index) => mistake(self.lines.elevation[index], error),
             Input::Imagery(index) => mistake(self.lines.imagery[index], error),
+            Input::Features(index) => mistake(self.lines.features[index], error),
         };
         let mut mistakes: Vec<Mistake> = faults(&self.options).into_iter().map(of_file).collect();
         if !mistakes.is_empty() {

@@ -9,7 +9,8 @@ use super::fields::Fields;
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
 use crate::geo::{Crs, VerticalDatum};
-use crate::modeling::{BuildOptions, Corridor, ElevationFile, ImageryFile, NodataFill};
+use crate::modeling::features::{Class, Columns, LayerOptions};
+use crate::modeling::{BuildOptions, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill};
 use crate::sunlight::{SunSetting, written};
 
 /// One value, or several in brackets.
@@ -71,6 +72,12 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         let files = imagery(table, &folder);
         lines.imagery.extend(files.iter().map(|_| line));
         options.imagery.extend(files);
+    }
+    for table in root.tables("features", "[[features]]") {
+        let line = table.line();
+        let files = features(table, &folder);
+        lines.features.extend(files.iter().map(|_| line));
+        options.features.extend(files);
     }
     let tables = root.tables("corridor", "[[corridor]]");
     options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();
@@ -181,6 +188,42 @@ fn imagery(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<ImageryFile> {
     });
     table.finish();
     paths.into_iter().map(|path| ImageryFile { path, crs: crs.clone(), bands }).collect()
+}
+
+/// Names of the attributes that hold what, and where they are kept.
+type Column = (&'static str, fn(&mut Columns) -> &mut Option<String>);
+
+const COLUMNS: [Column; 11] = [
+    ("height", |columns| &mut columns.height),
+    ("min_height", |columns| &mut columns.min_height),
+    ("levels", |columns| &mut columns.levels),
+    ("width", |columns| &mut columns.width),
+    ("diameter", |columns| &mut columns.diameter),
+    ("roof_shape", |columns| &mut columns.roof_shape),
+    ("roof_height", |columns| &mut columns.roof_height),
+    ("colour", |columns| &mut columns.colour),
+    ("roof_colour", |columns| &mut columns.roof_colour),
+    ("material", |columns| &mut columns.material),
+    ("class", |columns| &mut columns.class),
+];
+
+fn features(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<FeatureFile> {
+    let mistakes = table.mistakes;
+    let paths = files(&mut table, folder, "\"town.geojson\"");
+    let crs = crs(&mut table);
+    let layer = table.take::<String>("layer").map(Spanned::into_inner);
+    let kind =
+        table.take::<String>("kind").and_then(|kind| mistakes.check(&kind.span(), Class::of(kind.get_ref())));
+    let mut columns = Columns::default();
+    if let Some(mut named) = table.table("attributes", "attributes") {
+        for (key, place) in COLUMNS {
+            *place(&mut columns) = named.take::<String>(key).map(Spanned::into_inner);
+        }
+        named.finish();
+    }
+    table.finish();
+    let options = LayerOptions { crs, table: layer, kind, columns };
+    paths.into_iter().map(|path| FeatureFile { path, options: options.clone() }).collect()
 }
 
 fn corridor(mut table: Fields<'_, '_, '_>, folder: &Path) -> Option<Corridor> {

@@ -6,13 +6,14 @@ use crate::error::Error;
 use crate::progress::Observer;
 
 /// Flags, the tables of a recipe in which the same is said, and their keys there; without a key it is the table itself.
-const WORDS: [(&str, &str, &str); 16] = [
+const WORDS: [(&str, &str, &str); 17] = [
     ("--bands", "[[imagery]]", "bands"),
     ("--bbox", "[place]", "bbox"),
     ("--corridor", "[[corridor]]", ""),
     ("--crs", "[place]", "crs"),
     ("--elevation", "[[elevation]]", ""),
     ("--elevation-crs", "[[elevation]]", "crs"),
+    ("--features", "[[features]]", ""),
     ("--imagery", "[[imagery]]", ""),
     ("--imagery-crs", "[[imagery]]", "crs"),
     ("--local", "[place]", "local"),

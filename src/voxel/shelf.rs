@@ -81,14 +81,14 @@ impl<'w> Shelf<'w> {
     }
 }
 
-/// The band that a page is in.
+/// The band that a page is in; bare ground is in that of its surface.
 fn band_of(id: PageId) -> (u8, u32) {
-    (id.level, id.py / SIDE)
+    (if id.is_bare() { 0 } else { id.level }, id.py / SIDE)
 }
 
-/// Where a page comes in its band.
-fn place(id: PageId) -> (u32, u32) {
-    (id.px / SIDE, along_curve(id.px % SIDE, id.py % SIDE))
+/// Where a page comes in its band: bare ground after its surface.
+fn place(id: PageId) -> (u32, u32, bool) {
+    (id.px / SIDE, along_curve(id.px % SIDE, id.py % SIDE), id.is_bare())
 }
 
 /// How far along Hilbert's curve through a block a page lies: it begins in the south-west, and ends in the south-east.

@@ -102,6 +102,12 @@ impl SpanTable {
         [low, span.high.saturating_add(room)]
     }
 
+    /// Least and greatest code of upper and lower ends, but for those on the ground; `None`: nothing stands.
+    pub fn codes(&self) -> Option<(u16, u16)> {
+        let ends = self.spans.iter().flat_map(|span| [span.low, span.high]).filter(|code| *code > 0);
+        ends.clone().min().zip(ends.max())
+    }
+
     /// Whether nothing stands.
     pub fn is_empty(&self) -> bool {
         self.spans.is_empty()

@@ -186,6 +186,37 @@ impl Bound {
         }
     }
 
+    /// How far beside a voxel it may ask for the ground to know what stands on it, metres.
+    pub fn margin(&self) -> f64 {
+        match self {
+            Self::Wood(wood) => wood.reach(),
+            _ => 0.0,
+        }
+    }
+
+    /// Height that nothing of it rises above on ground up to `ground` metres high, over voxels of this side, metres.
+    pub fn highest(&self, ground: f64, spacing: f64) -> f64 {
+        match self {
+            Self::Way(_) | Self::Cover(_) => ground,
+            Self::Barrier(barrier) => ground + barrier.barrier.height_m,
+            Self::Wood(wood) => ground + wood.highest(),
+            Self::Tree(tree) => tree.base_m + tree.tree.height_m,
+            Self::Building(_) | Self::Bridge(_) | Self::Upright(_) | Self::Wire(_) => {
+                let [west, south, east, north] = self.reach(spacing);
+                let corner = (DVec2::new(west, south) / spacing).floor() * spacing;
+                let size = ((DVec2::new(east, north) - corner) / spacing).ceil() + 1.0;
+                let square = Square { corner, spacing, columns: size.x as usize, rows: size.y as usize };
+                let mut solids = Vec::new();
+                self.raise(&square, &|_: DVec2| None, &mut solids);
+                // Slopes rise from the voxel's centre to its corners.
+                let top = |solid: &Solid| {
+                    solid.high_m + 0.5 * spacing * (solid.slope[0].abs() + solid.slope[1].abs())
+                };
+                solids.iter().map(|(_, solid)| top(solid)).fold(ground, f64::max)
+            }
+        }
+    }
+
     /// Its solids over the voxels of a square, with their row-major index.
     pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
         match self {

@@ -108,6 +108,11 @@ impl BoundWood {
         self.wood.height_m * (1.0 + HEIGHTS) * SLENDER
     }
 
+    /// Height of its highest tree, metres.
+    pub(super) fn highest(&self) -> f64 {
+        self.wood.height_m * (1.0 + HEIGHTS)
+    }
+
     /// Its trees that may reach into a square: one in each cell of a lattice that is the same for all of the database.
     pub fn trees(&self, square: &Square, ground: &dyn Ground) -> Vec<BoundTree> {
         let cell = self.cell(square.spacing);

@@ -9,7 +9,7 @@ use hedgehop::Error;
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{
-    BuildOptions, BuildReport, Corridor, ElevationFile, ImageryFile, NodataFill, build,
+    BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, build,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -35,8 +35,9 @@ Examples:
   hedgehop build --elevation strip-1m.tif area-16m.tif --corridor flight.csv --width 2000 --spacing 1 -o route.hop";
 
 /// Flags that say what recipes say.
-const SAID_BY_RECIPES: [&str; 16] = [
+const SAID_BY_RECIPES: [&str; 17] = [
     "elevation",
+    "features",
     "imagery",
     "crs",
     "elevation_crs",
@@ -72,6 +73,10 @@ pub struct Args {
     /// Imagery, highest priority first: GeoTIFF, PNG or JPEG with world file [default: none, colour follows height]
     #[arg(long, value_name = "FILE", num_args = 1..)]
     imagery: Vec<PathBuf>,
+
+    /// What stands or lies on the ground, by OpenStreetMap's tags: GeoJSON, Shapefiles, GeoPackages
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    features: Vec<PathBuf>,
 
     /// Database to write [default with a recipe: what it says, or its own name with .hop]
     #[arg(short, long, value_name = "AREA.hop", required_unless_present = "recipe")]
@@ -203,6 +208,7 @@ impl Args {
         Ok(BuildOptions {
             elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
             imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),
+            features: self.features.iter().cloned().map(FeatureFile::from).collect(),
             output: self.output.clone().unwrap_or_default(),
             overwrite: self.making.overwrite,
             crs: self.crs.clone(),
@@ -268,6 +274,7 @@ impl Args {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
+    args::check_inputs("--features", &args.features, "*.geojson")?;
     args::check_inputs("--corridor", &args.corridor, "*.csv")?;
     let order = args.order()?;
     let output = &order.options.output;
