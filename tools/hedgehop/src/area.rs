@@ -169,12 +169,33 @@ pub fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
         LevelShare { all: u64::from(columns) * u64::from(rows), ..LevelShare::default() }
     };
     let mut shares: Vec<LevelShare> = (0..header.level_count).map(pages).collect();
-    for (id, entry) in directory.present() {
+    for (id, entry) in directory.present().filter(|(id, _)| !id.is_bare()) {
         let share = &mut shares[usize::from(id.level)];
         share.stored += 1;
         share.bytes += u64::from(entry.length);
     }
     shares
+}
+
+/// Bare ground that a database stores, and what stands on it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StandingShare {
+    /// Pages of bare ground.
+    pub pages: u64,
+    /// Their bytes, those of spans included.
+    pub bytes: u64,
+    /// Bytes of spans.
+    pub spans: u64,
+}
+
+/// What is stored of bare ground.
+pub fn standing(directory: &Directory) -> StandingShare {
+    let bare = directory.present().filter(|(id, _)| id.is_bare());
+    bare.fold(StandingShare::default(), |share, (_, entry)| StandingShare {
+        pages: share.pages + 1,
+        bytes: share.bytes + u64::from(entry.length),
+        spans: share.spans + u64::from(entry.spans),
+    })
 }
 
 /// What is stored of each level, as further rows of the table.
@@ -191,12 +212,21 @@ pub fn stored(header: &Header, directory: &Directory) -> String {
             "  {name:<9} level {side}: {stored} of {all} pages ({percent:.4} %), {megabytes:.1} MB"
         );
     }
+    let StandingShare { pages, bytes, spans } = standing(directory);
+    if pages > 0 {
+        let [all, spans] = [bytes, spans].map(|bytes| bytes as f64 / 1e6);
+        let _ = writeln!(
+            text,
+            "            bare ground: {pages} pages, {all:.1} MB, of which {spans:.1} MB are what stands on it"
+        );
+    }
     text
 }
 
 /// Everything the header says and what is stored, for programs.
 pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
     let (near, far) = (header.grid.origin, header.grid.far_corner());
+    let standing = standing(directory);
     Ok(json!({
         "format_version": header.version,
         "content_hash": header.content_hash.to_string(),
@@ -216,6 +246,9 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
                 json!({ "level": side, "pages": share.stored, "pages_of_grid": share.all, "bytes": share.bytes })
             })
             .collect::<Vec<_>>(),
+        "bare_ground": {
+            "pages": standing.pages, "bytes": standing.bytes, "span_bytes": standing.spans,
+        },
         "metadata": header.metadata,
     }))
 }

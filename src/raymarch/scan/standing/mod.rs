@@ -37,6 +37,9 @@ use crate::voxel::{
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
 const SEAM: f32 = 0.04;
 
+/// Spans of a voxel that are put in order.
+const MOST_SORTED: usize = 16;
+
 /// Least major distance of what is seen, units: tangents stay finite.
 const LEAST_DISTANCE: f64 = 1.0e-3;
 
@@ -250,17 +253,32 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
         let first =
             spans.partition_point(|span| self.march.code.scale as f32 * f32::from(span.high) + above <= 0.0);
-        for span in spans[first..].iter().chain(spans[..first].iter().rev()) {
-            self.meet(&crossing, span);
+        let outward = spans[first..].iter().chain(spans[..first].iter().rev());
+        let steps = self.march.code.scale as f32 / self.march.grid.spacing as f32;
+        let mut met = [(0.0_f32, 0.0_f32, &spans[0]); MOST_SORTED];
+        let mut count = 0;
+        for span in outward {
+            let Some([enter, leave]) = crossing.within(span, steps) else { continue };
+            if count == MOST_SORTED {
+                self.meet(&crossing, span, [enter, leave]);
+                continue;
+            }
+            // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
+            let mut at = count;
+            while at > 0 && met[at - 1].0 > enter {
+                met[at] = met[at - 1];
+                at -= 1;
+            }
+            met[at] = (enter, leave, span);
+            count += 1;
+        }
+        for &(enter, leave, span) in &met[..count] {
+            self.meet(&crossing, span, [enter, leave]);
         }
     }
 
-    /// Fills what is seen of a span.
-    fn meet(&mut self, crossing: &Crossing<'_>, span: &Span) {
-        let Some(cut) = crossing.within(span, self.march.code.scale as f32 / self.march.grid.spacing as f32)
-        else {
-            return;
-        };
+    /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
+    fn meet(&mut self, crossing: &Crossing<'_>, span: &Span, cut: [f32; 2]) {
         let Crossing { step, above, .. } = crossing;
         let length = step.leave - step.enter;
         let distance = cut.map(|share| step.enter + length * f64::from(share));
