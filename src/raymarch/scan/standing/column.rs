@@ -53,6 +53,8 @@ pub(super) struct Column {
     /// Bits of rows that are hidden all over, and how many are not.
     full: Vec<u64>,
     open: usize,
+    /// The lowest row that may not be hidden.
+    lowest: usize,
     /// Rows that show something, first and one beyond the last.
     extent: [usize; 2],
 }
@@ -87,12 +89,29 @@ impl Column {
         self.full.clear();
         self.full.resize(rows.div_ceil(WORD), 0);
         self.open = rows;
+        self.lowest = 0;
         self.extent = [usize::MAX, 0];
     }
 
     /// Whether all rows are hidden.
     pub fn is_closed(&self) -> bool {
-        self.open == 0
+        self.open == 0 || self.lowest == self.covered.len()
+    }
+
+    /// All rows below a place are hidden. Returns the lowest one that is not, or how many there are.
+    #[inline]
+    pub fn close_below(&mut self, place: f32) -> usize {
+        self.lowest = self.lowest.max(place.max(0.0) as usize).min(self.covered.len());
+        while self.lowest < self.covered.len() {
+            let (word, bit) = (self.lowest / WORD, self.lowest % WORD);
+            let full = (self.full[word] >> bit).trailing_ones() as usize;
+            self.lowest += full;
+            if full == 0 || bit + full < WORD {
+                break;
+            }
+        }
+        self.lowest = self.lowest.min(self.covered.len());
+        self.lowest
     }
 
     /// Whether all rows between two places are hidden.

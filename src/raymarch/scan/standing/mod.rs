@@ -103,6 +103,8 @@ struct Plane<'f, 'a, L> {
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
     crest: Crest<'f>,
+    /// Tangent below which all is hidden, by the ground or by what stands nearer.
+    floor: f32,
 }
 
 /// A voxel's spans, where a plane crosses them.
@@ -152,6 +154,7 @@ impl<'a> StandingMarch<'a> {
                 ground: (way[0].hypot(way[1])) as f32,
                 way,
                 crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
+                floor: standing.field.tangents[0],
             };
             plane.follow()?;
             self.column.put_into(lane, cover);
@@ -228,12 +231,20 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             tangents(spans.low).into_iter().fold(f32::INFINITY, f32::min)
         };
         let crest = self.crest.at((1.0 / (self.depth * block.enter)) as f32);
-        let Standing { ladder, first, field, .. } = self.standing;
-        if high <= crest || lowest >= field.tangents[1] || high <= field.tangents[0] {
+        if high <= self.floor || high <= crest || lowest >= self.standing.field.tangents[1] {
             return true;
         }
-        let row = |tangent: f32| ladder.rows_below(tangent) - first as f32;
-        self.march.column.is_full(row(crest.max(lowest)), row(high))
+        self.raise_floor(crest);
+        high <= self.floor
+    }
+
+    /// Finds below which tangent all is hidden, behind ground with this crest.
+    fn raise_floor(&mut self, crest: f32) {
+        let Standing { ladder, first, .. } = self.standing;
+        let hidden = if crest > self.floor { ladder.rows_below(crest) - first as f32 } else { 0.0 };
+        let lowest = self.march.column.close_below(hidden);
+        let edge = ladder.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
+        self.floor = self.floor.max(crest).max(edge);
     }
 
     /// Looks at the spans of a voxel.
@@ -254,10 +265,19 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         let first =
             spans.partition_point(|span| self.march.code.scale as f32 * f32::from(span.high) + above <= 0.0);
         let outward = spans[first..].iter().chain(spans[..first].iter().rev());
-        let steps = self.march.code.scale as f32 / self.march.grid.spacing as f32;
+        let (scale, spacing) = (self.march.code.scale as f32, self.march.grid.spacing as f32);
+        let inverse = [step.enter, step.leave].map(|at| (1.0 / (self.depth * at)) as f32);
+        let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
+        let steps = scale / spacing;
         let mut met = [(0.0_f32, 0.0_f32, &spans[0]); MOST_SORTED];
         let mut count = 0;
         for span in outward {
+            // Most are hidden: their highest corner tells.
+            let steepest = f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
+            let top = scale.mul_add(f32::from(span.high), above) + steepest * rise_per_step;
+            if top * inverse[usize::from(top < 0.0)] <= self.floor {
+                continue;
+            }
             let Some([enter, leave]) = crossing.within(span, steps) else { continue };
             if count == MOST_SORTED {
                 self.meet(&crossing, span, [enter, leave]);
