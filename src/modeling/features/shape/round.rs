@@ -34,6 +34,8 @@ struct Section {
     is_highest: bool,
 }
 
+/// Diameter in voxels below which something round is one voxel wide.
+const NARROW: f64 = 1.6;
 /// How high a dome and a cone are, as shares of the radius.
 const DOME: f64 = 0.35;
 const CONE: f64 = 0.5;
@@ -51,9 +53,15 @@ impl BoundUpright {
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         let Upright { opacity, paint, .. } = self.upright;
         if 2.0 * self.radius < square.spacing {
-            return self.thin(square, out);
+            return self.thin(square, self.radius, (None, self.top_m()), out);
         }
         for Section { radius, low, high, is_lowest, is_highest } in self.sections(square.spacing) {
+            // Where four voxels meet none of them holds enough of a narrow circle.
+            if 2.0 * radius < NARROW * square.spacing {
+                let low_m = (!is_lowest).then_some(self.base_m + low);
+                self.thin(square, radius, (low_m, self.base_m + high), out);
+                continue;
+            }
             let circle = Footprint::circle(self.middle, radius, 0.02 * square.spacing);
             for cover in circle.cover(square) {
                 let (index, centre) =
@@ -138,13 +146,20 @@ impl BoundUpright {
         }
     }
 
-    fn thin(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+    /// A part of it that is one voxel wide.
+    fn thin(
+        &self,
+        square: &Square,
+        radius: f64,
+        (low_m, high_m): (Option<f64>, f64),
+        out: &mut Vec<(usize, Solid)>,
+    ) {
         let (columns, rows) = square.touched([self.middle.x, self.middle.y, self.middle.x, self.middle.y]);
         let Some((column, row)) = columns.into_iter().next().zip(rows.into_iter().next()) else { return };
-        let width = 2.0 * self.radius / square.spacing;
+        let width = (2.0 * radius / square.spacing).min(1.0);
         let opacity = (self.upright.opacity * width).max(FAINTEST);
         let solid =
-            Solid { opacity, wall: Wall::Round(0.0), ..Solid::level(None, self.top_m(), self.upright.paint) };
+            Solid { opacity, wall: Wall::Round(0.0), ..Solid::level(low_m, high_m, self.upright.paint) };
         out.push((square.index(column, row), solid));
     }
 }

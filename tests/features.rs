@@ -1,0 +1,231 @@
+//! Features on the ground of a database, against what they say: by rays of the reference marcher.
+
+use std::fs;
+use std::path::Path;
+
+use glam::{DVec2, DVec3, dvec2};
+use hedgehop::memory::PageFile;
+use hedgehop::modeling::{BuildOptions, FeatureFile, build};
+use hedgehop::progress::Silent;
+use hedgehop::raymarch::{Contact, Face, LevelBands, Marcher, SolidHit, Surface};
+use hedgehop::voxel::{PageSource, Span};
+
+/// South-west corner of the area, metres of UTM zone 32, and its side.
+const CORNER: DVec2 = dvec2(500_000.0, 5_000_000.0);
+const SIDE: u32 = 600;
+
+/// A database of voxels of a metre: ground that rises northward by `slope`, with features as GeoJSON.
+fn area(folder: &Path, slope: f64, features: &[String]) -> PageFile {
+    let row = |row: u32| {
+        let north = f64::from(SIDE - row) - 0.5;
+        vec![format!("{:.3}", 100.0 + slope * north); SIDE as usize].join(" ")
+    };
+    let rows: Vec<_> = (0..SIDE).map(row).collect();
+    let head =
+        format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner {}\nyllcorner {}\ncellsize 1\n", CORNER.x, CORNER.y);
+    fs::write(folder.join("dem.asc"), head + &rows.join("\n") + "\n").unwrap();
+    let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::32632"}}"#;
+    let text = format!(r#"{{"type":"FeatureCollection",{crs},"features":[{}]}}"#, features.join(","));
+    fs::write(folder.join("town.geojson"), text).unwrap();
+    let mut options = BuildOptions::new(vec![folder.join("dem.asc")], Vec::new(), folder.join("area.hop"));
+    options.elevation[0].crs = Some("EPSG:32632".into());
+    options.features = vec![FeatureFile::from(folder.join("town.geojson"))];
+    build(&options, &Silent).unwrap();
+    let pages = PageFile::open(&folder.join("area.hop")).unwrap();
+    assert_eq!(pages.verify(&Silent).unwrap().problems, []);
+    assert!(pages.header().is_built);
+    pages
+}
+
+fn feature(kind: &str, places: &[DVec2], tags: &str) -> String {
+    let place = |at: &DVec2| format!("[{},{}]", CORNER.x + at.x, CORNER.y + at.y);
+    let list: Vec<_> = places.iter().map(place).collect();
+    let coordinates = match kind {
+        "Polygon" => format!("[[{},{}]]", list.join(","), list[0]),
+        "Point" => list[0].clone(),
+        _ => format!("[{}]", list.join(",")),
+    };
+    format!(
+        r#"{{"type":"Feature","properties":{{{tags}}},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#
+    )
+}
+
+/// What a ray between two places (metres from the corner) meets: the first solid, and the ground.
+fn met(pages: &PageFile, from: DVec3, to: DVec3) -> (Option<SolidHit>, Option<Contact>) {
+    let grid = pages.header().grid;
+    let bands = LevelBands::finest_only().with_bare_ground(&grid, 1.0e-9, 0.0, 1.0);
+    let mut marcher = Marcher::new(pages, bands, Surface::Smooth);
+    let ray = marcher.ray(from + CORNER.extend(0.0), (to - from).normalize());
+    let contact = marcher.first_contact(&ray, 0.0).unwrap();
+    let mut hits = Vec::new();
+    marcher.solids(&ray, contact.as_ref(), &mut hits).unwrap();
+    (hits.first().copied(), contact)
+}
+
+/// Height of the bare ground, metres.
+fn ground(pages: &PageFile, at: DVec2) -> f64 {
+    let high = 900.0;
+    let (_, contact) = met(pages, at.extend(high), at.extend(0.0));
+    high - contact.unwrap().range
+}
+
+/// Height of what stands highest, metres.
+fn top(pages: &PageFile, at: DVec2) -> Option<f64> {
+    let high = 900.0;
+    let (hit, _) = met(pages, at.extend(high), at.extend(0.0));
+    hit.map(|hit| high - hit.range)
+}
+
+/// A rectangle about a middle, turned by an angle in radians.
+fn rectangle(middle: DVec2, half: DVec2, turn: f64) -> Vec<DVec2> {
+    let corners = [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)];
+    corners.map(|corner| middle + DVec2::from_angle(turn).rotate(corner * half)).to_vec()
+}
+
+#[test]
+fn houses_have_their_walls_corners_and_heights() {
+    let folder = tempfile::tempdir().unwrap();
+    let half = dvec2(15.0, 8.0);
+    let houses: Vec<(DVec2, f64)> =
+        (0..6).map(|index| (dvec2(80.3 + 80.0 * f64::from(index), 150.7), f64::from(index) * 0.31)).collect();
+    let tags = r#""building":"yes","height":12.5,"roof:shape":"flat""#;
+    let features: Vec<_> = houses
+        .iter()
+        .map(|(middle, turn)| feature("Polygon", &rectangle(*middle, half, *turn), tags))
+        .collect();
+    let pages = area(folder.path(), 0.0, &features);
+    let step = pages.header().heights.scale;
+    let mut worst: f64 = 0.0;
+    for (middle, turn) in houses {
+        assert!((top(&pages, middle).unwrap() - 112.5).abs() <= step, "a roof lies where it is said to lie");
+        // The walls, from four sides at a few places each.
+        for quarter in 0..4 {
+            let normal = DVec2::from_angle(turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2);
+            let [distance, width] = if quarter % 2 == 0 { [half.x, half.y] } else { [half.y, half.x] };
+            // The last voxel and a half before a corner are the corner's.
+            for aside in [-1.0, -0.4, 0.1, 0.6, 1.0] {
+                let beside = normal.perp() * (aside * (width - 1.5));
+                let from = middle + beside + normal * 35.0;
+                let (hit, _) = met(&pages, from.extend(105.0), (middle + beside).extend(105.0));
+                let hit = hit.unwrap();
+                assert_eq!(hit.face, Face::Side);
+                worst = worst.max((hit.range - (35.0 - distance)).abs());
+            }
+        }
+        // The corners: half a voxel outside nothing stands, a voxel inside the house does.
+        for corner in rectangle(DVec2::ZERO, half, turn) {
+            let out = corner.normalize() * std::f64::consts::FRAC_1_SQRT_2;
+            assert_eq!(top(&pages, middle + corner + out * 1.42), None, "a voxel outside of a corner");
+            assert!(top(&pages, middle + corner - out * 1.42).is_some(), "a voxel inside of it");
+        }
+    }
+    assert!(worst < 0.05, "walls are off by {worst} m");
+}
+
+#[test]
+fn gables_rise_to_their_ridge() {
+    let folder = tempfile::tempdir().unwrap();
+    let (middle, half, turn) = (dvec2(300.4, 299.8), dvec2(14.0, 6.0), 0.4);
+    let tags = r#""building":"house","height":13,"roof:shape":"gabled","roof:height":4"#;
+    let pages = area(folder.path(), 0.0, &[feature("Polygon", &rectangle(middle, half, turn), tags)]);
+    let mut worst: f64 = 0.0;
+    for along in -6..=6 {
+        for across in -5..=5 {
+            let (along, across) = (f64::from(along) * 2.0 + 0.13, f64::from(across) + 0.07);
+            let at = middle + DVec2::from_angle(turn).rotate(dvec2(along, across));
+            let roof = 113.0 - 4.0 * across.abs() / half.y;
+            worst = worst.max((top(&pages, at).unwrap() - roof).abs());
+        }
+    }
+    // Slopes are stored in steps of 1/32 over half a voxel.
+    assert!(worst < 0.5 / 32.0 + pages.header().heights.scale, "roofs are off by {worst} m");
+}
+
+#[test]
+fn roads_are_as_wide_as_they_say_and_lakes_are_level() {
+    let folder = tempfile::tempdir().unwrap();
+    let features = [
+        feature("LineString", &[dvec2(50.0, 100.3), dvec2(550.0, 100.3)], r#""highway":"primary","width":9"#),
+        feature("Polygon", &rectangle(dvec2(300.0, 400.0), dvec2(60.0, 40.0), 0.3), r#""natural":"water""#),
+    ];
+    let folder_path = folder.path();
+    let row = area_of_ground(folder_path, 0.1, &features);
+    // Asphalt from 95.8 to 104.8 m: voxels whose centres lie there.
+    let asphalt = (0..SIDE).filter(|&y| row.material(300, y) == 2).count() as f64;
+    assert!((asphalt - 9.0).abs() <= 0.5, "{asphalt} m");
+    let lake: Vec<f64> =
+        (380..420).flat_map(|y| (260..340).map(move |x| (x, y))).map(|(x, y)| row.height(x, y)).collect();
+    assert!(lake.iter().all(|height| *height == lake[0]), "a lake is level");
+    let shore = 100.0 + 0.1 * 400.0;
+    assert!((lake[0] - shore).abs() < 6.0, "{} m", lake[0]);
+}
+
+/// The surface of a database on which nothing stands: voxels of level 1.
+struct Voxels(PageFile);
+
+fn area_of_ground(folder: &Path, slope: f64, features: &[String]) -> Voxels {
+    // One post far away, so that something stands.
+    let mut features = features.to_vec();
+    features.push(feature("Point", &[dvec2(590.0, 590.0)], r#""man_made":"mast","height":20"#));
+    Voxels(area(folder, slope, &features))
+}
+
+impl Voxels {
+    fn page(&self, x: u32, y: u32) -> (hedgehop::voxel::PageView<'_>, [u32; 2]) {
+        let id = hedgehop::voxel::PageId { level: 0, px: x / 256, py: y / 256 };
+        (self.0.page(id).unwrap().unwrap(), [x % 256, y % 256])
+    }
+
+    fn material(&self, x: u32, y: u32) -> u8 {
+        let (page, [x, y]) = self.page(x, y);
+        page.attributes_at(x, y).material
+    }
+
+    fn height(&self, x: u32, y: u32) -> f64 {
+        let (page, [x, y]) = self.page(x, y);
+        self.0.header().heights.decode(page.heights[page.sample(x, y)]).unwrap()
+    }
+}
+
+#[test]
+fn wires_sag_and_hang_free_and_bridges_are_open_below() {
+    let folder = tempfile::tempdir().unwrap();
+    let features = [
+        feature(
+            "LineString",
+            &[dvec2(100.0, 300.0), dvec2(400.0, 300.0)],
+            r#""power":"line","cables":"3","voltage":"110000""#,
+        ),
+        feature(
+            "LineString",
+            &[dvec2(450.0, 150.0), dvec2(540.0, 150.0)],
+            r#""highway":"secondary","bridge":"yes","layer":"1","width":8"#,
+        ),
+    ];
+    let pages = area(folder.path(), 0.0, &features);
+    // Looking along y at the wires from beside, from low to high: something thin hangs, with air below.
+    let heights = |x: f64| {
+        let looks = (0..2500).map(|step| 101.0 + 0.02 * f64::from(step));
+        let seen =
+            looks.filter(|z| met(&pages, dvec2(x, 270.0).extend(*z), dvec2(x, 330.0).extend(*z)).0.is_some());
+        seen.collect::<Vec<f64>>()
+    };
+    let [near, middle] = [130.3, 250.3].map(heights);
+    let lowest = |seen: &[f64]| seen.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(!near.is_empty() && !middle.is_empty(), "wires are seen");
+    let sag = lowest(&near) - lowest(&middle);
+    // A parabola: at 30.3 m of 300 m the wire hangs 4 · 0.101 · 0.899 of its sag below its ends.
+    let whole = sag / (1.0 - 4.0 * 0.101 * 0.899);
+    assert!((1.0..20.0).contains(&whole) && lowest(&middle) > 104.0, "a sag of {whole} m");
+    let share = |x: f64| (lowest(&near) - lowest(&heights(x))) / whole + 4.0 * 0.101 * 0.899;
+    for (x, expected) in [(175.3, 4.0 * 0.251 * 0.749), (325.3, 4.0 * 0.751 * 0.249)] {
+        assert!((share(x) - expected).abs() < 0.05, "{x}: {} instead of {expected}", share(x));
+    }
+    // The bridge's deck, and the ground under it.
+    let deck = top(&pages, dvec2(495.5, 150.5)).unwrap();
+    assert!(deck > 102.0, "{deck}");
+    assert!((ground(&pages, dvec2(495.5, 150.5)) - 100.0).abs() < 0.1);
+    let under = 100.3;
+    let (hit, _) = met(&pages, dvec2(495.5, 100.0).extend(under), dvec2(495.5, 200.0).extend(under));
+    assert_eq!(hit.map(|hit| hit.span), None::<Span>, "one flies under it");
+}
