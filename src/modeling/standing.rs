@@ -182,14 +182,14 @@ fn cells_of(
 
 /// A block in metres.
 fn square(rect: Rect, grid: &Grid) -> Square {
-    let corner = grid.origin + DVec2::new(f64::from(rect.x0), f64::from(rect.y0)) * grid.spacing;
-    Square { corner, spacing: grid.spacing, columns: rect.width(), rows: rect.height() }
+    let first = [i64::from(rect.x0), i64::from(rect.y0)];
+    Square { origin: grid.origin, first, spacing: grid.spacing, columns: rect.width(), rows: rect.height() }
 }
 
 /// Height between the posts of a square, which go on as its outermost beside it; `None` where there is none.
 fn between(square: &Square, heights: &[f64], place: DVec2) -> Option<f64> {
     let last = DVec2::new(square.columns as f64, square.rows as f64) - 1.0;
-    let at = ((place - square.corner) / square.spacing - 0.5).clamp(DVec2::ZERO, last);
+    let at = (square.local(place) - 0.5).clamp(DVec2::ZERO, last);
     let [column, row] = [at.x as usize, at.y as usize];
     let share = at.fract();
     let (east, north) = ((column + 1).min(square.columns - 1), (row + 1).min(square.rows - 1));

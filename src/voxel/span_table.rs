@@ -50,7 +50,7 @@ pub struct SpansView<'a> {
 
 impl SpanTable {
     /// Of a page of `width` × `height` voxels: `spans_of` appends those of a voxel (x, y), lowest first. `rise` is how many steps of height the
-    /// steepest slope of one step rises over half a voxel's diagonal, see [`Self::reach`].
+    /// steepest slope of one step rises over half a voxel's diagonal, see [`Self::rise`].
     pub fn new(
         (width, height): (u32, u32),
         rise: f64,

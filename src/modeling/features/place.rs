@@ -97,7 +97,8 @@ mod tests {
         let bound = bind_all(features, &|_: DVec2| Some(600.0));
         // One row has two buildings.
         assert_eq!(bound.len(), 4 + 2 + 60);
-        let square = Square { corner: dvec2(AREA[0], AREA[1]), spacing: 1.0, columns: 130, rows: 80 };
+        let square =
+            Square { origin: dvec2(AREA[0], AREA[1]), first: [0; 2], spacing: 1.0, columns: 130, rows: 80 };
         let mut solids: Vec<(usize, Solid)> = Vec::new();
         bound.iter().for_each(|bound| bound.raise(&square, &|_: DVec2| Some(600.0), &mut solids));
         let over = |x: usize, y: usize| {

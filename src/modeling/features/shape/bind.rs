@@ -203,9 +203,12 @@ impl Bound {
             Self::Tree(tree) => tree.base_m + tree.tree.height_m,
             Self::Building(_) | Self::Bridge(_) | Self::Upright(_) | Self::Wire(_) => {
                 let [west, south, east, north] = self.reach(spacing);
-                let corner = (DVec2::new(west, south) / spacing).floor() * spacing;
-                let size = ((DVec2::new(east, north) - corner) / spacing).ceil() + 1.0;
-                let square = Square { corner, spacing, columns: size.x as usize, rows: size.y as usize };
+                let [low, high] =
+                    [DVec2::new(west, south), DVec2::new(east, north)].map(|at| (at / spacing).floor());
+                let size = high - low + 1.0;
+                let first = [low.x as i64, low.y as i64];
+                let (origin, columns, rows) = (DVec2::ZERO, size.x as usize, size.y as usize);
+                let square = Square { origin, first, spacing, columns, rows };
                 let mut solids = Vec::new();
                 self.raise(&square, &|_: DVec2| None, &mut solids);
                 // Slopes rise from the voxel's centre to its corners.

@@ -118,7 +118,7 @@ impl BoundWood {
         let cell = self.cell(square.spacing);
         let margin = (self.reach() / square.spacing).ceil() + 1.0;
         let grown = Square {
-            corner: square.corner - margin * square.spacing,
+            first: square.first.map(|first| first - margin as i64),
             columns: square.columns + 2 * margin as usize,
             rows: square.rows + 2 * margin as usize,
             ..*square

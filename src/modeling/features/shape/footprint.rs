@@ -106,7 +106,7 @@ impl Footprint {
     pub fn cover(&self, square: &Square) -> Vec<Cover> {
         let (columns, rows) = square.touched(self.bounds);
         // In voxels from the square's corner, so that clipping is against whole numbers.
-        let local = |place: &DVec2| (*place - square.corner) / square.spacing;
+        let local = |place: &DVec2| square.local(*place);
         let low = dvec2(columns.start as f64, rows.start as f64);
         let high = dvec2(columns.end as f64, rows.end as f64);
         let rings = self.rings.iter().map(|ring| ring.iter().map(local).collect::<Vec<_>>());

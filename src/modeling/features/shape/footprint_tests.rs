@@ -17,7 +17,7 @@ fn rectangle(centre: DVec2, half: DVec2, turn: f64) -> Vec<DVec2> {
 }
 
 fn square(spacing: f64) -> Square {
-    Square { corner: dvec2(612_000.0, 5_241_000.0), spacing, columns: 40, rows: 30 }
+    Square { origin: dvec2(612_000.0, 5_241_000.0), first: [0; 2], spacing, columns: 40, rows: 30 }
 }
 
 /// Whether the wall of a voxel leaves a place of it.
@@ -55,7 +55,7 @@ fn walls_of_any_direction_are_straight_and_corners_within_a_voxel() {
     for step in 0..60 {
         let step = f64::from(step);
         let square = square(1.5);
-        let centre = square.corner + dvec2(29.0 + 0.37 * step, 22.0 + 0.11 * step) * 1.0;
+        let centre = square.corner() + dvec2(29.0 + 0.37 * step, 22.0 + 0.11 * step) * 1.0;
         let ring = rectangle(centre, dvec2(9.0, 5.0), 0.1 * step);
         let footprint = Footprint::of(&area(ring.clone(), vec![])).unwrap();
         let found = error(&footprint, &square);
@@ -83,7 +83,7 @@ fn walls_of_any_direction_are_straight_and_corners_within_a_voxel() {
 #[test]
 fn areas_add_up_whatever_the_form() {
     let square = square(1.0);
-    let at = |x: f64, y: f64| square.corner + dvec2(x, y);
+    let at = |x: f64, y: f64| square.corner() + dvec2(x, y);
     let star: Vec<DVec2> = (0..14)
         .map(|i| {
             at(20.0, 15.0)
@@ -128,9 +128,9 @@ fn areas_add_up_whatever_the_form() {
 fn voxels_do_not_depend_on_the_square_that_asks() {
     let whole = square(1.0);
     let footprint =
-        Footprint::of(&area(rectangle(whole.corner + dvec2(20.0, 15.0), dvec2(9.0, 6.0), 0.5), vec![]))
+        Footprint::of(&area(rectangle(whole.corner() + dvec2(20.0, 15.0), dvec2(9.0, 6.0), 0.5), vec![]))
             .unwrap();
-    let part = Square { corner: whole.corner + dvec2(16.0, 8.0), columns: 9, rows: 11, ..whole };
+    let part = Square { first: [16, 8], columns: 9, rows: 11, ..whole };
     let all = footprint.cover(&whole);
     let some = footprint.cover(&part);
     let shifted: Vec<Cover> = all
@@ -163,7 +163,7 @@ proptest! {
     #[test]
     fn any_ring_is_covered_without_harm(places in prop::collection::vec((-60.0..60.0_f64, -60.0..60.0_f64), 3..12)) {
         let square = square(1.0);
-        let ring = places.into_iter().map(|(x, y)| square.corner + dvec2(x, y)).collect();
+        let ring = places.into_iter().map(|(x, y)| square.corner() + dvec2(x, y)).collect();
         if let Some(footprint) = Footprint::of(&area(ring, vec![])) {
             for cover in footprint.cover(&square) {
                 prop_assert!(cover.column < 40 && cover.row < 30 && cover.share > 0.0 && cover.share <= 1.0);

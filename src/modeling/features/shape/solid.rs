@@ -10,8 +10,11 @@ use crate::voxel::{HeightCode, Span};
 /// A rectangle of voxels: row-major from the south-west, rows northward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Square {
-    /// South-west corner, metres in the database's system.
-    pub corner: DVec2,
+    /// Where voxels are counted from, metres in the database's system: the same for all squares of a database, so that a voxel has one place to the last
+    /// bit.
+    pub origin: DVec2,
+    /// Its south-west voxel, counted eastward and northward.
+    pub first: [i64; 2],
     /// Side of a voxel, metres, > 0.
     pub spacing: f64,
     /// Voxels eastward.
@@ -21,9 +24,21 @@ pub struct Square {
 }
 
 impl Square {
+    /// South-west corner, metres in the database's system.
+    pub fn corner(&self) -> DVec2 {
+        self.origin + dvec2(self.first[0] as f64, self.first[1] as f64) * self.spacing
+    }
+
+    /// A place in voxels from the south-west corner.
+    pub fn local(&self, place: DVec2) -> DVec2 {
+        (place - self.origin) / self.spacing - dvec2(self.first[0] as f64, self.first[1] as f64)
+    }
+
     /// Centre of a voxel, metres.
     pub fn centre(&self, column: usize, row: usize) -> DVec2 {
-        self.corner + dvec2(column as f64 + 0.5, row as f64 + 0.5) * self.spacing
+        let [x, y] =
+            [(column, 0), (row, 1)].map(|(index, axis)| (self.first[axis] + index as i64) as f64 + 0.5);
+        self.origin + dvec2(x, y) * self.spacing
     }
 
     /// Row-major index of a voxel.
@@ -33,8 +48,9 @@ impl Square {
 
     /// West, south, east, north, metres.
     pub fn bounds(&self) -> [f64; 4] {
-        let far = self.corner + dvec2(self.columns as f64, self.rows as f64) * self.spacing;
-        [self.corner.x, self.corner.y, far.x, far.y]
+        let near = self.corner();
+        let far = near + dvec2(self.columns as f64, self.rows as f64) * self.spacing;
+        [near.x, near.y, far.x, far.y]
     }
 
     /// Columns and rows that touch an area of west, south, east, north.
@@ -42,13 +58,14 @@ impl Square {
         &self,
         [west, south, east, north]: [f64; 4],
     ) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
-        let range = |low: f64, high: f64, from: f64, count: usize| {
+        let range = |low: f64, high: f64, count: usize| {
             // Casts saturate, and NaN is 0.
-            let first = ((low - from) / self.spacing).floor().max(0.0) as usize;
-            let end = ((high - from) / self.spacing).floor() + 1.0;
+            let first = low.floor().max(0.0) as usize;
+            let end = high.floor() + 1.0;
             first.min(count)..(end.max(0.0) as usize).min(count).max(first.min(count))
         };
-        (range(west, east, self.corner.x, self.columns), range(south, north, self.corner.y, self.rows))
+        let (low, high) = (self.local(dvec2(west, south)), self.local(dvec2(east, north)));
+        (range(low.x, high.x, self.columns), range(low.y, high.y, self.rows))
     }
 
     /// All voxels that touch an area.

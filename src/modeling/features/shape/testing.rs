@@ -12,11 +12,11 @@ pub(super) const PAINT: Paint = Paint { colour: [100, 110, 120], material: Mater
 pub(super) const HEIGHTS: HeightCode = HeightCode { scale: 0.05, offset: 0.0 };
 
 pub(super) fn square(spacing: f64) -> Square {
-    Square { corner: dvec2(612_000.0, 5_241_000.0), spacing, columns: 64, rows: 48 }
+    Square { origin: dvec2(612_000.0, 5_241_000.0), first: [0; 2], spacing, columns: 64, rows: 48 }
 }
 
 pub(super) fn at(x: f64, y: f64) -> DVec2 {
-    square(1.0).corner + dvec2(x, y)
+    square(1.0).corner() + dvec2(x, y)
 }
 
 pub(super) fn of_area(places: Vec<DVec2>) -> Geometry {
@@ -42,7 +42,7 @@ pub(super) fn level(_: DVec2) -> Option<f64> {
 }
 
 pub(super) fn hills(place: DVec2) -> Option<f64> {
-    let local = place - square(1.0).corner;
+    let local = place - square(1.0).corner();
     Some(100.0 + 6.0 * (local.x / 9.0).sin() + 4.0 * (local.y / 13.0).cos() + 0.05 * local.x)
 }
 

@@ -18,7 +18,7 @@ fn roads_are_as_wide_as_they_are_said_to_be() {
     for (spacing, width) in [(1.0, 6.5), (1.0, 3.0), (2.5, 6.0), (2.5, 1.2), (0.5, 7.0)] {
         for step in 0..16 {
             let square = square(spacing);
-            let middle = square.corner + (dvec2(32.0, 24.0) + (0.31 * f64::from(step)).fract()) * spacing;
+            let middle = square.corner() + (dvec2(32.0, 24.0) + (0.31 * f64::from(step)).fract()) * spacing;
             let direction = DVec2::from_angle(0.2 * f64::from(step)) * 500.0;
             let bound = bind(
                 &Meaning::Way(road(width)),
@@ -53,7 +53,7 @@ fn bends_are_mitred_and_sharp_ones_bevelled() {
         let bound =
             bind(&Meaning::Way(Way { kind: WayKind::Runway, ..road(8.0) }), &of_line(places), 1, &level);
         let graded = bound[0].grade(&square, &natural(&square, &level));
-        let local = (place - square.corner) / square.spacing;
+        let local = (place - square.corner()) / square.spacing;
         let index = square.index(local.x as usize, local.y as usize);
         graded
             .iter()
@@ -349,10 +349,10 @@ proptest! {
     #[test]
     fn squares_agree_on_what_they_share(x in 5.0..60.0_f64, y in 5.0..40.0_f64, turn in 0.0..6.3_f64, from in 0_usize..40, size in 5_usize..20) {
         let whole = square(1.0);
-        let part = Square { corner: at(from as f64, 13.0), columns: size, rows: 17, ..whole };
+        let part = Square { first: [from as i64, 13], columns: size, rows: 17, ..whole };
         for bound in everything(at(x, y), DVec2::from_angle(turn)) {
             let place = |square: &Square, index: usize| {
-                let centre = square.centre(index % square.columns, index / square.columns) - whole.corner;
+                let centre = square.centre(index % square.columns, index / square.columns) - whole.corner();
                 (centre.x as usize, centre.y as usize)
             };
             let shared = |(column, row): &(usize, usize)| (from..(from + size).min(64)).contains(column) && (13..30).contains(row);

@@ -23,7 +23,8 @@ pub struct Seen {
     pub inverse: f32,
 }
 
-/// The same of sixteen planes: elements of [`Seen`] by row.
+/// What rows of sixteen planes show of what stands on the ground: red, green and blue of its light times the share of the row that shows it, that share, and
+/// inverse depth (1/metres) times the share.
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     rows: Vec<[Sixteen; 5]>,
