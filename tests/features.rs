@@ -123,6 +123,20 @@ fn houses_have_their_walls_corners_and_heights() {
 }
 
 #[test]
+fn what_reaches_far_beyond_the_area_is_built_within_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let square = |half: f64| rectangle(dvec2(300.0, 300.0), DVec2::splat(half), 0.0);
+    let features = [
+        feature("Polygon", &square(1.0e7), r#""landuse":"forest""#),
+        feature("Polygon", &square(1.0e12), r#""highway":"pedestrian","area":"yes""#),
+    ];
+    let pages = area(folder.path(), 0.0, &features);
+    let trees =
+        (0..100).filter(|step| top(&pages, dvec2(5.9 * f64::from(*step) + 3.3, 200.7)).is_some()).count();
+    assert!(trees > 50, "{trees} places of a hundred have a crown above them");
+}
+
+#[test]
 fn gables_rise_to_their_ridge() {
     let folder = tempfile::tempdir().unwrap();
     let (middle, half, turn) = (dvec2(300.4, 299.8), dvec2(14.0, 6.0), 0.4);

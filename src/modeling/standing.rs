@@ -87,7 +87,11 @@ impl Standing {
         let reaches: Vec<_> = bound.iter().map(|bound| bound.reach(grid.spacing)).collect();
         let mut cells: HashMap<_, Vec<u32>> = HashMap::new();
         for (index, reach) in reaches.iter().enumerate() {
-            for key in cells_of(*reach, origin, cell) {
+            // What reaches beyond the area is asked for within it alone.
+            let far = grid.far_corner();
+            let [west, south, east, north] = *reach;
+            let within = [west.max(origin.x), south.max(origin.y), east.min(far.x), north.min(far.y)];
+            for key in cells_of(within, origin, cell) {
                 cells.entry(key).or_default().push(index as u32);
             }
         }

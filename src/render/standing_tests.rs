@@ -79,10 +79,14 @@ fn village() -> MemPages {
     })
 }
 
-fn camera(east: f64, north: f64, up: f64, [yaw, pitch, roll]: [f64; 3]) -> Camera {
+fn camera(east: f64, north: f64, up: f64, attitude: [f64; 3]) -> Camera {
+    camera_of(east, north, up, attitude, 60.0)
+}
+
+fn camera_of(east: f64, north: f64, up: f64, [yaw, pitch, roll]: [f64; 3], hfov: f64) -> Camera {
     let eye = DVec3::new(1000.0 + east * SPACING, 2000.0 + north * SPACING, up);
     let attitude = Attitude { yaw, pitch, roll };
-    Camera::new(Pose { eye, attitude, hfov: 60.0 }, 320, 180)
+    Camera::new(Pose { eye, attitude, hfov }, 320, 180)
 }
 
 /// Share of the pixels of which the range is more than a hundredth from that of all nine about it of the other frame, and mean difference of colours
@@ -116,6 +120,9 @@ fn planes_see_what_stands_as_the_reference_does() {
         camera(200.0, 210.0, 40.0, [225.0, -20.0, 12.0]),
         camera(110.0, 160.0, 3.0, [60.0, 2.0, -5.0]),
         camera(150.0, 150.0, 90.0, [30.0, -60.0, 0.0]),
+        // Bare ground ends some 40 voxels away.
+        camera_of(150.0, 120.0, 8.0, [20.0, 0.0, 0.0], 125.0),
+        camera_of(185.0, 160.0, 6.0, [250.0, 3.0, 0.0], 140.0),
     ]
     .into_iter()
     .enumerate()

@@ -62,6 +62,22 @@ impl Way {
         Self { frontier: (near * block.side).min(self.size), ..*self }
     }
 
+    /// The lines of a block up to a major distance; the way goes on behind them. `None`: none lies there.
+    pub fn cut(&mut self, block: &Block, until: f64) -> Option<Block> {
+        let last = (0..block.count)
+            .rev()
+            .find(|&index| self.distance(block.stride.level, block.first + index * block.step) <= until)?;
+        let line = block.first + last * block.step;
+        let side = i64::from(Grid::side_units(block.stride.level));
+        self.frontier = if self.forward > 0.0 { (line + 1) * side } else { line * side };
+        Some(Block { count: last + 1, ..*block })
+    }
+
+    /// Major distance up to which the way has come, units.
+    pub fn passed(&self) -> f64 {
+        (self.frontier as f64 - self.eye) * self.forward
+    }
+
     /// Whether a block lies behind.
     pub fn is_past(&self, block: &Block) -> bool {
         if self.forward > 0.0 {

@@ -195,17 +195,26 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             stride = self.march.strides.index_at(f64::from(self.reached) * self.group.ground, stride);
             let mut way = self.way;
-            let stride = self.march.strides.get(stride);
-            let Some(block) = way.next(stride, self.reached.into()) else {
-                if let Some((lines, block)) = self.march_last_line(stride)? {
+            let chosen = self.march.strides.get(stride);
+            let Some(mut block) = way.next(chosen, self.reached.into()) else {
+                if let Some((lines, block)) = self.march_last_line(chosen)? {
                     self.pass_last_line(&lines, &block);
                 }
                 break;
             };
-            self.way = way;
-            if stride.level == BARE {
-                self.bare_until = way.end(&block);
+            if chosen.level == BARE {
+                // Bare ground ends where the reference has it end, to a line.
+                let until = self.march.strides.bare_until() / self.group.ground;
+                if way.end(&block) > until {
+                    let Some(near) = way.cut(&block, until) else {
+                        stride = self.march.strides.first_of_surface();
+                        continue;
+                    };
+                    block = near;
+                }
+                self.bare_until = way.passed();
             }
+            self.way = way;
             self.march_block(&block)?;
         }
         Ok(self.bare_until)

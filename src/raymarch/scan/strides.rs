@@ -24,6 +24,8 @@ pub struct Stride {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strides {
     steps: Vec<Stride>,
+    /// Ground distance up to which it is bare, metres.
+    bare_until: f64,
 }
 
 /// Distances, in units of TH_1, from which every second and every fourth level-1 line is read.
@@ -82,7 +84,7 @@ impl Strides {
         if let Some(first) = steps.first_mut() {
             first.from = 0.0;
         }
-        Self { steps }
+        Self { steps, bare_until: 0.0 }
     }
 
     /// The same with bare ground up to a ground distance, metres.
@@ -95,7 +97,18 @@ impl Strides {
         if self.steps.get(finest).is_none_or(|next| until < next.from) {
             self.steps.insert(finest, surface);
         }
+        self.bare_until = until;
         self
+    }
+
+    /// Ground distance up to which bare ground is seen, metres; 0: nowhere.
+    pub fn bare_until(&self) -> f64 {
+        self.bare_until
+    }
+
+    /// Index of the first stride that is not of bare ground.
+    pub fn first_of_surface(&self) -> usize {
+        self.steps.iter().take_while(|step| step.level == BARE).count()
     }
 
     /// Index of the stride at a ground distance, not less than `from`.

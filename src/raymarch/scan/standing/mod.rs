@@ -41,7 +41,7 @@ const SEAM: f32 = 0.04;
 const MOST_SORTED: usize = 16;
 
 /// Least major distance of what is seen, units: tangents stay finite.
-const LEAST_DISTANCE: f64 = 1.0e-3;
+const LEAST_DISTANCE: f64 = 1.0e-6;
 
 /// Which way a face looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
