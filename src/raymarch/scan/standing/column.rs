@@ -74,7 +74,7 @@ impl Cover {
     /// Rows that show something, with their numbers: red, green and blue of the light, share, inverse depth.
     pub fn rows(&self) -> impl Iterator<Item = (usize, &[Sixteen; 5])> {
         let [first, end] = self.extent;
-        (first..).zip(self.rows.get(first..end).unwrap_or_default())
+        (first.min(end)..end).zip(self.rows.get(first..end).unwrap_or_default())
     }
 }
 
