@@ -21,7 +21,7 @@ const HEADER_CRC: usize = 12;
 const HEADER_END: usize = 256;
 const DIRECTORY_OFFSET: usize = 120;
 const DIRECTORY_CRC: usize = 152;
-const ENTRY: usize = 40;
+const ENTRY: usize = 44;
 
 const COARSER: Trust = Trust { verify: Verify::FirstTouch, damaged: Damaged::Coarser };
 
