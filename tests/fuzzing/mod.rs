@@ -63,7 +63,7 @@ fn parts(page: &[u8]) -> [usize; 3] {
 /// Makes magic, version, length and all checksums right.
 pub fn seal(bytes: &mut [u8]) {
     put(bytes, 0, &MAGIC);
-    put(bytes, VERSION, &3_u32.to_le_bytes());
+    put(bytes, VERSION, &4_u32.to_le_bytes());
     put(bytes, FILE_LENGTH, &(bytes.len() as u64).to_le_bytes());
     let directory = part(bytes, u64_at(bytes, DIRECTORY_OFFSET), u64_at(bytes, DIRECTORY_LENGTH));
     for start in directory.clone().step_by(ENTRY) {
@@ -74,7 +74,7 @@ pub fn seal(bytes: &mut [u8]) {
             let starts = [0, ends[0], ends[1]];
             for (number, (from, to)) in starts.into_iter().zip(ends).enumerate().filter(|_| length > 0) {
                 let crc = crc32fast::hash(&bytes[page.start + from..page.start + to]);
-                put(bytes, start + 12 + 4 * number, &crc.to_le_bytes());
+                put(bytes, start + 16 + 4 * number, &crc.to_le_bytes());
             }
         }
     }
