@@ -5,7 +5,8 @@
 //! choose the database's reference system, spacing and grid                          plan
 //! look at every height once: the range of the code, the broad shape for wide voids  scan
 //! which pages are stored: all, or near routes only                                  corridor
-//! for each page of level 1, in parallel, written in order:                          page
+//! for each page of level 1, in parallel, written in order:                          writing
+//!     copied if it was made of the same before, or else made:                       steps, page
 //!     locate its voxels in each raster                                              warp
 //!     merge elevation by priority, fill voids                                       kernel, mosaic, fill
 //!     drape imagery, tint what it leaves bare                                       kernel, drape, tint
@@ -21,24 +22,23 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::budget::Budget;
-use super::corridor::{Corridor, Tasks};
+use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
 use super::options::{BuildOptions, NodataFill};
-use super::page::{Census, FromSources, MadePage, PageMaker, Project};
+use super::page::{Census, Project};
 use super::placed::{ElevationInput, ImageryInput};
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};
-use super::standing::Standing;
+use super::standing::{self, Standing};
+use super::steps::{PageKeys, SourceKeys, Steps};
 use super::tint::Tint;
 use super::vertical;
 use super::warp::{self, Rect};
-use super::workers::in_order;
+use super::writing::{Written, write_pages};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, VerticalDatum};
 use crate::progress::Observer;
-use crate::voxel::{
-    ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageWriter, Shelf, sparse_page,
-};
+use crate::voxel::{ContentHash, Directory, Grid, HeightCode, Metadata, PageWriter};
 
 /// What a build did.
 #[derive(Debug, Clone)]
@@ -53,6 +53,10 @@ pub struct BuildReport {
     pub voxels: u64,
     /// Share of void voxels, 0…1.
     pub void_share: f64,
+    /// Pages that were written.
+    pub pages: u64,
+    /// Those of them that were copied from a build before.
+    pub reused: u64,
     /// Wall time, seconds.
     pub seconds: f64,
 }
@@ -131,6 +135,10 @@ pub(super) fn build_from(
     let mut metadata = describe(&inputs, &plan, options);
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
+    let steps = options.steps.then(|| Steps::of(&options.output));
+    let keys =
+        steps.as_ref().map(|steps| SourceKeys::of(&inputs, &plan, datum, options, steps)).transpose()?;
+    let traced = steps.as_ref().zip(keys.as_ref());
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let features = std::mem::take(&mut inputs.features);
     let (elevation, imagery) = place(inputs, &plan, datum)?;
@@ -140,8 +148,8 @@ pub(super) fn build_from(
         metadata.notes.push(note);
     }
 
-    let surveys = scan::survey(&elevation, &plan, budget.threads, observer)?;
-    for note in elevation.iter().flat_map(|source| source.samples.notes()) {
+    let surveys = scan::survey(&elevation, &plan, traced, budget.threads, observer)?;
+    for note in surveys.iter().flat_map(|survey| survey.notes.iter().cloned()) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -162,20 +170,37 @@ pub(super) fn build_from(
     let standing = if features.is_empty() {
         None
     } else {
-        observer.begin("features", 0, "features");
-        let (standing, notes) = Standing::bind(&features, &plan, PageMaker::new(&natural))?;
-        observer.end();
+        let (features, notes) = standing::place(&features, &plan)?;
         notes.iter().for_each(|note| observer.note(note));
         metadata.notes.extend(notes);
-        Some(standing)
+        let steps = traced.map(|(steps, keys)| (steps, keys.ground()));
+        Some(Standing::new(features, (&natural, high), steps, budget.threads, observer)?)
     };
-    let (low, high) =
-        standing.as_ref().map_or((low, high), |standing| standing.heights(low, high, plan.grid.spacing));
+    let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
     let code = HeightCode::spanning(low, high);
     let project = Project { code, standing: standing.as_ref(), ..natural };
+    let page_keys = keys.as_ref().map(|keys| {
+        let sources = (&elevation[..], &imagery[..]);
+        PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), (&tint, standing.as_ref()))
+    });
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
     writer.expect(plan::most_bytes(&plan));
-    let census = write_pages(&project, budget.threads, &mut writer, observer)?;
+    let part = writer.part().to_owned();
+    let trace = steps.as_ref().zip(page_keys.as_ref());
+    trace.map_or(Ok(()), |(steps, _)| steps.begin(&part))?;
+    let mut written = Written::default();
+    if let Err(error) = write_pages(&project, budget.threads, trace, &mut writer, &mut written, observer) {
+        return Err(match (&steps, error) {
+            (Some(steps), Error::Interrupted(_)) if written.pages > 0 => {
+                writer.keep();
+                steps.interrupted(written.pages);
+                let kept = "no database was written; the pages made so far are kept, and the same command goes on from there";
+                Error::Interrupted(kept.into())
+            }
+            (_, error) => error,
+        });
+    }
+    let census = written.census;
     if census.empty == census.voxels {
         return Err(Error::Configuration(format!(
             "no voxel of {} m gets a height: elevation data covers less than half of each; \
@@ -193,74 +218,17 @@ pub(super) fn build_from(
     metadata.void_share = share(census.voids);
     metadata.empty_share = share(census.empty);
     let (content_hash, bytes) = writer.finish(&metadata, decoded_range(&code, &census))?;
+    steps.iter().for_each(|steps| steps.finish(content_hash));
     Ok(BuildReport {
         grid: plan.grid,
         content_hash,
         bytes,
         voxels: census.made,
         void_share: metadata.void_share,
+        pages: written.pages,
+        reused: written.reused,
         seconds: 0.0,
     })
-}
-
-/// Writes the pages of all levels; each coarser one is made of the finer ones below it, as far as these are stored.
-fn write_pages(
-    project: &Project<'_>,
-    threads: usize,
-    writer: &mut PageWriter,
-    observer: &dyn Observer,
-) -> Result<Census> {
-    let mut total = Census::default();
-    let stages = [("voxels", 0..1), ("levels", 1..project.grid.level_count())];
-    for (stage, levels) in stages {
-        observer.begin(stage, levels.clone().map(|level| project.stored.count(level)).sum(), "pages");
-        for level in levels {
-            write_level(project, project.stored.tasks(level), threads, writer, &mut total, observer)?;
-        }
-        observer.end();
-    }
-    Ok(total)
-}
-
-/// Writes the pages of one level, page by page.
-fn write_level(
-    project: &Project<'_>,
-    tasks: Tasks,
-    threads: usize,
-    writer: &mut PageWriter,
-    total: &mut Census,
-    observer: &dyn Observer,
-) -> Result<()> {
-    let finer = writer.readback();
-    let mut shelf = Shelf::new(writer)?;
-    in_order(
-        tasks.count(),
-        threads,
-        observer,
-        || PageMaker::new(project),
-        |maker, task| {
-            let id = tasks.id(task);
-            let MadePage { page, bare, census } = match id.level {
-                0 => maker.make(id)?,
-                _ => {
-                    let mut sources = FromSources { maker };
-                    let page = sparse_page(&finer, &mut sources, &project.grid, project.code, id)?;
-                    let census = Census::of_finest(&page, id, project.stored);
-                    MadePage { page, bare: None, census }
-                }
-            };
-            let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref());
-            Ok((page.encode(id), bare.map(|bare| bare.encode(id.bare())), census))
-        },
-        |_, (page, bare, census): (EncodedPage, Option<EncodedPage>, Census)| {
-            total.add(&census);
-            shelf.take(&page)?;
-            bare.iter().try_for_each(|bare| shelf.take(bare))?;
-            observer.advance(1);
-            Ok(())
-        },
-    )?;
-    shelf.empty()
 }
 
 fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {

@@ -35,6 +35,8 @@ pub(super) struct Opened<T> {
     /// Datum of heights, as stated, given or assumed; means nothing for imagery.
     pub datum: VerticalDatum,
     pub description: String,
+    /// All that its side files and the user say of it, for keys of steps.
+    pub facts: String,
 }
 
 /// All rasters, highest priority first, and what was assumed about them.
@@ -135,6 +137,11 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     faults
 }
 
+/// What a raster says of itself and what the user says of it, but for where it lies.
+fn facts(info: &RasterInfo, file: &dyn std::fmt::Debug) -> String {
+    format!("{:?} {file:?}", RasterInfo { path: PathBuf::new(), ..info.clone() })
+}
+
 struct Opener<'a> {
     options: &'a BuildOptions,
     open_options: OpenOptions,
@@ -154,8 +161,9 @@ impl Opener<'_> {
             VerticalDatum::Msl
         });
         let description = describe(&info, &crs, Some(datum));
+        let facts = facts(&info, &ElevationFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ElevationRaster::new(raster, &file.nodata)?);
-        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
+        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
     fn imagery(
@@ -168,10 +176,11 @@ impl Opener<'_> {
         let info = raster.info().clone();
         let (geo, crs) = self.place(&info, file.crs.as_deref(), "--imagery-crs", canvas)?;
         let description = describe(&info, &crs, None);
+        let facts = facts(&info, &ImageryFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
         self.notes.extend(Samples::notes(samples.as_ref()));
         let datum = VerticalDatum::Msl;
-        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description })
+        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
     /// Georeferencing and reference system of a file. Imagery without any is laid over `canvas`, the

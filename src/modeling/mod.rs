@@ -18,15 +18,18 @@ mod placed;
 mod plan;
 mod scan;
 mod standing;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod tint;
 mod vertical;
 mod warp;
 mod workers;
+mod writing;
 
 pub use bake::{bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use inputs::{Input, faults};
 pub use options::{BuildOptions, ElevationFile, FeatureFile, ImageryFile, NodataFill};
+pub use steps::{forget_steps, is_own_work};

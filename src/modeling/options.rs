@@ -81,6 +81,8 @@ pub struct BuildOptions {
     pub output: PathBuf,
     /// Replace an existing file.
     pub overwrite: bool,
+    /// Note beside the output what each step was made of, so that the next build of it makes only what changed.
+    pub steps: bool,
     /// CRS of the database as the user typed it; `None` chooses.
     pub crs: Option<String>,
     /// Coordinates of files without a CRS are metres; the database has no place on Earth.
@@ -117,6 +119,7 @@ impl BuildOptions {
             features: Vec::new(),
             output,
             overwrite: false,
+            steps: false,
             crs: None,
             local: false,
             spacing: None,

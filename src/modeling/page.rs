@@ -17,7 +17,7 @@ use super::mosaic::{Mosaic, Surface};
 use super::options::NodataFill;
 use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
-use super::standing::{Built, Standing};
+use super::standing::{Built, Standing, Tiles};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
@@ -127,6 +127,8 @@ pub(super) struct PageMaker<'a> {
     level: LevelGrid,
     mosaic: Mosaic<'a>,
     drape: Drape<'a>,
+    /// Natural ground that features were bound to.
+    pub tiles: Tiles,
 }
 
 /// The surface around a block after filling.
@@ -174,7 +176,13 @@ impl<'a> PageMaker<'a> {
                 window_bytes: window_bytes / DECODED_PIXEL,
                 window: Vec::new(),
             },
+            tiles: Tiles::default(),
         }
+    }
+
+    /// The grid of level 1.
+    pub fn grid(&self) -> Grid {
+        self.project.grid
     }
 
     /// A page as if there were no finer level, without bounds and slopes.
@@ -219,8 +227,11 @@ impl<'a> PageMaker<'a> {
 
     /// Heights of the finest voxels over `rect` as the rasters have them, voids filled, metres; NaN where there is none.
     pub fn natural(&mut self, rect: Rect) -> Result<Vec<f64>> {
+        let level = self.level.level;
         self.turn_to(0);
-        Ok(self.ground(rect)?.surface.heights)
+        let ground = self.ground(rect);
+        self.turn_to(level);
+        Ok(ground?.surface.heights)
     }
 
     /// What features make of a block; `None`: none reaches it.
@@ -229,7 +240,8 @@ impl<'a> PageMaker<'a> {
         let Some(margin) = standing.margin(rect, &self.level) else { return Ok(None) };
         let wide = rect.grown(margin, &self.level.grid);
         let natural = self.ground(wide)?.surface.heights;
-        Ok(Some(standing.build(rect, (wide, &natural), &self.level)))
+        let level = self.level;
+        standing.build(rect, (wide, &natural), &level, self).map(Some)
     }
 
     /// Takes the grid of another level.

@@ -4,9 +4,12 @@
 //! of the terrain around: per source a surface of at most [`COARSE`]² cell means, whose empty cells are
 //! filled by pull and push (Gortler et al. 1996, §3.4: average what is known upward, then complete downward).
 
+use serde::{Deserialize, Serialize};
+
 use super::placed::ElevationInput;
 use super::plan::Plan;
 use super::raster::Window;
+use super::steps::{Keyer, SourceKeys, Steps};
 use super::warp;
 use super::workers::in_order;
 use crate::error::Result;
@@ -18,16 +21,18 @@ const COARSE: u32 = 64;
 /// Samples read at once, unless one block of the file holds more.
 const CHUNK_SAMPLES: u64 = 1 << 18;
 /// What was seen in one source.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Survey {
     /// Lowest and highest sample, metres above the source's datum; `None` if all are void.
     pub range: Option<(f64, f64)>,
     /// Mean heights of cells; `None` if all are void.
     pub coarse: Option<Coarse>,
+    /// What was assumed or repaired in it, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Means of a raster's heights on a few cells, complete.
-#[derive(Debug)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Coarse {
     columns: usize,
     rows: usize,
@@ -56,6 +61,7 @@ impl Coarse {
 pub(super) fn survey(
     sources: &[ElevationInput],
     plan: &Plan,
+    steps: Option<(&Steps, &SourceKeys)>,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
@@ -64,7 +70,16 @@ pub(super) fn survey(
     let surveys = sources
         .iter()
         .zip(&plans)
-        .map(|(source, plan)| {
+        .enumerate()
+        .map(|(index, (source, plan))| {
+            let step = steps.map(|(steps, keys)| {
+                (steps, Keyer::of("survey").with_key(keys.elevation[index]).with(&plan.window).key())
+            });
+            if let Some(known) = step.and_then(|(steps, key)| steps.survey(key)) {
+                step.iter().for_each(|(steps, key)| steps.surveyed(*key, &known));
+                observer.advance(plan.count());
+                return Ok(known);
+            }
             let mut total = Tally::new(source.samples.size());
             in_order(
                 plan.count(),
@@ -78,7 +93,9 @@ pub(super) fn survey(
                     Ok(())
                 },
             )?;
-            Ok(total.finish())
+            let survey = Survey { notes: source.samples.notes(), ..total.finish() };
+            step.iter().for_each(|(steps, key)| steps.surveyed(*key, &survey));
+            Ok(survey)
         })
         .collect();
     observer.end();
@@ -244,7 +261,7 @@ impl Tally {
         let layout = self.layout;
         let means = pull_push(layout.columns, layout.rows, &self.cells);
         let coarse = Coarse { columns: layout.columns, rows: layout.rows, pixels: layout.pixels, means };
-        Survey { range: Some((low, high)), coarse: Some(coarse) }
+        Survey { range: Some((low, high)), coarse: Some(coarse), notes: Vec::new() }
     }
 }
 

@@ -1,7 +1,8 @@
 //! Features on the ground of a database: what they make of its voxels.
 //!
 //! ```text
-//! once:      layers → features in the database's system → bound to the ground, as the rasters have it
+//! once:      layers → features in the database's system
+//! a feature: bound to the ground, as the rasters have it, as soon as a page asks for it
 //! a block:   natural ground, some voxels around included
 //!            → graded: roads and runways cut in, lakes levelled, surfaces painted      bare ground
 //!            → solids over each voxel                                                  spans
@@ -12,14 +13,20 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use glam::DVec2;
 
-use super::features::{self, Bound, Graded, Ground, Layer, LayerOptions, Paint, Solid, Square, Wall};
-use super::page::PageMaker;
+use super::features::{
+    self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Solid, Square, Wall,
+};
+use super::page::{PageMaker, Project};
 use super::plan::Plan;
+use super::steps::{Extent, Key, Keyer, Steps};
 use super::warp::{LevelGrid, Rect};
+use super::workers::in_order;
 use crate::error::Result;
+use crate::progress::Observer;
 use crate::voxel::{Grid, PAGE_SIDE};
 
 /// Least opacity of what is seen from afar as a surface.
@@ -27,15 +34,19 @@ const DENSE: f64 = 0.4;
 
 /// Voxels along a tile of natural ground that features are bound to.
 const TILE: u32 = 64;
-/// Tiles that are kept.
-const TILES: usize = 256;
+/// Tiles that are kept by each worker.
+const TILES: usize = 128;
 
 /// Features of a database, by where they are.
 #[derive(Debug, Default)]
 pub(super) struct Standing {
-    bound: Vec<Bound>,
-    /// West, south, east, north of what each may change, metres.
-    reaches: Vec<[f64; 4]>,
+    features: Vec<Feature>,
+    /// What each of them is; empty if steps are not kept.
+    keys: Vec<Key>,
+    /// What each of them may change.
+    extents: Vec<Extent>,
+    /// Each on its ground, as soon as it was asked for.
+    bound: Vec<OnceLock<Vec<Bound>>>,
     /// Their numbers, by cell of a page's side of level index 0.
     cells: HashMap<(i64, i64), Vec<u32>>,
     cell: f64,
@@ -54,55 +65,121 @@ pub(super) struct Built {
     pub solids: Vec<(usize, Solid)>,
 }
 
+/// Features of layers that may reach the area, and notes on what is left out.
+pub(super) fn place(layers: &[(Layer, LayerOptions)], plan: &Plan) -> Result<(Vec<Feature>, Vec<String>)> {
+    let (low, high) = (plan.grid.origin, plan.grid.far_corner());
+    let mut notes = Vec::new();
+    let mut placed = Vec::new();
+    for (layer, options) in layers {
+        let (features, told) = features::place(layer, options, &plan.crs, [low.x, low.y, high.x, high.y])?;
+        placed.extend(features);
+        notes.extend(layer.notes.iter().cloned().chain(told));
+    }
+    features::prepare(&mut placed);
+    Ok((placed, notes))
+}
+
 impl Standing {
-    /// Binds what layers have to the ground that `maker` makes. Returns notes on what is left out, too.
-    pub fn bind(
-        layers: &[(Layer, LayerOptions)],
-        plan: &Plan,
-        maker: PageMaker<'_>,
-    ) -> Result<(Self, Vec<String>)> {
-        let grid = &plan.grid;
-        let (low, high) = (grid.origin, grid.far_corner());
-        let mut notes = Vec::new();
-        let mut placed = Vec::new();
-        for (layer, options) in layers {
-            let (features, told) =
-                features::place(layer, options, &plan.crs, [low.x, low.y, high.x, high.y])?;
-            placed.extend(features);
-            notes.extend(layer.notes.iter().cloned().chain(told));
-        }
-        let natural = Natural {
-            grid: *grid,
-            state: RefCell::new(State { maker, tiles: HashMap::new(), failed: None }),
+    /// Finds out what each feature may change on ground that `natural` makes, up to `highest` metres high. Those that `steps` knows need not
+    /// be bound for that; `ground` is the key of all elevation.
+    pub fn new(
+        features: Vec<Feature>,
+        (natural, highest): (&Project<'_>, f64),
+        steps: Option<(&Steps, Key)>,
+        threads: usize,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
+        let grid = natural.grid;
+        let key = |feature: &Feature| {
+            let ground = steps.map(|(_, ground)| ground)?;
+            Some(Keyer::of("feature").with_key(ground).with(&highest).with(feature).key())
         };
-        let bound = features::bind_all(placed, &natural);
-        if let Some(error) = natural.state.into_inner().failed {
-            return Err(error);
-        }
-        Ok((Self::new(bound, grid), notes))
+        let keys: Vec<Key> = features.iter().filter_map(key).collect();
+        let bound = features.iter().map(|_| OnceLock::new()).collect();
+        let mut standing = Self { features, keys, bound, ..Self::default() };
+        let mut extents = Vec::with_capacity(standing.features.len());
+        observer.begin("features", standing.features.len() as u64, "features");
+        in_order(
+            standing.features.len() as u64,
+            threads,
+            observer,
+            || PageMaker::new(natural),
+            |maker, index| {
+                let known = steps.and_then(|(steps, _)| steps.extent(*standing.keys.get(index as usize)?));
+                known.map_or_else(|| standing.extent(index as usize, maker, highest), Ok)
+            },
+            |index, extent| {
+                if let (Some((steps, _)), Some(key)) = (steps, standing.keys.get(index as usize)) {
+                    steps.bound(*key, &extent);
+                }
+                extents.push(extent);
+                observer.advance(1);
+                Ok(())
+            },
+        )?;
+        observer.end();
+        standing.extents = extents;
+        standing.sort_in(&grid);
+        Ok(standing)
     }
 
-    fn new(bound: Vec<Bound>, grid: &Grid) -> Self {
-        let (cell, origin) = (grid.spacing * f64::from(PAGE_SIDE), grid.origin);
-        let reaches: Vec<_> = bound.iter().map(|bound| bound.reach(grid.spacing)).collect();
-        let mut cells: HashMap<_, Vec<u32>> = HashMap::new();
-        for (index, reach) in reaches.iter().enumerate() {
+    /// What a feature may change.
+    fn extent(&self, index: usize, maker: &mut PageMaker<'_>, highest: f64) -> Result<Extent> {
+        let spacing = maker.grid().spacing;
+        let bound = self.bind(index, maker)?;
+        let reaches = bound.iter().map(|bound| bound.reach(spacing));
+        let joined =
+            |a: [f64; 4], b: [f64; 4]| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])];
+        Ok(Extent {
+            reach: reaches.reduce(joined).unwrap_or([f64::NAN; 4]),
+            margin: bound.iter().map(Bound::margin).fold(0.0, f64::max),
+            highest: bound.iter().map(|bound| bound.highest(highest, spacing)).fold(f64::MIN, f64::max),
+        })
+    }
+
+    /// A feature on the ground that `maker` makes.
+    fn bind(&self, index: usize, maker: &mut PageMaker<'_>) -> Result<&[Bound]> {
+        if let Some(bound) = self.bound[index].get() {
+            return Ok(bound);
+        }
+        let natural = Natural { grid: maker.grid(), state: RefCell::new((maker, None)) };
+        let Feature { meaning, geometry, hash } = &self.features[index];
+        let bound = features::bind(meaning, geometry, *hash, &natural);
+        match natural.state.into_inner().1 {
+            Some(error) => Err(error),
+            None => Ok(self.bound[index].get_or_init(|| bound)),
+        }
+    }
+
+    /// Sorts features in cells of a grid.
+    fn sort_in(&mut self, grid: &Grid) {
+        (self.cell, self.origin) = (grid.spacing * f64::from(PAGE_SIDE), grid.origin);
+        for (index, extent) in self.extents.iter().enumerate() {
             // What reaches beyond the area is asked for within it alone.
             let far = grid.far_corner();
-            let [west, south, east, north] = *reach;
-            let within = [west.max(origin.x), south.max(origin.y), east.min(far.x), north.min(far.y)];
-            for key in cells_of(within, origin, cell) {
-                cells.entry(key).or_default().push(index as u32);
+            let [west, south, east, north] = extent.reach;
+            if west.is_nan() {
+                continue;
+            }
+            let within =
+                [west.max(self.origin.x), south.max(self.origin.y), east.min(far.x), north.min(far.y)];
+            for key in cells_of(within, self.origin, self.cell) {
+                self.cells.entry(key).or_default().push(index as u32);
             }
         }
-        let margin = bound.iter().map(Bound::margin).fold(0.0, f64::max);
-        Self { bound, reaches, cells, cell, origin, margin }
+        self.margin = self.extents.iter().map(|extent| extent.margin).fold(0.0, f64::max);
     }
 
-    /// Least and greatest height that features may bring about, metres, if natural ground lies between `low` and `high`.
-    pub fn heights(&self, low: f64, high: f64, spacing: f64) -> (f64, f64) {
-        let top = self.bound.iter().map(|bound| bound.highest(high, spacing));
-        (low, top.fold(high, f64::max))
+    /// Greatest height that features may bring about, metres, if natural ground lies between `low` and `high`. Of what rises above
+    /// that the next power of two counts, in metres: what is built a little higher then leaves the code of heights, and with it all pages
+    /// that it does not stand on, as they are.
+    pub fn highest(&self, high: f64) -> f64 {
+        let top = self.extents.iter().map(|extent| extent.highest).fold(high, f64::max);
+        let mut room = 0.0;
+        while high + room < top {
+            room = if room == 0.0 { 8.0 } else { 2.0 * room };
+        }
+        high + room
     }
 
     /// Numbers of features that may change voxels within an area, in their order.
@@ -113,24 +190,45 @@ impl Standing {
         found.dedup();
         let [west, south, east, north] = area;
         found.retain(|&index| {
-            let reach = &self.reaches[index as usize];
+            let reach = &self.extents[index as usize].reach;
             reach[0] <= east && reach[2] >= west && reach[1] <= north && reach[3] >= south
         });
         found
     }
 
+    /// Keys of features that may change voxels of a block of a level, in their order.
+    pub fn keys_around(&self, rect: Rect, level: &LevelGrid) -> Vec<Key> {
+        let wide = rect.grown(self.voxels_asked(level), &level.grid);
+        let found = self.within(square(wide, &level.grid).bounds());
+        found.into_iter().filter_map(|index| self.keys.get(index as usize).copied()).collect()
+    }
+
+    /// How many voxels of a level around a block features may ask for at most.
+    fn voxels_asked(&self, level: &LevelGrid) -> u32 {
+        (self.margin / level.grid.spacing).ceil() as u32 + 2
+    }
+
     /// How many voxels of a level around a block its features may ask for; `None`: none reaches it.
     pub fn margin(&self, rect: Rect, level: &LevelGrid) -> Option<u32> {
-        let margin = (self.margin / level.grid.spacing).ceil() as u32 + 2;
+        let margin = self.voxels_asked(level);
         let wide = rect.grown(margin, &level.grid);
         (!self.within(square(wide, &level.grid).bounds()).is_empty()).then_some(margin)
     }
 
-    /// What features make of a block, `natural` being the heights of the voxels of `wide` about it (metres, NaN where there is none).
-    pub fn build(&self, rect: Rect, (wide, natural): (Rect, &[f64]), level: &LevelGrid) -> Built {
+    /// What features make of a block, `natural` being the heights of the voxels of `wide` about it (metres, NaN where there is none); `maker`
+    /// makes the ground of those that were not bound yet.
+    pub fn build(
+        &self,
+        rect: Rect,
+        (wide, natural): (Rect, &[f64]),
+        level: &LevelGrid,
+        maker: &mut PageMaker<'_>,
+    ) -> Result<Built> {
         let around = square(wide, &level.grid);
-        let bound: Vec<&Bound> =
-            self.within(around.bounds()).into_iter().map(|index| &self.bound[index as usize]).collect();
+        let mut bound: Vec<&Bound> = Vec::new();
+        for index in self.within(around.bounds()) {
+            bound.extend(self.bind(index as usize, maker)?);
+        }
         let graded: Vec<Graded> = bound.iter().flat_map(|bound| bound.grade(&around, natural)).collect();
         let mut heights = natural.to_vec();
         let mut paints = Vec::new();
@@ -148,7 +246,7 @@ impl Standing {
         bound.iter().for_each(|bound| bound.raise(&here, &ground, &mut solids));
         let ground =
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
-        Built { ground, paints, solids }
+        Ok(Built { ground, paints, solids })
     }
 }
 
@@ -203,41 +301,46 @@ fn between(square: &Square, heights: &[f64], place: DVec2) -> Option<f64> {
     (!height.is_nan()).then_some(height)
 }
 
-/// Natural ground anywhere, tile by tile.
-struct Natural<'a> {
-    grid: Grid,
-    state: RefCell<State<'a>>,
-}
+/// Natural ground by tiles, as far as it was asked for.
+#[derive(Debug, Default)]
+pub(super) struct Tiles(HashMap<(u32, u32), Vec<f64>>);
 
-struct State<'a> {
-    maker: PageMaker<'a>,
-    tiles: HashMap<(u32, u32), Vec<f64>>,
-    /// What went wrong first.
-    failed: Option<crate::error::Error>,
-}
-
-impl Natural<'_> {
-    /// Height of a post, metres; NaN where there is none.
-    fn post(&self, x: u32, y: u32) -> f64 {
-        let key = (x / TILE, y / TILE);
-        let (x0, y0) = (key.0 * TILE, key.1 * TILE);
-        let rect = Rect { x0, y0, x1: (x0 + TILE).min(self.grid.nx), y1: (y0 + TILE).min(self.grid.ny) };
-        let state = &mut *self.state.borrow_mut();
-        if !state.tiles.contains_key(&key) {
-            if state.tiles.len() >= TILES {
-                state.tiles.clear();
+impl Tiles {
+    /// A tile, made by `make` unless it is there.
+    fn get(&mut self, key: (u32, u32), make: impl FnOnce() -> Result<Vec<f64>>) -> Result<&[f64]> {
+        if !self.0.contains_key(&key) {
+            if self.0.len() >= TILES {
+                self.0.clear();
             }
-            let heights = state.maker.natural(rect).unwrap_or_else(|error| {
-                state.failed.get_or_insert(error);
-                vec![f64::NAN; rect.len()]
-            });
-            state.tiles.insert(key, heights);
+            self.0.insert(key, make()?);
         }
-        state.tiles.get(&key).map_or(f64::NAN, |heights| heights[rect.index(x, y)])
+        Ok(&self.0[&key])
     }
 }
 
-impl Ground for Natural<'_> {
+/// Natural ground anywhere, and what went wrong first while it was made.
+struct Natural<'m, 'a> {
+    grid: Grid,
+    state: RefCell<(&'m mut PageMaker<'a>, Option<crate::error::Error>)>,
+}
+
+impl Natural<'_, '_> {
+    /// Height of a post, metres; NaN where there is none.
+    fn post(&self, x: u32, y: u32) -> f64 {
+        let (x0, y0) = (x / TILE * TILE, y / TILE * TILE);
+        let rect = Rect { x0, y0, x1: (x0 + TILE).min(self.grid.nx), y1: (y0 + TILE).min(self.grid.ny) };
+        let (maker, failed) = &mut *self.state.borrow_mut();
+        let mut tiles = std::mem::take(&mut maker.tiles);
+        let height = tiles.get((x0, y0), || maker.natural(rect)).map(|heights| heights[rect.index(x, y)]);
+        maker.tiles = tiles;
+        height.unwrap_or_else(|error| {
+            failed.get_or_insert(error);
+            f64::NAN
+        })
+    }
+}
+
+impl Ground for Natural<'_, '_> {
     fn height_at(&self, place: DVec2) -> Option<f64> {
         let far = self.grid.far_corner();
         if !(place.cmpge(self.grid.origin).all() && place.cmple(far).all()) {

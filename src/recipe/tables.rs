@@ -52,6 +52,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mistakes = root.mistakes;
     let mut options = BuildOptions::new(Vec::new(), Vec::new(), path.with_extension("hop"));
+    options.steps = true;
     let mut lines = Lines { place: 1, ..Lines::default() };
     if let Some(table) = root.table("place", "[place]") {
         lines.place = table.line();

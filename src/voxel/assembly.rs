@@ -236,6 +236,12 @@ impl PageReadback {
         Ok(self.page_into(id, &mut scratch)?.map(|view| view.to_buffer()))
     }
 
+    /// Where the page lies, or `None` if it has not been appended.
+    pub fn entry(&self, id: PageId) -> Option<PageEntry> {
+        let directory = self.shared.directory.read().unwrap_or_else(PoisonError::into_inner);
+        directory.get(id).copied()
+    }
+
     /// As [`Self::page`], without a copy: the page's bytes are read into `scratch`.
     pub fn page_into<'a>(&self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
         let Shared { path, storage, directory, .. } = &*self.shared;

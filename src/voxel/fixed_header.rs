@@ -93,14 +93,18 @@ impl FixedHeader {
 
     /// Reads and checks the first bytes of `file`; `path` is for the error's sentence.
     pub fn decode(path: &Path, file: &[u8]) -> Result<Self> {
-        let record = Self::recognise(path, file)?;
+        Self::decode_start(path, file, file.len() as u64)
+    }
+
+    /// The same of a file of `length` bytes, of which `start` are the first.
+    pub fn decode_start(path: &Path, start: &[u8], length: u64) -> Result<Self> {
+        let record = Self::recognise(path, start)?;
         let invalid = |what: String| Error::invalid(path, format!("{what}; {DAMAGED}"));
         if crc32fast::hash(&record[at::HEADER_CRC.end()..]) != at::HEADER_CRC.u32(record) {
             return Err(invalid(format!("wrong checksum of the header at byte {}", at::HEADER_CRC.offset)));
         }
         let header = Self::fields(record);
         header.check(record).map_err(|what| invalid(format!("header: {what}")))?;
-        let length = file.len() as u64;
         if length < header.file_length {
             let expected = header.file_length;
             return Err(Error::invalid(

@@ -5,6 +5,7 @@ mod assembly;
 mod bytes;
 mod derived;
 mod directory;
+mod earlier;
 mod fixed_header;
 mod format;
 mod grid;
@@ -31,6 +32,7 @@ pub use assembly::{PageReadback, most_page_bytes};
 pub use bytes::AlignedBytes;
 pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
+pub use earlier::EarlierFile;
 pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
 pub use page::{
@@ -48,5 +50,5 @@ pub use trust::{Damaged, Trust, Verify};
 pub use used::{Lent, Used};
 
 pub use verify::{Problem, VerifyReport, verify};
-pub use window::{FinerPages, StandIn, VoxelBlock};
+pub use window::{FinerPages, StandIn, VoxelBlock, finer_pages};
 pub use writer::PageWriter;

@@ -368,7 +368,7 @@ impl<'a> Planes<'a> {
 }
 
 /// CRC-32 of a part of a page of `size` voxels, from the page's bytes.
-fn part_crc(bytes: &[u8], part: PagePart, size: (u32, u32), spans: usize) -> u32 {
+pub(super) fn part_crc(bytes: &[u8], part: PagePart, size: (u32, u32), spans: usize) -> u32 {
     crc32fast::hash(&bytes[part.range(size, [bytes.len(), spans])])
 }
 

@@ -61,6 +61,11 @@ pub trait StandIn {
     fn page(&mut self, id: PageId) -> Result<PageBuffer>;
 }
 
+/// Finer pages that a page of a coarser level is made from, as far as they are stored; none of level index 0 and of bare ground.
+pub fn finer_pages(grid: &Grid, id: PageId) -> impl Iterator<Item = PageId> + use<> {
+    Footprint::new(grid, id).into_iter().flat_map(|footprint| footprint.finer_pages().collect::<Vec<_>>())
+}
+
 /// What is known of the voxels of one finer page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {

@@ -55,7 +55,7 @@ impl Storage for File {
 }
 
 /// Writes a database under a temporary name beside the target; dropped before [`Self::finish`], it
-/// removes what it wrote.
+/// removes what it wrote, unless it is [kept](Self::keep).
 #[derive(Debug)]
 pub struct PageWriter {
     assembly: Assembly,
@@ -81,6 +81,9 @@ impl PageWriter {
             .tempfile_in(folder_of(path))
             .map_err(|error| Error::io(path, "create a file beside it", error))?
             .into_parts();
+        // Held until the file is closed: who finds one that nobody holds knows that its writer is gone. File systems without locks
+        // leave that open.
+        let _ = file.try_lock();
         let assembly = Assembly::new(path, Arc::new(file), grid, heights)?;
         Ok(Self { assembly, target: path.to_owned(), temporary, overwrite })
     }
@@ -100,6 +103,17 @@ impl PageWriter {
             Ok(_) if !overwrite => Err(already_exists(path)),
             _ => Ok(()),
         }
+    }
+
+    /// The temporary name.
+    pub fn part(&self) -> &Path {
+        &self.temporary
+    }
+
+    /// Leaves what was written so far under its temporary name, for one who comes after.
+    pub fn keep(self) {
+        // What cannot be kept is lost: it can be made again.
+        let _ = self.temporary.keep();
     }
 
     /// Appends a page; each id once, in any order. Pages lie in the file in the order of their coming, so the

@@ -13,10 +13,9 @@ pub use kinds::{
 };
 pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};
 pub use meaning::{Interpreted, Material, interpret, interpret_all};
-pub use place::{Feature, bind_all, place};
+pub use place::{Feature, place};
 pub use read::read;
 pub use shape::{
     Bound, BoundBarrier, BoundBridge, BoundBuilding, BoundCover, BoundTree, BoundUpright, BoundWay,
-    BoundWire, BoundWood, Graded, Ground, Rank, Solid, Square, Wall, bind, join_bridges, settle,
-    without_outlines,
+    BoundWire, BoundWood, Graded, Ground, Rank, Solid, Square, Wall, bind, prepare, settle,
 };

@@ -1,14 +1,14 @@
-//! Layers in the database's system, and features on its ground: all steps from a layer to what is bound.
+//! Layers in the database's system: the first of the steps from a layer to what stands over voxels.
 //!
 //! ```text
 //! for each layer:  what its rows mean | their form in the database's system | only those that reach the area
-//! all of them:     bridges joined | each bound to its ground | outlines of buildings in parts dropped
+//! all of them:     bridges joined, outlines of buildings in parts dropped (`prepare`)
+//! each:            bound to its ground (`bind`)
 //! ```
 
 use super::kinds::Meaning;
 use super::layer::{Geometry, Layer, LayerOptions, LeftOut};
 use super::meaning::{hash, interpret_all};
-use super::shape::{Bound, Ground, bind, join_bridges, without_outlines};
 use crate::error::Result;
 use crate::geo::{Crs, Transform};
 
@@ -63,23 +63,13 @@ pub fn place(
     Ok((features, notes))
 }
 
-/// All features of all layers on their ground.
-pub fn bind_all(mut features: Vec<Feature>, ground: &dyn Ground) -> Vec<Bound> {
-    join_bridges(&mut features);
-    let bound =
-        features.iter().flat_map(|feature| bind(&feature.meaning, &feature.geometry, feature.hash, ground));
-    let mut bound: Vec<Bound> = bound.collect();
-    without_outlines(&mut bound);
-    bound
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use glam::{DVec2, dvec2};
 
-    use super::super::{Solid, Square, read};
+    use super::super::{Bound, Solid, Square, bind, prepare, read};
     use super::*;
 
     fn sample(name: &str) -> std::path::PathBuf {
@@ -94,7 +84,13 @@ mod tests {
         let layer = read(&sample("town.gpkg"), &options).unwrap();
         let (features, notes) = place(&layer, &options, &Crs::from_epsg(25832).unwrap(), AREA).unwrap();
         assert_eq!(features.len(), 3 + 2 + 60, "{notes:?}");
-        let bound = bind_all(features, &|_: DVec2| Some(600.0));
+        let mut features = features;
+        prepare(&mut features);
+        let level = |_: DVec2| Some(600.0);
+        let bound: Vec<Bound> = features
+            .iter()
+            .flat_map(|feature| bind(&feature.meaning, &feature.geometry, feature.hash, &level))
+            .collect();
         // One row has two buildings.
         assert_eq!(bound.len(), 4 + 2 + 60);
         let square =

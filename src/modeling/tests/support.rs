@@ -43,6 +43,7 @@ pub fn sheet<T: Copy + Send + Sync + 'static>(
     let samples = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
     let samples = samples.map(|(column, row)| sample(column, row)).collect();
     Opened {
+        facts: String::new(),
         path: PathBuf::from("memory.tif"),
         samples: Box::new(Sheet { size, samples }),
         block: (64, 64),

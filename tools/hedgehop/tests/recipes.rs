@@ -28,10 +28,16 @@ fn a_recipe_builds_what_the_flags_build() {
     let [recipe, flags] =
         ["place.hop", "flags.hop"].map(|name| fs::read(folder.path().join(name)).expect("a database"));
     assert!(recipe == flags, "both say the same");
-    let again = ends(&run(&folder, "build place.toml"), 2);
-    assert!(again.contains("place.hop exists; --overwrite"), "{again}");
-    ends(&run(&folder, "build place.toml --overwrite --jobs 1 --memory 300M"), 0);
+    let again = ends(&run(&folder, "build place.toml --jobs 1 --memory 300M"), 0);
+    assert!(again.contains("pages are as before"), "{again}");
     assert!(fs::read(folder.path().join("place.hop")).expect("a database") == flags);
+    let fresh = ends(&run(&folder, "build place.toml --fresh"), 0);
+    assert!(!fresh.contains("as before"), "{fresh}");
+    // What no build of a recipe left is not replaced unasked.
+    fs::copy(folder.path().join("flags.hop"), folder.path().join("theirs.hop")).expect("a copy");
+    let theirs = ends(&run(&folder, "build place.toml -o theirs.hop"), 2);
+    assert!(theirs.contains("theirs.hop exists; --overwrite"), "{theirs}");
+    ends(&run(&folder, "build place.toml -o theirs.hop --overwrite"), 0);
     ends(&run(&folder, "build place.toml -o other.hop"), 0);
     assert!(fs::read(folder.path().join("other.hop")).expect("a database") == flags);
 }

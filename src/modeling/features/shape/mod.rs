@@ -32,7 +32,7 @@ mod wire;
 pub use bind::{Bound, bind};
 pub use building::BoundBuilding;
 pub use cover::{BoundBarrier, BoundCover, BoundWood};
-pub use prepare::{join_bridges, without_outlines};
+pub use prepare::prepare;
 pub use round::{BoundTree, BoundUpright};
 pub use solid::{Ground, Solid, Square, Wall};
 pub use way::{BoundBridge, BoundWay, Graded, Rank, settle};

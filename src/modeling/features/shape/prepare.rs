@@ -5,9 +5,8 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use super::super::kinds::{Meaning, WayKind};
-use super::super::layer::{Geometry, Path};
+use super::super::layer::{Area, Geometry, Path};
 use super::super::place::Feature;
-use super::bind::Bound;
 use super::footprint::Footprint;
 use super::roof::{Frame, hull};
 
@@ -21,7 +20,7 @@ fn node(place: DVec2) -> Node {
 
 /// Joins ways over bridges that go on in each other (where they have other lanes, or another surface), so that decks run from bank to bank: the
 /// first keeps its meaning, and the others lose their form. Places are metres of the database's system.
-pub fn join_bridges(features: &mut [Feature]) {
+fn join_bridges(features: &mut [Feature]) {
     let mut ends: HashMap<(WayKind, i32, Node), Vec<usize>> = HashMap::new();
     let key = |meaning: &Meaning| match meaning {
         Meaning::Way(way) if way.is_bridge => Some((way.kind, way.layer)),
@@ -89,29 +88,43 @@ fn chained(first: &Geometry, second: &Geometry) -> Option<Path> {
 /// Share of a building that its parts cover, from which on they stand for it.
 const COVERED: f64 = 0.6;
 
-/// Drops buildings that are there in parts, too, as OpenStreetMap has it: the outline is then no solid of its own.
-pub fn without_outlines(bound: &mut Vec<Bound>) {
-    let middle = |footprint: &Footprint| Frame::around(&hull(&footprint.rings[0])).map(|frame| frame.middle);
-    let mut parts: Vec<(DVec2, f64)> = bound
-        .iter()
-        .filter_map(|bound| match bound {
-            Bound::Building(building) if building.is_part() => {
-                middle(&building.footprint).map(|middle| (middle, building.footprint.area()))
-            }
-            _ => None,
+/// What features of all layers are together.
+pub fn prepare(features: &mut [Feature]) {
+    join_bridges(features);
+    drop_outlines(features);
+}
+
+/// Drops outlines of buildings that are there in parts, too, as OpenStreetMap has it: the outline is then no solid of its own.
+fn drop_outlines(features: &mut [Feature]) {
+    let is_part = |feature: &Feature| match &feature.meaning {
+        Meaning::Building(building) => Some(building.is_part),
+        _ => None,
+    };
+    let of_parts = features.iter().filter(|feature| is_part(feature) == Some(true));
+    let footprints = of_parts.flat_map(|feature| feature.geometry.areas.iter().filter_map(Footprint::of));
+    let mut parts: Vec<(DVec2, f64)> = footprints
+        .filter_map(|footprint| {
+            let frame = Frame::around(&hull(&footprint.rings[0]))?;
+            Some((frame.middle, footprint.area()))
         })
         .collect();
+    if parts.is_empty() {
+        return;
+    }
     parts.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
-    bound.retain(|bound| {
-        let Bound::Building(building) = bound else { return true };
-        let [west, south, east, north] = building.footprint.bounds;
+    let is_covered = |area: &Area| {
+        let Some(footprint) = Footprint::of(area) else { return false };
+        let [west, south, east, north] = footprint.bounds;
         let from = parts.partition_point(|part| part.0.x < west);
         let near = parts[from..].iter().take_while(|part| part.0.x <= east);
-        let inside = near
-            .filter(|(middle, _)| (south..=north).contains(&middle.y) && building.footprint.holds(*middle));
+        let inside =
+            near.filter(|(middle, _)| (south..=north).contains(&middle.y) && footprint.holds(*middle));
         let covered: f64 = inside.map(|(_, area)| area).sum();
-        building.is_part() || covered < COVERED * building.footprint.area()
-    });
+        covered >= COVERED * footprint.area()
+    };
+    for feature in features.iter_mut().filter(|feature| is_part(feature) == Some(false)) {
+        feature.geometry.areas.retain(|area| !is_covered(area));
+    }
 }
 
 #[cfg(test)]
@@ -119,8 +132,8 @@ mod tests {
     use glam::dvec2;
 
     use super::super::super::kinds::{Building, Rise, RoofShape, Top, Way};
-    use super::super::bind;
-    use super::super::testing::{at, house, level, of_area, of_line, raised, rectangle, road, square};
+    use super::super::super::shape::{Bound, bind};
+    use super::super::testing::{at, house, of_area, of_line, raised, rectangle, road, square};
     use super::*;
 
     #[test]
@@ -154,25 +167,23 @@ mod tests {
         let building = |half: f64, x: f64, is_part: bool| {
             let building =
                 Building { top: Top::Eaves(9.0), is_part, ..house(RoofShape::Flat, Rise::Height(0.0)) };
-            let form = of_area(rectangle(at(20.0 + x, 20.0), dvec2(half, 5.0), DVec2::X));
-            bind(&Meaning::Building(building), &form, 1, &level)
+            let geometry = of_area(rectangle(at(20.0 + x, 20.0), dvec2(half, 5.0), DVec2::X));
+            Feature { meaning: Meaning::Building(building), geometry, hash: 1 }
         };
-        let mut bound = [
+        let left = |features: &[Feature]| -> Vec<usize> {
+            features.iter().map(|feature| feature.geometry.areas.len()).collect()
+        };
+        let mut features = [
             building(10.0, 0.0, false),
             building(5.0, -5.0, true),
             building(4.0, 6.0, true),
             building(3.0, 20.0, false),
-        ]
-        .concat();
-        without_outlines(&mut bound);
-        let parts: Vec<bool> = bound
-            .iter()
-            .map(|bound| matches!(bound, Bound::Building(building) if building.is_part()))
-            .collect();
-        assert_eq!(parts, [true, true, false]);
+        ];
+        prepare(&mut features);
+        assert_eq!(left(&features), [0, 1, 1, 1]);
         // A part that covers little leaves the outline.
-        let mut bound = [building(10.0, 0.0, false), building(2.0, 6.0, true)].concat();
-        without_outlines(&mut bound);
-        assert_eq!(bound.len(), 2);
+        let mut features = [building(10.0, 0.0, false), building(2.0, 6.0, true)];
+        prepare(&mut features);
+        assert_eq!(left(&features), [1, 1]);
     }
 }

@@ -10,6 +10,7 @@ use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{
     BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, build,
+    forget_steps, is_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -144,6 +145,10 @@ pub struct Args {
     #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = args::bytes)]
     memory: u64,
 
+    /// With a recipe: make all pages, also those that were made of the same before
+    #[arg(long, requires = "recipe")]
+    fresh: bool,
+
     #[command(flatten)]
     making: Making,
 }
@@ -211,6 +216,7 @@ impl Args {
             features: self.features.iter().cloned().map(FeatureFile::from).collect(),
             output: self.output.clone().unwrap_or_default(),
             overwrite: self.making.overwrite,
+            steps: false,
             crs: self.crs.clone(),
             local: self.local,
             spacing,
@@ -259,9 +265,15 @@ impl Args {
             return Ok(Order { options: self.options()?, shadows: self.bake_shadows });
         };
         let recipe = Recipe::read(file)?;
+        let output = self.output.clone().unwrap_or(recipe.options.output);
+        // What a build of a recipe left is there to be brought up to date.
+        let overwrite = self.making.overwrite || is_own_work(&output);
+        if self.fresh {
+            forget_steps(&output);
+        }
         let options = BuildOptions {
-            output: self.output.clone().unwrap_or(recipe.options.output),
-            overwrite: self.making.overwrite,
+            output,
+            overwrite,
             memory: self.memory,
             threads: self.making.workers.count(),
             ..recipe.options
@@ -306,7 +318,8 @@ impl Order {
         let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder).map_err(beside)?;
         let bare = folder.path().join("without-shadows.hop");
         let begun = Instant::now();
-        let report = build(&BuildOptions { output: bare.clone(), ..self.options.clone() }, observer)?;
+        let options = BuildOptions { output: bare.clone(), steps: false, ..self.options.clone() };
+        let report = build(&options, observer)?;
         let target = (output.as_path(), *overwrite);
         let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, *threads, observer)?;
         Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
@@ -327,6 +340,10 @@ pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> 
         megabytes / seconds,
         voxels / seconds
     );
+    if report.reused > 0 {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {} of {} pages are as before", report.reused, report.pages);
+    }
     text += &area::description(source.header())?;
     text += &area::stored(source.header(), source.directory());
     let [x, y, z] = area::viewpoint(source.header()).to_array();

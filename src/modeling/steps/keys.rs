@@ -1,0 +1,138 @@
+//! Keys of pages.
+
+use super::{Key, Keyer, Steps};
+use crate::error::Result;
+use crate::geo::VerticalDatum;
+use crate::modeling::fill;
+use crate::modeling::inputs::{Bounds, Inputs, Opened};
+use crate::modeling::options::{BuildOptions, NodataFill};
+use crate::modeling::placed::{ElevationInput, ImageryInput};
+use crate::modeling::plan::Plan;
+use crate::modeling::standing::Standing;
+use crate::modeling::warp::{LevelGrid, Rect};
+use crate::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, finer_pages};
+
+/// Keys of the rasters of a build, in their order.
+#[derive(Debug, Clone)]
+pub(in crate::modeling) struct SourceKeys {
+    pub elevation: Vec<Key>,
+    pub imagery: Vec<Key>,
+    /// Of everything else that all pages are made of.
+    settings: Key,
+}
+
+impl SourceKeys {
+    /// Of opened inputs.
+    pub fn of(
+        inputs: &Inputs,
+        plan: &Plan,
+        datum: VerticalDatum,
+        options: &BuildOptions,
+        steps: &Steps,
+    ) -> Result<Self> {
+        // Files count by what they hold, and where, how and by whom it is made does not.
+        let settings = BuildOptions {
+            elevation: Vec::new(),
+            imagery: Vec::new(),
+            features: Vec::new(),
+            corridors: Vec::new(),
+            output: Default::default(),
+            overwrite: false,
+            steps: false,
+            memory: 0,
+            threads: 0,
+            ..options.clone()
+        };
+        let settings = Keyer::of("area").with(&settings).with(&plan.grid).with(&plan.stored.outside());
+        let settings = settings.with(&plan.crs.name()).with(&plan.crs.proj()).with(&datum.label());
+        Ok(Self {
+            elevation: keys(&inputs.elevation, steps)?,
+            imagery: keys(&inputs.imagery, steps)?,
+            settings: settings.key(),
+        })
+    }
+
+    /// Of all elevation, as it lies in the area.
+    pub fn ground(&self) -> Key {
+        let keyer = Keyer::of("ground").with_key(self.settings);
+        self.elevation.iter().fold(keyer, |keyer, key| keyer.with_key(*key)).key()
+    }
+}
+
+fn keys<T>(rasters: &[Opened<T>], steps: &Steps) -> Result<Vec<Key>> {
+    let key = |(index, raster): (usize, &Opened<T>)| {
+        let Opened { geo, crs, datum, block, facts, .. } = raster;
+        // Voxels tell by number which raster they are of.
+        let keyer = Keyer::of("raster").with(&index).with(geo).with(&crs.name()).with(&crs.proj());
+        let keyer = keyer.with(&datum.label()).with(block).with(facts);
+        Ok(keyer.with_key(steps.content(&raster.path)?).key())
+    };
+    rasters.iter().enumerate().map(key).collect()
+}
+
+/// Keys of a build's pages.
+#[derive(Debug)]
+pub(in crate::modeling) struct PageKeys<'a> {
+    settings: Key,
+    /// Key and reach of each raster.
+    sources: Vec<(Key, Bounds)>,
+    /// All elevation counts everywhere.
+    ground: Option<Key>,
+    grid: Grid,
+    standing: Option<&'a Standing>,
+}
+
+impl<'a> PageKeys<'a> {
+    /// Of rasters that were placed, and the code that pages have their heights in.
+    pub fn new(
+        keys: &SourceKeys,
+        (elevation, imagery): (&[ElevationInput], &[ImageryInput]),
+        fill: NodataFill,
+        (grid, code): (Grid, HeightCode),
+        (tint, standing): (&dyn std::fmt::Debug, Option<&'a Standing>),
+    ) -> Self {
+        let elevation = keys.elevation.iter().zip(elevation).map(|(key, source)| (*key, source.reach));
+        let imagery = keys.imagery.iter().zip(imagery).map(|(key, source)| (*key, source.reach));
+        let settings = Keyer::of("pages").with_key(keys.settings).with(&code).with(tint).key();
+        // The broad shape of wide voids comes from the whole of a raster.
+        let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
+        Self { settings, sources: elevation.chain(imagery).collect(), ground, grid, standing }
+    }
+
+    /// Of a page; all finer ones have been written.
+    pub fn of(&self, id: PageId, finer: &PageReadback) -> Key {
+        let mut keyer = Keyer::of("page").with_key(self.settings).with(&id);
+        let mut is_whole = id.level > 0;
+        for finer_id in finer_pages(&self.grid, id) {
+            match finer.entry(finer_id) {
+                Some(entry) => keyer = keyer.with_bytes(&entry.hash),
+                None => {
+                    is_whole = false;
+                    keyer = keyer.with_bytes(&[]);
+                }
+            }
+        }
+        if is_whole { keyer.key() } else { self.with_sources(keyer, id).key() }
+    }
+
+    /// Adds what reaches a page and what lies around it.
+    fn with_sources(&self, mut keyer: Keyer, id: PageId) -> Keyer {
+        let level = LevelGrid::of(&self.grid, id.level);
+        let (width, height) = self.grid.page_size(id).unwrap_or((0, 0));
+        let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
+        let page = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
+        // Slopes in the apron ask for a voxel more.
+        let around = page.grown(APRON + 1, &level.grid);
+        if let Some(standing) = self.standing {
+            keyer = standing.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
+        }
+        if let Some(ground) = self.ground {
+            keyer = keyer.with_key(ground);
+        }
+        // Features ask for ground further away.
+        let margin = self.standing.and_then(|standing| standing.margin(around, &level)).unwrap_or(0);
+        let wide = around.grown(margin.max(fill::REACH), &level.grid);
+        let here = self.sources.iter().filter(|(_, reach)| wide.meets(reach, &level.grid));
+        here.fold(keyer, |keyer, (key, _)| keyer.with_key(*key))
+    }
+}

@@ -1,0 +1,252 @@
+//! Builds that make only what changed since the last one, or go on where one was interrupted.
+//!
+//! ```text
+//! each step has a key: a hash of all that its result is a function of
+//!     survey of an elevation file   ← the file, the part of it that the area needs
+//!     extent of a feature           ← the feature, all elevation
+//!     page of level 1               ← the grid, the code of heights, the rasters and features that reach it
+//!     coarser page                  ← the hashes of the finer pages that it is made from; where some are absent, as of level 1
+//! beside AREA.hop lies AREA.hop.steps: keys and results of steps, where each page lies
+//! a page whose key is there is copied from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
+//! while a build runs, its pages lie in AREA.hop.part-…, and what is known of them in AREA.hop.part-….steps: the next build takes them from there
+//! ```
+//! After "Build Systems à la Carte" (Mokhov, Mitchell and Peyton Jones 2018, §3): verifying traces, with early cut-off at coarser
+//! levels.
+
+mod key;
+mod keys;
+mod log;
+
+use std::collections::{HashMap, HashSet};
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+pub(super) use key::{Key, Keyer};
+pub(super) use keys::{PageKeys, SourceKeys};
+pub(super) use log::{Extent, Made};
+use log::{Known, Log, Stamp};
+
+use super::page::Census;
+use super::scan::Survey;
+use crate::error::{Error, Result};
+use crate::voxel::{ContentHash, EarlierFile, EncodedPage, Grid, PageId};
+
+/// What a file's name ends in that notes steps.
+const SUFFIX: &str = ".steps";
+/// A file that was changed so shortly before it was looked at may be changed again without a sign of it.
+const SETTLED: Duration = Duration::from_secs(2);
+
+/// Steps of builds before, and of this one.
+#[derive(Debug)]
+pub(super) struct Steps {
+    output: PathBuf,
+    files: HashMap<String, (Stamp, Key)>,
+    surveys: HashMap<Key, Survey>,
+    features: HashMap<Key, Extent>,
+    earlier: Vec<Earlier>,
+    /// Parts that earlier builds left, and pages that are known of each.
+    left: Vec<(PathBuf, usize)>,
+    log: Mutex<Log>,
+}
+
+/// A file of pages.
+#[derive(Debug)]
+struct Earlier {
+    file: EarlierFile,
+    pages: HashMap<PageId, Made>,
+}
+
+/// A page that need not be made again, and that of bare ground that goes with it.
+pub(super) struct Reused {
+    pub page: EncodedPage,
+    pub bare: Option<EncodedPage>,
+    pub census: Census,
+}
+
+/// Whether a build that keeps its steps wrote what is there now, so that the next build may replace it.
+pub fn is_own_work(output: &Path) -> bool {
+    let whole = Known::read(&beside(output)).whole;
+    whole.is_some() && whole == EarlierFile::open(output).and_then(|file| file.content_hash())
+}
+
+/// Forgets the steps of builds of `output`, so that the next one makes all of it.
+pub fn forget_steps(output: &Path) {
+    // What is not there need not be forgotten.
+    let _ = fs::remove_file(beside(output));
+    parts(output).iter().for_each(|part| forget(part));
+}
+
+/// The log of a file.
+fn beside(file: &Path) -> PathBuf {
+    let mut name = OsString::from(file);
+    name.push(SUFFIX);
+    name.into()
+}
+
+impl Steps {
+    /// Those that are known of `output`.
+    pub fn of(output: &Path) -> Self {
+        let mut steps = Self {
+            output: output.to_owned(),
+            files: HashMap::new(),
+            surveys: HashMap::new(),
+            features: HashMap::new(),
+            earlier: Vec::new(),
+            left: Vec::new(),
+            log: Mutex::default(),
+        };
+        let known = Known::read(&beside(output));
+        let file = EarlierFile::open(output).filter(|file| file.content_hash() == known.whole);
+        steps.take(known, file);
+        for part in parts(output) {
+            let Some(file) = EarlierFile::open(&part).filter(EarlierFile::is_abandoned) else { continue };
+            let known = Known::read(&beside(&part));
+            steps.left.push((part, known.pages.len()));
+            steps.take(known, Some(file));
+        }
+        steps
+    }
+
+    fn take(&mut self, known: Known, file: Option<EarlierFile>) {
+        self.files.extend(known.files);
+        self.surveys.extend(known.surveys);
+        self.features.extend(known.features);
+        self.earlier.extend(file.map(|file| Earlier { file, pages: known.pages }));
+    }
+
+    fn log(&self) -> std::sync::MutexGuard<'_, Log> {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Key of what a file holds: read anew unless it is as it was when it was read last.
+    pub fn content(&self, path: &Path) -> Result<Key> {
+        let unreadable = |error| Error::io(path, "read it", error);
+        let stamp = stamp(path).map_err(unreadable)?;
+        let name = path.canonicalize().map_err(unreadable)?.display().to_string();
+        let content = match self.files.get(&name) {
+            Some((known, content)) if *known == stamp => *content,
+            _ => key::content(path).map_err(unreadable)?,
+        };
+        if is_settled(path) {
+            self.log().file(name, stamp, content);
+        }
+        Ok(content)
+    }
+
+    /// A survey that was made before.
+    pub fn survey(&self, key: Key) -> Option<Survey> {
+        self.surveys.get(&key).cloned()
+    }
+
+    /// Notes a survey, whoever made it.
+    pub fn surveyed(&self, key: Key, survey: &Survey) {
+        self.log().survey(key, survey);
+    }
+
+    /// What a feature may change, as it was found before.
+    pub fn extent(&self, key: Key) -> Option<Extent> {
+        self.features.get(&key).copied()
+    }
+
+    /// Notes what a feature may change.
+    pub fn bound(&self, key: Key, extent: &Extent) {
+        self.log().feature(key, extent);
+    }
+
+    /// A page that was made of the same before.
+    pub fn page(&self, grid: &Grid, id: PageId, key: Key) -> Option<Reused> {
+        let of = |earlier: &Earlier, id: PageId| {
+            let made = earlier.pages.get(&id).filter(|made| made.key == key)?;
+            Some((earlier.file.page(grid, id, &made.entry)?, *made))
+        };
+        self.earlier.iter().find_map(|earlier| {
+            let (page, made) = of(earlier, id)?;
+            let bare = if made.has_bare { Some(of(earlier, id.bare())?.0) } else { None };
+            Some(Reused { page, bare, census: made.census })
+        })
+    }
+
+    /// From now on what is noted goes to the disk, beside the part that the build writes.
+    pub fn begin(&self, part: &Path) -> Result<()> {
+        let path = beside(part);
+        self.log().begin(&path).map_err(|error| Error::io(path, "write what is known of the pages", error))
+    }
+
+    /// Notes pages that now lie in the part.
+    pub fn made(&self, pages: &[Made]) -> Result<()> {
+        let mut log = self.log();
+        pages.iter().for_each(|made| log.page(made));
+        log.write()
+            .map_err(|error| Error::io(beside(&self.output), "write what is known of the pages", error))
+    }
+
+    /// The build is done: its part has become the output.
+    pub fn finish(&self, identity: ContentHash) {
+        let mut log = self.log();
+        log.whole(identity);
+        // Without its log a database is as good; the next build then makes all of it.
+        if log.write().is_ok()
+            && let Some(path) = log.keep()
+            && fs::rename(&path, beside(&self.output)).is_err()
+        {
+            let _ = fs::remove_file(path);
+        }
+        self.left.iter().for_each(|(part, _)| forget(part));
+    }
+
+    /// The build was interrupted after so many pages, and leaves its part behind.
+    pub fn interrupted(&self, pages: u64) {
+        self.log().keep();
+        self.left.iter().filter(|(_, known)| *known as u64 <= pages).for_each(|(part, _)| forget(part));
+    }
+}
+
+/// Removes a part and its log.
+fn forget(part: &Path) {
+    // What cannot be removed takes room, and no more.
+    let _ = fs::remove_file(part);
+    let _ = fs::remove_file(beside(part));
+}
+
+/// Parts of `output` that have a log, in an order of their own.
+fn parts(output: &Path) -> Vec<PathBuf> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let prefix = output.file_name().map(|name| format!("{}.part-", name.to_string_lossy()));
+    let Some((prefix, entries)) = prefix.zip(fs::read_dir(folder).ok()) else { return Vec::new() };
+    let names: HashSet<String> =
+        entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let logs = names.iter().filter_map(|name| name.strip_suffix(SUFFIX));
+    let mut parts: Vec<PathBuf> =
+        logs.filter(|name| name.starts_with(&prefix)).map(|name| folder.join(name)).collect();
+    parts.sort();
+    parts
+}
+
+fn nanoseconds(time: SystemTime) -> i128 {
+    match time.duration_since(UNIX_EPOCH) {
+        Ok(since) => since.as_nanos() as i128,
+        Err(before) => -(before.duration().as_nanos() as i128),
+    }
+}
+
+/// What tells a file that was changed, without reading it.
+fn stamp(path: &Path) -> std::io::Result<Stamp> {
+    let metadata = fs::metadata(path)?;
+    let mut times = vec![nanoseconds(metadata.modified()?)];
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        // Programs may set the first time as they like, but not this one.
+        times.push(i128::from(metadata.ctime()) * 1_000_000_000 + i128::from(metadata.ctime_nsec()));
+        times.push(i128::from(metadata.ino()));
+    }
+    Ok(Stamp { bytes: metadata.len(), times })
+}
+
+fn is_settled(path: &Path) -> bool {
+    let modified = fs::metadata(path).and_then(|metadata| metadata.modified());
+    modified.is_ok_and(|modified| modified.elapsed().is_ok_and(|age| age > SETTLED))
+}

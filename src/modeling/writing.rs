@@ -1,0 +1,137 @@
+//! Writing the pages of all levels: made, or copied where a build before made them of the same.
+
+use super::corridor::Tasks;
+use super::page::{Census, FromSources, MadePage, PageMaker, Project};
+use super::steps::{Key, Made, PageKeys, Reused, Steps};
+use super::workers::in_order;
+use crate::error::Result;
+use crate::progress::Observer;
+use crate::voxel::{EncodedPage, PageEntry, PageReadback, PageWriter, Shelf, sparse_page};
+
+/// What is known of the steps of builds before, and the keys of this one's pages.
+pub(super) type Trace<'a> = (&'a Steps, &'a PageKeys<'a>);
+
+/// What was written so far.
+#[derive(Debug, Default)]
+pub(super) struct Written {
+    /// Counts over its voxels.
+    pub census: Census,
+    /// Pages.
+    pub pages: u64,
+    /// Those of them that were copied.
+    pub reused: u64,
+    /// Those of them that are not noted as steps: they may be set aside still.
+    pending: Vec<Made>,
+}
+
+/// A page that is ready, with all that goes with it.
+struct Ready {
+    page: EncodedPage,
+    bare: Option<EncodedPage>,
+    census: Census,
+    key: Option<Key>,
+    is_reused: bool,
+}
+
+/// Writes the pages of all levels; each coarser one is made of the finer ones below it, as far as these are stored.
+pub(super) fn write_pages(
+    project: &Project<'_>,
+    threads: usize,
+    trace: Option<Trace<'_>>,
+    writer: &mut PageWriter,
+    written: &mut Written,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let stages = [("voxels", 0..1), ("levels", 1..project.grid.level_count())];
+    for (stage, levels) in stages {
+        observer.begin(stage, levels.clone().map(|level| project.stored.count(level)).sum(), "pages");
+        for level in levels {
+            let finer = writer.readback();
+            let mut shelf = Shelf::new(writer)?;
+            let tasks = project.stored.tasks(level);
+            write_level(project, (tasks, threads), (trace, &finer), &mut shelf, written, observer)?;
+            shelf.empty()?;
+            written.note(trace, &finer)?;
+        }
+        observer.end();
+    }
+    Ok(())
+}
+
+/// Writes the pages of one level, page by page.
+fn write_level(
+    project: &Project<'_>,
+    (tasks, threads): (Tasks, usize),
+    (trace, finer): (Option<Trace<'_>>, &PageReadback),
+    shelf: &mut Shelf<'_>,
+    written: &mut Written,
+    observer: &dyn Observer,
+) -> Result<()> {
+    in_order(
+        tasks.count(),
+        threads,
+        observer,
+        || PageMaker::new(project),
+        |maker, task| {
+            let id = tasks.id(task);
+            let key = trace.map(|(_, keys)| keys.of(id, finer));
+            let known = trace.zip(key).and_then(|((steps, _), key)| steps.page(&project.grid, id, key));
+            if let Some(Reused { page, bare, census }) = known {
+                return Ok(Ready { page, bare, census, key, is_reused: true });
+            }
+            let MadePage { page, bare, census } = match id.level {
+                0 => maker.make(id)?,
+                _ => {
+                    let mut sources = FromSources { maker };
+                    let page = sparse_page(finer, &mut sources, &project.grid, project.code, id)?;
+                    let census = Census::of_finest(&page, id, project.stored);
+                    MadePage { page, bare: None, census }
+                }
+            };
+            let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref());
+            let (page, bare) = (page.encode(id), bare.map(|bare| bare.encode(id.bare())));
+            Ok(Ready { page, bare, census, key, is_reused: false })
+        },
+        |_, ready: Ready| {
+            shelf.take(&ready.page)?;
+            ready.bare.iter().try_for_each(|bare| shelf.take(bare))?;
+            written.take(&ready);
+            observer.advance(1);
+            // The shelf passes pages on band by band.
+            match written.pending.first() {
+                Some(first) if finer.entry(first.id).is_some() => written.note(trace, finer),
+                _ => Ok(()),
+            }
+        },
+    )
+}
+
+impl Written {
+    fn take(&mut self, ready: &Ready) {
+        self.census.add(&ready.census);
+        self.pages += 1;
+        self.reused += u64::from(ready.is_reused);
+        let Some(key) = ready.key else { return };
+        let made = |page: &EncodedPage, census, has_bare| Made {
+            id: page.id,
+            entry: PageEntry::default(),
+            key,
+            census,
+            has_bare,
+        };
+        self.pending.push(made(&ready.page, ready.census, ready.bare.is_some()));
+        self.pending.extend(ready.bare.iter().map(|bare| made(bare, Census::default(), false)));
+    }
+
+    /// Notes the steps of pages that have their place in the file by now.
+    fn note(&mut self, trace: Option<Trace<'_>>, written: &PageReadback) -> Result<()> {
+        let Some((steps, _)) = trace else { return Ok(()) };
+        let mut noted = Vec::new();
+        self.pending.retain(|made| {
+            let entry = written.entry(made.id);
+            noted.extend(entry.map(|entry| Made { entry, ..*made }));
+            entry.is_none()
+        });
+        steps.made(&noted)
+    }
+}

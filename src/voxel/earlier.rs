@@ -1,0 +1,49 @@
+//! Pages of files that were written before, for a file that is to have the same ones.
+
+use std::fs::File;
+use std::path::Path;
+
+use super::assembly::Storage;
+use super::fixed_header::FixedHeader;
+use super::format::header as at;
+use super::page::{is_page_length, part_crc};
+use super::{ContentHash, EncodedPage, Grid, PageEntry, PageId, PagePart};
+
+/// A file that pages are taken from: a database, or what is left of one that was not finished.
+#[derive(Debug)]
+pub struct EarlierFile(File);
+
+impl EarlierFile {
+    /// Opens a file; `None` if there is none that can be read.
+    pub fn open(path: &Path) -> Option<Self> {
+        // To open a pipe would wait for its other end.
+        std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+        File::open(path).ok().map(Self)
+    }
+
+    /// What a finished database says it is; `None` if it is none of this version.
+    pub fn content_hash(&self) -> Option<ContentHash> {
+        let mut record = [0; at::SIZE];
+        self.0.read_at(0, &mut record).ok()?;
+        let length = self.0.metadata().ok()?.len();
+        FixedHeader::decode_start(Path::new(""), &record, length).ok().map(|header| header.content_hash)
+    }
+
+    /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written.
+    pub fn page(&self, grid: &Grid, id: PageId, entry: &PageEntry) -> Option<EncodedPage> {
+        let size = grid.page_size(id)?;
+        if !is_page_length(id.level, size, entry.lengths()) {
+            return None;
+        }
+        let mut bytes = vec![0; entry.length as usize];
+        self.0.read_at(entry.offset, &mut bytes).ok()?;
+        let PageEntry { spans, crc, hash, .. } = *entry;
+        let is_good = |part: PagePart| part_crc(&bytes, part, size, spans as usize) == crc[part.number()];
+        PagePart::all(id).all(is_good).then_some(EncodedPage { id, bytes, spans, crc, hash })
+    }
+
+    /// Whether nobody holds the file as a [`super::PageWriter`] does while it writes.
+    pub fn is_abandoned(&self) -> bool {
+        self.0.try_lock_shared().is_ok()
+    }
+}
