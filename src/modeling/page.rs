@@ -10,6 +10,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::cloud::Standees;
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::fill;
@@ -42,6 +43,8 @@ pub(super) struct Project<'a> {
     pub imagery: &'a [ImageryInput],
     /// `None`: nothing stands or lies on the ground.
     pub standing: Option<&'a Standing>,
+    /// The same for what point clouds show.
+    pub standees: Option<&'a Standees>,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
 }
@@ -223,8 +226,20 @@ impl<'a> PageMaker<'a> {
         Ok(self.ground(rect)?.surface.heights)
     }
 
+    /// What features and clouds make of a block with this natural ground; `None`: none reaches it.
+    fn built(&mut self, rect: Rect, natural: &[f64]) -> Result<Option<Built>> {
+        let mut built = self.features(rect)?;
+        if let Some(standees) = self.project.standees {
+            let solids = standees.solids(rect, &self.level)?;
+            if !solids.is_empty() {
+                built.get_or_insert_with(|| Built::on(natural)).solids.extend(solids);
+            }
+        }
+        Ok(built)
+    }
+
     /// What features make of a block; `None`: none reaches it.
-    fn built(&mut self, rect: Rect) -> Result<Option<Built>> {
+    fn features(&mut self, rect: Rect) -> Result<Option<Built>> {
         let Some(standing) = self.project.standing else { return Ok(None) };
         let Some(margin) = standing.margin(rect, &self.level) else { return Ok(None) };
         let wide = rect.grown(margin, &self.level.grid);
@@ -243,7 +258,7 @@ impl<'a> PageMaker<'a> {
         // Slopes need a voxel around.
         let around = rect.grown(1, &self.level.grid);
         let mut ground = self.ground(around)?;
-        let built = self.built(around)?;
+        let built = self.built(around, &ground.surface.heights)?;
         if let Some(built) = &built {
             ground.surface.heights.clone_from(&built.ground);
         }

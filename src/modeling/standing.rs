@@ -153,6 +153,11 @@ impl Standing {
 }
 
 impl Built {
+    /// Nothing on this ground.
+    pub fn on(natural: &[f64]) -> Self {
+        Self { ground: natural.to_vec(), paints: Vec::new(), solids: Vec::new() }
+    }
+
     /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.
     pub fn surfaces(&self, voxels: usize) -> Vec<Option<&Solid>> {
         let mut surfaces: Vec<Option<&Solid>> = vec![None; voxels];

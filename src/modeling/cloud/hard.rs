@@ -1,0 +1,103 @@
+//! Roofs and decks: hard things, one solid over each voxel.
+//!
+//! ```text
+//! a voxel belongs to a roof if its points of buildings are as many as those of its ground,
+//!     or if its points of no known kind, and those around, lie on one plane
+//! voxels amid others are joined to them; those that stand alone are left out
+//! height, slope = plane through the points about the voxel
+//! ```
+
+use super::super::features::{Paint, Solid};
+use super::class::Kind;
+use super::scene::{Scene, Voxel, quantile};
+
+/// How high buildings stand above the ground at least, and matter of no known kind, metres.
+const LOWEST: f64 = 1.0;
+pub(super) const UNKNOWN: f64 = 2.0;
+/// Share of a voxel's points that lie below its roof: others are of walls.
+const LEVEL: f64 = 0.7;
+/// Thickness of a deck, metres.
+const DECK: f64 = 1.0;
+/// Points of no known kind that make a roof: so many of them, this share of them on one plane, no steeper than this.
+const PLANAR: (usize, f64, f64) = (6, 0.85, 1.7);
+/// Voxels of the same around one that is kept, around one that is kept although its points are of no known kind, and around one that has
+/// no points.
+const KEPT: usize = 2;
+const KEPT_UNKNOWN: usize = 4;
+const JOINED: usize = 5;
+/// Around one whose own points say otherwise.
+const JOINED_ALL: usize = 8;
+
+/// Levels of the voxels of a window, metres; `None`: there is no such thing over it.
+pub(super) struct Hard {
+    levels: Vec<Option<(f64, bool)>>,
+    kind: Kind,
+}
+
+impl Hard {
+    /// Roofs.
+    pub fn roofs(scene: &Scene<'_>) -> Self {
+        let level = |voxel: Voxel| {
+            let ground = scene.heights(voxel, f64::NEG_INFINITY, |kind| kind == Kind::Ground).len();
+            let own = scene.heights(voxel, LOWEST, |kind| kind == Kind::Building);
+            if !own.is_empty() && own.len() >= ground {
+                return quantile(&own, LEVEL).map(|level| (level, false));
+            }
+            let unknown = scene.heights(voxel, UNKNOWN, |kind| kind == Kind::Unknown);
+            let level = quantile(&unknown, LEVEL).filter(|_| unknown.len() >= ground.max(1))?;
+            let lowest = scene.ground[scene.index(voxel)] + UNKNOWN;
+            let counts = |mark: &super::window::Mark| mark.kind() == Kind::Unknown && mark.z() >= lowest;
+            let (plane, on, all) = scene.plane(voxel, level, counts)?;
+            let is_plane = all >= PLANAR.0
+                && on as f64 >= PLANAR.1 * all as f64
+                && plane.rise[0].hypot(plane.rise[1]) <= PLANAR.2 * scene.spacing;
+            is_plane.then_some((level, true))
+        };
+        Self { levels: scene.voxels().map(level).collect(), kind: Kind::Building }
+    }
+
+    /// Decks of bridges.
+    pub fn decks(scene: &Scene<'_>) -> Self {
+        let level = |voxel: Voxel| {
+            let own = scene.heights(voxel, f64::NEG_INFINITY, |kind| kind == Kind::Deck);
+            quantile(&own, 0.5).map(|level| (level, false))
+        };
+        Self { levels: scene.voxels().map(level).collect(), kind: Kind::Deck }
+    }
+
+    /// The solid over a voxel that is not at the window's rim.
+    pub fn solid(&self, scene: &Scene<'_>, voxel: Voxel) -> Option<Solid> {
+        let ground = Some(scene.ground[scene.index(voxel)]).filter(|ground| !ground.is_nan())?;
+        let mut around: Vec<f64> = scene
+            .neighbours(voxel)
+            .filter_map(|other| self.levels[scene.index(other)])
+            .map(|(level, _)| level)
+            .collect();
+        let count = around.len();
+        let level = match self.levels[scene.index(voxel)] {
+            Some((level, is_unknown)) if count >= if is_unknown { KEPT_UNKNOWN } else { KEPT } => level,
+            Some(_) => return None,
+            None => {
+                let says_otherwise =
+                    scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == Kind::Ground);
+                if count < if says_otherwise { JOINED_ALL } else { JOINED } {
+                    return None;
+                }
+                around.sort_by(f64::total_cmp);
+                quantile(&around, 0.5)?
+            }
+        };
+        let is_same = |mark: &super::window::Mark| match mark.kind() {
+            Kind::Unknown => self.kind == Kind::Building && mark.z() >= ground + UNKNOWN,
+            kind => kind == self.kind,
+        };
+        let (plane, ..) = scene.plane(voxel, level, is_same)?;
+        let own = self.kind.paint();
+        let paint = Paint { colour: scene.colour(voxel, is_same).unwrap_or(own.colour), ..own };
+        if self.kind == Kind::Deck {
+            let deck = scene.solid(Some(plane.height - DECK), &plane, paint);
+            return Some(Solid { parallel: true, ..deck });
+        }
+        (plane.height >= ground + LOWEST).then(|| scene.solid(None, &plane, paint))
+    }
+}
