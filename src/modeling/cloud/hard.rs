@@ -5,11 +5,14 @@
 //!     or if its points of no known kind, and those around, lie on one plane
 //! voxels amid others are joined to them; those that stand alone are left out
 //! height, slope = plane through the points about the voxel
+//! at its rim a wall cuts the voxel where it parts these points from those below    wall
 //! ```
 
-use super::super::features::{Paint, Solid};
+use super::super::features::{Paint, Solid, Wall};
 use super::class::Kind;
 use super::scene::{Scene, Voxel, quantile};
+use super::wall::{self, Side};
+use super::window::Mark;
 
 /// How high buildings stand above the ground at least, and matter of no known kind, metres.
 const LOWEST: f64 = 1.0;
@@ -46,7 +49,7 @@ impl Hard {
             let unknown = scene.heights(voxel, UNKNOWN, |kind| kind == Kind::Unknown);
             let level = quantile(&unknown, LEVEL).filter(|_| unknown.len() >= ground.max(1))?;
             let lowest = scene.ground[scene.index(voxel)] + UNKNOWN;
-            let counts = |mark: &super::window::Mark| mark.kind() == Kind::Unknown && mark.z() >= lowest;
+            let counts = |mark: &Mark| mark.kind() == Kind::Unknown && mark.z() >= lowest;
             let (plane, on, all) = scene.plane(voxel, level, counts)?;
             let is_plane = all >= PLANAR.0
                 && on as f64 >= PLANAR.1 * all as f64
@@ -68,36 +71,46 @@ impl Hard {
     /// The solid over a voxel that is not at the window's rim.
     pub fn solid(&self, scene: &Scene<'_>, voxel: Voxel) -> Option<Solid> {
         let ground = Some(scene.ground[scene.index(voxel)]).filter(|ground| !ground.is_nan())?;
+        let (level, is_sure, is_rim) = self.level(scene, voxel)?;
+        let is_same = |mark: &Mark| match mark.kind() {
+            Kind::Unknown => self.kind == Kind::Building && mark.z() >= ground + UNKNOWN,
+            kind => kind == self.kind,
+        };
+        let (plane, ..) = scene.plane(voxel, level, is_same)?;
+        let wall = match wall::between(scene, voxel, level, is_same).filter(|_| is_rim) {
+            Some(Side::Cut(wall)) => wall,
+            Some(Side::Inside) | None if is_sure => Wall::Whole,
+            _ => return None,
+        };
+        let own = self.kind.paint();
+        let paint = Paint { colour: scene.colour(voxel, is_same).unwrap_or(own.colour), ..own };
+        if self.kind == Kind::Deck {
+            let deck = scene.solid(Some(plane.height - DECK), &plane, paint);
+            return Some(Solid { parallel: true, wall, ..deck });
+        }
+        (plane.height >= ground + LOWEST).then(|| Solid { wall, ..scene.solid(None, &plane, paint) })
+    }
+
+    /// Level over a voxel, whether it surely belongs to it, and whether it is at its rim.
+    fn level(&self, scene: &Scene<'_>, voxel: Voxel) -> Option<(f64, bool, bool)> {
         let mut around: Vec<f64> = scene
             .neighbours(voxel)
             .filter_map(|other| self.levels[scene.index(other)])
             .map(|(level, _)| level)
             .collect();
         let count = around.len();
-        let level = match self.levels[scene.index(voxel)] {
-            Some((level, is_unknown)) if count >= if is_unknown { KEPT_UNKNOWN } else { KEPT } => level,
-            Some(_) => return None,
-            None => {
-                let says_otherwise =
-                    scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == Kind::Ground);
-                if count < if says_otherwise { JOINED_ALL } else { JOINED } {
-                    return None;
-                }
-                around.sort_by(f64::total_cmp);
-                quantile(&around, 0.5)?
-            }
-        };
-        let is_same = |mark: &super::window::Mark| match mark.kind() {
-            Kind::Unknown => self.kind == Kind::Building && mark.z() >= ground + UNKNOWN,
-            kind => kind == self.kind,
-        };
-        let (plane, ..) = scene.plane(voxel, level, is_same)?;
-        let own = self.kind.paint();
-        let paint = Paint { colour: scene.colour(voxel, is_same).unwrap_or(own.colour), ..own };
-        if self.kind == Kind::Deck {
-            let deck = scene.solid(Some(plane.height - DECK), &plane, paint);
-            return Some(Solid { parallel: true, ..deck });
+        let is_rim = count < 8;
+        if let Some((level, is_unknown)) = self.levels[scene.index(voxel)] {
+            let least = if is_unknown { KEPT_UNKNOWN } else { KEPT };
+            return (count >= least).then_some((level, true, is_rim));
         }
-        (plane.height >= ground + LOWEST).then(|| scene.solid(None, &plane, paint))
+        if count < KEPT {
+            return None;
+        }
+        around.sort_by(f64::total_cmp);
+        let level = quantile(&around, 0.5)?;
+        let has_ground = scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == Kind::Ground);
+        let is_sure = count >= if has_ground { JOINED_ALL } else { JOINED };
+        Some((level, is_sure, is_rim))
     }
 }

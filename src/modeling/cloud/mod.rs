@@ -5,7 +5,7 @@
 //! bins      every point, by tile of the database's grid, in a file without a name                              read, bin
 //! posts     ground of each voxel from its points and those around                                              posts
 //! surface   gaps between posts, from the posts about them                                                      surface
-//! columns   solids over each voxel: roofs and decks, runs of leaves, wires                                     hard, runs, wires
+//! columns   solids over each voxel: roofs and decks, runs of leaves, wires                                     hard, wall, runs, wires
 //! ```
 //! From posts comes a raster, which takes part in the mosaic of elevation as others do, from their colours another, and the solids
 //! join those of features. Each stage goes tile by tile through the files of the one before, so that memory does not grow with the cloud; what a voxel gets
@@ -28,6 +28,7 @@ mod standing;
 mod store;
 mod stored;
 mod surface;
+mod wall;
 mod window;
 mod wires;
 

@@ -17,6 +17,8 @@ const WANTED: f64 = 2.0;
 const SIDES: [f64; 8] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 5.0, 7.5];
 /// Voxels along a side of what is planned.
 const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
+/// Part of a voxel at the rim that is none.
+const RIM: f64 = 0.1;
 /// Metres of a degree of latitude.
 const DEGREE: f64 = 111_320.0;
 
@@ -168,7 +170,7 @@ fn plausible(file: &CloudFile, head: &Head, crs: &Crs) -> Result<()> {
         crs.name()
     );
     let remedy = if head.crs.is_some() {
-        "its reference system is wrong; write the right one with `pdal translate --writers.las.a_srs=EPSG:…`"
+        "its reference system is wrong; write the right one with `las2las -epsg …`"
     } else {
         "name the right system with --cloud-crs EPSG:…"
     };
@@ -189,7 +191,9 @@ fn metres(head: &Head, crs: &Crs) -> (f64, f64) {
 fn lattice(head: &Head, side: [f64; 2]) -> (GeoTransform, [f64; 2]) {
     let cell = |value: f64, axis: usize| (value / side[axis]).floor();
     let [west, south] = [0, 1].map(|axis| cell(head.low[axis], axis));
-    let [east, north] = [0, 1].map(|axis| cell(head.high[axis], axis) + 1.0);
+    // Where the last points lie on a border they are not worth a voxel more.
+    let [east, north] = [0, 1]
+        .map(|axis| cell(head.high[axis] - RIM * side[axis], axis).max(cell(head.low[axis], axis)) + 1.0);
     let geo = [west * side[0], side[0], 0.0, north * side[1], 0.0, -side[1]];
     (geo, [east - west, north - south])
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! heights of the points of a voxel and the eight around it, sorted, cut wherever a gap is wide
-//! for each run: upper end = plane through the highest point of each voxel, lower end = mean of the lowest
+//! for each run: upper end = plane through the highest point of each voxel, lower end = median of the lowest
 //!     opacity from how many points it has
 //! the lowest run stands on the ground if the gap below it is not wide; below a crown there is nothing otherwise
 //! ```
@@ -12,7 +12,7 @@ use super::class::Kind;
 use super::fit::Fit;
 use super::hard::UNKNOWN;
 use super::posts::Mix;
-use super::scene::{Scene, Voxel, shaded};
+use super::scene::{Scene, Voxel, quantile, shaded};
 use super::window::Mark;
 
 /// A wide gap: sides of a voxel, and metres, the greater.
@@ -24,8 +24,11 @@ const LOWEST: f64 = 0.4;
 /// Points of a run at least, and voxels around that hold some where a voxel has none itself.
 const LEAST: usize = 3;
 const JOINED: usize = 5;
-/// Least thickness of a run: sides of a voxel, and share of its height above the ground.
-const THINNEST: (f64, f64) = (0.75, 0.3);
+/// Voxels of the nine that hold points of what hangs in the air, and of what hangs there below something else: less is a twig.
+const AIRY: usize = 3;
+const TWIG: usize = 6;
+/// Least thickness of a run: sides of a voxel.
+const THINNEST: f64 = 0.75;
 /// Opacity of few points, and what many add.
 const OPACITY: (f64, f64) = (0.5, 0.45);
 /// Steepest upper end, rise over run.
@@ -56,7 +59,7 @@ impl Run {
         let (low, high) = self.ranges[slot].unwrap_or((z, z));
         self.ranges[slot] = Some((low.min(z), high.max(z)));
         self.count += 1;
-        self.mix.add(mark.srgb(), if slot == 4 { 1.0 } else { 0.05 });
+        self.mix.add(mark.srgb(), if slot == 4 { 1.0 } else { 0.2 });
         self.lean = [self.lean[0] + place[0], self.lean[1] + place[1]];
         self.high = z;
     }
@@ -134,8 +137,12 @@ impl Plants<'_, '_> {
         let roof = self.roofs[scene.index(voxel)];
         // The top of what is below.
         let mut below = if roof.is_nan() { ground } else { roof };
-        for run in runs.iter().filter(|run| run.is_here()) {
+        for (index, run) in runs.iter().enumerate().filter(|(_, run)| run.is_here()) {
             let Some(solid) = self.solid(voxel, run, (ground, below, gap), kind) else { continue };
+            let least = if index + 1 < runs.len() { TWIG } else { AIRY };
+            if solid.low_m.is_some() && run.ranges.iter().flatten().count() < least {
+                continue;
+            }
             below = solid.high_m;
             out.push(solid);
         }
@@ -150,19 +157,18 @@ impl Plants<'_, '_> {
         kind: Kind,
     ) -> Option<Solid> {
         let scene = self.scene;
-        let (mut tops, mut bottom, mut weight) = (Fit::new(), 0.0, 0.0);
+        let (mut tops, mut bottoms) = (Fit::new(), Vec::new());
         for (slot, (low, high)) in
             run.ranges.iter().enumerate().filter_map(|(slot, range)| Some((slot, (*range)?)))
         {
             let place = [(slot % 3) as f64 - 1.0, (slot / 3) as f64 - 1.0];
             let share = (2.0 - place[0].abs()) * (2.0 - place[1].abs());
             tops.add(place, high, share);
-            bottom += share * low;
-            weight += share;
+            bottoms.push(low);
         }
         let top = tops.plane()?;
-        let least = (THINNEST.0 * scene.spacing).max(THINNEST.1 * (top.height - ground));
-        let low = (bottom / weight).min(top.height - least);
+        bottoms.sort_by(f64::total_cmp);
+        let low = quantile(&bottoms, 0.5)?.min(top.height - THINNEST * scene.spacing);
         let is_on_ground = below == ground && low - ground <= gap;
         let low_m = (!is_on_ground).then_some(low.max(below));
         if top.height <= low_m.unwrap_or(ground) {

@@ -90,7 +90,7 @@ impl Scene<'_> {
     pub fn colour(&self, voxel: Voxel, counts: impl Fn(&Mark) -> bool) -> Option<[u8; 3]> {
         let mut mix = Mix::default();
         for (step, marks) in self.window.voxels(voxel, 1) {
-            let weight = if step == [0, 0] { 1.0 } else { 0.02 };
+            let weight = if step == [0, 0] { 1.0 } else { 0.2 };
             marks.iter().filter(|mark| counts(mark)).for_each(|mark| mix.add(mark.srgb(), weight));
         }
         mix.srgb()
