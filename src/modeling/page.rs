@@ -10,7 +10,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::cloud::Standees;
+use super::cloud::{self, Standees};
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::fill;
@@ -232,7 +232,10 @@ impl<'a> PageMaker<'a> {
         if let Some(standees) = self.project.standees {
             let solids = standees.solids(rect, &self.level)?;
             if !solids.is_empty() {
-                built.get_or_insert_with(|| Built::on(natural)).solids.extend(solids);
+                let built = built.get_or_insert_with(|| Built::on(natural));
+                let first = built.solids.len();
+                built.solids.extend(solids);
+                built.uncoloured = first..if standees.is_coloured { first } else { built.solids.len() };
             }
         }
         Ok(built)
@@ -258,11 +261,18 @@ impl<'a> PageMaker<'a> {
         // Slopes need a voxel around.
         let around = rect.grown(1, &self.level.grid);
         let mut ground = self.ground(around)?;
-        let built = self.built(around, &ground.surface.heights)?;
+        let mut built = self.built(around, &ground.surface.heights)?;
         if let Some(built) = &built {
             ground.surface.heights.clone_from(&built.ground);
         }
         let pigments = self.drape.pigments(rect)?;
+        if let Some(built) = &mut built {
+            cloud::drape(&mut built.solids[built.uncoloured.clone()], |index| {
+                let pigment = &pigments[within(rect, around, index)?];
+                let colour = pigment.linear.map(|linear| srgb8_from_linear(linear / pigment.alpha));
+                (pigment.alpha >= 0.5).then_some(colour)
+            });
+        }
         let mut made = Made {
             voxels: VoxelBlock {
                 x: rect.x0..rect.x1,
@@ -299,11 +309,7 @@ impl<'a> PageMaker<'a> {
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
     fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
         let Project { code, grid, .. } = self.project;
-        let inside = |index: usize| {
-            let (x, y) = around.voxel(index);
-            let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
-            is_in.then(|| rect.index(x, y))
-        };
+        let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
         for (index, paint, share) in &built.paints {
             let Some(at) = inside(*index) else { continue };
@@ -397,6 +403,13 @@ impl<'a> PageMaker<'a> {
         ));
         self.project.tint.colour(here, slope)
     }
+}
+
+/// Index in `rect` of a voxel of `around`, if it lies there.
+fn within(rect: Rect, around: Rect, index: usize) -> Option<usize> {
+    let (x, y) = around.voxel(index);
+    let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
+    is_in.then(|| rect.index(x, y))
 }
 
 impl Made {

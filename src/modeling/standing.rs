@@ -52,6 +52,8 @@ pub(super) struct Built {
     pub paints: Vec<(usize, Paint, f64)>,
     /// Solids by voxel, in no order.
     pub solids: Vec<(usize, Solid)>,
+    /// Which of them have no colours of their own.
+    pub uncoloured: std::ops::Range<usize>,
 }
 
 impl Standing {
@@ -148,14 +150,14 @@ impl Standing {
         bound.iter().for_each(|bound| bound.raise(&here, &ground, &mut solids));
         let ground =
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
-        Built { ground, paints, solids }
+        Built { ground, paints, solids, uncoloured: 0..0 }
     }
 }
 
 impl Built {
     /// Nothing on this ground.
     pub fn on(natural: &[f64]) -> Self {
-        Self { ground: natural.to_vec(), paints: Vec::new(), solids: Vec::new() }
+        Self { ground: natural.to_vec(), paints: Vec::new(), solids: Vec::new(), uncoloured: 0..0 }
     }
 
     /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.

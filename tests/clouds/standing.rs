@@ -157,3 +157,24 @@ fn the_ground_can_be_taken_alone() {
         assert_eq!(top(&pages, place), None, "{place}");
     }
 }
+
+#[test]
+fn what_has_no_colours_takes_those_of_imagery() {
+    let folder = tempfile::tempdir().unwrap();
+    let cloud = folder.path().join("town.las");
+    write(&cloud, 6, &Village::marks());
+    let ortho = folder.path().join("ortho.png");
+    image::RgbImage::from_pixel(80, 80, image::Rgb([10, 200, 30])).save(&ortho).unwrap();
+    std::fs::write(folder.path().join("ortho.pgw"), "1\n0\n0\n-1\n500000.5\n5000079.5\n").unwrap();
+    let mut options = options(&cloud, folder.path().join("area.hop"));
+    options.imagery = vec![ortho.into()];
+    options.imagery[0].crs = Some("EPSG:32633".into());
+    let pages = database(&options);
+    for place in [dvec2(27.0, 25.0), Village::TREE] {
+        let (hits, _) = met(&pages, place.extend(900.0), place.extend(0.0));
+        assert_eq!(hits.first().expect("a roof or a crown").span.top, [10, 200, 30], "{place}");
+    }
+    let [x, height] = Village::WIRE;
+    let (hits, _) = met(&pages, dvec2(x - 6.0, 40.5).extend(height), dvec2(x, 40.5).extend(height));
+    assert_ne!(hits.first().expect("a wire").span.top, [10, 200, 30]);
+}

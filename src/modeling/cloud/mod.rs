@@ -34,4 +34,4 @@ mod wires;
 
 pub(super) use open::{Cloud, open};
 pub(super) use prepare::prepare;
-pub(super) use standing::Standees;
+pub(super) use standing::{Standees, drape};

@@ -75,7 +75,8 @@ pub(in crate::modeling) fn prepare(
             let ground = field.posts().map(|post| f64::from(post.height)).collect();
             Ok(columns::solids(&Scene { window: &window, ground, spacing, density }))
         })?;
-        Some(Standees::new(solids, &plan.grid)?)
+        let is_coloured = clouds.iter().any(Cloud::is_coloured);
+        Some(Standees::new(solids, &plan.grid, is_coloured)?)
     };
     let Some(area) = Area::of(&filled, &plan.grid)? else {
         return Ok(Prepared { elevation: None, imagery: None, standees: None });

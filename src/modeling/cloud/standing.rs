@@ -2,7 +2,9 @@
 
 use super::super::features::{Solid, Wall};
 use super::super::warp::{LevelGrid, Rect};
+use super::class::Kind;
 use super::posts::Mix;
+use super::scene::shaded;
 use super::store::{Store, TILE};
 use super::stored::StoredSolid;
 use crate::error::Result;
@@ -17,6 +19,8 @@ pub(in crate::modeling) struct Standees {
     store: Store<StoredSolid>,
     /// Height of the highest, metres; none stands if it is less than all heights.
     highest: f64,
+    /// Whether points have colours of their own.
+    pub is_coloured: bool,
 }
 
 /// What stands over a coarser voxel.
@@ -32,14 +36,14 @@ struct Pile {
 
 impl Standees {
     /// Those of a grid.
-    pub(super) fn new(store: Store<StoredSolid>, grid: &Grid) -> Result<Self> {
+    pub(super) fn new(store: Store<StoredSolid>, grid: &Grid, is_coloured: bool) -> Result<Self> {
         let mut highest = f64::NEG_INFINITY;
         for tile in store.tiles() {
             store.read(tile, |solids| {
                 highest = solids.iter().map(|solid| solid.top_m(grid.spacing)).fold(highest, f64::max);
             })?;
         }
-        Ok(Self { store, highest })
+        Ok(Self { store, highest, is_coloured })
     }
 
     /// Greatest height of ground up to `high` and of what stands on it, metres.
@@ -77,6 +81,16 @@ impl Standees {
         let least = (side * side) as u32 / 2;
         found.extend(piles.iter().enumerate().filter_map(|(index, pile)| Some((index, pile.solid(least)?))));
         Ok(found)
+    }
+}
+
+/// Gives roofs, decks and plants the colours that the ground below them has in imagery, if it has; wires and towers are seen too thinly there.
+pub(in crate::modeling) fn drape(solids: &mut [(usize, Solid)], colour: impl Fn(usize) -> Option<[u8; 3]>) {
+    let is_broad = |solid: &Solid| !solid.strip && solid.material != Kind::Tower.paint().material.code();
+    for (index, solid) in solids.iter_mut().filter(|(_, solid)| is_broad(solid)) {
+        if let Some(colour) = colour(*index) {
+            (solid.top, solid.side) = (colour, shaded(colour));
+        }
     }
 }
 
