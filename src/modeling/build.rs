@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::budget::Budget;
+use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
 use super::options::{BuildOptions, NodataFill};
@@ -103,7 +104,8 @@ fn check_output(options: &BuildOptions) -> Result<()> {
     // Paths that do not resolve are no inputs that could be lost.
     if let Ok(output) = options.output.canonicalize() {
         let is_output = |input: &&PathBuf| input.canonicalize().is_ok_and(|input| input == output);
-        let elevation = options.elevation.iter().map(|file| &file.path);
+        let clouds = options.clouds.iter().map(|file| &file.path);
+        let elevation = options.elevation.iter().map(|file| &file.path).chain(clouds);
         let imagery = options.imagery.iter().map(|file| &file.path);
         if let Some(input) = elevation.chain(imagery).find(is_output) {
             return Err(Error::Configuration(format!(
@@ -141,13 +143,26 @@ pub(super) fn build_from(
     let traced = steps.as_ref().zip(keys.as_ref());
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let features = std::mem::take(&mut inputs.features);
-    let (elevation, imagery) = place(inputs, &plan, datum)?;
+    let clouds = std::mem::take(&mut inputs.clouds);
+    let (mut elevation, mut imagery) = place(inputs, &plan, datum)?;
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
     for note in misplaced.into_iter().chain(sparse_note(&elevation, &plan)) {
         observer.note(&note);
         metadata.notes.push(note);
     }
 
+    let mut standees = None;
+    if !clouds.is_empty() {
+        let beside = (options.output.as_path(), &budget);
+        let prepared = cloud::prepare(&clouds, &plan, datum, beside, observer)?;
+        // One raster holds the points of all; others say nothing then.
+        for input in &mut elevation[..clouds.len()] {
+            input.reach = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        }
+        elevation.iter_mut().zip(prepared.elevation).for_each(|(input, points)| *input = points);
+        imagery.extend(prepared.imagery);
+        standees = prepared.standees;
+    }
     let surveys = scan::survey(&elevation, &plan, traced, budget.threads, observer)?;
     for note in surveys.iter().flat_map(|survey| survey.notes.iter().cloned()) {
         observer.note(&note);
@@ -165,6 +180,7 @@ pub(super) fn build_from(
         surveys: &surveys,
         imagery: &imagery,
         standing: None,
+        standees: None,
         window_bytes: budget.window,
     };
     let standing = if features.is_empty() {
@@ -177,8 +193,9 @@ pub(super) fn build_from(
         Some(Standing::new(features, (&natural, high), steps, budget.threads, observer)?)
     };
     let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
+    let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
     let code = HeightCode::spanning(low, high);
-    let project = Project { code, standing: standing.as_ref(), ..natural };
+    let project = Project { code, standing: standing.as_ref(), standees: standees.as_ref(), ..natural };
     let page_keys = keys.as_ref().map(|keys| {
         let sources = (&elevation[..], &imagery[..]);
         PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), (&tint, standing.as_ref()))
@@ -241,7 +258,7 @@ fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
     let imagery = inputs.imagery.iter().map(|raster| raster.record("imagery"));
     let mut notes = inputs.notes.clone();
     notes.extend(plan.notes.iter().cloned());
-    if options.imagery.is_empty() {
+    if options.imagery.is_empty() && !inputs.clouds.iter().any(Cloud::is_coloured) {
         notes.push("no imagery: colours were derived from height and slope".into());
     }
     Metadata {

@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 
+use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
 use super::kernel::Samples;
-use super::options::{BuildOptions, ElevationFile, FeatureFile, ImageryFile};
+use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
 };
@@ -41,6 +42,8 @@ pub(super) struct Opened<T> {
 
 /// All rasters, highest priority first, and what was assumed about them.
 pub(super) struct Inputs {
+    /// Point clouds; as many of the first of `elevation` are their places.
+    pub clouds: Vec<Cloud>,
     pub elevation: Vec<Opened<f64>>,
     pub imagery: Vec<Opened<[u8; 4]>>,
     pub features: Vec<(Layer, LayerOptions)>,
@@ -73,12 +76,12 @@ impl Samples<[u8; 4]> for ImageryRaster {
 
 /// Opens every file, with `cache_bytes` of decoded blocks for all of them together.
 pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
-    if options.elevation.is_empty() {
+    if options.elevation.is_empty() && options.clouds.is_empty() {
         return Err(Error::Configuration(
-            "no elevation is given; name at least one file with --elevation".into(),
+            "no elevation is given; name at least one file with --elevation or --cloud".into(),
         ));
     }
-    let count = options.elevation.len() + options.imagery.len();
+    let count = options.elevation.len() + options.imagery.len() + options.clouds.len();
     if count >= usize::from(u16::MAX) {
         return Err(Error::Configuration(format!(
             "{count} files are too many; mosaic them first (gdalbuildvrt)"
@@ -86,19 +89,24 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
     }
     let open_options = OpenOptions { cache_bytes: cache_bytes / count as u64, ..OpenOptions::default() };
     let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
-    let elevation =
-        options.elevation.iter().map(|file| opener.elevation(file)).collect::<Result<Vec<_>>>()?;
+    let clouds = options.clouds.iter().map(|file| opener.cloud(file)).collect::<Result<Vec<_>>>()?;
+    let (clouds, mut elevation): (Vec<Cloud>, Vec<Opened<f64>>) = clouds.into_iter().unzip();
+    for file in &options.elevation {
+        elevation.push(opener.elevation(file)?);
+    }
     let canvas =
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
     let features = options.features.iter().map(layer).collect::<Result<Vec<_>>>()?;
-    Ok(Inputs { elevation, imagery, features, notes: opener.into_notes() })
+    Ok(Inputs { clouds, elevation, imagery, features, notes: opener.into_notes() })
 }
 
 /// A file of a build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
+    /// Of points, by its place in [`BuildOptions::clouds`].
+    Cloud(usize),
     /// Of elevation, by its place in [`BuildOptions::elevation`].
     Elevation(usize),
     /// Of imagery, by its place in [`BuildOptions::imagery`].
@@ -118,9 +126,18 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
     let mut faults = Vec::new();
     let mut canvas = None;
+    for (index, file) in options.clouds.iter().enumerate() {
+        match opener.cloud(file) {
+            Ok((_, opened)) if index == 0 && opened.crs.is_local() => {
+                canvas = Some((opened.geo, opened.samples.size()));
+            }
+            Ok(_) => {}
+            Err(error) => faults.push((Input::Cloud(index), error)),
+        }
+    }
     for (index, file) in options.elevation.iter().enumerate() {
         match opener.elevation(file) {
-            Ok(opened) if index == 0 && opened.crs.is_local() => {
+            Ok(opened) if index == 0 && options.clouds.is_empty() && opened.crs.is_local() => {
                 canvas = Some((opened.geo, opened.samples.size()));
             }
             Ok(_) => {}
@@ -151,6 +168,12 @@ struct Opener<'a> {
 }
 
 impl Opener<'_> {
+    fn cloud(&mut self, file: &CloudFile) -> Result<(Cloud, Opened<f64>)> {
+        let (cloud, opened, notes) = cloud::open(file, self.options)?;
+        self.notes.extend(notes);
+        Ok((cloud, opened))
+    }
+
     fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
         let path = &file.path;
         let raster = open(path, &self.open_options)?;

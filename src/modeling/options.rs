@@ -30,6 +30,19 @@ pub struct ElevationFile {
     pub nodata: Vec<f64>,
 }
 
+/// A point cloud, and what it does not say of itself.
+#[derive(Debug, Clone, Default)]
+pub struct CloudFile {
+    /// The file: LAS or LAZ.
+    pub path: PathBuf,
+    /// Its CRS, if it states none.
+    pub crs: Option<String>,
+    /// What its heights are above, if it does not state that.
+    pub datum: Option<VerticalDatum>,
+    /// Its ground alone is taken: no buildings, plants, wires.
+    pub ground_only: bool,
+}
+
 /// An image of the ground, and what it does not say of itself.
 #[derive(Debug, Clone, Default)]
 pub struct ImageryFile {
@@ -56,6 +69,12 @@ impl From<PathBuf> for FeatureFile {
     }
 }
 
+impl From<PathBuf> for CloudFile {
+    fn from(path: PathBuf) -> Self {
+        Self { path, ..Self::default() }
+    }
+}
+
 impl From<PathBuf> for ElevationFile {
     fn from(path: PathBuf) -> Self {
         Self { path, ..Self::default() }
@@ -71,7 +90,9 @@ impl From<PathBuf> for ImageryFile {
 /// What to build from what.
 #[derive(Debug, Clone)]
 pub struct BuildOptions {
-    /// Elevation, highest priority first; at least one.
+    /// Point clouds: ground above all other elevation, and what stands on it; may be empty.
+    pub clouds: Vec<CloudFile>,
+    /// Elevation, highest priority first; at least one if there are no clouds.
     pub elevation: Vec<ElevationFile>,
     /// Imagery, highest priority first; may be empty.
     pub imagery: Vec<ImageryFile>,
@@ -114,6 +135,7 @@ impl BuildOptions {
     /// the program, voids kept, 512 MiB, one worker per core.
     pub fn new(elevation: Vec<PathBuf>, imagery: Vec<PathBuf>, output: PathBuf) -> Self {
         Self {
+            clouds: Vec::new(),
             elevation: elevation.into_iter().map(ElevationFile::from).collect(),
             imagery: imagery.into_iter().map(ImageryFile::from).collect(),
             features: Vec::new(),

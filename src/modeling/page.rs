@@ -10,6 +10,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::cloud::{self, Standees};
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::fill;
@@ -42,6 +43,8 @@ pub(super) struct Project<'a> {
     pub imagery: &'a [ImageryInput],
     /// `None`: nothing stands or lies on the ground.
     pub standing: Option<&'a Standing>,
+    /// The same for what point clouds show.
+    pub standees: Option<&'a Standees>,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
 }
@@ -234,8 +237,23 @@ impl<'a> PageMaker<'a> {
         Ok(ground?.surface.heights)
     }
 
+    /// What features and clouds make of a block with this natural ground; `None`: none reaches it.
+    fn built(&mut self, rect: Rect, natural: &[f64]) -> Result<Option<Built>> {
+        let mut built = self.features(rect)?;
+        if let Some(standees) = self.project.standees {
+            let solids = standees.solids(rect, &self.level)?;
+            if !solids.is_empty() {
+                let built = built.get_or_insert_with(|| Built::on(natural));
+                let first = built.solids.len();
+                built.solids.extend(solids);
+                built.uncoloured = first..if standees.is_coloured { first } else { built.solids.len() };
+            }
+        }
+        Ok(built)
+    }
+
     /// What features make of a block; `None`: none reaches it.
-    fn built(&mut self, rect: Rect) -> Result<Option<Built>> {
+    fn features(&mut self, rect: Rect) -> Result<Option<Built>> {
         let Some(standing) = self.project.standing else { return Ok(None) };
         let Some(margin) = standing.margin(rect, &self.level) else { return Ok(None) };
         let wide = rect.grown(margin, &self.level.grid);
@@ -255,11 +273,18 @@ impl<'a> PageMaker<'a> {
         // Slopes need a voxel around.
         let around = rect.grown(1, &self.level.grid);
         let mut ground = self.ground(around)?;
-        let built = self.built(around)?;
+        let mut built = self.built(around, &ground.surface.heights)?;
         if let Some(built) = &built {
             ground.surface.heights.clone_from(&built.ground);
         }
         let pigments = self.drape.pigments(rect)?;
+        if let Some(built) = &mut built {
+            cloud::drape(&mut built.solids[built.uncoloured.clone()], |index| {
+                let pigment = &pigments[within(rect, around, index)?];
+                let colour = pigment.linear.map(|linear| srgb8_from_linear(linear / pigment.alpha));
+                (pigment.alpha >= 0.5).then_some(colour)
+            });
+        }
         let mut made = Made {
             voxels: VoxelBlock {
                 x: rect.x0..rect.x1,
@@ -296,11 +321,7 @@ impl<'a> PageMaker<'a> {
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
     fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
         let Project { code, grid, .. } = self.project;
-        let inside = |index: usize| {
-            let (x, y) = around.voxel(index);
-            let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
-            is_in.then(|| rect.index(x, y))
-        };
+        let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
         for (index, paint, share) in &built.paints {
             let Some(at) = inside(*index) else { continue };
@@ -394,6 +415,13 @@ impl<'a> PageMaker<'a> {
         ));
         self.project.tint.colour(here, slope)
     }
+}
+
+/// Index in `rect` of a voxel of `around`, if it lies there.
+fn within(rect: Rect, around: Rect, index: usize) -> Option<usize> {
+    let (x, y) = around.voxel(index);
+    let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
+    is_in.then(|| rect.index(x, y))
 }
 
 impl Made {

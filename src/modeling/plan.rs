@@ -58,8 +58,9 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         None => data,
         Some(bbox) => clip(bbox, data, &crs, &mut notes)?,
     };
-    let phase =
-        inputs.elevation.iter().find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
+    // Points lie where they lie.
+    let mut rasters = inputs.elevation.iter().skip(inputs.clouds.len());
+    let phase = rasters.find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
     let (west, nx) = axis(area[0], area[2], phase.0, spacing)?;
     let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
     let mut grid = Grid { nx, ny, spacing, origin: DVec2::new(west, south) };
@@ -94,7 +95,7 @@ fn cut_to_whole_voxels(grid: &mut Grid, outside: u8) -> Result<()> {
 fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) -> Result<Crs> {
     let Some(first) = inputs.elevation.first() else {
         return Err(Error::Configuration(
-            "no elevation is given; name at least one file with --elevation".into(),
+            "no elevation is given; name at least one file with --elevation or --cloud".into(),
         ));
     };
     let crs = match &options.crs {

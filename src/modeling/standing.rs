@@ -63,6 +63,8 @@ pub(super) struct Built {
     pub paints: Vec<(usize, Paint, f64)>,
     /// Solids by voxel, in no order.
     pub solids: Vec<(usize, Solid)>,
+    /// Which of them have no colours of their own.
+    pub uncoloured: std::ops::Range<usize>,
 }
 
 /// Features of layers that may reach the area, and notes on what is left out.
@@ -246,11 +248,16 @@ impl Standing {
         bound.iter().for_each(|bound| bound.raise(&here, &ground, &mut solids));
         let ground =
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
-        Ok(Built { ground, paints, solids })
+        Ok(Built { ground, paints, solids, uncoloured: 0..0 })
     }
 }
 
 impl Built {
+    /// Nothing on this ground.
+    pub fn on(natural: &[f64]) -> Self {
+        Self { ground: natural.to_vec(), paints: Vec::new(), solids: Vec::new(), uncoloured: 0..0 }
+    }
+
     /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.
     pub fn surfaces(&self, voxels: usize) -> Vec<Option<&Solid>> {
         let mut surfaces: Vec<Option<&Solid>> = vec![None; voxels];

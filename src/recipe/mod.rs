@@ -46,6 +46,7 @@ pub struct Recipe {
 #[derive(Debug, Clone, Default)]
 struct Lines {
     /// Of every file, in their order.
+    clouds: Vec<usize>,
     elevation: Vec<usize>,
     imagery: Vec<usize>,
     features: Vec<usize>,
@@ -112,6 +113,7 @@ impl Recipe {
     pub fn outline(&self) -> std::result::Result<Outline, Vec<Mistake>> {
         let mistake = |line, error| Mistake { line, what: error_in_keys(error).to_string() };
         let of_file = |(input, error)| match input {
+            Input::Cloud(index) => mistake(self.lines.clouds[index], error),
             Input::Elevation(index) => mistake(self.lines.elevation[index], error),
             Input::Imagery(index) => mistake(self.lines.imagery[index], error),
             Input::Features(index) => mistake(self.lines.features[index], error),

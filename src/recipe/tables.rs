@@ -10,7 +10,9 @@ use super::{Lines, Recipe, route};
 use crate::document::Reading;
 use crate::geo::{Crs, VerticalDatum};
 use crate::modeling::features::{Class, Columns, LayerOptions};
-use crate::modeling::{BuildOptions, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill};
+use crate::modeling::{
+    BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill,
+};
 use crate::sunlight::{SunSetting, written};
 
 /// One value, or several in brackets.
@@ -58,9 +60,18 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.place = table.line();
         lines.keys = place(table, &folder, &mut options);
     }
+    for table in root.tables("cloud", "[[cloud]]") {
+        let line = table.line();
+        let files = cloud(table, &folder);
+        lines.clouds.extend(files.iter().map(|_| line));
+        options.clouds.extend(files);
+    }
     let tables = root.tables("elevation", "[[elevation]]");
-    if tables.is_empty() {
-        mistakes.add(&(0..0), "there is no [[elevation]]; a place needs one at least, with its `file`");
+    if tables.is_empty() && !root.has("cloud") {
+        mistakes.add(
+            &(0..0),
+            "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`",
+        );
     }
     for table in tables {
         let line = table.line();
@@ -163,15 +174,26 @@ fn file(table: &Fields<'_, '_, '_>, span: &std::ops::Range<usize>, path: &Path) 
     table.mistakes.check(span, found)
 }
 
+/// What heights are above, by its name.
+fn datum(table: &mut Fields<'_, '_, '_>) -> Option<VerticalDatum> {
+    let name = table.take::<String>("vertical_datum")?;
+    let known = DATUMS.iter().find(|(known, _)| known == name.get_ref()).map(|(_, datum)| *datum);
+    let names = DATUMS.map(|(known, _)| known).join(", ");
+    let wanted = || format!("vertical_datum is one of {names}, not {:?}", name.get_ref());
+    table.mistakes.check(&name.span(), known.ok_or_else(wanted))
+}
+
+fn cloud(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<CloudFile> {
+    let paths = files(&mut table, folder, "\"survey.laz\"");
+    let (crs, datum) = (crs(&mut table), datum(&mut table));
+    let ground_only = table.take("ground_only").is_some_and(Spanned::into_inner);
+    table.finish();
+    paths.into_iter().map(|path| CloudFile { path, crs: crs.clone(), datum, ground_only }).collect()
+}
+
 fn elevation(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<ElevationFile> {
     let paths = files(&mut table, folder, "\"dem.tif\"");
-    let crs = crs(&mut table);
-    let datum = table.take::<String>("vertical_datum").and_then(|name| {
-        let known = DATUMS.iter().find(|(known, _)| known == name.get_ref()).map(|(_, datum)| *datum);
-        let names = DATUMS.map(|(known, _)| known).join(", ");
-        let wanted = || format!("vertical_datum is one of {names}, not {:?}", name.get_ref());
-        table.mistakes.check(&name.span(), known.ok_or_else(wanted))
-    });
+    let (crs, datum) = (crs(&mut table), datum(&mut table));
     let nodata = table.take::<OneOrMany<f64>>("nodata").map(|nodata| nodata.into_inner().into_vec());
     table.finish();
     let nodata = nodata.unwrap_or_default();

@@ -107,6 +107,8 @@ const WRONG: &[(&str, usize, &[&str])] = &[
     ("[[elevation]]\nfile = []\n", 2, &["file names none"]),
     ("[[elevation]]\nfile = \"dem.asc\"\nvertical_datum = \"sea\"\n", 3, &["vertical_datum is one of msl"]),
     ("[[elevation]]\nfile = \"dem.asc\"\nnodata = \"none\"\n", 3, &["nodata", "a value, or several"]),
+    ("[[cloud]]\nground_only = true\n", 1, &["[[cloud]] needs `file`"]),
+    ("[[cloud]]\nfile = \"text.tif\"\nground_only = 1\n", 3, &["ground_only is true or false"]),
     ("[[imagery]]\nfile = \"text.tif\"\nbands = [0, 1, 2]\n", 3, &["counted from 1"]),
     ("[[corridor]]\npath = \"flight.csv\"\nspacing_m = 1\n", 1, &["needs `width_m`"]),
     ("[[corridor]]\npath = \"text.tif\"\nwidth_m = 9\nspacing_m = 1\n", 2, &["text.tif"]),
@@ -159,6 +161,7 @@ fn what_is_wrong_with_files_is_told_with_their_tables_in_the_words_of_recipes() 
             ["states no coordinate reference system", "`crs` of [[elevation]]"],
         ),
         (format!("{ELEVATION}[[imagery]]\nfile = \"text.tif\"\n"), 4, ["text.tif", ""]),
+        (format!("{ELEVATION}\n[[cloud]]\nfile = \"text.tif\"\n"), 5, ["text.tif", "no LAS or LAZ file"]),
         (
             format!("[place]\nbbox = [0, 0, 9, 9]\n{ELEVATION}"),
             2,

@@ -6,9 +6,11 @@ use crate::error::Error;
 use crate::progress::Observer;
 
 /// Flags, the tables of a recipe in which the same is said, and their keys there; without a key it is the table itself.
-const WORDS: [(&str, &str, &str); 17] = [
+const WORDS: [(&str, &str, &str); 19] = [
     ("--bands", "[[imagery]]", "bands"),
     ("--bbox", "[place]", "bbox"),
+    ("--cloud", "[[cloud]]", ""),
+    ("--cloud-crs", "[[cloud]]", "crs"),
     ("--corridor", "[[corridor]]", ""),
     ("--crs", "[place]", "crs"),
     ("--elevation", "[[elevation]]", ""),

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 
 /// A file that is read at given positions.
 #[derive(Debug)]
-pub(super) struct InputFile {
+pub(in crate::modeling) struct InputFile {
     path: PathBuf,
     file: File,
     length: u64,
@@ -81,12 +81,16 @@ impl InputFile {
 }
 
 #[cfg(unix)]
-fn read_exact_at(file: &File, buffer: &mut [u8], offset: u64) -> std::io::Result<()> {
+pub(in crate::modeling) fn read_exact_at(file: &File, buffer: &mut [u8], offset: u64) -> std::io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(file, buffer, offset)
 }
 
 #[cfg(windows)]
-fn read_exact_at(file: &File, mut buffer: &mut [u8], mut offset: u64) -> std::io::Result<()> {
+pub(in crate::modeling) fn read_exact_at(
+    file: &File,
+    mut buffer: &mut [u8],
+    mut offset: u64,
+) -> std::io::Result<()> {
     use std::os::windows::fs::FileExt;
     while !buffer.is_empty() {
         match file.seek_read(buffer, offset)? {

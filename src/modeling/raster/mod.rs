@@ -42,6 +42,7 @@ use crate::error::Result;
 use crate::geo::{Crs, VerticalDatum};
 
 pub use elevation::ElevationRaster;
+pub(super) use file::{InputFile, read_exact_at};
 pub use imagery::ImageryRaster;
 
 /// How to open a raster.

@@ -32,6 +32,7 @@ impl SourceKeys {
     ) -> Result<Self> {
         // Files count by what they hold, and where, how and by whom it is made does not.
         let settings = BuildOptions {
+            clouds: Vec::new(),
             elevation: Vec::new(),
             imagery: Vec::new(),
             features: Vec::new(),
@@ -44,9 +45,16 @@ impl SourceKeys {
             ..options.clone()
         };
         let settings = Keyer::of("area").with(&settings).with(&plan.grid).with(&plan.stored.outside());
-        let settings = settings.with(&plan.crs.name()).with(&plan.crs.proj()).with(&datum.label());
+        let mut settings = settings.with(&plan.crs.name()).with(&plan.crs.proj()).with(&datum.label());
+        let mut elevation = keys(&inputs.elevation, steps)?;
+        if let Some(clouds) = elevation.get_mut(..inputs.clouds.len()).filter(|clouds| !clouds.is_empty()) {
+            // One raster holds the points of all, and what stands on them may reach further than it does.
+            let all = clouds.iter().fold(Keyer::of("clouds"), |keyer, key| keyer.with_key(*key)).key();
+            clouds.fill(all);
+            settings = settings.with_key(all);
+        }
         Ok(Self {
-            elevation: keys(&inputs.elevation, steps)?,
+            elevation,
             imagery: keys(&inputs.imagery, steps)?,
             settings: settings.key(),
         })

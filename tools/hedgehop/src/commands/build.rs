@@ -9,8 +9,8 @@ use hedgehop::Error;
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{
-    BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, build,
-    forget_steps, is_own_work,
+    BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill,
+    build, forget_steps, is_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -32,11 +32,14 @@ Examples:
   hedgehop build place.toml
   hedgehop build --elevation fine.tif tiles/*.hgt --imagery sat.tif --spacing 10 \\
       --bbox 480000,5120000,520000,5160000 --nodata-fill interp -o alps.hop
+  hedgehop build --cloud survey.laz -o survey.hop
   hedgehop build --elevation heights.png --local --spacing 2 -o model.hop
   hedgehop build --elevation strip-1m.tif area-16m.tif --corridor flight.csv --width 2000 --spacing 1 -o route.hop";
 
 /// Flags that say what recipes say.
-const SAID_BY_RECIPES: [&str; 17] = [
+const SAID_BY_RECIPES: [&str; 19] = [
+    "cloud",
+    "cloud_crs",
     "elevation",
     "features",
     "imagery",
@@ -56,7 +59,7 @@ const SAID_BY_RECIPES: [&str; 17] = [
     "bake_shadows",
 ];
 
-/// Build a database from elevation rasters and imagery, or as a recipe says.
+/// Build a database from elevation rasters, point clouds and imagery, or as a recipe says.
 ///
 /// A recipe is a file that says what flags say and stays with its data: `hedgehop new` writes one to begin with. Inputs may be in any reference system; the database is in metres. Give several files in order of
 /// priority: where they overlap, the first one that has data counts. Memory stays bounded for inputs of any size.
@@ -68,8 +71,12 @@ pub struct Args {
     recipe: Option<PathBuf>,
 
     /// Elevation rasters, highest priority first: GeoTIFF, SRTM .hgt, DTED, Esri ASCII, 16-bit PNG, raw float32
-    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present = "recipe")]
+    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present_any = ["recipe", "cloud"])]
     elevation: Vec<PathBuf>,
+
+    /// Point clouds, LAS or LAZ: their ground lies above that of --elevation, and buildings, plants and wires stand on it by their classes
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    cloud: Vec<PathBuf>,
 
     /// Imagery, highest priority first: GeoTIFF, PNG or JPEG with world file [default: none, colour follows height]
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -86,6 +93,10 @@ pub struct Args {
     /// Reference system of the database, in metres: EPSG:32633, a PROJ string, a .prj file [default: UTM zone of the centre]
     #[arg(long, value_name = "CRS", allow_hyphen_values = true)]
     crs: Option<String>,
+
+    /// Reference system of point clouds that state none
+    #[arg(long, value_name = "CRS", allow_hyphen_values = true, requires = "cloud")]
+    cloud_crs: Option<String>,
 
     /// Reference system of elevation files that state none
     #[arg(long, value_name = "CRS", allow_hyphen_values = true)]
@@ -191,6 +202,11 @@ fn nodata_fill(text: &str) -> Result<NodataFill, String> {
 }
 
 impl Args {
+    fn cloud(&self, path: &Path) -> CloudFile {
+        let datum = self.src_vdatum.map(VerticalDatum::from);
+        CloudFile { path: path.to_owned(), crs: self.cloud_crs.clone(), datum, ..CloudFile::default() }
+    }
+
     fn elevation(&self, path: &Path) -> ElevationFile {
         let datum = self.src_vdatum.map(VerticalDatum::from);
         ElevationFile {
@@ -211,6 +227,7 @@ impl Args {
         let finest = self.spacing.iter().copied().reduce(f64::min);
         let spacing = if corridors.is_empty() { self.spacing.last().copied() } else { finest };
         Ok(BuildOptions {
+            clouds: self.cloud.iter().map(|path| self.cloud(path)).collect(),
             elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
             imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),
             features: self.features.iter().cloned().map(FeatureFile::from).collect(),
@@ -285,6 +302,7 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
+    args::check_inputs("--cloud", &args.cloud, "*.laz")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
     args::check_inputs("--features", &args.features, "*.geojson")?;
     args::check_inputs("--corridor", &args.corridor, "*.csv")?;

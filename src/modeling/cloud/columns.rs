@@ -1,0 +1,53 @@
+//! What stands over the voxels of a tile.
+
+use super::super::features::Solid;
+use super::class::Kind;
+use super::hard::Hard;
+use super::runs::Plants;
+use super::scene::Scene;
+use super::store::TILE;
+use super::stored::StoredSolid;
+use super::wires;
+
+/// Voxels about a tile whose points are asked for: what is known of roofs around a voxel follows from points around these.
+pub(super) const HALO: i64 = 5;
+/// Voxels at the rim of a window of which too little is known.
+const RIM: usize = 2;
+
+/// The solids over a tile, voxel by voxel.
+pub(super) fn solids(scene: &Scene<'_>) -> Vec<StoredSolid> {
+    let has = |kind: Kind| {
+        scene
+            .voxels()
+            .any(|(column, row)| scene.window.at(column, row).iter().any(|mark| mark.kind() == kind))
+    };
+    let mut roofs = vec![f64::NAN; scene.ground.len()];
+    let mut hard: Vec<Vec<Solid>> = vec![Vec::new(); scene.ground.len()];
+    let kinds = [Hard::roofs(scene), Hard::decks(scene)];
+    let inner = RIM..scene.window.side - RIM;
+    let is_inner = |voxel: &(usize, usize)| inner.contains(&voxel.0) && inner.contains(&voxel.1);
+    for voxel in scene.voxels().filter(is_inner) {
+        let index = scene.index(voxel);
+        for solid in kinds.iter().filter_map(|kind| kind.solid(scene, voxel)) {
+            roofs[index] = roofs[index].max(solid.high_m);
+            hard[index].push(solid);
+        }
+    }
+    let plants = Plants { scene, roofs: &roofs };
+    let (has_towers, has_wires) = (has(Kind::Tower), has(Kind::Wire));
+    let mut out = Vec::new();
+    let mut over = Vec::new();
+    for (column, row) in (0..TILE).flat_map(|row| (0..TILE).map(move |column| (column, row))) {
+        let voxel = ((column + HALO) as usize, (row + HALO) as usize);
+        over.append(&mut hard[scene.index(voxel)]);
+        plants.solids(voxel, &mut over);
+        if has_towers {
+            plants.towers(voxel, &mut over);
+        }
+        if has_wires && !scene.ground[scene.index(voxel)].is_nan() {
+            wires::strips(scene, voxel, &mut over);
+        }
+        out.extend(over.drain(..).map(|solid| StoredSolid::of([column as u8, row as u8], &solid)));
+    }
+    out
+}
