@@ -18,6 +18,7 @@ mod placed;
 mod plan;
 mod scan;
 mod standing;
+pub mod synthetic;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -29,4 +30,4 @@ pub use bake::{bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use inputs::{Input, faults};
-pub use options::{BuildOptions, ElevationFile, FeatureFile, ImageryFile, NodataFill};
+pub use options::{BuildOptions, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill};

@@ -7,6 +7,7 @@
 use super::placed::ElevationInput;
 use super::plan::Plan;
 use super::raster::Window;
+use super::synthetic::Energies;
 use super::warp;
 use super::workers::in_order;
 use crate::error::Result;
@@ -24,6 +25,8 @@ pub(super) struct Survey {
     pub range: Option<(f64, f64)>,
     /// Mean heights of cells; `None` if all are void.
     pub coarse: Option<Coarse>,
+    /// Curvatures, from which detail takes its roughness; of none unless they were asked for.
+    pub energies: Energies,
 }
 
 /// Means of a raster's heights on a few cells, complete.
@@ -52,10 +55,11 @@ impl Coarse {
     }
 }
 
-/// Looks at the part of each source that the grid may need.
+/// Looks at the part of each source that the grid may need, at its curvatures too if these are to be measured.
 pub(super) fn survey(
     sources: &[ElevationInput],
     plan: &Plan,
+    measure: bool,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
@@ -71,7 +75,7 @@ pub(super) fn survey(
                 threads,
                 observer,
                 Vec::new,
-                |samples, chunk| Tally::of(source, plan.window(chunk), samples),
+                |samples, chunk| Tally::of(source, plan.window(chunk), measure, samples),
                 |_, tally| {
                     total.add(&tally);
                     observer.advance(1);
@@ -157,6 +161,7 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
 /// Extremes and cell sums of some samples.
 struct Tally {
     range: (f64, f64),
+    energies: Energies,
     layout: Layout,
     /// First cell row of `cells`.
     first_row: usize,
@@ -189,6 +194,7 @@ impl Tally {
     fn empty(layout: Layout, first_row: usize, rows: usize) -> Self {
         Self {
             range: (f64::INFINITY, f64::NEG_INFINITY),
+            energies: Energies::default(),
             layout,
             first_row,
             cells: vec![(0.0, 0); rows * layout.columns],
@@ -200,7 +206,7 @@ impl Tally {
         Self::empty(layout, 0, layout.rows)
     }
 
-    fn of(source: &ElevationInput, window: Window, samples: &mut Vec<f64>) -> Result<Self> {
+    fn of(source: &ElevationInput, window: Window, measure: bool, samples: &mut Vec<f64>) -> Result<Self> {
         source.samples.read(window, samples)?;
         let layout = Layout::new(source.samples.size());
         let first_row = layout.row(window.y);
@@ -208,6 +214,9 @@ impl Tally {
         let mut tally = Self::empty(layout, first_row, rows);
         let cells: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
         for (y, line) in (window.y..).zip(samples.chunks_exact(window.width as usize)) {
+            if measure {
+                tally.energies.meet(line);
+            }
             let start = (layout.row(y) - first_row) * layout.columns;
             for (&height, &cell) in line.iter().zip(&cells) {
                 if height.is_nan() {
@@ -230,6 +239,7 @@ impl Tally {
             self.meet(part.range.0);
             self.meet(part.range.1);
         }
+        self.energies.add(&part.energies);
         let start = part.first_row * self.layout.columns;
         for (cell, more) in self.cells[start..].iter_mut().zip(&part.cells) {
             *cell = (cell.0 + more.0, cell.1 + more.1);
@@ -244,7 +254,7 @@ impl Tally {
         let layout = self.layout;
         let means = pull_push(layout.columns, layout.rows, &self.cells);
         let coarse = Coarse { columns: layout.columns, rows: layout.rows, pixels: layout.pixels, means };
-        Survey { range: Some((low, high)), coarse: Some(coarse) }
+        Survey { range: Some((low, high)), coarse: Some(coarse), energies: self.energies }
     }
 }
 
