@@ -84,6 +84,17 @@ impl Fields<'_, '_, '_> {
         Some(Circle { centre: centre?, radius_m: radius? })
     }
 
+    /// A circle, or nothing without its keys; the outer `None` is a mistake.
+    fn within(&mut self) -> Option<Option<Circle>> {
+        let is_there = self.has("centre") || self.has("radius_m");
+        if is_there {
+            return self.circle().map(Some);
+        }
+        // Known, so that a slip of the pen is told with them.
+        ["centre", "radius_m"].into_iter().for_each(|key| drop(self.value(key)));
+        Some(None)
+    }
+
     fn colour(&self, text: &Spanned<String>) -> Option<[u8; 3]> {
         let wanted = || format!("a colour is #rrggbb (sRGB) or a name, not {:?}", text.get_ref());
         self.mistakes.check(&text.span(), colour(text.get_ref()).ok_or_else(wanted))
@@ -149,9 +160,9 @@ fn fractal(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
     let roughness = table.number_or("roughness", 0.5, ROUGHNESS);
     let seed = table.seed();
     let crests = table.take("crests").is_some_and(Spanned::into_inner);
-    let within = if table.has("centre") || table.has("radius_m") { Some(table.circle()?) } else { None };
+    let within = table.within();
     let waves = Hills { seed, wavelength_m: wavelength?, roughness };
-    Some(Terrain::Fractal { waves, amplitude_m: amplitude?, crests, within })
+    Some(Terrain::Fractal { waves, amplitude_m: amplitude?, crests, within: within? })
 }
 
 /// What is swept along a line: the keys of its height and of what is level in its middle, and 1 if it is a ridge, −1 if it is a valley.
@@ -271,9 +282,10 @@ fn texture(mut table: Fields<'_, '_, '_>) -> Option<Texture> {
     let turned_deg = table.number_or("turned_deg", 0.0, AZIMUTH);
     let strength = table.number_or("strength", 1.0, SHARE) as f32;
     let over_imagery = table.number_or("over_imagery", 0.0, SHARE) as f32;
+    let within = table.within();
     table.finish();
     let texture = Texture::new(pattern?, &colours?, size?)?;
-    Some(Texture { seed, turned_deg, strength, over_imagery, ..texture })
+    Some(Texture { seed, turned_deg, strength, over_imagery, within: within?, ..texture })
 }
 
 /// `[palette]`: colours of bare ground.

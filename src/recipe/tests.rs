@@ -149,8 +149,8 @@ const WRONG: &[(&str, usize, &[&str])] = &[
         &["floor_m is 9", "less than width_m"],
     ),
     (
-        "[[terrain]]\nkind = \"cone\"\ncentre = [1, 2]\nradius_m = 9\nheigth_m = 9\n",
-        5,
+        "[[terrain]]\nkind = \"cone\"\ncentre = [1, 2]\nradius_m = 9\nheight_m = 9\nheigth_m = 9\n",
+        6,
         &["no key `heigth_m`", "did you mean `height_m`"],
     ),
     (

@@ -103,7 +103,7 @@ impl Synthetic {
     /// Textures over a colour, of which imagery gave the share `alpha`: linear light. `at` is the voxel's centre, `side` its side, metres.
     pub(super) fn textured(&self, colour: [f32; 3], alpha: f32, at: DVec2, side: f64) -> [f32; 3] {
         self.textures.iter().fold(colour, |colour, texture| {
-            let share = texture.strength * (1.0 - alpha) + texture.over_imagery * alpha;
+            let share = texture.share(at, side, alpha);
             if share > 0.0 { mix(colour, texture.colour(at, side), share) } else { colour }
         })
     }

@@ -8,6 +8,7 @@
 use glam::DVec2;
 
 use super::noise::{Waves, gradient, hash, share, turned};
+use super::shapes::Circle;
 use crate::colour::linear_from_srgb8;
 use crate::modeling::tint::mix;
 
@@ -43,6 +44,8 @@ pub struct Texture {
     pub strength: f32,
     /// Share of it in the colour of imagery, 0…1.
     pub over_imagery: f32,
+    /// Where it is; `None`: everywhere.
+    pub within: Option<Circle>,
 }
 
 /// Voxels along a pattern's size from which on a voxel has the colour of its centre.
@@ -66,7 +69,17 @@ impl Texture {
             turned_deg: 0.0,
             strength: 1.0,
             over_imagery: 0.0,
+            within: None,
         })
+    }
+
+    /// Share of it in the colour of the voxel at `at` whose side is `side` metres, of which imagery gave the share `alpha`.
+    pub(super) fn share(&self, at: DVec2, side: f64, alpha: f32) -> f32 {
+        let inside = self.within.map_or(1.0, |circle| {
+            let depth = circle.radius_m - (at - circle.centre).length();
+            (0.5 + depth / side).clamp(0.0, 1.0) as f32
+        });
+        inside * (self.strength * (1.0 - alpha) + self.over_imagery * alpha)
     }
 
     /// Linear colour of the voxel at `at` whose side is `side` metres.
@@ -197,6 +210,15 @@ mod tests {
         );
         let turned = Texture { turned_deg: 90.0, ..board };
         assert_eq!(turned.colour(DVec2::new(5.0, 5.0), 0.1)[0], 1.0);
+    }
+
+    #[test]
+    fn a_texture_has_its_share_and_keeps_to_its_circle() {
+        let within = Some(Circle { centre: DVec2::new(100.0, 0.0), radius_m: 50.0 });
+        let texture = Texture { strength: 0.5, over_imagery: 0.25, within, ..texture(Pattern::Checks) };
+        let share = |x: f64, alpha| texture.share(DVec2::new(x, 0.0), 2.0, alpha);
+        assert_eq!([share(100.0, 0.0), share(100.0, 1.0), share(51.1, 0.5)], [0.5, 0.25, 0.375]);
+        assert_eq!([share(50.0, 0.0), share(48.9, 0.0)], [0.25, 0.0]);
     }
 
     #[test]
