@@ -25,6 +25,7 @@ use super::budget::Budget;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
+use super::mosaic;
 use super::options::{BuildOptions, NodataFill};
 use super::page::{Census, Project};
 use super::placed::{ElevationInput, ImageryInput};
@@ -32,6 +33,7 @@ use super::plan::{self, Plan};
 use super::scan::{self, Survey};
 use super::standing::{self, Standing};
 use super::steps::{PageKeys, SourceKeys, Steps};
+use super::synthetic::Roughness;
 use super::tint::Tint;
 use super::vertical;
 use super::warp::{self, Rect};
@@ -146,7 +148,9 @@ pub(super) fn build_from(
     let clouds = std::mem::take(&mut inputs.clouds);
     let (mut elevation, mut imagery) = place(inputs, &plan, datum)?;
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
-    for note in misplaced.into_iter().chain(sparse_note(&elevation, &plan)) {
+    for note in
+        misplaced.into_iter().chain(sparse_note(&elevation, &plan).filter(|_| !options.synthetic.has_base()))
+    {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -163,12 +167,19 @@ pub(super) fn build_from(
         imagery.extend(prepared.imagery);
         standees = prepared.standees;
     }
-    let surveys = scan::survey(&elevation, &plan, traced, budget.threads, observer)?;
+    let measure = options.synthetic.detail.is_some_and(|detail| detail.roughness == Roughness::Auto);
+    let surveys = scan::survey(&elevation, &plan, (traced, measure), budget.threads, observer)?;
+    for survey in surveys.iter().filter(|_| measure) {
+        let note =
+            format!("detail goes on with the roughness of elevation, {:.2}", survey.energies.roughness());
+        observer.note(&note);
+        metadata.notes.push(note);
+    }
     for note in surveys.iter().flat_map(|survey| survey.notes.iter().cloned()) {
         observer.note(&note);
         metadata.notes.push(note);
     }
-    let (low, high) = height_span(&elevation, &surveys, options)?;
+    let (low, high) = height_span(&elevation, &surveys, options, &plan.grid)?;
     let tint = Tint::new(low, high, !plan.crs.is_local());
     let natural = Project {
         grid: plan.grid,
@@ -179,6 +190,8 @@ pub(super) fn build_from(
         elevation: &elevation,
         surveys: &surveys,
         imagery: &imagery,
+        synthetic: &options.synthetic,
+        interpolation: options.interpolation,
         standing: None,
         standees: None,
         window_bytes: budget.window,
@@ -225,7 +238,7 @@ pub(super) fn build_from(
             plan.grid.spacing
         )));
     }
-    if let Some(note) = bare_note(&census, imagery.is_empty()) {
+    if let Some(note) = bare_note(&census, imagery.is_empty() || options.synthetic.has_colours()) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -258,7 +271,8 @@ fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
     let imagery = inputs.imagery.iter().map(|raster| raster.record("imagery"));
     let mut notes = inputs.notes.clone();
     notes.extend(plan.notes.iter().cloned());
-    if options.imagery.is_empty() && !inputs.clouds.iter().any(Cloud::is_coloured) {
+    let has_colours = options.synthetic.has_colours() || inputs.clouds.iter().any(Cloud::is_coloured);
+    if options.imagery.is_empty() && !has_colours {
         notes.push("no imagery: colours were derived from height and slope".into());
     }
     Metadata {
@@ -344,6 +358,7 @@ fn height_span(
     elevation: &[ElevationInput],
     surveys: &[Survey],
     options: &BuildOptions,
+    grid: &Grid,
 ) -> Result<(f64, f64)> {
     let filled = match options.nodata_fill {
         NodataFill::Value(height) if !height.is_finite() => {
@@ -354,9 +369,12 @@ fn height_span(
     };
     let sampled = elevation.iter().zip(surveys).filter_map(|(source, survey)| {
         let ((low, high), shift) = (survey.range?, source.shift.range());
-        Some((low + shift.0, high + shift.1))
+        let room =
+            mosaic::room(source, (low, high), options.interpolation, options.synthetic.detail.as_ref());
+        Some((low - room + shift.0, high + room + shift.1))
     });
-    sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).ok_or_else(|| {
+    let natural = sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    options.synthetic.heights(natural, grid).ok_or_else(|| {
         Error::Configuration(
             "no elevation file has a single height in the area; look at their nodata value, --nodata and --bbox".into(),
         )

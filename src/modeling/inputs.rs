@@ -76,7 +76,7 @@ impl Samples<[u8; 4]> for ImageryRaster {
 
 /// Opens every file, with `cache_bytes` of decoded blocks for all of them together.
 pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
-    if options.elevation.is_empty() && options.clouds.is_empty() {
+    if options.elevation.is_empty() && options.clouds.is_empty() && !options.synthetic.has_base() {
         return Err(Error::Configuration(
             "no elevation is given; name at least one file with --elevation or --cloud".into(),
         ));
@@ -87,7 +87,8 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
             "{count} files are too many; mosaic them first (gdalbuildvrt)"
         )));
     }
-    let open_options = OpenOptions { cache_bytes: cache_bytes / count as u64, ..OpenOptions::default() };
+    let open_options =
+        OpenOptions { cache_bytes: cache_bytes / count.max(1) as u64, ..OpenOptions::default() };
     let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
     let clouds = options.clouds.iter().map(|file| opener.cloud(file)).collect::<Result<Vec<_>>>()?;
     let (clouds, mut elevation): (Vec<Cloud>, Vec<Opened<f64>>) = clouds.into_iter().unzip();
@@ -397,6 +398,17 @@ impl<T> Opened<T> {
     /// Side of the square that is as large as a pixel at the raster's centre, metres of `crs`; `None` where the
     /// centre has no place in it.
     pub fn pixel_side(&self, crs: &Crs) -> Result<Option<f64>> {
+        let side = self.pixel_axes(crs)?.map(|(across, down)| across.perp_dot(down).abs().sqrt());
+        Ok(side.filter(|side| side.is_normal()))
+    }
+
+    /// Lengths of a pixel along columns and rows at the raster's centre, metres of `crs`; `None` likewise.
+    pub fn pixel_sides(&self, crs: &Crs) -> Result<Option<(f64, f64)>> {
+        Ok(self.pixel_axes(crs)?.map(|(across, down)| (across.length(), down.length())))
+    }
+
+    /// Ways from the raster's centre one column and one row on, metres of `crs`.
+    fn pixel_axes(&self, crs: &Crs) -> Result<Option<(DVec2, DVec2)>> {
         let world = Transform::new(&self.crs, crs)?;
         let (width, height) = self.samples.size();
         let (column, row) = (0.5 * f64::from(width), 0.5 * f64::from(height));
@@ -405,10 +417,7 @@ impl<T> Opened<T> {
             world.apply(x, y).map(|(x, y)| DVec2::new(x, y))
         };
         let (here, east, south) = (at(column, row), at(column + 1.0, row), at(column, row + 1.0));
-        Ok(here.zip(east).zip(south).and_then(|((here, east), south)| {
-            let side = (east - here).perp_dot(south - here).abs().sqrt();
-            side.is_normal().then_some(side)
-        }))
+        Ok(here.zip(east).zip(south).map(|((here, east), south)| (east - here, south - here)))
     }
 
     /// Bounds of the raster's area in another system, from a lattice of points.

@@ -5,6 +5,9 @@
 //! averages the pixels that it covers under a tent as wide as two voxels, so that no pixel is skipped and
 //! none counts more than its area. Both are the same tent, of radius max(1, pixels per voxel).
 //!
+//! Heights may also be rounded between 4 × 4 posts (the same cubic) or 6 × 6 (the cubic of fourth order of Keys 1981, §7). Within the raster these kernels are
+//! completed by pixels that go on straight beyond its edge.
+//!
 //! Weights sum to 1 over the *unclipped* kernel. What falls off the raster is missing from the sums, so that the
 //! next raster can supply it: two tiles of one lattice join as if they were one raster.
 //!
@@ -54,6 +57,10 @@ pub(super) enum Shape {
     Tent,
     /// Tent and, where pixels are coarser than voxels, cubic.
     Cubic,
+    /// The same, completed at the raster's edge.
+    Bicubic,
+    /// Likewise with the cubic of fourth order.
+    Spline,
 }
 
 /// Reads, splits and weighs.
@@ -106,13 +113,13 @@ impl<T: Copy> Gather<'_, T> {
         let (width, height) = self.samples.size();
         let nothing = (f64::INFINITY, f64::NEG_INFINITY);
         let widened = |range: (f64, f64), value: f64| (range.0.min(value), range.1.max(value));
-        let (mut columns, mut rows, mut scales) = (nothing, nothing, (0.0_f64, 0.0_f64));
+        let (mut columns, mut rows, mut reach) = (nothing, nothing, (0.0_f64, 0.0_f64));
         for (_, column, row, scale) in self.voxels(block) {
             (columns, rows) = (widened(columns, column), widened(rows, row));
-            scales = (scales.0.max(scale.0), scales.1.max(scale.1));
+            reach = (reach.0.max(self.shape.reach(scale.0)), reach.1.max(self.shape.reach(scale.1)));
         }
-        let across = tap_range(columns, self.shape.reach(scales.0), width)?;
-        let down = tap_range(rows, self.shape.reach(scales.1), height)?;
+        let across = tap_range(columns, reach.0, width)?;
+        let down = tap_range(rows, reach.1, height)?;
         Some(Window {
             x: across.0 as u32,
             y: down.0 as u32,
@@ -130,10 +137,10 @@ impl<T: Copy> Gather<'_, T> {
     ) -> Result<()> {
         let mut samples = std::mem::take(self.window);
         self.samples.read(window, &mut samples)?;
-        let stride = window.width as usize;
+        let (stride, size) = (window.width as usize, self.samples.size());
         for (voxel, column, row, scale) in self.voxels(block) {
-            if !weights.0.weigh(column, scale.0, self.shape, (window.x, window.width))
-                || !weights.1.weigh(row, scale.1, self.shape, (window.y, window.height))
+            if !weights.0.weigh(column, scale.0, self.shape, (window.x, window.width), size.0)
+                || !weights.1.weigh(row, scale.1, self.shape, (window.y, window.height), size.1)
             {
                 continue;
             }
@@ -154,9 +161,23 @@ impl Shape {
     /// Taps lie closer than this to the position, in pixels.
     fn reach(self, scale: f64) -> f64 {
         match self {
-            Self::Cubic if scale < 1.0 => 2.0,
+            Self::Cubic | Self::Bicubic if scale < 1.0 => 2.0,
+            Self::Spline if scale < 1.0 => 3.0,
             _ => scale.max(1.0),
         }
+    }
+
+    /// Weight of its sharp kernel at a distance in pixels that lies within its reach.
+    fn sharp(self, distance: f64) -> f64 {
+        match self {
+            Self::Spline => fourth_order(distance),
+            _ => catmull_rom(distance),
+        }
+    }
+
+    /// Whether it is completed at the raster's edge.
+    fn is_completed(self) -> bool {
+        matches!(self, Self::Bicubic | Self::Spline)
     }
 }
 
@@ -186,7 +207,14 @@ struct Axis {
 
 impl Axis {
     /// Weighs pixels `start..start + count` around `position`; false if none of them counts.
-    fn weigh(&mut self, position: f64, scale: f64, shape: Shape, (start, count): (u32, u32)) -> bool {
+    fn weigh(
+        &mut self,
+        position: f64,
+        scale: f64,
+        shape: Shape,
+        (start, count): (u32, u32),
+        size: u32,
+    ) -> bool {
         self.taps.clear();
         let (reach, radius) = (shape.reach(scale), scale.max(1.0));
         if reach <= 1.0 {
@@ -199,10 +227,40 @@ impl Axis {
         for pixel in first..=last {
             let distance = (pixel as f64 + f64::from(start) - position).abs();
             let tent = (1.0 - distance / radius).max(0.0) / norm;
-            let sharp = if reach > radius { catmull_rom(distance) } else { tent };
+            let sharp = if reach > radius { shape.sharp(distance) } else { tent };
             self.taps.push(Tap { tent, sharp });
         }
+        if reach > radius && shape.is_completed() {
+            self.complete(position, shape, start, size);
+        }
         true
+    }
+
+    /// Gives the weights of pixels beyond the raster's edge to the last two within, as if heights went on straight. Beyond the outermost posts the
+    /// kernel stays clipped, for the neighbouring tile to complete it.
+    fn complete(&mut self, position: f64, shape: Shape, start: u32, size: u32) {
+        let last = i64::from(size) - 1;
+        if !(position >= 0.0 && position <= last as f64) {
+            return;
+        }
+        let reach = shape.reach(0.0);
+        let (low, high) = ((position - reach).floor() as i64 + 1, (position + reach).ceil() as i64 - 1);
+        for pixel in (low..0).chain(last + 1..=high) {
+            let weight = shape.sharp((pixel as f64 - position).abs());
+            let (edge, inner, beyond) =
+                if pixel < 0 { (0, 1.min(last), -pixel) } else { (last, 0.max(last - 1), pixel - last) };
+            self.give(edge, start, weight * (1.0 + beyond as f64));
+            self.give(inner, start, -weight * beyond as f64);
+        }
+    }
+
+    /// Adds to a pixel's weight if it is among the taps.
+    fn give(&mut self, pixel: i64, start: u32, weight: f64) {
+        let tap =
+            usize::try_from(pixel - i64::from(start)).ok().and_then(|index| index.checked_sub(self.first));
+        if let Some(tap) = tap.and_then(|tap| self.taps.get_mut(tap)) {
+            tap.sharp += weight;
+        }
     }
 
     /// The tent of radius one, for pixels `0..count`: the commonest case, without calls into the maths library.
@@ -240,6 +298,18 @@ fn tent_sum(position: f64, radius: f64) -> f64 {
 fn catmull_rom(distance: f64) -> f64 {
     let d = distance;
     if d < 1.0 { (1.5 * d - 2.5) * d * d + 1.0 } else { ((2.5 - 0.5 * d) * d - 4.0) * d + 2.0 }
+}
+
+/// The weight of the cubic of fourth order at `distance` pixels, 0 ≤ distance < 3.
+fn fourth_order(distance: f64) -> f64 {
+    let d = distance;
+    if d < 1.0 {
+        (16.0 * d - 28.0) * d * d / 12.0 + 1.0
+    } else if d < 2.0 {
+        (((36.0 - 7.0 * d) * d - 59.0) * d + 30.0) / 12.0
+    } else {
+        (((d - 8.0) * d + 21.0) * d - 18.0) / 12.0
+    }
 }
 
 #[cfg(test)]
@@ -291,7 +361,7 @@ mod tests {
     #[test]
     fn weights_sum_to_one_within_the_raster() {
         for pixel in [0.7, 4.0, 9.7, 20.0, 50.0] {
-            for shape in [Shape::Tent, Shape::Cubic] {
+            for shape in [Shape::Tent, Shape::Cubic, Shape::Bicubic, Shape::Spline] {
                 let totals = totals(pixel, shape, usize::MAX);
                 let middle = totals.0[15 * 40 + 20];
                 assert!((middle.0 - 1.0).abs() < 1e-9 && (middle.1 - 1.0).abs() < 1e-9, "{pixel} {middle:?}");

@@ -20,6 +20,7 @@ mod plan;
 mod scan;
 mod standing;
 mod steps;
+pub mod synthetic;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -32,5 +33,7 @@ pub use bake::{bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use inputs::{Input, faults};
-pub use options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, NodataFill};
+pub use options::{
+    BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
+};
 pub use steps::{forget_steps, is_own_work};

@@ -12,10 +12,14 @@
 //! Because shares add up to one instead of covering each other, a kernel that hangs over the edge of a tile is
 //! completed by the neighbouring tile: tiles of one lattice join as if they were one raster. Where there is no neighbour,
 //! dividing by the taken weight repeats the outermost pixels, half a pixel wide. The same sums let a lower source fill
-//! the voids of a higher.
+//! the voids of a higher. Where voxels are finer than posts, heights may be rounded between these instead of straight, and detail be added; kernels that meet
+//! no void then have the weights of the rounded one.
 
-use super::kernel::{Accumulate, Gather, Shape, Tap};
+use super::kernel::{Accumulate, Gather, Samples, Shape, Tap};
+use super::options::Interpolation;
 use super::placed::ElevationInput;
+use super::scan::Survey;
+use super::synthetic::{Detail, Refinement};
 use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
 use crate::error::Result;
 
@@ -23,6 +27,8 @@ use crate::error::Result;
 const FEATHER: f64 = 16.0;
 /// Marks a voxel outside of all rasters.
 const NOWHERE: u16 = u16::MAX;
+/// Part of the range of a source's heights by which rounding may leave it.
+const OVERSHOOT: f64 = 0.02;
 
 /// Heights of a block of voxels.
 #[derive(Debug)]
@@ -48,6 +54,10 @@ impl Surface {
 /// Merges sources; one per worker, since it keeps scratch memory.
 pub(super) struct Mosaic<'a> {
     pub sources: &'a [ElevationInput],
+    /// What was seen in each of them.
+    pub surveys: &'a [Survey],
+    pub interpolation: Interpolation,
+    pub detail: Option<Detail>,
     pub level: LevelGrid,
     /// Largest window, bytes.
     pub window_bytes: usize,
@@ -60,6 +70,8 @@ struct Layer {
     sums: Vec<f64>,
     valid: Vec<f64>,
     inside: Vec<f64>,
+    /// Sum and weight under the rounded kernel, if that is not the tent; the sum is NaN where it meets a void.
+    rounded: Option<Vec<(f64, f64)>>,
     /// 0 at the outermost pixel centres and beyond, 1 from [`FEATHER`] pixels inward.
     ramp: Vec<f64>,
     /// Whether the voxel lies on the raster's area.
@@ -72,6 +84,10 @@ impl Accumulate<f64> for Layer {
         if !height.is_nan() {
             self.valid[voxel] += tap.tent;
             self.sums[voxel] += tap.tent * height;
+        }
+        if let Some(rounded) = &mut self.rounded {
+            let (sum, weight) = rounded[voxel];
+            rounded[voxel] = (sum + tap.sharp * height, weight + tap.sharp);
         }
     }
 }
@@ -99,15 +115,10 @@ impl Mosaic<'_> {
                 continue;
             }
             let field = warp::locate(&source.placement, &self.level.grid, band);
-            let size = source.samples.size();
-            if !field.touches(size) {
+            if !field.touches(source.samples.size()) {
                 continue;
             }
-            let mut layer = Layer::new(index as u16, &field, size);
-            let (samples, window) = (source.samples.as_ref(), &mut self.window);
-            let window_bytes = self.window_bytes;
-            Gather { samples, field: &field, shape: Shape::Tent, window_bytes, window }.run(&mut layer)?;
-            layer.finish(source, &self.level, &field);
+            let layer = self.layer(index as u16, source, &field)?;
             let suffices = layer.suffices();
             layers.push(layer);
             if suffices {
@@ -116,10 +127,70 @@ impl Mosaic<'_> {
         }
         Ok(layers)
     }
+
+    /// Sums of one source, rounded and with detail where these are asked for and voxels are finer than its posts.
+    fn layer(&mut self, index: u16, source: &ElevationInput, field: &Field) -> Result<Layer> {
+        let (shape, refinement) = (self.shape(source), self.refinement(index));
+        let posts = source.samples.as_ref();
+        let mut layer = Layer::new(index, field, posts.size(), shape != Shape::Tent);
+        if let Some(refinement) = &refinement {
+            self.gather(&refinement.posts(posts), field, shape, &mut layer)?;
+            layer.finish(source, &self.level, field);
+            let mut waves = Layer::new(index, field, posts.size(), false);
+            self.gather(&refinement.amplitudes(posts), field, Shape::Tent, &mut waves)?;
+            layer.refine(refinement, &waves, field);
+        } else {
+            self.gather(posts, field, shape, &mut layer)?;
+            layer.finish(source, &self.level, field);
+        }
+        let range = self.surveys.get(usize::from(index)).and_then(|survey| survey.range);
+        if let Some((low, high)) = range.filter(|_| shape != Shape::Tent || refinement.is_some()) {
+            let room = room(source, (low, high), self.interpolation, self.detail.as_ref());
+            layer.confine(source, (low - room, high + room));
+        }
+        Ok(layer)
+    }
+
+    fn gather(
+        &mut self,
+        samples: &dyn Samples<f64>,
+        field: &Field,
+        shape: Shape,
+        layer: &mut Layer,
+    ) -> Result<()> {
+        Gather { samples, field, shape, window_bytes: self.window_bytes, window: &mut self.window }.run(layer)
+    }
+
+    /// Kernel for a source's heights.
+    fn shape(&self, source: &ElevationInput) -> Shape {
+        match self.interpolation {
+            _ if self.level.grid.spacing >= source.pixel_side => Shape::Tent,
+            Interpolation::Linear => Shape::Tent,
+            Interpolation::Bicubic => Shape::Bicubic,
+            Interpolation::Spline => Shape::Spline,
+        }
+    }
+
+    /// Detail of a source at the level, if it gets any.
+    fn refinement(&self, index: u16) -> Option<Refinement> {
+        let (source, survey) = (self.sources.get(usize::from(index))?, self.surveys.get(usize::from(index))?);
+        Refinement::of(self.detail.as_ref()?, source, survey.energies.roughness(), self.level.grid.spacing)
+    }
+}
+
+/// By how much heights may leave the range of a source's posts, metres.
+pub(super) fn room(
+    source: &ElevationInput,
+    (low, high): (f64, f64),
+    interpolation: Interpolation,
+    detail: Option<&Detail>,
+) -> f64 {
+    let overshoot = if interpolation == Interpolation::Linear { 0.0 } else { OVERSHOOT * (high - low) };
+    overshoot + detail.map_or(0.0, |detail| detail.most(source.pixel_side))
 }
 
 impl Layer {
-    fn new(source: u16, field: &Field, size: (u32, u32)) -> Self {
+    fn new(source: u16, field: &Field, size: (u32, u32), is_rounded: bool) -> Self {
         let none = vec![0.0; field.rect.len()];
         let places = || field.columns.iter().zip(&field.rows);
         let edge = |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position);
@@ -135,17 +206,41 @@ impl Layer {
             sums: none.clone(),
             valid: none.clone(),
             inside: none,
+            rounded: is_rounded.then(|| vec![(0.0, 0.0); field.rect.len()]),
         }
     }
 
     /// Turns sums into means above the database's datum.
     fn finish(&mut self, source: &ElevationInput, level: &LevelGrid, field: &Field) {
+        for (voxel, (sum, weight)) in self.rounded.iter().flatten().enumerate() {
+            if sum.is_finite() && *weight > 0.0 {
+                self.sums[voxel] = *sum;
+                self.valid[voxel] = *weight;
+                self.inside[voxel] = *weight;
+            }
+        }
         for (voxel, sum) in self.sums.iter_mut().enumerate() {
             if self.valid[voxel] > 0.0 {
                 let shift = source.shift.at(level.units(field.rect.voxel(voxel)));
                 *sum = *sum / self.valid[voxel] + shift;
             }
         }
+    }
+
+    /// Adds detail to heights, `waves` being the height of its waves.
+    fn refine(&mut self, refinement: &Refinement, waves: &Self, field: &Field) {
+        for (voxel, height) in self.sums.iter_mut().enumerate() {
+            if self.valid[voxel] > 0.0 && waves.valid[voxel] > 0.0 {
+                let amplitude = waves.sums[voxel] / waves.valid[voxel];
+                *height += refinement.at(field.columns[voxel], field.rows[voxel], amplitude);
+            }
+        }
+    }
+
+    /// Keeps heights within a range, metres above the source's datum.
+    fn confine(&mut self, source: &ElevationInput, (low, high): (f64, f64)) {
+        let shift = source.shift.range();
+        self.sums.iter_mut().for_each(|height| *height = height.clamp(low + shift.0, high + shift.1));
     }
 
     /// Part of this source's share that lower ones take over, 0…1.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::corridor::Corridor;
 use super::features::LayerOptions;
+use super::synthetic::Synthetic;
 use crate::geo::VerticalDatum;
 
 /// What becomes of voxels whose source has no data.
@@ -15,6 +16,18 @@ pub enum NodataFill {
     Interpolate,
     /// A fixed height, metres above the database's datum.
     Value(f64),
+}
+
+/// How heights lie between posts, where voxels are finer.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Straight between two by two posts.
+    #[default]
+    Linear,
+    /// Rounded between four by four.
+    Bicubic,
+    /// Rounded between six by six.
+    Spline,
 }
 
 /// An elevation raster, and what it does not say of itself.
@@ -92,12 +105,16 @@ impl From<PathBuf> for ImageryFile {
 pub struct BuildOptions {
     /// Point clouds: ground above all other elevation, and what stands on it; may be empty.
     pub clouds: Vec<CloudFile>,
-    /// Elevation, highest priority first; at least one if there are no clouds.
+    /// Elevation, highest priority first; at least one, unless there are clouds or synthetic ground has a base.
     pub elevation: Vec<ElevationFile>,
     /// Imagery, highest priority first; may be empty.
     pub imagery: Vec<ImageryFile>,
     /// What stands or lies on the ground; may be empty.
     pub features: Vec<FeatureFile>,
+    /// What no file holds.
+    pub synthetic: Synthetic,
+    /// How heights lie between posts.
+    pub interpolation: Interpolation,
     /// The database to write.
     pub output: PathBuf,
     /// Replace an existing file.
@@ -117,7 +134,7 @@ pub struct BuildOptions {
     pub outside: Option<f64>,
     /// Pixel size for inputs that have no georeferencing at all (PNG, raw), metres.
     pub raw_spacing: Option<f64>,
-    /// Area to build: west, south, east, north in the database's CRS; `None`: all that elevation covers.
+    /// Area to build: west, south, east, north in the database's CRS; `None`: all that elevation covers. Without elevation it must be given.
     pub bbox: Option<[f64; 4]>,
     /// What becomes of voids.
     pub nodata_fill: NodataFill,
@@ -139,6 +156,8 @@ impl BuildOptions {
             elevation: elevation.into_iter().map(ElevationFile::from).collect(),
             imagery: imagery.into_iter().map(ImageryFile::from).collect(),
             features: Vec::new(),
+            synthetic: Synthetic::default(),
+            interpolation: Interpolation::default(),
             output,
             overwrite: false,
             steps: false,

@@ -3,7 +3,8 @@
 //! ```text
 //! heights = the mosaic over the block and a voxel around it (slopes need that)
 //! voids   = left empty | the fixed height | interpolated (over a wider mosaic, as far as the fill reaches)
-//! colours = imagery over the block, on top of the tint by height and slope
+//! ground  = changed by synthetic shapes
+//! colours = imagery over the block, on top of the palette or the tint by height and slope; textures and water over it
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
@@ -15,10 +16,11 @@ use super::corridor::Stored;
 use super::drape::Drape;
 use super::fill;
 use super::mosaic::{Mosaic, Surface};
-use super::options::NodataFill;
+use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
 use super::standing::{Built, Standing, Tiles};
+use super::synthetic::{self, Synthetic};
 use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
@@ -41,6 +43,8 @@ pub(super) struct Project<'a> {
     pub elevation: &'a [ElevationInput],
     pub surveys: &'a [Survey],
     pub imagery: &'a [ImageryInput],
+    pub synthetic: &'a Synthetic,
+    pub interpolation: Interpolation,
     /// `None`: nothing stands or lies on the ground.
     pub standing: Option<&'a Standing>,
     /// The same for what point clouds show.
@@ -172,7 +176,15 @@ impl<'a> PageMaker<'a> {
         Self {
             project,
             level,
-            mosaic: Mosaic { sources: project.elevation, level, window_bytes, window: Vec::new() },
+            mosaic: Mosaic {
+                sources: project.elevation,
+                surveys: project.surveys,
+                interpolation: project.interpolation,
+                detail: project.synthetic.detail,
+                level,
+                window_bytes,
+                window: Vec::new(),
+            },
             drape: Drape {
                 sources: project.imagery,
                 level,
@@ -302,15 +314,21 @@ impl<'a> PageMaker<'a> {
             let code = self.project.code.encode(ground.surface.heights[at]);
             let bare = 1.0 - pigment.alpha;
             let tint = if bare > 0.0 { self.tint(&ground, x, y) } else { [0.0; 3] };
-            let linear = |channel: usize| pigment.linear[channel] + bare * tint[channel];
+            let linear = std::array::from_fn(|channel| pigment.linear[channel] + bare * tint[channel]);
+            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let side = self.level.grid.spacing;
+            let linear = self.project.synthetic.textured(linear, pigment.alpha, at_world.into(), side);
             made.voxels.heights.push(code);
-            made.voxels.colours.push(std::array::from_fn(|channel| srgb8_from_linear(linear(channel))));
+            made.voxels.colours.push(linear.map(srgb8_from_linear));
             let is_void = ground.voids[at] || code == HeightCode::EMPTY;
             let flags = [(is_void, Attributes::VOID), (pigment.alpha < 0.5, Attributes::NO_IMAGERY)];
             let flags = flags.iter().filter(|(is_set, _)| *is_set).fold(0, |flags, (_, flag)| flags | flag);
             let source = ground.surface.source(at).unwrap_or(0);
             made.voxels.attributes.push(Attributes { source, material: 0, flags });
             made.voids.push(ground.voids[at]);
+        }
+        for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
+            synthetic::flood(&mut made.voxels, at, share, colour);
         }
         if let Some(built) = &built {
             self.put(&mut made, rect, (around, built));
@@ -380,6 +398,7 @@ impl<'a> PageMaker<'a> {
             }
             NodataFill::None | NodataFill::Interpolate => {}
         }
+        self.project.synthetic.shape(&self.level, rect, &mut surface.heights);
         Ok(Ground { surface, voids })
     }
 
@@ -413,7 +432,10 @@ impl<'a> PageMaker<'a> {
             height(x, north),
             north - south,
         ));
-        self.project.tint.colour(here, slope)
+        match &self.project.synthetic.palette {
+            Some(palette) => palette.colour(here, slope),
+            None => self.project.tint.colour(here, slope),
+        }
     }
 }
 
@@ -450,7 +472,11 @@ pub(super) struct FromSources<'m, 'a> {
 impl FromSources<'_, '_> {
     /// Whether some raster shows more of the ground of a page than the voxels of the next coarser level do.
     fn is_worth_making(&self, id: PageId) -> bool {
-        let Project { grid, elevation, .. } = self.maker.project;
+        let Project { grid, elevation, synthetic, .. } = self.maker.project;
+        // Shapes and detail are as fine as one asks for.
+        if !synthetic.terrain.is_empty() || synthetic.detail.is_some() {
+            return true;
+        }
         let level = LevelGrid::of(grid, id.level).grid;
         let (width, height) = grid.page_size(id).unwrap_or((0, 0));
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);

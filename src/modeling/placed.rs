@@ -3,6 +3,7 @@
 use super::inputs::{Bounds, Footprint, Opened};
 use super::kernel::Samples;
 use super::plan::Plan;
+use super::synthetic::Lattice;
 use super::vertical::Shift;
 use super::warp::Placement;
 use crate::error::{Error, Result};
@@ -17,6 +18,8 @@ pub(super) struct ElevationInput {
     pub shift: Shift,
     /// Side of a pixel at its centre, metres; infinite where that has no place in the database's system.
     pub pixel_side: f64,
+    /// How its posts lie on the ground.
+    pub lattice: Lattice,
     /// West, south, east, north of what it can reach, in the database's system; for quick rejection.
     pub reach: Bounds,
 }
@@ -36,7 +39,16 @@ impl ElevationInput {
         let (placement, reach) = raster.place(plan)?;
         let pixel_side = raster.pixel_side(&plan.crs)?.unwrap_or(f64::INFINITY);
         let shift = Shift::between(raster.datum, datum, &plan.grid, &plan.crs)?;
-        Ok(Self { samples: raster.samples, block: raster.block, placement, shift, pixel_side, reach })
+        let lattice = Lattice::of(&raster, raster.pixel_sides(&plan.crs)?);
+        Ok(Self {
+            samples: raster.samples,
+            block: raster.block,
+            placement,
+            shift,
+            pixel_side,
+            lattice,
+            reach,
+        })
     }
 }
 

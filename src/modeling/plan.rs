@@ -5,6 +5,7 @@
 //! spacing: --spacing | the side of a square as large as a pixel of the finest elevation file at its centre
 //! phase:   voxel centres on pixel centres, if an elevation file has this system and spacing; else multiples of the spacing
 //! extent:  all voxels whose centres lie within --bbox and the elevation's area; whole ones of the outer level around corridors
+//!          all within --bbox if synthetic ground has a base: without elevation, --bbox, --spacing and --crs or --local must be given
 //! ```
 //!
 //! A pixel in degrees is not square on the ground. The square of equal area gives as many voxels as there were pixels,
@@ -20,7 +21,7 @@ use super::inputs::{Bounds, Footprint, Inputs, Opened, crs_label, file_name, joi
 use super::options::BuildOptions;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
-use crate::voxel::{Grid, most_page_bytes};
+use crate::voxel::{Grid, RADIX, most_page_bytes};
 
 /// Voxels along a side that all arithmetic here and in the pages is safe for.
 const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
@@ -47,16 +48,18 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
                 "--spacing is {spacing}, but must be a positive number of metres"
             )));
         }
+        None if inputs.elevation.is_empty() => return Err(needed("--spacing", "10")),
         None => {
             let spacing = finest_spacing(&inputs.elevation, &crs)?;
             notes.extend(coarse_note(&inputs.imagery, &crs, spacing)?);
             spacing
         }
     };
-    let data = union(&inputs.elevation, &crs)?;
     let area = match options.bbox {
-        None => data,
-        Some(bbox) => clip(bbox, data, &crs, &mut notes)?,
+        None if inputs.elevation.is_empty() => return Err(needed("--bbox", "0,0,8000,8000")),
+        None => union(&inputs.elevation, &crs)?,
+        Some(bbox) if options.synthetic.has_base() => an_area(bbox, &crs)?,
+        Some(bbox) => clip(bbox, union(&inputs.elevation, &crs)?, &crs, &mut notes)?,
     };
     // Points lie where they lie.
     let mut rasters = inputs.elevation.iter().skip(inputs.clouds.len());
@@ -67,7 +70,12 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     if options.corridors.is_empty() {
         return Ok(Plan { crs, stored: Stored::all(&grid), grid, notes });
     }
-    let coarsest = coarsest_spacing(&inputs.elevation, &crs)?.min(grid.side(grid.level_count() - 1));
+    let coarsest = match inputs.elevation.is_empty() {
+        // What is made by a rule has no pixels: as finely as one sees from a kilometre or so.
+        true => spacing * f64::from(RADIX * RADIX),
+        false => coarsest_spacing(&inputs.elevation, &crs)?,
+    };
+    let coarsest = coarsest.min(grid.side(grid.level_count() - 1));
     let corridors = Corridors::new(&options.corridors, &crs, spacing, options.outside, coarsest)?;
     cut_to_whole_voxels(&mut grid, corridors.outside)?;
     let stored = Stored::within(&grid, &corridors)?;
@@ -93,11 +101,6 @@ fn cut_to_whole_voxels(grid: &mut Grid, outside: u8) -> Result<()> {
 }
 
 fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) -> Result<Crs> {
-    let Some(first) = inputs.elevation.first() else {
-        return Err(Error::Configuration(
-            "no elevation is given; name at least one file with --elevation or --cloud".into(),
-        ));
-    };
     let crs = match &options.crs {
         Some(text) => {
             let crs = Crs::from_user(text)?;
@@ -114,7 +117,13 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
             }
             crs
         }
-        None if first.crs.is_metric() && !is_mercator(&first.crs) => first.crs.clone(),
+        None if inputs.elevation.is_empty() && options.local => Crs::local(),
+        None if inputs.elevation.is_empty() => {
+            return Err(Error::Configuration(
+                "without elevation nothing says where the place is; say --local for plain metres, or name a metric system with --crs".into(),
+            ));
+        }
+        None if is_suitable(&inputs.elevation[0].crs) => inputs.elevation[0].crs.clone(),
         None => Crs::metric_for(union(&inputs.elevation, &Crs::wgs84())?),
     };
     let everything = inputs.elevation.iter().map(|raster| (&raster.path, &raster.crs));
@@ -131,6 +140,16 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
         }
     }
     Ok(crs)
+}
+
+/// In metres, and true to scale.
+fn is_suitable(crs: &Crs) -> bool {
+    crs.is_metric() && !is_mercator(crs)
+}
+
+/// What only elevation could have said otherwise.
+fn needed(flag: &str, example: &str) -> Error {
+    Error::Configuration(format!("without elevation {flag} is needed, as in {flag} {example}"))
 }
 
 /// Mercator in any guise: metres that are longer on the map than on the ground.
@@ -202,7 +221,7 @@ fn union(rasters: &[Opened<f64>], crs: &Crs) -> Result<Bounds> {
     })
 }
 
-fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Result<Bounds> {
+fn an_area(bbox: Bounds, crs: &Crs) -> Result<Bounds> {
     let [west, south, east, north] = bbox;
     if !(bbox.iter().all(|side| side.is_finite()) && west < east && south < north) {
         return Err(Error::Configuration(format!(
@@ -210,6 +229,11 @@ fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Resul
             crs_label(crs)
         )));
     }
+    Ok(bbox)
+}
+
+fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Result<Bounds> {
+    let [west, south, east, north] = an_area(bbox, crs)?;
     let both = [west.max(data[0]), south.max(data[1]), east.min(data[2]), north.min(data[3])];
     if both[0] >= both[2] || both[1] >= both[3] {
         return Err(Error::Configuration(format!(

@@ -10,6 +10,7 @@ use super::placed::ElevationInput;
 use super::plan::Plan;
 use super::raster::Window;
 use super::steps::{Keyer, SourceKeys, Steps};
+use super::synthetic::Energies;
 use super::warp;
 use super::workers::in_order;
 use crate::error::Result;
@@ -29,6 +30,8 @@ pub(super) struct Survey {
     pub coarse: Option<Coarse>,
     /// What was assumed or repaired in it, one sentence each.
     pub notes: Vec<String>,
+    /// Curvatures, from which detail takes its roughness; of none unless they were asked for.
+    pub energies: Energies,
 }
 
 /// Means of a raster's heights on a few cells, complete.
@@ -57,11 +60,11 @@ impl Coarse {
     }
 }
 
-/// Looks at the part of each source that the grid may need.
+/// Looks at the part of each source that the grid may need, at its curvatures too if these are to be measured.
 pub(super) fn survey(
     sources: &[ElevationInput],
     plan: &Plan,
-    steps: Option<(&Steps, &SourceKeys)>,
+    (steps, measure): (Option<(&Steps, &SourceKeys)>, bool),
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Survey>> {
@@ -73,7 +76,14 @@ pub(super) fn survey(
         .enumerate()
         .map(|(index, (source, plan))| {
             let step = steps.map(|(steps, keys)| {
-                (steps, Keyer::of("survey").with_key(keys.elevation[index]).with(&plan.window).key())
+                (
+                    steps,
+                    Keyer::of("survey")
+                        .with_key(keys.elevation[index])
+                        .with(&plan.window)
+                        .with(&measure)
+                        .key(),
+                )
             });
             if let Some(known) = step.and_then(|(steps, key)| steps.survey(key)) {
                 step.iter().for_each(|(steps, key)| steps.surveyed(*key, &known));
@@ -86,7 +96,7 @@ pub(super) fn survey(
                 threads,
                 observer,
                 Vec::new,
-                |samples, chunk| Tally::of(source, plan.window(chunk), samples),
+                |samples, chunk| Tally::of(source, plan.window(chunk), measure, samples),
                 |_, tally| {
                     total.add(&tally);
                     observer.advance(1);
@@ -174,6 +184,7 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
 /// Extremes and cell sums of some samples.
 struct Tally {
     range: (f64, f64),
+    energies: Energies,
     layout: Layout,
     /// First cell row of `cells`.
     first_row: usize,
@@ -206,6 +217,7 @@ impl Tally {
     fn empty(layout: Layout, first_row: usize, rows: usize) -> Self {
         Self {
             range: (f64::INFINITY, f64::NEG_INFINITY),
+            energies: Energies::default(),
             layout,
             first_row,
             cells: vec![(0.0, 0); rows * layout.columns],
@@ -217,7 +229,7 @@ impl Tally {
         Self::empty(layout, 0, layout.rows)
     }
 
-    fn of(source: &ElevationInput, window: Window, samples: &mut Vec<f64>) -> Result<Self> {
+    fn of(source: &ElevationInput, window: Window, measure: bool, samples: &mut Vec<f64>) -> Result<Self> {
         source.samples.read(window, samples)?;
         let layout = Layout::new(source.samples.size());
         let first_row = layout.row(window.y);
@@ -225,6 +237,9 @@ impl Tally {
         let mut tally = Self::empty(layout, first_row, rows);
         let cells: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
         for (y, line) in (window.y..).zip(samples.chunks_exact(window.width as usize)) {
+            if measure {
+                tally.energies.meet(line);
+            }
             let start = (layout.row(y) - first_row) * layout.columns;
             for (&height, &cell) in line.iter().zip(&cells) {
                 if height.is_nan() {
@@ -247,6 +262,7 @@ impl Tally {
             self.meet(part.range.0);
             self.meet(part.range.1);
         }
+        self.energies.add(&part.energies);
         let start = part.first_row * self.layout.columns;
         for (cell, more) in self.cells[start..].iter_mut().zip(&part.cells) {
             *cell = (cell.0 + more.0, cell.1 + more.1);
@@ -261,7 +277,7 @@ impl Tally {
         let layout = self.layout;
         let means = pull_push(layout.columns, layout.rows, &self.cells);
         let coarse = Coarse { columns: layout.columns, rows: layout.rows, pixels: layout.pixels, means };
-        Survey { range: Some((low, high)), coarse: Some(coarse), notes: Vec::new() }
+        Survey { range: Some((low, high)), coarse: Some(coarse), notes: Vec::new(), energies: self.energies }
     }
 }
 

@@ -81,8 +81,11 @@ impl Shift {
 }
 
 /// The database's datum for sources with these (in order of priority): theirs if all agree, else the first that is
-/// no ellipsoid. Ellipsoidal heights alone become EGM96, but stay as they are without a place on Earth.
+/// no ellipsoid. Ellipsoidal heights alone become EGM96, but stay as they are without a place on Earth. Without any source it is mean sea level.
 pub(super) fn common_datum(datums: &[VerticalDatum], local: bool) -> VerticalDatum {
+    if datums.is_empty() {
+        return VerticalDatum::Msl;
+    }
     let first = datums.iter().find(|datum| **datum != VerticalDatum::Ellipsoid);
     first.copied().unwrap_or(if local { VerticalDatum::Ellipsoid } else { VerticalDatum::Egm96 })
 }

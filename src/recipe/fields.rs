@@ -50,6 +50,7 @@ fn plain_words(key: &str, message: &str) -> String {
         "f64" => "a number",
         "u32" => "a whole number",
         "a boolean" => "true or false",
+        "a tuple of size 2" => "a number and a colour in brackets",
         "a string" | "path string" => "text in quotation marks",
         "a sequence" => "several values in brackets",
         other => other,
@@ -87,6 +88,11 @@ impl<'m, 'r, 'i> Fields<'m, 'r, 'i> {
     /// The table of a whole file.
     pub fn root(table: DeTable<'i>, mistakes: &'m Mistakes<'r>) -> Self {
         Self { name: "a recipe", span: 0..0, table, known: Vec::new(), lines: Vec::new(), mistakes }
+    }
+
+    /// Whether a key is there, and not yet taken.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
     }
 
     /// Where it begins.

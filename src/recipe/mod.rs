@@ -7,6 +7,7 @@
 //! analysis system). Names of files count from its folder, so that a folder can be moved as it is.
 
 mod fields;
+mod synthetic;
 mod tables;
 #[cfg(test)]
 mod tests;

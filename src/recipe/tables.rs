@@ -6,12 +6,13 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::fields::Fields;
+use super::synthetic::synthetic;
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
 use crate::geo::{Crs, VerticalDatum};
 use crate::modeling::features::{Class, Columns, LayerOptions};
 use crate::modeling::{
-    BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill,
+    BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };
 use crate::sunlight::{SunSetting, written};
 
@@ -49,6 +50,13 @@ const DATUMS: [(&str, VerticalDatum); 5] = [
     ("navd88", VerticalDatum::Navd88),
 ];
 
+/// Ways of interpolation by their names.
+const INTERPOLATIONS: [(&str, Interpolation); 3] = [
+    ("linear", Interpolation::Linear),
+    ("bicubic", Interpolation::Bicubic),
+    ("spline", Interpolation::Spline),
+];
+
 /// Reads all tables; `None` if what is wrong leaves nothing to build.
 pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -66,12 +74,11 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.clouds.extend(files.iter().map(|_| line));
         options.clouds.extend(files);
     }
+    options.synthetic = synthetic(&mut root);
     let tables = root.tables("elevation", "[[elevation]]");
-    if tables.is_empty() && !root.has("cloud") {
-        mistakes.add(
-            &(0..0),
-            "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`",
-        );
+    if tables.is_empty() && !root.has("cloud") && !options.synthetic.has_base() {
+        let what = "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`, or a [[terrain]] with kind = \"plane\"";
+        mistakes.add(&(0..0), what);
     }
     for table in tables {
         let line = table.line();
@@ -144,7 +151,17 @@ fn place(
         }
         None => NodataFill::None,
     };
+    options.interpolation = interpolation(&mut table);
     table.finish()
+}
+
+/// How heights lie between posts.
+fn interpolation(table: &mut Fields<'_, '_, '_>) -> Interpolation {
+    let Some(name) = table.take::<String>("interpolation") else { return Interpolation::default() };
+    let known = INTERPOLATIONS.iter().find(|(known, _)| known == name.get_ref()).map(|(_, known)| *known);
+    let names = INTERPOLATIONS.map(|(known, _)| known).join(", ");
+    let wanted = || format!("interpolation is one of {names}, not {:?}", name.get_ref());
+    table.mistakes.check(&name.span(), known.ok_or_else(wanted)).unwrap_or_default()
 }
 
 /// A reference system, as text that is understood.

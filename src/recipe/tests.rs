@@ -115,7 +115,97 @@ const WRONG: &[(&str, usize, &[&str])] = &[
     ("[shadows]\n", 1, &["azimuth_deg", "time"]),
     ("[shadows]\nazimuth_deg = 900\nelevation_deg = 1\n", 2, &["azimuth_deg"]),
     ("[place]\nlocal = true\nlocal = true\n", 3, &["duplicate"]),
+    ("[place]\ninterpolation = \"cubic\"\n", 2, &["interpolation is one of linear, bicubic, spline"]),
+    ("[[terrain]]\nheight_m = 3\n", 1, &["needs `kind`"]),
+    ("[[terrain]]\nkind = \"hill\"\n", 2, &["kind is one of plane, fractal", "\"hill\""]),
+    ("[[terrain]]\nkind = \"plane\"\nheight_m = 1e9\n", 3, &["height_m must be −20000 to 20000 m"]),
+    ("[[terrain]]\nkind = \"plane\"\nheight_m = 3\nslope_percent = 4\n", 1, &["needs `centre`"]),
+    (
+        "[[terrain]]\nkind = \"fractal\"\namplitude_m = 9\nwavelength_m = 0\n",
+        4,
+        &["wavelength_m", "more than 0"],
+    ),
+    (
+        "[[terrain]]\nkind = \"fractal\"\namplitude_m = 9\nwavelength_m = 9\nroughness = 1\n",
+        5,
+        &["roughness must be 0.2 to 0.9"],
+    ),
+    (
+        "[[terrain]]\nkind = \"fractal\"\namplitude_m = 9\nwavelength_m = 9\ncentre = [1, 2]\n",
+        1,
+        &["needs `radius_m`"],
+    ),
+    (
+        "[[terrain]]\nkind = \"ridge\"\nline = [[1, 2], [1, 2]]\nheight_m = 9\nwidth_m = 99\n",
+        3,
+        &["line is 2 to 1000 places", "not all the same"],
+    ),
+    (
+        "[[terrain]]\nkind = \"ridge\"\nline = [[1, 2], [3]]\nheight_m = 9\nwidth_m = 99\n",
+        3,
+        &["line is a place, [x, y]"],
+    ),
+    (
+        "[[terrain]]\nkind = \"valley\"\nline = [[1, 2], [3, 4]]\ndepth_m = 9\nwidth_m = 9\nfloor_m = 9\n",
+        1,
+        &["floor_m is 9", "less than width_m"],
+    ),
+    (
+        "[[terrain]]\nkind = \"cone\"\ncentre = [1, 2]\nradius_m = 9\nheight_m = 9\nheigth_m = 9\n",
+        6,
+        &["no key `heigth_m`", "did you mean `height_m`"],
+    ),
+    (
+        "[[terrain]]\nkind = \"plateau\"\ncentre = [1, 2]\nradius_m = 9\nflank_m = 9\n",
+        1,
+        &["needs height_m", "or level_m"],
+    ),
+    (
+        "[[terrain]]\nkind = \"pond\"\ncentre = [1, 2]\nradius_m = 9\nlevel_m = 9\nragged = 0.6\n",
+        6,
+        &["ragged must be 0 to 0.5"],
+    ),
+    ("[detail]\nroughness = \"rough\"\n", 2, &["roughness is \"auto\", or 0.2 to 0.9"]),
+    ("[detail]\nseed = -1\n", 2, &["seed"]),
+    (
+        "[[texture]]\nkind = \"waves\"\nsize_m = 3\ncolours = [\"#123456\", \"greenish\"]\n",
+        4,
+        &["#rrggbb", "greenish"],
+    ),
+    ("[[texture]]\nkind = \"waves\"\nsize_m = 3\ncolours = [\"#123456\"]\n", 4, &["colours are 2 to 256"]),
+    ("[palette]\nheights = [[9, \"red\"], [3, \"blue\"]]\n", 2, &["heights are one stop at least", "higher"]),
+    (
+        "[palette]\nheights = [[9, \"red\"]]\nslopes = [[95, \"blue\"]]\n",
+        3,
+        &["slopes must be 1 to less than 90"],
+    ),
 ];
+
+/// Ground without elevation.
+const MADE: &str = "[place]\nlocal = true\nspacing_m = 4\nbbox = [0, 0, 800, 400]\n[[terrain]]\nkind = \"plane\"\nheight_m = 7\n";
+
+#[test]
+fn a_place_can_be_made_of_nothing_but_a_recipe() {
+    let site = Site::new();
+    let recipe = site.read(MADE);
+    assert!(recipe.options.elevation.is_empty());
+    let outline = recipe.outline().unwrap();
+    assert_eq!((outline.grid.nx, outline.grid.ny, outline.grid.spacing), (200, 100, 4.0));
+    for (without, line, key) in [
+        ("bbox = [0, 0, 800, 400]\n", 1, "bbox"),
+        ("spacing_m = 4\n", 1, "spacing_m"),
+        ("local = true\n", 1, "local"),
+    ] {
+        let mistakes = site.mistakes(&MADE.replace(without, ""));
+        let told =
+            |mistake: &Mistake| mistake.line == line && mistake.what.contains(&format!("`{key}` of [place]"));
+        assert!(mistakes.len() == 1 && told(&mistakes[0]), "{mistakes:?}");
+    }
+    let mistakes = site.mistakes(
+        &MADE.replace("plane", "dome").replace("height_m", "centre = [1, 2]\nradius_m = 9\nheight_m"),
+    );
+    assert!(mistakes.len() == 1 && mistakes[0].what.contains("kind = \"plane\""), "{mistakes:?}");
+}
 
 #[test]
 fn every_mistake_is_told_with_its_line() {

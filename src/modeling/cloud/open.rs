@@ -148,8 +148,16 @@ pub(in crate::modeling) fn open(
     let datum = datum.unwrap_or(VerticalDatum::Msl);
     let samples = Box::new(Unread((size[0] as u32, size[1] as u32)));
     let facts = format!("{:?}", CloudFile { path: PathBuf::new(), ..file.clone() });
-    let opened =
-        Opened { path: path.clone(), samples, block: (256, 256), geo, crs: crs.clone(), datum, description, facts };
+    let opened = Opened {
+        path: path.clone(),
+        samples,
+        block: (256, 256),
+        geo,
+        crs: crs.clone(),
+        datum,
+        description,
+        facts,
+    };
     let ground_only = file.ground_only;
     let cloud = Cloud { path: path.clone(), head, look, crs, datum, metres_per_unit, ground_only, density };
     Ok((cloud, opened, notes))

@@ -53,11 +53,7 @@ impl SourceKeys {
             clouds.fill(all);
             settings = settings.with_key(all);
         }
-        Ok(Self {
-            elevation,
-            imagery: keys(&inputs.imagery, steps)?,
-            settings: settings.key(),
-        })
+        Ok(Self { elevation, imagery: keys(&inputs.imagery, steps)?, settings: settings.key() })
     }
 
     /// Of all elevation, as it lies in the area.

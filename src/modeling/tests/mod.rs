@@ -7,4 +7,5 @@ mod real;
 mod refusals;
 mod shapes;
 mod support;
+mod synthetic;
 mod voids;

@@ -23,7 +23,7 @@ springgreen 00ff7f steelblue 4682b4 tan d2b48c teal 008080 thistle d8bfd8 tomato
 white ffffff whitesmoke f5f5f5 yellow ffff00 yellowgreen 9acd32";
 
 /// The colour of a name or of `#rgb`, `#rrggbb`.
-pub(super) fn colour(text: &str) -> Option<[u8; 3]> {
+pub fn colour(text: &str) -> Option<[u8; 3]> {
     let plain: String =
         text.trim().to_ascii_lowercase().chars().filter(|c| !matches!(c, ' ' | '_' | '-')).collect();
     if let Some(digits) = plain.strip_prefix('#') {

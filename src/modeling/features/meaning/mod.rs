@@ -20,6 +20,7 @@ mod ways;
 
 use super::kinds::{Class, Meaning, Paint};
 use super::layer::{Layer, LayerOptions, LeftOut, Row};
+pub use colours::colour;
 pub(super) use colours::{hash, mix, share, varied};
 pub use material::Material;
 pub(super) use plants::crown;
@@ -35,7 +36,7 @@ pub struct Interpreted {
 }
 
 /// The surface of water.
-pub(super) const WATER: Paint = Paint { colour: [44, 62, 74], material: Material::Water };
+pub const WATER: Paint = Paint { colour: [44, 62, 74], material: Material::Water };
 const DECK: Paint = Paint { colour: [150, 146, 138], material: Material::Concrete };
 
 /// What a row means.

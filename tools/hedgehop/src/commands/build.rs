@@ -8,9 +8,10 @@ use clap::ValueEnum;
 use hedgehop::Error;
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
+use hedgehop::modeling::synthetic::Synthetic;
 use hedgehop::modeling::{
-    BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill,
-    build, forget_steps, is_own_work,
+    BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
+    NodataFill, build, forget_steps, is_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -231,6 +232,8 @@ impl Args {
             elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
             imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),
             features: self.features.iter().cloned().map(FeatureFile::from).collect(),
+            synthetic: Synthetic::default(),
+            interpolation: Interpolation::default(),
             output: self.output.clone().unwrap_or_default(),
             overwrite: self.making.overwrite,
             steps: false,
