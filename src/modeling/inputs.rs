@@ -81,6 +81,14 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
             "no elevation is given; name at least one file with --elevation or --cloud".into(),
         ));
     }
+    open_rasters(options, cache_bytes).and_then(|inputs| {
+        let features = options.features.iter().map(layer).collect::<Result<Vec<_>>>()?;
+        Ok(Inputs { features, ..inputs })
+    })
+}
+
+/// Opens every raster, of which there may be none, with `cache_bytes` of decoded blocks for all of them together.
+pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
     let count = options.elevation.len() + options.imagery.len() + options.clouds.len();
     if count >= usize::from(u16::MAX) {
         return Err(Error::Configuration(format!(
@@ -99,8 +107,7 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
-    let features = options.features.iter().map(layer).collect::<Result<Vec<_>>>()?;
-    Ok(Inputs { clouds, elevation, imagery, features, notes: opener.into_notes() })
+    Ok(Inputs { clouds, elevation, imagery, features: Vec::new(), notes: opener.into_notes() })
 }
 
 /// A file of a build.

@@ -2,6 +2,7 @@
 
 pub mod features;
 pub mod raster;
+pub mod shadow_height;
 
 mod bake;
 mod budget;

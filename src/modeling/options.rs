@@ -70,7 +70,7 @@ pub struct ImageryFile {
 /// A file of features, and what it does not say of itself.
 #[derive(Debug, Clone, Default)]
 pub struct FeatureFile {
-    /// The file: GeoJSON, a Shapefile, or a GeoPackage.
+    /// The file: GeoJSON, a Shapefile, a GeoPackage, or a table of outlines.
     pub path: PathBuf,
     /// How it is read.
     pub options: LayerOptions,

@@ -114,11 +114,6 @@ impl<'m, 'r, 'i> Fields<'m, 'r, 'i> {
         Self::of(name, value, self.mistakes)
     }
 
-    /// Whether a key was there.
-    pub fn has(&self, key: &str) -> bool {
-        self.lines.iter().any(|(known, _)| *known == key)
-    }
-
     /// The line on which it begins, from 1 on.
     pub fn line(&self) -> usize {
         self.mistakes.reading.line(&self.span)

@@ -68,6 +68,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.place = table.line();
         lines.keys = place(table, &folder, &mut options);
     }
+    let has_cloud = root.has("cloud");
     for table in root.tables("cloud", "[[cloud]]") {
         let line = table.line();
         let files = cloud(table, &folder);
@@ -76,7 +77,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     }
     options.synthetic = synthetic(&mut root);
     let tables = root.tables("elevation", "[[elevation]]");
-    if tables.is_empty() && !root.has("cloud") && !options.synthetic.has_base() {
+    if tables.is_empty() && !has_cloud && !options.synthetic.has_base() {
         let what = "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`, or a [[terrain]] with kind = \"plane\"";
         mistakes.add(&(0..0), what);
     }

@@ -6,6 +6,7 @@ use super::super::kernel::Samples;
 use super::super::placed::{ElevationInput, ImageryInput};
 use super::super::plan::Plan;
 use super::super::raster::{GeoTransform, Window};
+use super::super::synthetic::Lattice;
 use super::super::vertical::Shift;
 use super::super::warp::Placement;
 use super::posts::Post;
@@ -119,7 +120,15 @@ pub(super) fn elevation(store: &Arc<Store<Post>>, area: Area, plan: &Plan) -> Re
     let sample = |post: &Post| f64::from(post.height);
     let samples = Box::new(Posts { store: store.clone(), area, sample });
     let (block, pixel_side) = ((256, 256), plan.grid.spacing);
-    Ok(ElevationInput { samples, block, placement, shift: Shift::Zero, pixel_side, reach })
+    Ok(ElevationInput {
+        samples,
+        block,
+        placement,
+        shift: Shift::Zero,
+        pixel_side,
+        lattice: Lattice::SQUARES,
+        reach,
+    })
 }
 
 /// Colours of posts in the grid.

@@ -12,6 +12,7 @@
 //! posts measure it: their mean squares are as roughness² to 1. Posts on level ground (water) have waves of no height.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use super::super::inputs::Opened;
 use super::super::kernel::Samples;
@@ -104,6 +105,9 @@ pub(in crate::modeling) struct Lattice {
 }
 
 impl Lattice {
+    /// Squares from the reference system's origin on.
+    pub const SQUARES: Self = Self { origin: DVec2::ZERO, pitch: DVec2::ONE };
+
     /// Of a raster whose pixels are, at its centre, `sides` metres along columns and rows.
     pub fn of(raster: &Opened<f64>, sides: Option<(f64, f64)>) -> Self {
         let origin = warp::invert(&raster.geo)

@@ -39,7 +39,7 @@ use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
     bake, bench, build, compare, contact_sheet as sheet, demo, height, info, overview, plan, profile, recipe,
-    render, scene as scenes, sight, verify,
+    render, scene as scenes, shadow_heights, sight, verify,
 };
 use crate::interrupt::Interrupt;
 
@@ -71,6 +71,7 @@ enum Command {
     Plan(plan::Args),
     Info(info::Args),
     Height(height::Args),
+    ShadowHeights(shadow_heights::Args),
     Sight(sight::Args),
     Profile(profile::Args),
     Verify(verify::Args),
@@ -95,6 +96,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args, &interrupt),
         Command::Info(args) => info::run(args),
         Command::Height(args) => height::run(args),
+        Command::ShadowHeights(args) => shadow_heights::run(args, &interrupt),
         Command::Sight(args) => sight::run(args),
         Command::Profile(args) => profile::run(args, &interrupt),
         Command::Verify(args) => verify::run(args, &interrupt),

@@ -24,6 +24,7 @@ pub use colours::colour;
 pub(super) use colours::{hash, mix, share, varied};
 pub use material::Material;
 pub(super) use plants::crown;
+pub(in super::super) use quantity::length;
 use tags::Tags;
 
 /// What a row means, and what is wrong with its values.

@@ -22,7 +22,7 @@ const UNITS: [(&str, f64); 15] = [
 ];
 
 /// A length in metres.
-pub(super) fn length(text: &str) -> Option<f64> {
+pub(in super::super::super) fn length(text: &str) -> Option<f64> {
     let text = text.trim().replace(['’', '′'], "'").replace(['”', '″'], "\"");
     let (first, unit, rest) = leading(&text)?;
     let metres = first * factor(unit)?;

@@ -301,6 +301,11 @@ fn push(attributes: &mut Attributes, name: String, value: Json) {
         Json::Bool(value) => attributes.push(name, Value::Text(if value { "yes" } else { "no" }.to_owned())),
         Json::String(text) if name == "other_tags" => hstore::add(attributes, &text),
         Json::String(text) => attributes.push(Arc::from(name), Value::Text(text)),
+        Json::Array(items) if (2..=3).contains(&items.len()) && items.iter().all(Json::is_number) => {
+            // A place.
+            let numbers: Vec<String> = items.iter().map(Json::to_string).collect();
+            attributes.push(Arc::from(name), Value::Text(numbers.join(",")));
+        }
         Json::Null | Json::Array(_) | Json::Object(_) => {}
     }
 }

@@ -1,8 +1,9 @@
 //! Files of features to rows.
 //!
 //! ```text
-//! what the file is:   SQLite format 3 → GeoPackage | 00 00 27 0A → Shapefile | { → GeoJSON | else an error that says how to convert it
-//! its system:         its own | that of the options | WGS 84 for GeoJSON | an error
+//! what the file is:   SQLite format 3 → GeoPackage | 00 00 27 0A → Shapefile | { → GeoJSON | named .csv → table of outlines
+//!                     else an error that says how to convert it
+//! its system:         its own | that of the options | WGS 84 for GeoJSON and tables | an error
 //! each row:           form and attributes, or left out and counted; a file that is cut off or damaged is an error
 //! ```
 //! All readers take nothing on trust: what a file promises is compared with what is left of it before any memory is taken for it,
@@ -12,6 +13,7 @@ mod bytes;
 mod geojson;
 mod geopackage;
 mod hstore;
+mod outlines;
 pub(super) mod rings;
 mod shapefile;
 mod sql;
@@ -20,6 +22,8 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod wkb;
+
+pub(in super::super) use outlines::Table as OutlineTable;
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -55,6 +59,7 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
         Kind::GeoPackage => geopackage::read(path, options.table.as_deref())?,
         Kind::Shapefile => shapefile::read(path, &whole(path)?)?,
         Kind::GeoJson => geojson::read(path, whole(path)?)?,
+        Kind::Outlines => outlines::read(path, &whole(path)?)?,
     };
     let file = super::super::inputs::file_name(path);
     let mut notes: Vec<String> = found.notes.iter().map(|note| format!("{file}: {note}")).collect();
@@ -83,6 +88,7 @@ enum Kind {
     GeoPackage,
     Shapefile,
     GeoJson,
+    Outlines,
 }
 
 fn kind_of(path: &Path) -> Result<Kind> {
@@ -105,11 +111,15 @@ fn kind_of(path: &Path) -> Result<Kind> {
     if ["dbf", "shx", "prj", "cpg"].contains(&extension.as_str()) {
         return Err(Error::unsupported(path, "is a part of a Shapefile", "name the .shp file beside it"));
     }
+    if extension == "csv" && first.is_some() {
+        return Ok(Kind::Outlines);
+    }
     let convert = "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE";
     Err(match first {
-        None => {
-            Error::invalid(path, "is empty; it must be GeoJSON, a Shapefile (.shp) or a GeoPackage (.gpkg)")
-        }
+        None => Error::invalid(
+            path,
+            "is empty; it must be GeoJSON, a Shapefile (.shp), a GeoPackage (.gpkg) or a table (.csv)",
+        ),
         _ if head.starts_with(b"PK\x03\x04") => {
             Error::unsupported(path, "is a ZIP archive", "unpack it and name what is in it")
         }
@@ -117,7 +127,11 @@ fn kind_of(path: &Path) -> Result<Kind> {
             Error::unsupported(path, "is OpenStreetMap's own format", convert)
         }
         Some(b'<') => Error::unsupported(path, "is XML (KML, GML or OpenStreetMap)", convert),
-        Some(_) => Error::unsupported(path, "is neither GeoJSON, nor a Shapefile, nor a GeoPackage", convert),
+        Some(_) => Error::unsupported(
+            path,
+            "is neither GeoJSON, nor a Shapefile, nor a GeoPackage, nor a table named .csv",
+            convert,
+        ),
     })
 }
 

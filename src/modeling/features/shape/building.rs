@@ -22,12 +22,21 @@ pub struct BoundBuilding {
 const STEP: f64 = 4.0;
 const MOST: usize = 400;
 
+/// The lowest ground along an outline, metres: that on which a building of that area stands; `None` where there is no ground, or no outline.
+pub(in super::super::super) fn foot_of(area: &Area, ground: &dyn Ground) -> Option<f64> {
+    lowest(&Footprint::of(area)?, ground)
+}
+
+fn lowest(footprint: &Footprint, ground: &dyn Ground) -> Option<f64> {
+    let heights = footprint.outline(STEP, MOST).into_iter().filter_map(|place| ground.height_at(place));
+    heights.reduce(f64::min)
+}
+
 impl BoundBuilding {
     /// A building on the lowest ground along its outline; `None` where there is no ground, or no outline.
     pub fn bind(building: &Building, area: &Area, ground: &dyn Ground) -> Option<Self> {
         let footprint = Footprint::of(area)?;
-        let heights = footprint.outline(STEP, MOST).into_iter().filter_map(|place| ground.height_at(place));
-        let base = heights.reduce(f64::min)?;
+        let base = lowest(&footprint, ground)?;
         let total = match building.top {
             Top::Ridge(height) => height - building.min_height_m,
             Top::Eaves(_) => f64::INFINITY,

@@ -31,6 +31,7 @@ mod wire;
 
 pub use bind::{Bound, bind};
 pub use building::BoundBuilding;
+pub(in super::super) use building::foot_of;
 pub use cover::{BoundBarrier, BoundCover, BoundWood};
 pub use prepare::prepare;
 pub use round::{BoundTree, BoundUpright};

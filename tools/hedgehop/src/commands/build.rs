@@ -83,7 +83,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     imagery: Vec<PathBuf>,
 
-    /// What stands or lies on the ground, by OpenStreetMap's tags: GeoJSON, Shapefiles, GeoPackages
+    /// What stands or lies on the ground, by OpenStreetMap's tags: GeoJSON, Shapefiles, GeoPackages, tables of outlines (.csv)
     #[arg(long, value_name = "FILE", num_args = 1..)]
     features: Vec<PathBuf>,
 

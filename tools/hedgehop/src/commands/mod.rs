@@ -14,5 +14,6 @@ pub mod profile;
 pub mod recipe;
 pub mod render;
 pub mod scene;
+pub mod shadow_heights;
 pub mod sight;
 pub mod verify;
