@@ -20,7 +20,7 @@ const BELOW: f64 = 0.8;
 /// Points at least on either side.
 const LEAST: usize = 3;
 /// Share of points on the wrong side at most: corners have more.
-const WRONG: f64 = 0.2;
+const WRONG: f64 = 0.06;
 
 /// What a wall leaves of a voxel.
 pub(super) enum Side {
