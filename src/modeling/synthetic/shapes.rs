@@ -4,7 +4,7 @@
 //! height' = keep · height + add       of each shape in turn, keep and add being functions of the place
 //! ```
 //! What raises or carves has keep 1, what levels the ground fades keep to 0. For voxels of a coarse level both are means over places in the voxel
-//! wherever the shape is not much wider than that; waves shorter than two voxels are left out.
+//! wherever the shape is not much wider than that. Waves shorter than two voxels, or than two such places, are left out.
 
 use glam::DVec2;
 
@@ -212,7 +212,7 @@ impl Terrain {
             at + side * DVec2::new(part(place % PLACES), part(place / PLACES))
         });
         let sum = places.fold(Effect { keep: 0.0, add: 0.0 }, |sum, place| {
-            let Effect { keep, add } = self.effect_at(place, 2.0 * side);
+            let Effect { keep, add } = self.effect_at(place, 2.0 * side / f64::from(PLACES));
             Effect { keep: sum.keep + keep, add: sum.add + add }
         });
         let count = f64::from(PLACES * PLACES);
@@ -274,7 +274,8 @@ impl Terrain {
     /// Least way over which it changes by all of its height, metres.
     fn finest(&self) -> f64 {
         match self {
-            Self::Plane { .. } | Self::Fractal { .. } => f64::INFINITY,
+            Self::Plane { .. } => f64::INFINITY,
+            Self::Fractal { .. } => 0.0,
             Self::Ridge { width_m, crest_m, .. } => 0.5 * (width_m - crest_m),
             Self::Cone { circle, .. } | Self::Dome { circle, .. } => circle.radius_m,
             Self::Plateau { circle, flank_m, .. } => flank_m.min(circle.radius_m),
