@@ -145,6 +145,8 @@ impl Column {
             return;
         }
         let (first, last) = (low as usize, (high.ceil() as usize - 1).min(rows - 1));
+        // The same for all rows.
+        let opacity = if fill.opacity < 1.0 { 1.0 - (1.0 - fill.opacity).powf(fill.way) } else { 1.0 };
         for row in first..=last {
             if self.full[row / WORD] >> (row % WORD) & 1 != 0 {
                 continue;
@@ -152,14 +154,14 @@ impl Column {
             let from = ((low - row as f32).max(0.0) * PARTS).min(PARTS);
             let to = ((high - row as f32) * PARTS).min(PARTS);
             let inverse = inverse(row as f32 + 0.5 * (from + to) / PARTS);
-            self.fill_row(row, [from, to], light, inverse, fill);
+            self.fill_row(row, [from, to], light, inverse, opacity);
         }
         self.extent = [self.extent[0].min(first), self.extent[1].max(last + 1)];
     }
 
-    /// Fills the parts of a row between two places.
+    /// Fills the parts of a row between two places with what hides a share of light.
     #[inline]
-    fn fill_row(&mut self, row: usize, [from, to]: [f32; 2], light: [f32; 3], inverse: f32, fill: &Fill) {
+    fn fill_row(&mut self, row: usize, [from, to]: [f32; 2], light: [f32; 3], inverse: f32, opacity: f32) {
         let [begin, end] = [from, to].map(|place| (place + 0.5) as u32);
         let covered = self.covered[row];
         let bits = (((1_u32 << end) - (1_u32 << begin)) as u8) & !covered;
@@ -170,7 +172,6 @@ impl Column {
         } else {
             bits.count_ones() as f32 / PARTS
         };
-        let opacity = if fill.opacity < 1.0 { 1.0 - (1.0 - fill.opacity).powf(fill.way) } else { 1.0 };
         let weight = self.left[row] * share * opacity;
         if weight > 0.0 {
             let seen = &mut self.seen[row];
@@ -180,7 +181,7 @@ impl Column {
             seen.share += weight;
             seen.inverse += weight * inverse;
         }
-        if fill.opacity >= 1.0 && !is_narrow {
+        if opacity >= 1.0 && !is_narrow {
             self.covered[row] |= bits;
         } else {
             self.left[row] *= 1.0 - share * opacity;
