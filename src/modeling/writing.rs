@@ -6,7 +6,9 @@ use super::steps::{Key, Made, PageKeys, Reused, Steps};
 use super::workers::in_order;
 use crate::error::Result;
 use crate::progress::Observer;
-use crate::voxel::{EncodedPage, PageEntry, PageReadback, PageWriter, Shelf, sparse_page};
+use crate::voxel::{
+    EarlierPage, EncodedPage, PageEntry, PageId, PageReadback, PageWriter, Shelf, sparse_page,
+};
 
 /// What is known of the steps of builds before, and the keys of this one's pages.
 pub(super) type Trace<'a> = (&'a Steps, &'a PageKeys<'a>);
@@ -24,13 +26,35 @@ pub(super) struct Written {
     pending: Vec<Made>,
 }
 
-/// A page that is ready, with all that goes with it.
+/// A page that is ready.
+enum Page {
+    Made(EncodedPage),
+    Reused(EarlierPage),
+}
+
+/// A page with all that goes with it.
 struct Ready {
-    page: EncodedPage,
-    bare: Option<EncodedPage>,
+    page: Page,
+    /// That of bare ground.
+    bare: Option<Page>,
     census: Census,
     key: Option<Key>,
-    is_reused: bool,
+}
+
+impl Page {
+    fn id(&self) -> PageId {
+        match self {
+            Self::Made(page) => page.id,
+            Self::Reused(page) => page.id,
+        }
+    }
+
+    fn put_on(self, shelf: &mut Shelf<'_>) -> Result<()> {
+        match self {
+            Self::Made(page) => shelf.take(&page),
+            Self::Reused(page) => shelf.take_earlier(page),
+        }
+    }
 }
 
 /// Writes the pages of all levels; each coarser one is made of the finer ones below it, as far as these are stored.
@@ -71,13 +95,15 @@ fn write_level(
         tasks.count(),
         threads,
         observer,
-        || PageMaker::new(project),
-        |maker, task| {
+        || (PageMaker::new(project), Vec::new()),
+        |(maker, scratch), task| {
             let id = tasks.id(task);
             let key = trace.map(|(_, keys)| keys.of(id, finer));
-            let known = trace.zip(key).and_then(|((steps, _), key)| steps.page(&project.grid, id, key));
+            let known =
+                trace.zip(key).and_then(|((steps, _), key)| steps.page(&project.grid, id, key, scratch));
             if let Some(Reused { page, bare, census }) = known {
-                return Ok(Ready { page, bare, census, key, is_reused: true });
+                let (page, bare) = (Page::Reused(page), bare.map(Page::Reused));
+                return Ok(Ready { page, bare, census, key });
             }
             let MadePage { page, bare, census } = match id.level {
                 0 => maker.make(id)?,
@@ -89,13 +115,14 @@ fn write_level(
                 }
             };
             let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref());
-            let (page, bare) = (page.encode(id), bare.map(|bare| bare.encode(id.bare())));
-            Ok(Ready { page, bare, census, key, is_reused: false })
+            let (page, bare) =
+                (Page::Made(page.encode(id)), bare.map(|bare| Page::Made(bare.encode(id.bare()))));
+            Ok(Ready { page, bare, census, key })
         },
         |_, ready: Ready| {
-            shelf.take(&ready.page)?;
-            ready.bare.iter().try_for_each(|bare| shelf.take(bare))?;
             written.take(&ready);
+            ready.page.put_on(shelf)?;
+            ready.bare.map_or(Ok(()), |bare| bare.put_on(shelf))?;
             observer.advance(1);
             // The shelf passes pages on band by band.
             match written.pending.first() {
@@ -110,10 +137,10 @@ impl Written {
     fn take(&mut self, ready: &Ready) {
         self.census.add(&ready.census);
         self.pages += 1;
-        self.reused += u64::from(ready.is_reused);
+        self.reused += u64::from(matches!(ready.page, Page::Reused(_)));
         let Some(key) = ready.key else { return };
-        let made = |page: &EncodedPage, census, has_bare| Made {
-            id: page.id,
+        let made = |page: &Page, census, has_bare| Made {
+            id: page.id(),
             entry: PageEntry::default(),
             key,
             census,

@@ -2,6 +2,7 @@
 //! last, the header. Where the bytes go is behind [`Storage`], so that a database in memory
 //! and one on disk are the same byte for byte.
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
@@ -19,6 +20,12 @@ use crate::error::{Error, Result};
 pub(super) trait Storage: Send + Sync {
     fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()>;
     fn read_at(&self, offset: u64, bytes: &mut [u8]) -> io::Result<()>;
+    /// Writes so many bytes of a file, from `from` on, at `offset`.
+    fn copy_from(&self, offset: u64, file: &File, from: u64, length: usize) -> io::Result<()> {
+        let mut bytes = vec![0; length];
+        file.read_at(from, &mut bytes)?;
+        self.write_at(offset, &bytes)
+    }
     /// Waits until everything is on the disk.
     fn flush(&self) -> io::Result<()>;
 }
@@ -94,29 +101,47 @@ impl Assembly {
 
     /// See [`super::PageWriter::append`].
     pub fn append(&mut self, page: &EncodedPage) -> Result<()> {
-        let Shared { path, grid, .. } = &*self.shared;
-        let refuse = |what: &str| Error::invalid(path, format!("{}: {what}", page.id));
-        let size = grid.page_size(page.id).ok_or_else(|| refuse("the grid has no such page"))?;
-        let length = u32::try_from(page.bytes.len()).map_err(|_| refuse("too long"))?;
-        let spans = page.spans as usize;
-        if page.bytes.len()
-            > largest_page(page.id.level, size.0, size.1) + spans.next_multiple_of(PLANE_ALIGNMENT)
-        {
+        let EncodedPage { id, spans, crc, hash, .. } = *page;
+        let length = u32::try_from(page.bytes.len())
+            .map_err(|_| Error::invalid(&self.shared.path, format!("{id}: too long")))?;
+        let entry = PageEntry { offset: 0, length, spans, crc, hash };
+        self.append_with(id, entry, |storage, offset| storage.write_at(offset, &page.bytes))
+    }
+
+    /// Appends a page that lies in a file: `entry` says where.
+    pub fn append_copy(&mut self, id: PageId, entry: PageEntry, file: &File) -> Result<()> {
+        let PageEntry { offset: from, length, .. } = entry;
+        let length = length as usize;
+        self.append_with(id, entry, |storage, offset| storage.copy_from(offset, file, from, length))
+    }
+
+    /// Appends a page whose bytes `write` puts where it is told.
+    fn append_with(
+        &mut self,
+        id: PageId,
+        entry: PageEntry,
+        write: impl FnOnce(&dyn Storage, u64) -> io::Result<()>,
+    ) -> Result<()> {
+        let Shared { path, grid, storage, .. } = &*self.shared;
+        let refuse = |what: &str| Error::invalid(path, format!("{id}: {what}"));
+        let size = grid.page_size(id).ok_or_else(|| refuse("the grid has no such page"))?;
+        let [length, spans] = entry.lengths();
+        if length > largest_page(id.level, size.0, size.1) + spans.next_multiple_of(PLANE_ALIGNMENT) {
             return Err(refuse("its planes are larger than the grid says"));
         }
         let mut directory = self.shared.directory.write().unwrap_or_else(PoisonError::into_inner);
-        if page.id.is_bare() {
+        if id.is_bare() {
             directory.extend_to_bare();
         }
-        let index = directory.index(page.id).ok_or_else(|| refuse("the grid has no such page"))?;
-        if directory.get(page.id).is_some() {
+        let index = directory.index(id).ok_or_else(|| refuse("the grid has no such page"))?;
+        if directory.get(id).is_some() {
             return Err(refuse("appended twice"));
         }
         let offset = self.end.next_multiple_of(PAGE_ALIGNMENT);
-        self.write(offset, &page.bytes)?;
-        self.end = offset + u64::from(length);
-        let EncodedPage { spans, crc, hash, .. } = *page;
-        directory.set(index, PageEntry { offset, length, spans, crc, hash });
+        write(&**storage, offset)
+            .map_err(|error| self.storage_error(&format!("write {length} bytes at byte {offset}"), error))?;
+        self.end = offset + length as u64;
+        directory.set(index, PageEntry { offset, ..entry });
         Ok(())
     }
 

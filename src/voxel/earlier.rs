@@ -2,23 +2,40 @@
 
 use std::fs::File;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::assembly::Storage;
 use super::fixed_header::FixedHeader;
 use super::format::header as at;
 use super::page::{is_page_length, part_crc};
-use super::{ContentHash, EncodedPage, Grid, PageEntry, PageId, PagePart};
+use super::{ContentHash, Grid, PageEntry, PageId, PagePart};
 
 /// A file that pages are taken from: a database, or what is left of one that was not finished.
-#[derive(Debug)]
-pub struct EarlierFile(File);
+#[derive(Debug, Clone)]
+pub struct EarlierFile(Arc<File>);
+
+/// A page of it that is as it was written.
+#[derive(Debug, Clone)]
+pub struct EarlierPage {
+    /// Which page.
+    pub id: PageId,
+    /// Where it lies, and its checksums.
+    pub entry: PageEntry,
+    file: EarlierFile,
+}
+
+impl EarlierPage {
+    pub(super) fn file(&self) -> &File {
+        &self.file.0
+    }
+}
 
 impl EarlierFile {
     /// Opens a file; `None` if there is none that can be read.
     pub fn open(path: &Path) -> Option<Self> {
         // To open a pipe would wait for its other end.
         std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-        File::open(path).ok().map(Self)
+        File::open(path).ok().map(|file| Self(Arc::new(file)))
     }
 
     /// What a finished database says it is; `None` if it is none of this version.
@@ -29,17 +46,23 @@ impl EarlierFile {
         FixedHeader::decode_start(Path::new(""), &record, length).ok().map(|header| header.content_hash)
     }
 
-    /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written.
-    pub fn page(&self, grid: &Grid, id: PageId, entry: &PageEntry) -> Option<EncodedPage> {
+    /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written. `scratch` has its bytes then.
+    pub fn page(
+        &self,
+        grid: &Grid,
+        id: PageId,
+        entry: &PageEntry,
+        scratch: &mut Vec<u8>,
+    ) -> Option<EarlierPage> {
         let size = grid.page_size(id)?;
         if !is_page_length(id.level, size, entry.lengths()) {
             return None;
         }
-        let mut bytes = vec![0; entry.length as usize];
-        self.0.read_at(entry.offset, &mut bytes).ok()?;
-        let PageEntry { spans, crc, hash, .. } = *entry;
-        let is_good = |part: PagePart| part_crc(&bytes, part, size, spans as usize) == crc[part.number()];
-        PagePart::all(id).all(is_good).then_some(EncodedPage { id, bytes, spans, crc, hash })
+        scratch.resize(entry.length as usize, 0);
+        self.0.read_at(entry.offset, scratch).ok()?;
+        let is_good =
+            |part: PagePart| part_crc(scratch, part, size, entry.spans as usize) == entry.crc[part.number()];
+        PagePart::all(id).all(is_good).then(|| EarlierPage { id, entry: *entry, file: self.clone() })
     }
 
     /// Whether nobody holds the file as a [`super::PageWriter`] does while it writes.

@@ -32,7 +32,7 @@ pub use assembly::{PageReadback, most_page_bytes};
 pub use bytes::AlignedBytes;
 pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
-pub use earlier::EarlierFile;
+pub use earlier::{EarlierFile, EarlierPage};
 pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
 pub use page::{

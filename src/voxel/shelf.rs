@@ -17,21 +17,28 @@
 use std::fs::File;
 
 use super::assembly::Storage;
-use super::{EncodedPage, PageId, PagePart, PageWriter};
+use super::{EarlierPage, EncodedPage, PageEntry, PageId, PageWriter};
 use crate::error::Result;
 
 /// Pages along the side of a block, a power of two.
 const SIDE: u32 = 8;
 
-/// A page that was set aside.
+/// A page that waits for its turn.
 #[derive(Debug)]
-struct Kept {
-    id: PageId,
-    offset: u64,
-    length: usize,
-    spans: u32,
-    crc: [u32; PagePart::COUNT],
-    hash: [u8; 16],
+enum Kept {
+    /// It was set aside, and lies there.
+    Aside(PageId, PageEntry),
+    /// Another file has it.
+    Earlier(EarlierPage),
+}
+
+impl Kept {
+    fn id(&self) -> PageId {
+        match self {
+            Self::Aside(id, _) => *id,
+            Self::Earlier(page) => page.id,
+        }
+    }
 }
 
 /// Takes pages of one level after the other, rows from the north, and appends them along the curve.
@@ -52,29 +59,40 @@ impl<'w> Shelf<'w> {
 
     /// Takes the next page, of a level whose finer pages have all been [appended](Self::empty).
     pub fn take(&mut self, page: &EncodedPage) -> Result<()> {
-        let is_next_band = |kept: &Kept| band_of(kept.id) != band_of(page.id);
-        if self.kept.last().is_some_and(is_next_band) {
-            self.empty()?;
-        }
+        self.begin_band_of(page.id)?;
         self.aside
             .write_at(self.end, &page.bytes)
             .map_err(|error| self.writer.error("set a page aside", error))?;
         let EncodedPage { id, spans, crc, hash, .. } = *page;
-        self.kept.push(Kept { id, offset: self.end, length: page.bytes.len(), spans, crc, hash });
+        // Lengths are checked when it is appended.
+        let length = u32::try_from(page.bytes.len()).unwrap_or(u32::MAX);
+        self.kept.push(Kept::Aside(id, PageEntry { offset: self.end, length, spans, crc, hash }));
         self.end += page.bytes.len() as u64;
         Ok(())
     }
 
+    /// The same with a page that another file has.
+    pub fn take_earlier(&mut self, page: EarlierPage) -> Result<()> {
+        self.begin_band_of(page.id)?;
+        self.kept.push(Kept::Earlier(page));
+        Ok(())
+    }
+
+    fn begin_band_of(&mut self, id: PageId) -> Result<()> {
+        match self.kept.last() {
+            Some(kept) if band_of(kept.id()) != band_of(id) => self.empty(),
+            _ => Ok(()),
+        }
+    }
+
     /// Appends what is set aside.
     pub fn empty(&mut self) -> Result<()> {
-        self.kept.sort_by_key(|kept| place(kept.id));
+        self.kept.sort_by_key(|kept| place(kept.id()));
         for kept in std::mem::take(&mut self.kept) {
-            let mut bytes = vec![0; kept.length];
-            self.aside
-                .read_at(kept.offset, &mut bytes)
-                .map_err(|error| self.writer.error("read a page that was set aside", error))?;
-            let Kept { id, spans, crc, hash, .. } = kept;
-            self.writer.append(&EncodedPage { id, bytes, spans, crc, hash })?;
+            match kept {
+                Kept::Aside(id, entry) => self.writer.append_set_aside(id, entry, &self.aside)?,
+                Kept::Earlier(page) => self.writer.append_copy(&page)?,
+            }
         }
         self.end = 0;
         Ok(())

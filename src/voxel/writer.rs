@@ -9,7 +9,7 @@ use std::sync::Arc;
 use tempfile::TempPath;
 
 use super::assembly::{Assembly, PageReadback, Storage};
-use super::{ContentHash, EncodedPage, Grid, HeightCode, Metadata};
+use super::{ContentHash, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId};
 use crate::error::{Error, Result};
 
 impl Storage for File {
@@ -47,6 +47,22 @@ impl Storage for File {
             bytes = &mut bytes[read..];
         }
         Ok(())
+    }
+
+    #[cfg(any(target_os = "linux", target_os = "android"))]
+    fn copy_from(&self, offset: u64, file: &File, from: u64, length: usize) -> io::Result<()> {
+        // The system copies within itself; some file systems only say that both files have the same bytes.
+        let (mut to, mut at, mut left) = (offset, from, length);
+        while left > 0 {
+            match rustix::fs::copy_file_range(file, Some(&mut at), self, Some(&mut to), left) {
+                Ok(copied) if copied > 0 => left -= copied,
+                // Not between these files: by hand.
+                _ => break,
+            }
+        }
+        let mut bytes = vec![0; left];
+        file.read_at(at, &mut bytes)?;
+        self.write_at(to, &bytes)
     }
 
     fn flush(&self) -> io::Result<()> {
@@ -120,6 +136,16 @@ impl PageWriter {
     /// same pages in the same order give the same bytes; the identity does not depend on the order.
     pub fn append(&mut self, page: &EncodedPage) -> Result<()> {
         self.assembly.append(page)
+    }
+
+    /// Appends a page that was set aside in a file.
+    pub(super) fn append_set_aside(&mut self, id: PageId, entry: PageEntry, aside: &File) -> Result<()> {
+        self.assembly.append_copy(id, entry, aside)
+    }
+
+    /// Appends a page that another file holds.
+    pub(super) fn append_copy(&mut self, page: &EarlierPage) -> Result<()> {
+        self.assembly.append_copy(page.id, page.entry, page.file())
     }
 
     /// Says how many bytes all pages may come to, for who runs out of disk, if not all of the grid's are written.

@@ -4,7 +4,6 @@ use std::fmt::{Debug, Write};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use std::sync::OnceLock;
 
 /// First bytes of a hash of all that something is made of: the same key, the same result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable)]
@@ -36,9 +35,8 @@ impl Write for Keyer {
 impl Keyer {
     /// Of a kind of things, made by this program.
     pub fn of(kind: &str) -> Self {
-        let mut keyer = Self(blake3::Hasher::new());
-        keyer.0.update(&program().0);
-        keyer.with(&kind)
+        // What another version made may differ, whatever number it has.
+        Self(blake3::Hasher::new()).with(&env!("HEDGEHOP_SOURCES")).with(&kind)
     }
 
     /// Takes all that a value tells of itself. `Debug` of the types here tells every field, floating point to the last bit, so that a
@@ -83,16 +81,4 @@ pub(super) fn content(path: &Path) -> std::io::Result<Key> {
             count => drop(hasher.update(&chunk[..count])),
         }
     }
-}
-
-/// The program that runs: what another one made may differ, whatever its version says.
-fn program() -> Key {
-    static PROGRAM: OnceLock<Key> = OnceLock::new();
-    *PROGRAM.get_or_init(|| {
-        let version = Keyer(blake3::Hasher::new()).with(&env!("CARGO_PKG_VERSION"));
-        match std::env::current_exe().and_then(|path| content(&path)) {
-            Ok(bytes) => version.with_key(bytes).key(),
-            Err(_) => version.key(),
-        }
-    })
 }

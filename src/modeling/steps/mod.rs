@@ -32,7 +32,7 @@ use log::{Known, Log, Stamp};
 use super::page::Census;
 use super::scan::Survey;
 use crate::error::{Error, Result};
-use crate::voxel::{ContentHash, EarlierFile, EncodedPage, Grid, PageId};
+use crate::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, PageId};
 
 /// What a file's name ends in that notes steps.
 const SUFFIX: &str = ".steps";
@@ -61,8 +61,8 @@ struct Earlier {
 
 /// A page that need not be made again, and that of bare ground that goes with it.
 pub(super) struct Reused {
-    pub page: EncodedPage,
-    pub bare: Option<EncodedPage>,
+    pub page: EarlierPage,
+    pub bare: Option<EarlierPage>,
     pub census: Census,
 }
 
@@ -157,10 +157,10 @@ impl Steps {
     }
 
     /// A page that was made of the same before.
-    pub fn page(&self, grid: &Grid, id: PageId, key: Key) -> Option<Reused> {
-        let of = |earlier: &Earlier, id: PageId| {
+    pub fn page(&self, grid: &Grid, id: PageId, key: Key, scratch: &mut Vec<u8>) -> Option<Reused> {
+        let mut of = |earlier: &Earlier, id: PageId| {
             let made = earlier.pages.get(&id).filter(|made| made.key == key)?;
-            Some((earlier.file.page(grid, id, &made.entry)?, *made))
+            Some((earlier.file.page(grid, id, &made.entry, scratch)?, *made))
         };
         self.earlier.iter().find_map(|earlier| {
             let (page, made) = of(earlier, id)?;
