@@ -253,9 +253,9 @@ fn scan(pixels: &[Pixel], start: f64, rise: f64, (step, soft): (f64, f64)) -> Fi
     let count = (ROOM * (high - start) / step).ceil() as i32;
     let heights = (-count..=count).map(|index| (start + f64::from(index) * step).max(0.1 * rise));
     let first = fit(pixels, start, levels);
-    heights.map(|height| fit(pixels, height, levels)).fold(first, |best, tried| {
-        if tried.squares < best.squares { tried } else { best }
-    })
+    heights
+        .map(|height| fit(pixels, height, levels))
+        .fold(first, |best, tried| if tried.squares < best.squares { tried } else { best })
 }
 
 /// The least squares by parabolas, each through closer heights; and their curvature there.

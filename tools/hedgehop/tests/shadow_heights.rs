@@ -58,9 +58,8 @@ fn light(place: [f64; 2]) -> f64 {
 fn photograph() -> RgbImage {
     RgbImage::from_fn(SIDE, SIDE, |column, row| {
         let part = |number: u32| 0.25 + 0.5 * f64::from(number);
-        let places = (0..4).map(|index| {
-            [f64::from(column) + part(index % 2), f64::from(SIDE - row) - part(index / 2)]
-        });
+        let places = (0..4)
+            .map(|index| [f64::from(column) + part(index % 2), f64::from(SIDE - row) - part(index / 2)]);
         let mean = 0.25 * places.map(light).sum::<f64>();
         // Some texture.
         let grain = 1.0 + 0.15 * (f64::from(column) * 0.9).sin() * (f64::from(row) * 1.3).cos();
@@ -79,13 +78,17 @@ fn site() -> TempDir {
     write("ortho.pgw", &format!("1\n0\n0\n-1\n{}\n{}\n", x + 0.5, y + side - 0.5));
     let rows: Vec<String> = (0..SIDE)
         .map(|row| {
-            let heights = (0..SIDE).map(|column| ground([f64::from(column) + 0.5, side - f64::from(row) - 0.5]));
+            let heights =
+                (0..SIDE).map(|column| ground([f64::from(column) + 0.5, side - f64::from(row) - 0.5]));
             heights.map(|height| format!("{height:.3}")).collect::<Vec<_>>().join(" ")
         })
         .collect();
     write(
         "dem.asc",
-        &format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner {x}\nyllcorner {y}\ncellsize 1\n{}\n", rows.join("\n")),
+        &format!(
+            "ncols {SIDE}\nnrows {SIDE}\nxllcorner {x}\nyllcorner {y}\ncellsize 1\n{}\n",
+            rows.join("\n")
+        ),
     );
     let features: Vec<String> = BUILDINGS
         .iter()
@@ -101,7 +104,10 @@ fn site() -> TempDir {
         "town.geojson",
         &format!(r#"{{"type":"FeatureCollection",{crs},"features":[{}]}}"#, features.join(",")),
     );
-    write("place.toml", "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n[[features]]\nfile = \"heights.geojson\"\n");
+    write(
+        "place.toml",
+        "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n[[features]]\nfile = \"heights.geojson\"\n",
+    );
     folder
 }
 
@@ -167,10 +173,17 @@ fn buildings_beside_the_picture_are_named() {
     let folder = site();
     let text = fs::read_to_string(folder.path().join("town.geojson")).expect("outlines");
     // The first one is moved by 10 km.
-    fs::write(folder.path().join("far.geojson"), text.replace("5000040", "5010040").replace("5000054", "5010054"))
-        .expect("outlines");
+    fs::write(
+        folder.path().join("far.geojson"),
+        text.replace("5000040", "5010040").replace("5000054", "5010054"),
+    )
+    .expect("outlines");
     let flags = "--imagery ortho.png --imagery-crs EPSG:32632 -o heights.geojson";
-    let told = ends(&run(&folder, &format!("shadow-heights far.geojson --sun {AZIMUTH},{ELEVATION} {flags}")), 0);
-    assert!(told.contains("feature 1 is left without a height: the ground behind it is not in the picture"), "{told}");
+    let told =
+        ends(&run(&folder, &format!("shadow-heights far.geojson --sun {AZIMUTH},{ELEVATION} {flags}")), 0);
+    assert!(
+        told.contains("feature 1 is left without a height: the ground behind it is not in the picture"),
+        "{told}"
+    );
     assert!(told.contains("3 of 4 buildings"), "{told}");
 }

@@ -116,9 +116,10 @@ fn kind_of(path: &Path) -> Result<Kind> {
     }
     let convert = "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE";
     Err(match first {
-        None => {
-            Error::invalid(path, "is empty; it must be GeoJSON, a Shapefile (.shp), a GeoPackage (.gpkg) or a table (.csv)")
-        }
+        None => Error::invalid(
+            path,
+            "is empty; it must be GeoJSON, a Shapefile (.shp), a GeoPackage (.gpkg) or a table (.csv)",
+        ),
         _ if head.starts_with(b"PK\x03\x04") => {
             Error::unsupported(path, "is a ZIP archive", "unpack it and name what is in it")
         }
@@ -126,7 +127,11 @@ fn kind_of(path: &Path) -> Result<Kind> {
             Error::unsupported(path, "is OpenStreetMap's own format", convert)
         }
         Some(b'<') => Error::unsupported(path, "is XML (KML, GML or OpenStreetMap)", convert),
-        Some(_) => Error::unsupported(path, "is neither GeoJSON, nor a Shapefile, nor a GeoPackage, nor a table named .csv", convert),
+        Some(_) => Error::unsupported(
+            path,
+            "is neither GeoJSON, nor a Shapefile, nor a GeoPackage, nor a table named .csv",
+            convert,
+        ),
     })
 }
 

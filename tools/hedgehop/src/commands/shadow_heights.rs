@@ -115,7 +115,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let as_table = check_output(args)?;
     let Some(sun) = args.time.or(args.sun) else {
-        return Err(Error::Configuration("say when the picture was taken with --time, or --sun".into()).into());
+        return Err(
+            Error::Configuration("say when the picture was taken with --time, or --sun".into()).into()
+        );
     };
     let elevation = args.elevation.iter().map(|path| ElevationFile {
         path: path.clone(),
