@@ -10,7 +10,8 @@
 
 use std::collections::HashMap;
 use std::fmt::{self, Write};
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
@@ -82,11 +83,23 @@ impl Members<'_> {
 /// The report's layer as GeoJSON.
 pub(super) fn geojson(report: &ShadowReport) -> Result<String> {
     let path = &report.layer.path;
-    let bytes = fs::read(path).map_err(|error| Error::io(path, "read", error))?;
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let first = text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e);
-    // The reader takes by these what is GeoJSON, too.
-    if first == Some(&b'{') { edited(report, text) } else { Ok(made(report)) }
+    let refused = |error| Error::io(path, "read", error);
+    let mut head = Vec::new();
+    File::open(path).map_err(refused)?.take(HEAD).read_to_end(&mut head).map_err(refused)?;
+    if !is_geojson(&head) {
+        return Ok(made(report));
+    }
+    let bytes = fs::read(path).map_err(refused)?;
+    edited(report, bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes))
+}
+
+/// Bytes of a file's beginning by which it is told what it is, as when it is read.
+const HEAD: u64 = 256;
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+fn is_geojson(head: &[u8]) -> bool {
+    let text = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
+    text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e) == Some(&b'{')
 }
 
 /// Its own text with the changes.
@@ -120,9 +133,9 @@ fn edited(report: &ShadowReport, text: &[u8]) -> Result<String> {
                 out.push_str(value.get());
                 continue;
             }
-            let features: Vec<Members<'_>> = serde_json::from_str(value.get()).map_err(wrong)?;
+            let features: Option<Vec<Members<'_>>> = serde_json::from_str(value.get()).map_err(wrong)?;
             out.push('[');
-            for (number, member) in features.iter().enumerate() {
+            for (number, member) in features.iter().flatten().enumerate() {
                 out.push_str(if number == 0 { "\n" } else { ",\n" });
                 count += 1;
                 feature(member, rows.get(format!("feature {count}").as_str()), &mut out).map_err(wrong)?;
@@ -143,14 +156,23 @@ fn push_name(name: &str, out: &mut String) {
 fn feature(object: &Members<'_>, changes: Option<&Vec<Change>>, out: &mut String) -> serde_json::Result<()> {
     let changes = changes.map(Vec::as_slice).unwrap_or_default();
     let is_feature = object.kind() == "Feature";
-    if !is_feature && !changes.is_empty() {
-        out.push_str(r#"{"type":"Feature","properties":"#);
+    let is_wrapped = !is_feature && !changes.is_empty();
+    // The reference system is stated outside of geometries.
+    let is_outside = |name: &str| is_wrapped && name == "crs";
+    if is_wrapped {
+        out.push_str(r#"{"type":"Feature","#);
+        for (name, value) in object.0.iter().filter(|(name, _)| is_outside(name)) {
+            push_name(name, out);
+            out.push_str(value.get());
+            out.push(',');
+        }
+        out.push_str(r#""properties":"#);
         properties(None, changes, out)?;
         out.push_str(r#","geometry":"#);
     }
     let mut separator = '{';
     let mut has_properties = false;
-    for (name, value) in &object.0 {
+    for (name, value) in object.0.iter().filter(|(name, _)| !is_outside(name)) {
         out.push(separator);
         separator = ',';
         push_name(name, out);
@@ -166,7 +188,7 @@ fn feature(object: &Members<'_>, changes: Option<&Vec<Change>>, out: &mut String
         properties(None, changes, out)?;
     }
     out.push('}');
-    if !is_feature && !changes.is_empty() {
+    if is_wrapped {
         out.push('}');
     }
     Ok(())

@@ -83,7 +83,10 @@ fn bare_geometries_and_lines_of_features_are_kept_apart() {
     );
     let written = report(&folder, "a.json", &text).geojson().unwrap();
     let lines: Vec<&str> = written.lines().collect();
-    assert!(lines[0].starts_with(r#"{"type":"Feature","properties":{"shadow_note""#), "{written}");
+    assert!(
+        lines[0].starts_with(&format!(r#"{{"type":"Feature",{CRS},"properties":{{"shadow_note""#)),
+        "{written}"
+    );
     assert!(lines[1].contains(r#""properties":{"shadow_length":3,"height":3"#), "{written}");
     let path = folder.path().join("b.json");
     fs::write(&path, &written).unwrap();
