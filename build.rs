@@ -1,7 +1,5 @@
 //! Names the sources that the library is made of, for what must tell one program's results from another's.
 
-#![expect(clippy::print_stdout, reason = "it is how Cargo is told")]
-
 use std::collections::hash_map::DefaultHasher;
 use std::fs;
 use std::hash::{Hash, Hasher};

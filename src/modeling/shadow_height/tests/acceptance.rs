@@ -23,6 +23,7 @@ fn look(world: World, ring: &[DVec2], others: &[(u32, Vec<DVec2>)], neighbours: 
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "the figures are what documents say")]
 fn fifty_buildings_under_five_suns() {
     let mut random = Random(7);
     let buildings: Vec<(Vec<DVec2>, f64)> = (0..50)
