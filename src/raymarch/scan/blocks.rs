@@ -124,7 +124,8 @@ impl Way {
         let level_side = i64::from(Grid::side_units(stride.level));
         let every = i64::from(stride.lines);
         let side = level_side * stride.block_lines();
-        let index = if ahead { self.frontier.div_euclid(side) } else { (self.frontier - 1).div_euclid(side) };
+        let next = if ahead { self.frontier } else { self.frontier - 1 };
+        let index = next.div_euclid(side);
         self.frontier = if ahead { (index + 1) * side } else { index * side };
         let lines = (self.size + level_side - 1) / level_side;
         let (low, high) = (index * side / level_side, ((index + 1) * side / level_side).min(lines) - 1);
@@ -132,14 +133,50 @@ impl Way {
         // those of a shorter one.
         let at = (self.eye + self.forward * reached) / level_side as f64 - 0.5;
         let (first, last, step) = if ahead {
-            let low = low.max(at.floor() as i64 + 1);
+            // `reached` is rounded: a line that a cut block ended with may lie beyond it still.
+            let low = low.max(at.floor() as i64 + 1).max(next.div_euclid(level_side));
             (low + (-low).rem_euclid(every), high, every)
         } else {
-            let high = high.min(at.ceil() as i64 - 1);
+            let high = high.min(at.ceil() as i64 - 1).min(next.div_euclid(level_side));
             (high - high.rem_euclid(every), low, -every)
         };
         let count = ((last - first) / step + 1).max(0);
         let count = if (last - first) * step < 0 { 0 } else { count };
         Some(Block { stride, index, side, first, step, count })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::voxel::BARE;
+
+    #[test]
+    fn a_way_that_is_cut_goes_on_behind_the_cut() {
+        let stride = Stride { from: 0.0, level: BARE, lines: 1, stands_in: false };
+        for number in 0..2000 {
+            let eye = 700.0 + f64::from(number) * 0.123_456_789;
+            let until = 300.0 + f64::from(number) * 0.377_7;
+            for forward in [1.0, -1.0] {
+                let mut way = Way::new(eye, forward, 1500, 0.0);
+                let (mut reached, mut lines) = (0.0_f32, Vec::new());
+                // As a march goes: distances are rounded.
+                while let Some(block) = way.next(stride, reached.into()) {
+                    let is_last = way.end(&block) > until;
+                    let Some(block) = (if is_last { way.cut(&block, until) } else { Some(block) }) else {
+                        break;
+                    };
+                    lines.extend((0..block.count).map(|index| block.first + index * block.step));
+                    assert!(lines.len() <= 1500, "eye {eye}, until {until}: a line comes again and again");
+                    let last = lines.last().map_or(0.0, |line| way.distance(BARE, *line));
+                    reached = reached.max(last as f32);
+                }
+                assert!(lines.windows(2).all(|pair| (pair[1] - pair[0]) as f64 * forward > 0.0));
+                let distance = |line: Option<&i64>| line.map_or(0.0, |line| way.distance(BARE, *line));
+                assert!(distance(lines.last()) <= until);
+                let beyond = distance(lines.last()) + 1.0;
+                assert!(beyond > until || !(0.5..1499.5).contains(&(eye + forward * beyond)));
+            }
+        }
     }
 }
