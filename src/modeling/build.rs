@@ -22,12 +22,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::budget::Budget;
+use super::census::Census;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
 use super::mosaic;
 use super::options::{BuildOptions, NodataFill};
-use super::page::{Census, Project};
+use super::page::Project;
 use super::placed::{ElevationInput, ImageryInput};
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};

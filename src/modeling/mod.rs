@@ -7,6 +7,7 @@ pub mod shadow_height;
 mod bake;
 mod budget;
 mod build;
+mod census;
 mod cloud;
 mod corridor;
 mod drape;

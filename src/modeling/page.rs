@@ -11,6 +11,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::census::Census;
 use super::cloud::{self, Standees};
 use super::corridor::Stored;
 use super::drape::Drape;
@@ -51,81 +52,6 @@ pub(super) struct Project<'a> {
     pub standees: Option<&'a Standees>,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
-}
-
-/// Counts over voxels, in voxels of level 1.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Census {
-    pub voxels: u64,
-    /// Voxels of their own levels.
-    pub made: u64,
-    /// Their source had no data.
-    pub voids: u64,
-    /// They have no surface.
-    pub empty: u64,
-    /// They have a surface, but no colour from imagery.
-    pub bare: u64,
-    /// Least and greatest height code of those with a surface.
-    pub codes: Option<(u16, u16)>,
-}
-
-impl Census {
-    /// Of those voxels of a page that no stored page holds more finely.
-    pub fn of_finest(page: &PageBuffer, id: PageId, stored: &Stored) -> Self {
-        let mut census = Self::default();
-        if id.level > stored.outside() {
-            return census;
-        }
-        let area = u64::from(Grid::side_units(id.level)).pow(2);
-        for y in 0..page.height {
-            for x in 0..page.width {
-                let finer = [(id.px, x), (id.py, y)]
-                    .map(|(page, voxel)| (page * PAGE_SIDE + voxel) * RADIX / PAGE_SIDE);
-                if stored.has(PageId { level: id.level - 1, px: finer[0], py: finer[1] }) {
-                    continue;
-                }
-                let Attributes { flags, .. } = page.attributes[(y * page.width + x) as usize];
-                let sample = (y + APRON) * (page.width + 2 * APRON) + x + APRON;
-                let is_empty = page.heights[sample as usize] == HeightCode::EMPTY;
-                census.made += 1;
-                census.voxels += area;
-                census.voids += if flags & Attributes::VOID != 0 { area } else { 0 };
-                census.empty += if is_empty { area } else { 0 };
-                census.bare += if !is_empty && flags & Attributes::NO_IMAGERY != 0 { area } else { 0 };
-            }
-        }
-        census
-    }
-
-    /// The range of codes in a page, its apron included.
-    pub fn with_codes_of(mut self, page: &PageBuffer) -> Self {
-        let codes = page.heights.iter().copied().filter(|code| *code != HeightCode::EMPTY);
-        self.codes = codes.clone().min().zip(codes.max());
-        self
-    }
-
-    /// The same with those of bare ground, and of what stands on it.
-    pub fn with_codes_of_bare(mut self, bare: Option<&PageBuffer>) -> Self {
-        if let Some(bare) = bare {
-            let ground = Self::default().with_codes_of(bare);
-            let spans = Self { codes: bare.spans.codes(), ..Self::default() };
-            self.add(&ground);
-            self.add(&spans);
-        }
-        self
-    }
-
-    pub fn add(&mut self, other: &Self) {
-        self.voxels += other.voxels;
-        self.made += other.made;
-        self.voids += other.voids;
-        self.empty += other.empty;
-        self.bare += other.bare;
-        self.codes = match (self.codes, other.codes) {
-            (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
-            (a, b) => a.or(b),
-        };
-    }
 }
 
 /// Makes pages and blocks of any level straight from the rasters; one per worker.

@@ -1,7 +1,8 @@
 //! Writing the pages of all levels: made, or copied where a build before made them of the same.
 
+use super::census::Census;
 use super::corridor::Tasks;
-use super::page::{Census, FromSources, MadePage, PageMaker, Project};
+use super::page::{FromSources, MadePage, PageMaker, Project};
 use super::steps::{Key, Made, PageKeys, Reused, Steps};
 use super::workers::in_order;
 use crate::error::Result;

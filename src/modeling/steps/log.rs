@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::key::Key;
-use crate::modeling::page::Census;
+use crate::modeling::census::Census;
 use crate::modeling::scan::Survey;
 use crate::voxel::{ContentHash, PageEntry, PageId, PagePart};
 

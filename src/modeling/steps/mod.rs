@@ -29,7 +29,7 @@ pub(super) use keys::{PageKeys, SourceKeys};
 pub(super) use log::{Extent, Made};
 use log::{Known, Log, Stamp};
 
-use super::page::Census;
+use super::census::Census;
 use super::scan::Survey;
 use crate::error::{Error, Result};
 use crate::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, PageId};
