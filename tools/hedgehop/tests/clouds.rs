@@ -99,6 +99,6 @@ fn a_cloud_is_seen_before_a_coarser_raster() {
     let build = "build --cloud town.las --cloud-crs EPSG:32632 --elevation dem.asc --elevation-crs EPSG:32632 --spacing 1";
     ends(&run(&folder, &format!("{build} -o both.hop")), 0);
     let told =
-        ends(&run(&folder, "height both.hop --xy 500026.5 5000024.5 500045 5000030 500100 5000100"), 0);
+        ends(&run(&folder, "height both.hop --xy 500026.5 5000024.5 500040 5000030 500100 5000100"), 0);
     assert!(told.contains("58.0") && told.contains("50.0") && told.contains("44.0"), "{told}");
 }
