@@ -6,7 +6,7 @@
 //! colour = palette by height and slope, or the tint               palette
 //!          → textures, in their order → water of ponds            texture
 //! ```
-//! All of it is a function of the place and of the level's voxels alone, and is made of [`noise`] that is the same on every machine.
+//! All of it is a function of the place and of the level's voxels alone, and is made of `noise` that is the same on every machine.
 //! After Nack et al., US 5,317,689 (1994): synthetic surfaces, random fractals as a transform of elevation, textures and palettes.
 
 mod line;
