@@ -27,6 +27,7 @@ mod fall;
 pub mod finish;
 mod fog;
 pub mod frames;
+pub mod geotiff;
 mod glow;
 pub mod hud;
 mod info;

@@ -80,7 +80,7 @@ impl Definition {
         self.0.iter().find(|(known, _)| known == key)?.1.as_deref()
     }
 
-    fn has(&self, key: &str) -> bool {
+    pub(super) fn has(&self, key: &str) -> bool {
         self.0.iter().any(|(known, _)| known == key)
     }
 

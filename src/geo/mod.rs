@@ -16,11 +16,13 @@ mod user;
 mod wkt;
 mod wkt_names;
 mod wkt_system;
+mod written;
 
 pub use crs::Crs;
 pub use datum::{VerticalCrs, VerticalDatum, VerticalShift};
 pub use geokeys::{GeoKeys, parse_geokeys};
 pub use transform::{GridNorth, Transform, grid_convergence};
 pub use undulation::egm96_undulation;
+pub use written::WrittenKeys;
 #[cfg(test)]
 mod tests;

@@ -1,11 +1,25 @@
-//! Questions about the ground: what lies along a line, and what is seen from where.
+//! Questions about the ground: what lies along a line, what is seen from where, and what maps of it show.
 //!
 //! ```text
 //! places ──▶ samples along straight lines of the database's system ──▶ ground below each
 //! two points ──▶ the ray between them, over a curved Earth ──▶ where it first meets the ground, and how near it comes
+//! a box ──▶ the posts of a level in it ──▶ pixels of a map, light on them, contour lines
+//! an area ──▶ its finest voxels ──▶ spikes, seams, voids and other faults of terrain
 //! ```
 //!
 //! Line of sight is that of the reference marcher on the finest level (design of the data base analysis system, Hughes 1994): what a picture would show.
+
+mod continuity;
+mod contours;
+mod hillshade;
+mod map;
+mod posts;
+
+pub use continuity::{ContinuityLimits, ContinuityReport, Fault, Finding, continuity};
+pub use contours::{Contour, contours, fitting_interval};
+pub use hillshade::Hillshade;
+pub use map::{GroundMap, MapExtent};
+pub use posts::{PostReader, Posts, Sheet};
 
 use glam::{DVec2, DVec3};
 

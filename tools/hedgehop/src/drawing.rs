@@ -44,6 +44,19 @@ impl Mask {
         self.near([middle; 2], half, |place| (place - middle).abs().max_element());
     }
 
+    /// Adds the pixels whose middles lie in an upright rectangle.
+    pub fn rectangle(&mut self, low: DVec2, high: DVec2) {
+        // A float converts saturating.
+        let range = |low: f64, high: f64, size: u32| {
+            (low - 0.5).ceil().max(0.0) as usize..((high - 0.5).ceil().max(0.0) as usize).min(size as usize)
+        };
+        let columns = range(low.x, high.x, self.size[0]);
+        for row in range(low.y, high.y, self.size[1]).filter(|_| !columns.is_empty()) {
+            let line = row * self.size[0] as usize;
+            self.shares[line + columns.start..line + columns.end].fill(1.0);
+        }
+    }
+
     /// Adds the inside of a polygon: what an odd number of its sides is to the left of.
     pub fn polygon(&mut self, corners: &[DVec2]) {
         let sides = || corners.iter().zip(corners.iter().cycle().skip(1));
@@ -62,6 +75,11 @@ impl Mask {
                 self.shares[line + first.min(end)..line + end].fill(1.0);
             }
         }
+    }
+
+    /// Takes away what another covers.
+    pub fn without(&mut self, other: &Self) {
+        self.shares.iter_mut().zip(&other.shares).for_each(|(own, other)| *own *= 1.0 - other);
     }
 
     /// Adds what is nearer than `reach` to something within a box, by its `distance`.
@@ -125,6 +143,12 @@ mod tests {
         let across =
             made(&|mask| mask.polygon(&[at(-1e12, -1e12), at(1e12, -1e12), at(1e12, 1e12), at(-1e12, 1e12)]));
         assert_eq!(area(&across), 2400.0);
+        let rectangle = made(&|mask| mask.rectangle(at(50.0, 30.0), at(1e9, 1e9)));
+        assert_eq!(area(&rectangle), 100.0);
+        assert_eq!(area(&made(&|mask| mask.rectangle(at(70.0, 3.0), at(80.0, 9.0)))), 0.0);
+        let mut cut = polygon.clone();
+        cut.without(&made(&|mask| mask.square(at(20.0, 20.0), 5.0)));
+        assert_eq!(area(&cut), 300.0);
         polygon.paint(&mut picture, Rgb([200, 100, 0]), 0.5);
         assert_eq!((picture.get_pixel(15, 15).0, picture.get_pixel(5, 5).0), ([100, 50, 0], [0; 3]));
     }

@@ -16,7 +16,7 @@ pub const INVALID: u8 = 3;
 pub const UNSUPPORTED: u8 = 4;
 /// The operating system refused: file missing, no permission, disk full.
 pub const IO: u8 = 5;
-/// `verify` found problems.
+/// `verify` or `continuity` found problems.
 pub const PROBLEMS: u8 = 6;
 /// Stopped by Ctrl-C or a termination request.
 pub const INTERRUPTED: u8 = 130;
@@ -32,7 +32,7 @@ Exit codes:
   3    an input file is damaged or makes no sense
   4    an input file cannot be read as it is; the message says which flag or command helps
   5    the operating system refused: file missing, no permission, disk full or failed, database changed in use
-  6    verify found problems
+  6    verify or continuity found problems
   101  a bug in hedgehop
   130  interrupted; what is finished is whole
   141  the reader of standard output went away";
@@ -42,7 +42,7 @@ Exit codes:
 pub enum Failure {
     /// The library, or a check of this program, says why.
     Error(Error),
-    /// `verify` found problems and has listed them.
+    /// `verify` or `continuity` found problems and has listed them.
     Problems,
     /// What no other kind describes.
     Unforeseen(String),

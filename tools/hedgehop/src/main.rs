@@ -9,12 +9,15 @@ mod contact_sheet;
 mod difference;
 mod drawing;
 mod exit;
+mod faults;
 mod figures;
 mod film;
 mod finish;
 mod interrupt;
 mod lettering;
+mod lines;
 mod making;
+mod maps;
 mod memory;
 mod output;
 mod pictures;
@@ -38,7 +41,7 @@ use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
-    bake, bench, build, compare, contact_sheet as sheet, demo, height, info, overview, plan, profile, recipe,
+    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, height, hillshade, info, overview, plan, profile, recipe,
     render, scene as scenes, shadow_heights, sight, verify,
 };
 use crate::interrupt::Interrupt;
@@ -70,7 +73,10 @@ enum Command {
     Render(render::Args),
     Plan(plan::Args),
     Info(info::Args),
+    Continuity(continuity::Args),
+    Contours(contours::Args),
     Height(height::Args),
+    Hillshade(hillshade::Args),
     ShadowHeights(shadow_heights::Args),
     Sight(sight::Args),
     Profile(profile::Args),
@@ -95,7 +101,10 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args, &interrupt),
         Command::Plan(args) => plan::run(args, &interrupt),
         Command::Info(args) => info::run(args),
+        Command::Continuity(args) => continuity::run(args, &interrupt),
+        Command::Contours(args) => contours::run(args, &interrupt),
         Command::Height(args) => height::run(args),
+        Command::Hillshade(args) => hillshade::run(args, &interrupt),
         Command::ShadowHeights(args) => shadow_heights::run(args, &interrupt),
         Command::Sight(args) => sight::run(args),
         Command::Profile(args) => profile::run(args, &interrupt),

@@ -1,0 +1,117 @@
+//! `hedgehop continuity`: is the terrain of a database sound?
+
+use std::path::{Path, PathBuf};
+
+use hedgehop::frame::atomic::{check_writable, write_bytes};
+use hedgehop::memory::PageFile;
+use hedgehop::query::{ContinuityLimits, MapExtent, continuity};
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
+
+use crate::args;
+use crate::chart;
+use crate::commands::contours::relief;
+use crate::exit::{self, Failure, Outcome};
+use crate::faults::{self, Kind};
+use crate::interrupt::Interrupt;
+use crate::maps;
+use crate::pictures;
+use crate::places::Places;
+use crate::progress::{Mode, Reporter};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop continuity area.hop -o faults.csv --picture faults.png
+  hedgehop continuity area.hop --fail-on spikes,pits,seams && echo sound";
+
+/// Look for what is wrong with the terrain of a database.
+///
+/// Spikes, pits, seams, flat tops, terraces, voids and cracks of the finest level, on the ground under what stands on it. The exit code is 6 if something was found.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to look at
+    #[arg(value_name = "AREA.hop")]
+    area: PathBuf,
+
+    /// Table of all that was found
+    #[arg(short, long, value_name = "FAULTS.csv")]
+    output: Option<PathBuf>,
+
+    /// Map with marks where something was found
+    #[arg(long, value_name = "MAP.png")]
+    picture: Option<PathBuf>,
+
+    /// Longer side of the map, pixels
+    #[arg(long, value_name = "PIXELS", default_value = "2000", value_parser = clap::value_parser!(u32).range(64..=8192))]
+    size: u32,
+
+    /// What makes the exit code 6, with commas between [default: all]
+    #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
+    fail_on: Option<Vec<Kind>>,
+
+    /// How many times the roughness around it a spike or pit stands out
+    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value = "5", allow_negative_numbers = true)]
+    spike_factor: f64,
+
+    /// How many times as large the steps of a seam are as those beside it
+    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value = "3", allow_negative_numbers = true)]
+    seam_factor: f64,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+fn factor(text: &str) -> std::result::Result<f64, String> {
+    args::number(text).ok().filter(|value| *value > 1.0).ok_or_else(|| "want a number above 1".into())
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    check_outputs(args)?;
+    let source = PageFile::open(&args.area)?;
+    let limits = ContinuityLimits { spike: args.spike_factor, seam: args.seam_factor };
+    let report = continuity(&source, &limits, &reporter)?;
+    let places = Places::new(&source, false)?;
+    if let Some(path) = &args.output {
+        write_bytes(path, faults::table(&report, &places).as_bytes())?;
+    }
+    if let Some(path) = &args.picture {
+        let header = source.header();
+        let whole = MapExtent::of_level(&header.grid, 0, maps::WHOLE)?;
+        let longer = f64::from(whole.width.max(whole.height)) * whole.pixel;
+        let extent = MapExtent::of_pixels(&header.grid, longer / f64::from(args.size), maps::WHOLE)?;
+        let unit = (f64::from(extent.width.max(extent.height)) / 1600.0).max(0.75);
+        let mut picture = relief(&source, extent, &reporter)?;
+        faults::mark(&mut picture, &extent, &report, unit);
+        chart::scale(&mut picture, 1.0 / extent.pixel, "", unit);
+        write_bytes(path, &pictures::png(&picture, path)?)?;
+        maps::write_beside(path, &extent, header, &reporter)?;
+    }
+    source.intact()?;
+    exit::print(&faults::summary(&report, &places))?;
+    let kinds = args.fail_on.as_deref().unwrap_or(&Kind::ALL);
+    if kinds.iter().any(|kind| report.count(kind.fault()) > 0) { Err(Failure::Problems) } else { Ok(()) }
+}
+
+fn check_outputs(args: &Args) -> Result<()> {
+    let input: &[&Path] = &[&args.area];
+    if let Some(path) = &args.output {
+        if !maps::is(path, "csv") {
+            let named = path.with_extension("csv");
+            return Err(Error::Configuration(format!("the table is a CSV; name it -o {}", named.display())));
+        }
+        args::check_no_input("-o", path, input)?;
+        check_writable(path)?;
+    }
+    if let Some(path) = &args.picture {
+        if !maps::is(path, "png") {
+            let named = path.with_extension("png");
+            return Err(Error::Configuration(format!("the map is a PNG; name it --picture {}", named.display())));
+        }
+        maps::check_output(path, input)?;
+    }
+    Ok(())
+}

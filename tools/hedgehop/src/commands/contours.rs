@@ -1,0 +1,215 @@
+//! `hedgehop contours`: contour lines, as lines or drawn on a map.
+
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use hedgehop::frame::atomic::{write_bytes, write_with};
+use hedgehop::memory::PageFile;
+use hedgehop::progress::Observer;
+use hedgehop::query::{Contour, GroundMap, Hillshade, MapExtent, Sheet, contours, fitting_interval};
+use hedgehop::sunlight::Sun;
+use hedgehop::voxel::{Header, PageSource};
+use hedgehop::{Error, Result};
+use image::{Rgb, RgbImage};
+
+use crate::area;
+use crate::args;
+use crate::chart;
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lines;
+use crate::maps;
+use crate::pictures;
+use crate::places::Places;
+use crate::progress::{Mode, Reporter};
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop contours area.hop -o lines.geojson
+  hedgehop contours area.hop --interval 10 --index 5 -o map.png
+  hedgehop contours area.hop --bbox 447000,4466000,452000,4471000 --level 4 -o lines.geojson";
+
+/// Sun of relief on maps.
+const MAP_SUN: Sun = Sun { azimuth: 315.0, elevation: 45.0 };
+/// Colours of ground in light and in shadow, and of none.
+const LIGHT: [f32; 3] = [255.0, 254.0, 246.0];
+const SHADOW: [f32; 3] = [112.0, 114.0, 122.0];
+const NO_GROUND: Rgb<u8> = Rgb([226, 226, 222]);
+/// Rows that are shaded at once.
+const STRIP: u32 = 128;
+/// Decimals of degrees: a centimetre.
+const DECIMALS: i32 = 7;
+
+/// Draw contour lines of a database.
+///
+/// Lines of the ground under what stands on it, by marching squares on the posts of a level. GeoJSON has them in longitude and latitude; a .png is a map with relief, and figures on index lines.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Database to draw
+    #[arg(value_name = "AREA.hop")]
+    area: PathBuf,
+
+    /// Lines or map to write
+    #[arg(short, long, value_name = "LINES.geojson|MAP.png")]
+    output: PathBuf,
+
+    /// Metres from line to line [default: round, for about 10 to 25 lines]
+    #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
+    interval: Option<f64>,
+
+    /// Every Nth line is an index line
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    index: u32,
+
+    /// Part of the area, metres of its reference system [default: all of it]
+    #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, allow_hyphen_values = true)]
+    bbox: Option<[f64; 4]>,
+
+    /// Level whose posts are taken: 1, 4, 16, 64, … [default: 1; of a map the coarsest that is finer than its pixels]
+    #[arg(long, value_name = "LEVEL")]
+    level: Option<u32>,
+
+    /// Longer side of a map, pixels
+    #[arg(long, value_name = "PIXELS", default_value = "2000", value_parser = clap::value_parser!(u32).range(64..=8192))]
+    size: u32,
+
+    /// How progress is told on standard error
+    #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
+    progress: Mode,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.progress, interrupt);
+    let is_map = maps::is(&args.output, "png");
+    if !is_map && !maps::is(&args.output, "geojson") && !maps::is(&args.output, "json") {
+        let what = format!("{}: contour lines are a .geojson, or a map, .png", args.output.display());
+        return Err(Error::Configuration(what).into());
+    }
+    let source = PageFile::open(&args.area)?;
+    let header = source.header();
+    let bounds = args.bbox.unwrap_or(maps::WHOLE);
+    let extent = map_extent(header, bounds, args.size)?;
+    let level = match args.level {
+        Some(level) => maps::level_index(level, header)?,
+        None if is_map => finer_than(extent.pixel, header),
+        None => 0,
+    };
+    let (low, high) = header.height_range;
+    let interval = args.interval.unwrap_or_else(|| fitting_interval(low, high));
+    maps::check_output(&args.output, &[&args.area])?;
+    let found = contours(&source, level, bounds, interval, &reporter)?;
+    let index = i64::from(args.index);
+    if is_map {
+        let unit = (f64::from(extent.width.max(extent.height)) / 1600.0).max(0.75);
+        let mut picture = relief(&source, extent, &reporter)?;
+        lines::draw(&mut picture, &extent, &found, interval, index, unit);
+        let text = format!("CONTOURS {} m", area::metres(interval));
+        chart::scale(&mut picture, 1.0 / extent.pixel, &text, unit);
+        write_bytes(&args.output, &pictures::png(&picture, &args.output)?)?;
+        maps::write_beside(&args.output, &extent, header, &reporter)?;
+    } else {
+        write_geojson(args, &source, &found, (interval, index), &reporter)?;
+    }
+    source.intact()?;
+    let (lowest, highest) = (found.first(), found.last());
+    let range = lowest.zip(highest).map_or(String::new(), |(low, high)| {
+        let elevation = |line: &Contour| lines::text(line.number as f64 * interval, interval);
+        format!(" from {} to {} m", elevation(low), elevation(high))
+    });
+    let text = format!(
+        "{}: {} lines every {} m{range}\n",
+        args.output.display(),
+        found.len(),
+        area::metres(interval)
+    );
+    Ok(exit::print(&text)?)
+}
+
+/// A map of a part of the area whose longer side has so many pixels.
+fn map_extent(header: &Header, bounds: [f64; 4], size: u32) -> Result<MapExtent> {
+    // In pixels of the finest voxels first, for its sides.
+    let whole = MapExtent::of_level(&header.grid, 0, bounds)?;
+    let longer = f64::from(whole.width.max(whole.height)) * whole.pixel;
+    MapExtent::of_pixels(&header.grid, longer / f64::from(size), bounds)
+}
+
+/// The coarsest level that is no coarser than a pixel.
+fn finer_than(pixel: f64, header: &Header) -> u8 {
+    (0..header.level_count).rev().find(|level| header.grid.side(*level) <= pixel).unwrap_or(0)
+}
+
+/// The ground in soft light, to draw on.
+pub fn relief(source: &PageFile, extent: MapExtent, observer: &dyn Observer) -> Result<RgbImage> {
+    let map = GroundMap::new(source, extent, Sheet::Bare);
+    let shade = Hillshade::new(MAP_SUN, 1.0);
+    let mut picture = RgbImage::from_pixel(extent.width, extent.height, NO_GROUND);
+    observer.begin("relief", u64::from(extent.height), "rows");
+    for first in (0..extent.height).step_by(STRIP as usize) {
+        if observer.cancelled() {
+            return Err(Error::Interrupted("the map was not written".into()));
+        }
+        let rows = first..extent.height.min(first + STRIP);
+        let light = shade.light(&map, 0..i64::from(extent.width), i64::from(rows.start)..i64::from(rows.end))?;
+        let pixels = rows.clone().flat_map(|row| (0..extent.width).map(move |column| (column, row)));
+        for ((column, row), light) in pixels.zip(light).filter(|(_, light)| !light.is_nan()) {
+            let channel = |index: usize| (SHADOW[index] + (LIGHT[index] - SHADOW[index]) * light.sqrt()) as u8;
+            picture.put_pixel(column, row, Rgb([0, 1, 2].map(channel)));
+        }
+        observer.advance(u64::from(rows.end - rows.start));
+    }
+    observer.end();
+    Ok(picture)
+}
+
+/// All lines as a collection of features (RFC 7946).
+fn write_geojson(
+    args: &Args,
+    source: &PageFile,
+    found: &[Contour],
+    (interval, index): (f64, i64),
+    observer: &dyn Observer,
+) -> Result<()> {
+    let places = Places::new(source, false)?;
+    if area::crs(source.header())?.is_local() {
+        observer.note("the area has no place on Earth: coordinates are its metres, not longitude and latitude");
+    }
+    write_with(&args.output, |file| {
+        let mut file = BufWriter::new(file);
+        write!(file, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
+        for (number, line) in found.iter().enumerate() {
+            if number > 0 {
+                write!(file, ",")?;
+            }
+            write_line(&mut file, &places, line, interval, index)?;
+        }
+        writeln!(file, "\n]}}")?;
+        file.flush()
+    })
+}
+
+fn write_line(
+    file: &mut impl Write,
+    places: &Places<'_, PageFile>,
+    line: &Contour,
+    interval: f64,
+    index: i64,
+) -> io::Result<()> {
+    let elevation = lines::text(line.number as f64 * interval, interval);
+    let is_index = line.number % index == 0;
+    write!(
+        file,
+        "\n{{\"type\":\"Feature\",\"properties\":{{\"elevation\":{elevation},\"index\":{is_index}}},\"geometry\":{{\"type\":\"LineString\",\"coordinates\":["
+    )?;
+    let factor = 10.0_f64.powi(DECIMALS);
+    for (number, point) in line.points.iter().enumerate() {
+        let [x, y] = match places.lonlat(*point) {
+            Some(degrees) => degrees.map(|degrees| (degrees * factor).round() / factor),
+            None => point.to_array().map(|metres| (metres * 1000.0).round() / 1000.0),
+        };
+        let comma = if number > 0 { "," } else { "" };
+        write!(file, "{comma}[{x},{y}]")?;
+    }
+    write!(file, "]}}}}")
+}
