@@ -21,6 +21,7 @@ pub struct WrittenKeys {
 }
 
 /// A datum and its ellipsoid.
+#[derive(Clone, Copy)]
 struct Datum {
     /// Of Esri, without `GCS_` and `D_`.
     name: &'static str,
@@ -156,7 +157,11 @@ impl Keys {
         self.short(2054, DEGREE);
         if datum.code.is_none() {
             self.double(2057, datum.axis);
-            self.double(2059, datum.inverse_flattening);
+            // A sphere has two equal axes.
+            match datum.inverse_flattening {
+                0.0 => self.double(2058, datum.axis),
+                inverse => self.double(2059, inverse),
+            }
             self.entries.sort_by_key(|entry| entry[0]);
         }
         if definition.is_geographic() {
@@ -178,13 +183,31 @@ impl Keys {
     }
 }
 
-fn datum_of(definition: &Definition) -> Option<&'static Datum> {
-    // An ellipsoid of its own, or a meridian other than Greenwich, has no name.
-    if ["a", "b", "R", "rf", "pm"].iter().any(|key| definition.get(key).is_some()) {
+/// Largest relative difference of axes, and of inverse flattenings, that mean the same ellipsoid.
+const SAME: f64 = 1e-9;
+
+fn datum_of(definition: &Definition) -> Option<Datum> {
+    let value = |key: &str| definition.get(key).and_then(|text| text.parse::<f64>().ok());
+    if definition.get("pm").is_some_and(|meridian| meridian != "greenwich" && meridian != "0") {
         return None;
     }
-    let name = definition.get("datum").or(definition.get("ellps")).unwrap_or("GRS80");
-    DATUMS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, datum)| datum)
+    let Some(axis) = value("a").or_else(|| value("R")).filter(|axis| *axis > 0.0) else {
+        let name = definition.get("datum").or(definition.get("ellps")).unwrap_or("GRS80");
+        return DATUMS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, datum)| *datum);
+    };
+    // A sphere is said to have an inverse flattening of 0.
+    let inverse_flattening = match (value("rf"), value("b")) {
+        (Some(inverse), _) => inverse,
+        (None, Some(minor)) if minor < axis => axis / (axis - minor),
+        _ => 0.0,
+    };
+    let near = |one: f64, other: f64| (one - other).abs() <= SAME * one.abs().max(1.0);
+    let known = DATUMS.iter().map(|(_, datum)| datum).find(|datum| {
+        // Ellipsoids alone: the same one lies under several datums.
+        datum.code.is_none() && near(datum.axis, axis) && near(datum.inverse_flattening, inverse_flattening)
+    });
+    let own = datum("Unknown", "Unknown", [axis, inverse_flattening], None, USER_DEFINED);
+    Some(known.copied().unwrap_or(own))
 }
 
 fn projected(definition: &Definition) -> Option<Projected> {
@@ -298,6 +321,9 @@ mod tests {
             assert!(is_shifted || read.is_equivalent(&crs), "{code}: {keys:?}: {:?} {:?}", read.proj(), crs.proj());
         }
         assert_eq!((Crs::local().to_esri_wkt(), Crs::local().to_geo_keys()), (None, None));
+        let stated = "+proj=laea +lat_0=52 +lon_0=10 +x_0=4321000 +y_0=3210000 +a=6378137 +rf=298.257222101 +towgs84=0,0,0";
+        let stated = Crs::from_proj(stated, "stated").unwrap();
+        assert!(Crs::from_wkt(&stated.to_esri_wkt().unwrap()).unwrap().is_equivalent(&stated));
         let odd = Crs::from_proj("+proj=omerc +lat_0=4 +lonc=115 +alpha=53 +k=1 +x_0=0 +y_0=0 +ellps=evrstSS", "odd");
         assert!(odd.is_err() || odd.is_ok_and(|odd| odd.to_esri_wkt().is_none() && odd.to_geo_keys().is_none()));
     }

@@ -11,6 +11,7 @@ mod census;
 mod cloud;
 mod corridor;
 mod drape;
+mod extract;
 mod fill;
 mod inputs;
 mod kernel;
@@ -34,6 +35,7 @@ mod writing;
 pub use bake::{bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
+pub use extract::{Part, extract};
 pub use inputs::{Input, faults};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,

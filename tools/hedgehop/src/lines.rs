@@ -34,10 +34,10 @@ pub fn draw(picture: &mut RgbImage, extent: &MapExtent, lines: &[Contour], inter
     for line in lines {
         let points: Vec<DVec2> = line.points.iter().map(|point| extent.pixel_of(*point)).collect();
         if line.number % index == 0 {
-            thick.lines(&points, 1.7 * unit);
+            thick.lines(&points, 2.0 * unit);
             label(&points, &text(line.number as f64 * interval, interval), bounds, unit, &mut figures);
         } else {
-            thin.lines(&points, 0.8 * unit);
+            thin.lines(&points, 1.0 * unit);
         }
     }
     let mut gaps = Mask::new(picture);
@@ -52,9 +52,9 @@ pub fn draw(picture: &mut RgbImage, extent: &MapExtent, lines: &[Contour], inter
     // A figure breaks its own line and thin ones under it.
     thin.without(&gaps);
     thick.without(&gaps);
-    thin.paint(picture, LINE, 0.6);
+    thin.paint(picture, LINE, 0.7);
     thick.paint(picture, LINE, 0.9);
-    strokes[0].paint(picture, PAPER, 0.55);
+    strokes[0].paint(picture, PAPER, 0.8);
     strokes[1].paint(picture, LINE, 1.0);
 }
 

@@ -41,7 +41,7 @@ use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
-    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, height, hillshade, info, overview, plan, profile, recipe,
+    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, height, hillshade, info, overview, plan, profile, recipe,
     render, scene as scenes, shadow_heights, sight, verify,
 };
 use crate::interrupt::Interrupt;
@@ -75,6 +75,7 @@ enum Command {
     Info(info::Args),
     Continuity(continuity::Args),
     Contours(contours::Args),
+    Extract(extract::Args),
     Height(height::Args),
     Hillshade(hillshade::Args),
     ShadowHeights(shadow_heights::Args),
@@ -103,6 +104,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Continuity(args) => continuity::run(args, &interrupt),
         Command::Contours(args) => contours::run(args, &interrupt),
+        Command::Extract(args) => extract::run(args, &interrupt),
         Command::Height(args) => height::run(args),
         Command::Hillshade(args) => hillshade::run(args, &interrupt),
         Command::ShadowHeights(args) => shadow_heights::run(args, &interrupt),

@@ -119,8 +119,7 @@ pub fn write_beside(
 
 /// What is said of a system that a file cannot name.
 pub fn no_words(crs: &Crs, file: &str) -> String {
-    let definition = crs.proj().unwrap_or_default();
-    format!("{file} has no words for the reference system {} ({definition}): give it to other programs by hand", crs.name())
+    format!("{file} has no words for the reference system {}: give it to other programs by hand", crs.name())
 }
 
 #[cfg(test)]

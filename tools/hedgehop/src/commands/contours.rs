@@ -33,7 +33,7 @@ Examples:
 const MAP_SUN: Sun = Sun { azimuth: 315.0, elevation: 45.0 };
 /// Colours of ground in light and in shadow, and of none.
 const LIGHT: [f32; 3] = [255.0, 254.0, 246.0];
-const SHADOW: [f32; 3] = [112.0, 114.0, 122.0];
+const SHADOW: [f32; 3] = [158.0, 160.0, 168.0];
 const NO_GROUND: Rgb<u8> = Rgb([226, 226, 222]);
 /// Rows that are shaded at once.
 const STRIP: u32 = 128;

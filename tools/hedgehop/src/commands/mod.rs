@@ -8,6 +8,7 @@ pub mod contact_sheet;
 pub mod continuity;
 pub mod contours;
 pub mod demo;
+pub mod extract;
 pub mod height;
 pub mod hillshade;
 pub mod info;
