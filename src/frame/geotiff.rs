@@ -74,8 +74,8 @@ pub fn write_geotiff(
     observer: &dyn Observer,
 ) -> Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let aside = tempfile::tempfile_in(folder)
-        .map_err(|error| Error::io(path, "create a file beside it", error))?;
+    let aside =
+        tempfile::tempfile_in(folder).map_err(|error| Error::io(path, "create a file beside it", error))?;
     let mut maker = Maker { path, map, layers: layers(map), aside, end: 0, observer };
     let top = maker.layers.len() - 1;
     observer.begin("tiles", maker.layers.iter().map(|layer| layer.places.len() as u64).sum(), "tiles");
@@ -210,10 +210,18 @@ impl Values {
     fn encode(&self) -> (u16, u64, Vec<u8>) {
         match self {
             Self::Ascii(text) => (2, text.len() as u64 + 1, [text.as_bytes(), &[0]].concat()),
-            Self::Short(all) => (3, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect()),
-            Self::Long(all) => (4, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect()),
-            Self::Long8(all) => (16, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect()),
-            Self::Double(all) => (12, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect()),
+            Self::Short(all) => {
+                (3, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect())
+            }
+            Self::Long(all) => {
+                (4, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect())
+            }
+            Self::Long8(all) => {
+                (16, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect())
+            }
+            Self::Double(all) => {
+                (12, all.len() as u64, all.iter().flat_map(|value| value.to_le_bytes()).collect())
+            }
         }
     }
 }
@@ -222,7 +230,11 @@ impl Values {
 fn tags(map: &GeoTiff, layers: &[Layer], index: usize, offsets: &[u64], is_big: bool) -> Vec<(u16, Values)> {
     use Values::{Ascii, Double, Long, Long8, Short};
     let layer = &layers[index];
-    let offsets = if is_big { Long8(offsets.to_vec()) } else { Long(offsets.iter().map(|&offset| offset as u32).collect()) };
+    let offsets = if is_big {
+        Long8(offsets.to_vec())
+    } else {
+        Long(offsets.iter().map(|&offset| offset as u32).collect())
+    };
     let mut tags = vec![
         (254, Long(vec![u32::from(index > 0)])),
         (256, Long(vec![layer.width])),
@@ -258,19 +270,27 @@ fn tags(map: &GeoTiff, layers: &[Layer], index: usize, offsets: &[u64], is_big: 
 /// Directories with their values, one behind the other; `start` is where they begin in the file.
 fn directories(map: &GeoTiff, layers: &[Layer], offsets: &[Vec<u64>], start: u64, is_big: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let word = |value: u64| if is_big { value.to_le_bytes().to_vec() } else { (value as u32).to_le_bytes().to_vec() };
+    let word = |value: u64| {
+        if is_big { value.to_le_bytes().to_vec() } else { (value as u32).to_le_bytes().to_vec() }
+    };
     let room = if is_big { 8 } else { 4 };
     let mut all: Vec<(Vec<u8>, Vec<u8>)> = Vec::new();
     let entry = if is_big { 20 } else { 12 };
     let head = if is_big { 8 } else { 2 };
     let directory_bytes = |count: usize| (head + count * entry + room) as u64;
-    let tags: Vec<_> = (0..layers.len()).map(|index| tags(map, layers, index, &offsets[index], is_big)).collect();
-    let mut place = start + tags.iter().map(|tags| directory_bytes(tags.len()).next_multiple_of(8)).sum::<u64>();
+    let tags: Vec<_> =
+        (0..layers.len()).map(|index| tags(map, layers, index, &offsets[index], is_big)).collect();
+    let mut place =
+        start + tags.iter().map(|tags| directory_bytes(tags.len()).next_multiple_of(8)).sum::<u64>();
     let mut next = start;
     for (index, tags) in tags.iter().enumerate() {
         next += directory_bytes(tags.len()).next_multiple_of(8);
         let (mut directory, mut values) = (Vec::new(), Vec::new());
-        directory.extend(if is_big { (tags.len() as u64).to_le_bytes().to_vec() } else { (tags.len() as u16).to_le_bytes().to_vec() });
+        directory.extend(if is_big {
+            (tags.len() as u64).to_le_bytes().to_vec()
+        } else {
+            (tags.len() as u16).to_le_bytes().to_vec()
+        });
         for (tag, value) in tags {
             let (kind, count, mut own) = value.encode();
             directory.extend(tag.to_le_bytes());
@@ -297,7 +317,8 @@ fn directories(map: &GeoTiff, layers: &[Layer], offsets: &[Vec<u64>], start: u64
 
 /// Puts the file together from the tiles that were set aside.
 fn assemble(file: &mut File, map: &GeoTiff, layers: &[Layer], aside: &mut File) -> io::Result<()> {
-    let stored: u64 = layers.iter().flat_map(|layer| &layer.places).map(|(_, length)| u64::from(*length)).sum();
+    let stored: u64 =
+        layers.iter().flat_map(|layer| &layer.places).map(|(_, length)| u64::from(*length)).sum();
     let is_big = stored > MOST_SMALL;
     let start: u64 = if is_big { 16 } else { 8 };
     // Their length does not depend on where tiles lie.

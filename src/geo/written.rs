@@ -82,7 +82,8 @@ impl Crs {
             return Some(geographic);
         }
         let Projected { name, parameters, .. } = projected(&definition)?;
-        let title: String = self.name().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let title: String =
+            self.name().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let mut text = format!("PROJCS[\"{title}\",{geographic},PROJECTION[\"{name}\"]");
         for (name, _, value) in parameters {
             // Writing to a String cannot fail.
@@ -138,7 +139,12 @@ impl Keys {
 
     fn ascii(&mut self, key: u16, text: &str) {
         // A bar ends a text.
-        let text: String = text.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').filter(|c| *c != '|').take(200).collect();
+        let text: String = text
+            .chars()
+            .filter(|c| c.is_ascii_graphic() || *c == ' ')
+            .filter(|c| *c != '|')
+            .take(200)
+            .collect();
         self.entries.push([key, 34_737, text.len() as u16 + 1, self.text.len() as u16]);
         self.text += &text;
         self.text.push('|');
@@ -240,9 +246,7 @@ fn projected(definition: &Definition) -> Option<Projected> {
         let parallels =
             [("Standard_Parallel_1", 3078, first), ("Standard_Parallel_2", 3079, value("lat_2", first)?)];
         // A scale other than 1 belongs to one parallel, for which the keys have another method.
-        (scale == 1.0).then(|| {
-            Projected { name, method, parameters: [begin, &parallels].concat() }
-        })
+        (scale == 1.0).then(|| Projected { name, method, parameters: [begin, &parallels].concat() })
     };
     let pole = [("Central_Meridian", 3095, longitude), ("Latitude_Of_Origin", 3081, latitude)];
     let centre = [("Central_Meridian", 3088, longitude), ("Latitude_Of_Origin", 3089, latitude)];
@@ -269,22 +273,27 @@ fn projected(definition: &Definition) -> Option<Projected> {
             method: 10,
             parameters: [false_origin.as_slice(), &centre].concat(),
         },
-        "stere" if latitude.abs() == 90.0 && definition.get("lat_ts").is_none() => Projected {
-            name: "Stereographic",
-            method: 15,
-            parameters: with_scale(pole, scale),
-        },
-        "sterea" => Projected { name: "Double_Stereographic", method: 16, parameters: with_scale(centre, scale) },
+        "stere" if latitude.abs() == 90.0 && definition.get("lat_ts").is_none() => {
+            Projected { name: "Stereographic", method: 15, parameters: with_scale(pole, scale) }
+        }
+        "sterea" => {
+            Projected { name: "Double_Stereographic", method: 16, parameters: with_scale(centre, scale) }
+        }
         "merc" if definition.get("lat_ts").is_none() && scale == 1.0 => Projected {
             name: "Mercator",
             method: 7,
-            parameters: [false_origin.as_slice(), &origin[..1], &[("Standard_Parallel_1", 3078, 0.0)]].concat(),
+            parameters: [false_origin.as_slice(), &origin[..1], &[("Standard_Parallel_1", 3078, 0.0)]]
+                .concat(),
         },
         "eqc" if latitude == 0.0 => Projected {
             name: "Equidistant_Cylindrical",
             method: 17,
-            parameters: [false_origin.as_slice(), &origin[..1], &[("Standard_Parallel_1", 3078, value("lat_ts", 0.0)?)]]
-                .concat(),
+            parameters: [
+                false_origin.as_slice(),
+                &origin[..1],
+                &[("Standard_Parallel_1", 3078, value("lat_ts", 0.0)?)],
+            ]
+            .concat(),
         },
         _ => return None,
     })
@@ -308,8 +317,14 @@ mod tests {
             let read = Crs::from_wkt(&text).unwrap();
             let bare = |crs: &Crs| crs.proj().map(|proj| proj.split(" +towgs84").next().map(str::to_owned));
             // Shifts to WGS 84 are no part of these words.
-            let is_shifted = crs.proj().is_some_and(|proj| proj.contains("towgs84") && !proj.contains("towgs84=0,0,0"));
-            assert!(is_shifted || read.is_equivalent(&crs), "{code}: {text}: {:?} {:?}", bare(&read), bare(&crs));
+            let is_shifted =
+                crs.proj().is_some_and(|proj| proj.contains("towgs84") && !proj.contains("towgs84=0,0,0"));
+            assert!(
+                is_shifted || read.is_equivalent(&crs),
+                "{code}: {text}: {:?} {:?}",
+                bare(&read),
+                bare(&crs)
+            );
             let keys = crs.to_geo_keys().unwrap();
             let read = parse_geokeys(&keys.directory, &keys.doubles, &keys.text).unwrap();
             assert_eq!(read.crs.and_then(|crs| crs.epsg()), Some(code));
@@ -318,13 +333,23 @@ mod tests {
             let keys = own.to_geo_keys().unwrap();
             let read = parse_geokeys(&keys.directory, &keys.doubles, &keys.text).unwrap();
             let read = read.crs.unwrap();
-            assert!(is_shifted || read.is_equivalent(&crs), "{code}: {keys:?}: {:?} {:?}", read.proj(), crs.proj());
+            assert!(
+                is_shifted || read.is_equivalent(&crs),
+                "{code}: {keys:?}: {:?} {:?}",
+                read.proj(),
+                crs.proj()
+            );
         }
         assert_eq!((Crs::local().to_esri_wkt(), Crs::local().to_geo_keys()), (None, None));
         let stated = "+proj=laea +lat_0=52 +lon_0=10 +x_0=4321000 +y_0=3210000 +a=6378137 +rf=298.257222101 +towgs84=0,0,0";
         let stated = Crs::from_proj(stated, "stated").unwrap();
         assert!(Crs::from_wkt(&stated.to_esri_wkt().unwrap()).unwrap().is_equivalent(&stated));
-        let odd = Crs::from_proj("+proj=omerc +lat_0=4 +lonc=115 +alpha=53 +k=1 +x_0=0 +y_0=0 +ellps=evrstSS", "odd");
-        assert!(odd.is_err() || odd.is_ok_and(|odd| odd.to_esri_wkt().is_none() && odd.to_geo_keys().is_none()));
+        let odd = Crs::from_proj(
+            "+proj=omerc +lat_0=4 +lonc=115 +alpha=53 +k=1 +x_0=0 +y_0=0 +ellps=evrstSS",
+            "odd",
+        );
+        assert!(
+            odd.is_err() || odd.is_ok_and(|odd| odd.to_esri_wkt().is_none() && odd.to_geo_keys().is_none())
+        );
     }
 }

@@ -15,13 +15,13 @@ use std::path::Path;
 
 use glam::DVec2;
 
+use super::tally::Tally;
 use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    APRON, Attributes, ContentHash, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE, PageBuffer, PageId,
-    PageReadback, PageSource, PageWriter, RADIX, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock,
-    sparse_page,
+    APRON, Attributes, ContentHash, EncodedPage, Grid, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback,
+    PageSource, PageWriter, RADIX, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
 };
 
 /// How far the box may reach into a page that it only touches, as a share of its side.
@@ -43,7 +43,8 @@ impl Part {
     /// [`Error::Configuration`]: the box lies beside the area, or has too few levels for what is stored in it.
     pub fn around(grid: &Grid, pages: &[PageId], [west, south, east, north]: [f64; 4]) -> Result<Self> {
         let (near, far) = (grid.origin, grid.far_corner());
-        if !(west < far.x && south < far.y && east > near.x && north > near.y && west < east && south < north) {
+        if !(west < far.x && south < far.y && east > near.x && north > near.y && west < east && south < north)
+        {
             return Err(Error::Configuration(format!(
                 "the box {west},{south},{east},{north} lies outside the area, which is {},{},{},{} in metres of its reference system",
                 near.x, near.y, far.x, far.y
@@ -124,62 +125,9 @@ pub fn extract(
     }
     observer.end();
     source.intact()?;
-    writer.finish(&tally.metadata(&header.metadata), tally.height_range(header.heights))
-}
-
-/// What pages have in them.
-#[derive(Debug, Clone, Copy, Default)]
-struct Tally {
-    /// Lowest and highest code; (0, 0): there is none.
-    codes: (u16, u16),
-    /// Voxels of level 1, those without data, and those without a surface.
-    voxels: [u64; 3],
-}
-
-impl Tally {
-    fn of(page: &PageBuffer, id: PageId) -> Self {
-        let ends = page.spans.codes().into_iter().flat_map(|(low, high)| [low, high]);
-        let codes = page.heights.iter().chain(&page.low).chain(&page.high).copied().chain(ends);
-        let codes = codes.filter(|code| *code != HeightCode::EMPTY).fold((0, 0), widened);
-        let mut voxels = [0; 3];
-        if id.level == 0 {
-            let stride = (page.width + 2 * APRON) as usize;
-            let rows = page.heights.chunks_exact(stride).skip(APRON as usize).take(page.height as usize);
-            let own = rows.flat_map(|row| &row[APRON as usize..stride - APRON as usize]);
-            let is_void = |attributes: &&Attributes| attributes.flags & Attributes::VOID != 0;
-            voxels = [
-                u64::from(page.width) * u64::from(page.height),
-                page.attributes.iter().filter(is_void).count() as u64,
-                own.filter(|code| **code == HeightCode::EMPTY).count() as u64,
-            ];
-        }
-        Self { codes, voxels }
-    }
-
-    fn add(&mut self, other: &Self) {
-        if other.codes != (0, 0) {
-            self.codes = widened(widened(self.codes, other.codes.0), other.codes.1);
-        }
-        self.voxels.iter_mut().zip(other.voxels).for_each(|(own, other)| *own += other);
-    }
-
-    fn height_range(&self, heights: HeightCode) -> (f64, f64) {
-        let height = |code| heights.decode(code).unwrap_or(0.0);
-        (height(self.codes.0), height(self.codes.1))
-    }
-
-    /// What is said of the whole, with the shares of the part, as far as it is stored at its finest.
-    fn metadata(&self, whole: &Metadata) -> Metadata {
-        let share = |count: u64| if self.voxels[0] > 0 { count as f64 / self.voxels[0] as f64 } else { 0.0 };
-        let (void_share, empty_share) = (share(self.voxels[1]), share(self.voxels[2]));
-        let mut metadata = Metadata { void_share, empty_share, ..whole.clone() };
-        metadata.notes.push("a part of a larger database".into());
-        metadata
-    }
-}
-
-fn widened((low, high): (u16, u16), code: u16) -> (u16, u16) {
-    if low == HeightCode::EMPTY { (code, code) } else { (low.min(code), high.max(code)) }
+    let mut metadata: Metadata = tally.metadata(&header.metadata);
+    metadata.notes.push("a part of a larger database".into());
+    writer.finish(&metadata, tally.height_range(header.heights))
 }
 
 /// Cuts pages out.

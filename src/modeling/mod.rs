@@ -15,6 +15,7 @@ mod extract;
 mod fill;
 mod inputs;
 mod kernel;
+mod merge;
 mod mosaic;
 mod options;
 mod page;
@@ -24,6 +25,7 @@ mod scan;
 mod standing;
 mod steps;
 pub mod synthetic;
+mod tally;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -37,6 +39,7 @@ pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use extract::{Part, extract};
 pub use inputs::{Input, faults};
+pub use merge::{Join, Merged, Merger};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };

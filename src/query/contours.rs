@@ -68,7 +68,9 @@ pub fn contours<S: PageSource>(
     observer: &dyn Observer,
 ) -> Result<Vec<Contour>> {
     if !(interval.is_finite() && interval > 0.0) {
-        return Err(Error::Configuration(format!("an interval of {interval} m has no lines; give one above 0")));
+        return Err(Error::Configuration(format!(
+            "an interval of {interval} m has no lines; give one above 0"
+        )));
     }
     let reader = PostReader::new(source, level, Sheet::Bare);
     let [columns, rows] = posts_in(source, level, bounds);
@@ -152,7 +154,9 @@ impl Tracer {
     fn cell(&mut self, posts: &Posts<f64>, column: i64, row: i64) -> Result<()> {
         // Counter-clockwise from the south-west.
         let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(right, up)| posts.at(column + right, row + up));
-        let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| (low.min(*height), high.max(*height)));
+        let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
+            (low.min(*height), high.max(*height))
+        });
         if corners.iter().any(|height| height.is_nan()) {
             return Ok(());
         }
@@ -160,7 +164,8 @@ impl Tracer {
         if last - first > MOST_ELEVATIONS {
             return Err(Error::Configuration(format!(
                 "between two neighbouring posts there are {:.0} lines every {} m; give a larger --interval",
-                last - first, self.interval
+                last - first,
+                self.interval
             )));
         }
         for number in first as i64..=last as i64 {
@@ -308,7 +313,10 @@ mod tests {
     fn area(nx: u32, ny: u32, height: impl Fn(f64, f64) -> f64) -> MemPages {
         let grid = Grid { nx, ny, spacing: 2.0, origin: DVec2::new(1000.0, 2000.0) };
         let post = |at: u32| 2.0 * f64::from(at) + 1.0;
-        let heights: Vec<f64> = (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))).map(|(x, y)| height(post(x), post(y))).collect();
+        let heights: Vec<f64> = (0..ny)
+            .flat_map(|y| (0..nx).map(move |x| (x, y)))
+            .map(|(x, y)| height(post(x), post(y)))
+            .collect();
         build_in_memory(grid, &heights, &vec![[9; 3]; heights.len()], None, &Metadata::default()).unwrap()
     }
 
@@ -340,14 +348,18 @@ mod tests {
         assert_eq!(lines.len(), 13);
         for line in &lines {
             assert_eq!(line.points.len(), 300);
-            assert!(line.points.iter().all(|point| (point.x - 1000.0 - 100.0 * line.number as f64).abs() < 0.1));
+            assert!(
+                line.points.iter().all(|point| (point.x - 1000.0 - 100.0 * line.number as f64).abs() < 0.1)
+            );
         }
         let holed = area(700, 300, |x, y| if (200.0..260.0).contains(&y) { f64::NAN } else { 0.1 * x });
         assert_eq!(contours(&holed, 0, WHOLE, 10.0, &Silent).unwrap().len(), 26);
         let part = contours(&plane, 0, [1150.0, 2100.0, 1350.0, 2200.0], 10.0, &Silent).unwrap();
         assert_eq!(part.iter().map(|line| line.number).collect::<Vec<_>>(), [2, 3]);
         assert!(contours(&plane, 0, WHOLE, 0.0, &Silent).is_err());
-        assert!(contours(&plane, 0, WHOLE, 1e-9, &Silent).unwrap_err().to_string().contains("larger --interval"));
+        assert!(
+            contours(&plane, 0, WHOLE, 1e-9, &Silent).unwrap_err().to_string().contains("larger --interval")
+        );
     }
 
     #[test]

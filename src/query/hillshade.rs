@@ -83,13 +83,18 @@ fn slopes(around: &[[f64; 3]; 3], side: f64) -> Option<[f64; 2]> {
     if middle.is_nan() {
         return None;
     }
-    let at = |row: usize, column: usize| {
+    let known = |row: usize, column: usize| {
         let (own, opposite) = (around[row][column], around[2 - row][2 - column]);
         match (own.is_nan(), opposite.is_nan()) {
-            (false, _) => own,
-            (true, false) => 2.0 * middle - opposite,
-            (true, true) => middle,
+            (false, _) => Some(own),
+            (true, false) => Some(2.0 * middle - opposite),
+            (true, true) => None,
         }
+    };
+    let beside = |row: usize, column: usize| known(row, column).unwrap_or(middle);
+    // Where two edges meet, a corner goes on as the two pixels beside it do.
+    let at = |row: usize, column: usize| {
+        known(row, column).unwrap_or_else(|| beside(row, 1) + beside(1, column) - middle)
     };
     let east = (at(0, 2) + 2.0 * at(1, 2) + at(2, 2)) - (at(0, 0) + 2.0 * at(1, 0) + at(2, 0));
     let north = (at(0, 0) + 2.0 * at(0, 1) + at(0, 2)) - (at(2, 0) + 2.0 * at(2, 1) + at(2, 2));

@@ -114,7 +114,8 @@ impl<'s, S: PageSource> GroundMap<'s, S> {
         let level = (0..header.level_count).rev().find(fits).unwrap_or(0);
         let side = grid.side(level);
         let corner = (extent.north_west - grid.origin) / side;
-        let is_voxels = (side / extent.pixel - 1.0).abs() < SAME && (corner - corner.round()).abs().max_element() < SAME;
+        let is_voxels =
+            (side / extent.pixel - 1.0).abs() < SAME && (corner - corner.round()).abs().max_element() < SAME;
         let voxel = is_voxels.then(|| [corner.x.round() as i64, corner.y.round() as i64 - 1]);
         let points = (extent.pixel / side - SAME).ceil().clamp(1.0, MOST_POINTS) as u32;
         Self { extent, grid, reader: PostReader::new(source, level, sheet), voxel, points }
@@ -136,7 +137,8 @@ impl<'s, S: PageSource> GroundMap<'s, S> {
         }
         let (across, up) = self.posts_under(&columns, &rows);
         let posts = self.reader.heights(across, up)?;
-        let mut heights = Vec::with_capacity(((rows.end - rows.start) * (columns.end - columns.start)) as usize);
+        let mut heights =
+            Vec::with_capacity(((rows.end - rows.start) * (columns.end - columns.start)) as usize);
         for row in rows {
             for column in columns.clone() {
                 heights.push(self.mean(&posts, column, row));
@@ -185,7 +187,8 @@ impl<'s, S: PageSource> GroundMap<'s, S> {
         let shares = || (0..self.points).map(|point| (f64::from(point) + 0.5) / count - 0.5);
         let (mut sum, mut known) = (0.0, 0.0);
         for (down, right) in shares().flat_map(|down| shares().map(move |right| (down, right))) {
-            let height = bilinear(posts, self.post_of(self.extent.place(column as f64 + right, row as f64 + down)));
+            let height =
+                bilinear(posts, self.post_of(self.extent.place(column as f64 + right, row as f64 + down)));
             if !height.is_nan() {
                 sum += height;
                 known += 1.0;
@@ -206,7 +209,8 @@ fn bilinear(posts: &Posts<f64>, place: DVec2) -> f64 {
         (posts.at(column + right, row + up), along(part.x, right) * along(part.y, up))
     });
     let known = corners.iter().filter(|(height, _)| !height.is_nan());
-    let (sum, weight) = known.fold((0.0, 0.0), |(sum, weight), (height, own)| (sum + height * own, weight + own));
+    let (sum, weight) =
+        known.fold((0.0, 0.0), |(sum, weight), (height, own)| (sum + height * own, weight + own));
     if nearest.is_nan() || weight <= 0.0 { f64::NAN } else { sum / weight }
 }
 
@@ -230,7 +234,10 @@ mod tests {
     fn plane() -> MemPages {
         let grid = Grid { nx: 300, ny: 280, spacing: 2.0, origin: DVec2::new(100.0, 200.0) };
         let heights: Vec<f64> = (0..280)
-            .flat_map(|y| (0..300).map(move |x| height(DVec2::new(101.0 + 2.0 * f64::from(x), 201.0 + 2.0 * f64::from(y)))))
+            .flat_map(|y| {
+                (0..300)
+                    .map(move |x| height(DVec2::new(101.0 + 2.0 * f64::from(x), 201.0 + 2.0 * f64::from(y))))
+            })
             .collect();
         build_in_memory(grid, &heights, &vec![[9; 3]; heights.len()], None, &Metadata::default()).unwrap()
     }

@@ -152,15 +152,17 @@ impl<'s, S: PageSource> PostReader<'s, S> {
         }
         let side = i64::from(PAGE_SIDE);
         let pages = |range: &Range<i64>| range.start / side..(range.end - 1) / side + 1;
-        let cut = |range: &Range<i64>, page: i64| {
-            range.start.max(page * side)..range.end.min((page + 1) * side)
-        };
+        let cut =
+            |range: &Range<i64>, page: i64| range.start.max(page * side)..range.end.min((page + 1) * side);
         let part = |px: i64, py: i64| Part {
             id: PageId { level, px: px as u32, py: py as u32 },
             columns: cut(&columns, px),
             rows: cut(&rows, py),
         };
-        pages(&rows).flat_map(|py| pages(&columns).map(move |px| (px, py))).map(|(px, py)| part(px, py)).collect()
+        pages(&rows)
+            .flat_map(|py| pages(&columns).map(move |px| (px, py)))
+            .map(|(px, py)| part(px, py))
+            .collect()
     }
 
     /// Posts where the level is absent.
@@ -212,8 +214,8 @@ fn copy<T: Copy, U: Copy>(
     let first = |page: u32| i64::from(page) * i64::from(PAGE_SIDE) - i64::from(APRON);
     let count = (part.columns.end - part.columns.start) as usize;
     for row in part.rows.clone() {
-        let from = (row - first(part.id.py)) as usize * stride
-            + (part.columns.start - first(part.id.px)) as usize;
+        let from =
+            (row - first(part.id.py)) as usize * stride + (part.columns.start - first(part.id.px)) as usize;
         let to = posts.index(part.columns.start, row);
         let targets = posts.values[to..to + count].iter_mut();
         targets.zip(&samples[from..from + count]).for_each(|(target, sample)| *target = convert(*sample));
@@ -229,10 +231,12 @@ mod tests {
     fn rectangles_run_over_pages_and_beside_the_area() {
         let grid = Grid { nx: 300, ny: 270, spacing: 2.0, origin: DVec2::new(10.0, 20.0) };
         let value = |x: i64, y: i64| (x + 1000 * y) as f64 * 0.25;
-        let heights: Vec<f64> =
-            (0..270).flat_map(|y| (0..300).map(move |x| if (x, y) == (7, 9) { f64::NAN } else { value(x, y) })).collect();
-        let colours: Vec<[u8; 3]> =
-            (0..270).flat_map(|y| (0..300).map(move |x: i32| [(x % 256) as u8, (y % 256) as u8, 7])).collect();
+        let heights: Vec<f64> = (0..270)
+            .flat_map(|y| (0..300).map(move |x| if (x, y) == (7, 9) { f64::NAN } else { value(x, y) }))
+            .collect();
+        let colours: Vec<[u8; 3]> = (0..270)
+            .flat_map(|y| (0..300).map(move |x: i32| [(x % 256) as u8, (y % 256) as u8, 7]))
+            .collect();
         let area = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
         let reader = PostReader::new(&area, 0, Sheet::Surface);
         let posts = reader.heights(-2..302, -1..271).unwrap();

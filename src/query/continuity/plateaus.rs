@@ -93,8 +93,12 @@ impl Plateaus {
             for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
                 let (there_x, there_y) = (x + right, y + up);
                 let is_own = (0..width).contains(&there_x) && (0..height).contains(&there_y);
-                if !is_own && is_inside(patch, there_x, there_y) && patch.code_at(there_x, there_y) == patch.code_at(x, y) {
-                    let (first_x, first_y) = (patch.first[0] + x.min(there_x), patch.first[1] + y.min(there_y));
+                if !is_own
+                    && is_inside(patch, there_x, there_y)
+                    && patch.code_at(there_x, there_y) == patch.code_at(x, y)
+                {
+                    let (first_x, first_y) =
+                        (patch.first[0] + x.min(there_x), patch.first[1] + y.min(there_y));
                     links.push(((first_x, first_y, up != 0), label(x, y)));
                 }
             }
@@ -125,7 +129,9 @@ impl Plateaus {
             }
         }
         let roots = self.plateaus.iter().zip(&self.part_of).enumerate();
-        roots.filter(|(number, (_, part_of))| number == *part_of).for_each(|(_, (plateau, _))| plateau.report(found));
+        roots
+            .filter(|(number, (_, part_of))| number == *part_of)
+            .for_each(|(_, (plateau, _))| plateau.report(found));
     }
 
     fn root(&mut self, mut number: usize) -> usize {

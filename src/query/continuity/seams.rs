@@ -61,7 +61,8 @@ impl Seams {
                 ((c - b) - 0.5 * ((b - a) + (d - c))).abs()
             };
             let known = rows.map(of_row).filter(|excess| !excess.is_nan());
-            let (sum, count) = known.fold((0.0, 0), |(sum, count), excess| (sum + f64::from(excess), count + 1));
+            let (sum, count) =
+                known.fold((0.0, 0), |(sum, count), excess| (sum + f64::from(excess), count + 1));
             if 2 * count > PIECE { sum / count as f64 } else { f64::NAN }
         };
         let lines = patch.size[across];
@@ -84,15 +85,17 @@ impl Seams {
     pub fn join(self, header: &Header, found: &mut Found) {
         debug_assert_eq!(i64::from(PAGE_SIDE) % PIECE, 0);
         let all: Vec<(Piece, (f64, f64))> = self.0.into_iter().collect();
-        let follows = |a: &(Piece, (f64, f64)), b: &(Piece, (f64, f64))| {
-            (a.0.0, a.0.1, a.0.2 + 1) == b.0
-        };
+        let follows = |a: &(Piece, (f64, f64)), b: &(Piece, (f64, f64))| (a.0.0, a.0.1, a.0.2 + 1) == b.0;
         for run in all.chunk_by(follows).filter(|run| run.len() >= LEAST_PIECES) {
             let (is_row, line, first) = run[0].0;
             let size = run.iter().map(|(_, (step, _))| step).sum::<f64>() / run.len() as f64;
             let worst = run.iter().max_by(|a, b| a.1.0.total_cmp(&b.1.0)).unwrap_or(&run[0]);
             let place = |line: i64, along: i64| {
-                let units = if is_row { DVec2::new(along as f64, line as f64) } else { DVec2::new(line as f64, along as f64) };
+                let units = if is_row {
+                    DVec2::new(along as f64, line as f64)
+                } else {
+                    DVec2::new(line as f64, along as f64)
+                };
                 header.grid.origin + units * header.grid.spacing
             };
             let end = first + run.len() as i64;

@@ -62,7 +62,8 @@ fn roughness(patch: &Patch, x: i64, y: i64) -> Option<f64> {
         let count = samples.len() as f64;
         let squares: f64 = samples.iter().map(|[right, ..]| right * right).sum();
         let mean = samples.iter().map(|[.., height]| height).sum::<f64>() / count;
-        let slope = |axis: usize| samples.iter().map(|sample| sample[axis] * sample[2]).sum::<f64>() / squares;
+        let slope =
+            |axis: usize| samples.iter().map(|sample| sample[axis] * sample[2]).sum::<f64>() / squares;
         let (east, north) = (slope(0), slope(1));
         let mut off: Vec<f64> = samples
             .iter()
@@ -76,5 +77,7 @@ fn roughness(patch: &Patch, x: i64, y: i64) -> Option<f64> {
 
 /// Offsets within a reach, without the middle.
 fn around(reach: i64) -> impl Iterator<Item = (i64, i64)> {
-    (-reach..=reach).flat_map(move |up| (-reach..=reach).map(move |right| (right, up))).filter(|offset| *offset != (0, 0))
+    (-reach..=reach)
+        .flat_map(move |up| (-reach..=reach).map(move |right| (right, up)))
+        .filter(|offset| *offset != (0, 0))
 }

@@ -48,7 +48,11 @@ fn block(patch: &Patch, x: i64, y: i64, found: &mut Found) {
     let others = || heights.iter().filter(|(code, _)| *code != frequent).map(|(_, counts)| *counts);
     let (count, level) = others().fold((0, 0), |(count, level), [own, flat]| (count + own, level + flat));
     let all = (ends[0] - x) as usize * (ends[1] - y) as usize;
-    if count * LEFT < all || heights.len() < LEAST_HEIGHTS || heights.len() * VOXELS_OF_HEIGHT >= count || 2 * level <= count {
+    if count * LEFT < all
+        || heights.len() < LEAST_HEIGHTS
+        || heights.len() * VOXELS_OF_HEIGHT >= count
+        || 2 * level <= count
+    {
         return;
     }
     let codes: Vec<u16> = heights.keys().copied().collect();

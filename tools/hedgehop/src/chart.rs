@@ -144,8 +144,8 @@ pub fn scale(picture: &mut RgbImage, pixels_per_metre: f64, above: &str, unit: f
     let half = 0.5 * f64::from(lettering::width("N", letters));
     let [left, top] = [tip.x - half, base.y - tall].map(|place| place.round() as i64);
     lettering::write(picture, "N", [left, top], letters, WHITE);
-let [left, top] = [low.x + margin, low.y + 0.7 * margin].map(|place| place.round() as i64);
-lettering::write(picture, above, [left, top], letters, WHITE);
+    let [left, top] = [low.x + margin, low.y + 0.7 * margin].map(|place| place.round() as i64);
+    lettering::write(picture, above, [left, top], letters, WHITE);
 }
 
 /// The largest of 1, 2, 5, 10, … metres, or of their parts, that is no longer than this.

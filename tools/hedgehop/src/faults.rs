@@ -112,7 +112,8 @@ pub fn summary<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>)
         text.push('\n');
     }
     if report.ends > 0 {
-        let _ = writeln!(text, "{} voids at the edge of the area, where the data end, do not count", report.ends);
+        let _ =
+            writeln!(text, "{} voids at the edge of the area, where the data end, do not count", report.ends);
     }
     text
 }
@@ -146,7 +147,9 @@ pub fn table<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -
 /// Puts all findings on a map, with a legend.
 pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityReport, unit: f64) {
     // What covers much lies below what is small.
-    for kind in [Kind::Terraces, Kind::Voids, Kind::FlatTops, Kind::Cracks, Kind::Seams, Kind::Pits, Kind::Spikes] {
+    for kind in
+        [Kind::Terraces, Kind::Voids, Kind::FlatTops, Kind::Cracks, Kind::Seams, Kind::Pits, Kind::Spikes]
+    {
         let [mut inside, mut rim, mut halo] = [Mask::new(picture), Mask::new(picture), Mask::new(picture)];
         for finding in report.findings.iter().filter(|finding| finding.fault == kind.fault()) {
             let at = |place: DVec2| extent.pixel_of(place);
@@ -163,7 +166,11 @@ pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityRepor
                 Kind::Terraces | Kind::Voids | Kind::FlatTops => {
                     // What is smaller than a mark is shown as one.
                     let (middle, least) = (0.5 * (low + high), 5.0 * unit);
-                    let half = (0.5 * (high - low).abs()).max(DVec2::splat(if kind == Kind::Terraces { 0.0 } else { least }));
+                    let half = (0.5 * (high - low).abs()).max(DVec2::splat(if kind == Kind::Terraces {
+                        0.0
+                    } else {
+                        least
+                    }));
                     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
                         .map(|(x, y)| middle + half * DVec2::new(x, y));
                     if kind == Kind::Terraces {
@@ -190,13 +197,24 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
     let rows: Vec<(Kind, String)> = Kind::ALL
         .into_iter()
         .filter(|kind| report.count(kind.fault()) > 0)
-        .map(|kind| (kind, format!("{} {}", kind.name().to_ascii_uppercase().replace('-', " "), report.count(kind.fault()))))
+        .map(|kind| {
+            (
+                kind,
+                format!(
+                    "{} {}",
+                    kind.name().to_ascii_uppercase().replace('-', " "),
+                    report.count(kind.fault())
+                ),
+            )
+        })
         .collect();
     let nothing = ["NOTHING FOUND".to_owned()];
-    let texts: Vec<&String> = if rows.is_empty() { nothing.iter().collect() } else { rows.iter().map(|(_, text)| text).collect() };
+    let texts: Vec<&String> =
+        if rows.is_empty() { nothing.iter().collect() } else { rows.iter().map(|(_, text)| text).collect() };
     let widest = texts.iter().map(|text| lettering::width(text, letters)).max().unwrap_or(0);
     let sample = if rows.is_empty() { 0.0 } else { 2.2 * margin };
-    let size = DVec2::new(f64::from(widest) + sample + 2.0 * margin, texts.len() as f64 * (tall + margin) + margin);
+    let size =
+        DVec2::new(f64::from(widest) + sample + 2.0 * margin, texts.len() as f64 * (tall + margin) + margin);
     let low = DVec2::splat(margin);
     let mut behind = Mask::new(picture);
     behind.polygon(&[low, low + DVec2::X * size.x, low + size, low + DVec2::Y * size.y]);
@@ -207,7 +225,8 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
             let mut mark = Mask::new(picture);
             let middle = DVec2::new(low.x + 1.7 * margin, top + 0.5 * tall);
             match kind {
-                Kind::Seams => mark.lines(&[middle - DVec2::X * margin * 0.7, middle + DVec2::X * margin * 0.7], 4.0 * unit),
+                Kind::Seams => mark
+                    .lines(&[middle - DVec2::X * margin * 0.7, middle + DVec2::X * margin * 0.7], 4.0 * unit),
                 Kind::Terraces => mark.square(middle, 0.5 * margin),
                 Kind::Voids | Kind::FlatTops => {
                     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];

@@ -27,7 +27,14 @@ struct Figure {
 }
 
 /// Draws lines; every `index`-th is thick and has figures.
-pub fn draw(picture: &mut RgbImage, extent: &MapExtent, lines: &[Contour], interval: f64, index: i64, unit: f64) {
+pub fn draw(
+    picture: &mut RgbImage,
+    extent: &MapExtent,
+    lines: &[Contour],
+    interval: f64,
+    index: i64,
+    unit: f64,
+) {
     let [mut thin, mut thick] = [Mask::new(picture), Mask::new(picture)];
     let mut figures: Vec<Figure> = Vec::new();
     let bounds = DVec2::new(f64::from(extent.width), f64::from(extent.height));
@@ -104,9 +111,8 @@ fn label(points: &[DVec2], text: &str, bounds: DVec2, unit: f64, figures: &mut V
             let bent = between.map(|point| (point - ends[0]).perp_dot(along).abs()).fold(0.0, f64::max);
             let middle = 0.5 * (ends[0] + ends[1]);
             let is_inside = middle.min(bounds - middle).min_element() > 0.5 * wide + tall;
-            let has_room = figures.iter().all(|other| {
-                other.middle.distance(middle) > APART * 0.5 * (wide + other.wide)
-            });
+            let has_room =
+                figures.iter().all(|other| other.middle.distance(middle) > APART * 0.5 * (wide + other.wide));
             // Nothing is read upside down.
             let along = if along.x < 0.0 { -along } else { along };
             (bent < BENT * tall && is_inside && has_room).then_some((bent, middle, along))
@@ -123,7 +129,10 @@ mod tests {
 
     #[test]
     fn figures_have_the_decimals_of_the_interval() {
-        assert_eq!([text(1250.0, 50.0), text(0.5, 0.5), text(-2.0, 1.0), text(0.75, 0.25)], ["1250", "0.5", "-2", "0.75"]);
+        assert_eq!(
+            [text(1250.0, 50.0), text(0.5, 0.5), text(-2.0, 1.0), text(0.75, 0.25)],
+            ["1250", "0.5", "-2", "0.75"]
+        );
     }
 
     #[test]
@@ -133,10 +142,15 @@ mod tests {
         let straight: Vec<DVec2> = (0..80).map(|x| DVec2::new(f64::from(x) * 10.0, 200.0)).collect();
         label(&straight, "1200", bounds, 1.0, &mut figures);
         assert!(figures.len() >= 2, "{}", figures.len());
-        assert!(figures.iter().all(|figure| figure.middle.x > 30.0 && figure.middle.x < 770.0 && figure.along.x > 0.99));
+        assert!(
+            figures
+                .iter()
+                .all(|figure| figure.middle.x > 30.0 && figure.middle.x < 770.0 && figure.along.x > 0.99)
+        );
         let before = figures.len();
         // Neither on zigzags nor on rings that are hardly longer.
-        let zigzag: Vec<DVec2> = (0..80).map(|x| DVec2::new(f64::from(x) * 10.0, 100.0 + 15.0 * f64::from(x % 2))).collect();
+        let zigzag: Vec<DVec2> =
+            (0..80).map(|x| DVec2::new(f64::from(x) * 10.0, 100.0 + 15.0 * f64::from(x % 2))).collect();
         label(&zigzag, "1200", bounds, 1.0, &mut figures);
         label(&[DVec2::new(400.0, 300.0), DVec2::new(430.0, 300.0)], "1200", bounds, 1.0, &mut figures);
         assert_eq!(figures.len(), before);

@@ -41,8 +41,9 @@ use clap::{Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
-    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, height, hillshade, info, overview, plan, profile, recipe,
-    render, scene as scenes, shadow_heights, sight, verify,
+    bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, height,
+    hillshade, info, merge, overview, plan, profile, recipe, render, scene as scenes, shadow_heights, sight,
+    verify,
 };
 use crate::interrupt::Interrupt;
 
@@ -76,6 +77,7 @@ enum Command {
     Continuity(continuity::Args),
     Contours(contours::Args),
     Extract(extract::Args),
+    Merge(merge::Args),
     Height(height::Args),
     Hillshade(hillshade::Args),
     ShadowHeights(shadow_heights::Args),
@@ -105,6 +107,7 @@ fn main() -> ExitCode {
         Command::Continuity(args) => continuity::run(args, &interrupt),
         Command::Contours(args) => contours::run(args, &interrupt),
         Command::Extract(args) => extract::run(args, &interrupt),
+        Command::Merge(args) => merge::run(args, &interrupt),
         Command::Height(args) => height::run(args),
         Command::Hillshade(args) => hillshade::run(args, &interrupt),
         Command::ShadowHeights(args) => shadow_heights::run(args, &interrupt),

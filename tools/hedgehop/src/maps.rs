@@ -50,7 +50,8 @@ impl PartArgs {
 pub fn level_index(level: u32, header: &Header) -> Result<u8> {
     let found = (0..header.level_count).find(|index| Grid::side_units(*index) == level);
     found.ok_or_else(|| {
-        let all: Vec<String> = (0..header.level_count).map(|index| Grid::side_units(index).to_string()).collect();
+        let all: Vec<String> =
+            (0..header.level_count).map(|index| Grid::side_units(index).to_string()).collect();
         Error::Configuration(format!("--level {level}: the database has the levels {}", all.join(", ")))
     })
 }

@@ -109,7 +109,10 @@ fn check_outputs(args: &Args) -> Result<()> {
     if let Some(path) = &args.picture {
         if !maps::is(path, "png") {
             let named = path.with_extension("png");
-            return Err(Error::Configuration(format!("the map is a PNG; name it --picture {}", named.display())));
+            return Err(Error::Configuration(format!(
+                "the map is a PNG; name it --picture {}",
+                named.display()
+            )));
         }
         maps::check_output(path, input)?;
     }

@@ -151,10 +151,12 @@ pub fn relief(source: &PageFile, extent: MapExtent, observer: &dyn Observer) -> 
             return Err(Error::Interrupted("the map was not written".into()));
         }
         let rows = first..extent.height.min(first + STRIP);
-        let light = shade.light(&map, 0..i64::from(extent.width), i64::from(rows.start)..i64::from(rows.end))?;
+        let light =
+            shade.light(&map, 0..i64::from(extent.width), i64::from(rows.start)..i64::from(rows.end))?;
         let pixels = rows.clone().flat_map(|row| (0..extent.width).map(move |column| (column, row)));
         for ((column, row), light) in pixels.zip(light).filter(|(_, light)| !light.is_nan()) {
-            let channel = |index: usize| (SHADOW[index] + (LIGHT[index] - SHADOW[index]) * light.sqrt()) as u8;
+            let channel =
+                |index: usize| (SHADOW[index] + (LIGHT[index] - SHADOW[index]) * light.sqrt()) as u8;
             picture.put_pixel(column, row, Rgb([0, 1, 2].map(channel)));
         }
         observer.advance(u64::from(rows.end - rows.start));
@@ -173,7 +175,8 @@ fn write_geojson(
 ) -> Result<()> {
     let places = Places::new(source, false)?;
     if area::crs(source.header())?.is_local() {
-        observer.note("the area has no place on Earth: coordinates are its metres, not longitude and latitude");
+        observer
+            .note("the area has no place on Earth: coordinates are its metres, not longitude and latitude");
     }
     write_with(&args.output, |file| {
         let mut file = BufWriter::new(file);

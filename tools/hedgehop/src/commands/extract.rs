@@ -96,12 +96,15 @@ fn metres([west, south, east, north]: [f64; 4], header: &Header) -> Result<[f64;
     let transform = Transform::new(&Crs::wgs84(), &crs)?;
     let shares = (0..SIDE_POINTS).map(|point| f64::from(point) / f64::from(SIDE_POINTS - 1));
     let points = shares.flat_map(|t| [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)]);
-    let places = points.filter_map(|(u, v)| transform.apply(west + (east - west) * u, south + (north - south) * v));
+    let places =
+        points.filter_map(|(u, v)| transform.apply(west + (east - west) * u, south + (north - south) * v));
     let bounds = places
         .map(|(x, y)| [x, y, x, y])
         .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
     bounds.ok_or_else(|| {
-        let what = format!("--lon-lat {west},{south},{east},{north} lies nowhere in the reference system of the database");
+        let what = format!(
+            "--lon-lat {west},{south},{east},{north} lies nowhere in the reference system of the database"
+        );
         Error::Configuration(what)
     })
 }

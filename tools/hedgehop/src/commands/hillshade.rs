@@ -142,7 +142,12 @@ impl Picture<'_> {
         Ok(light.iter().zip(&colours).flat_map(pixel).collect())
     }
 
-    fn write_tiff(&self, args: &Args, header: &hedgehop::voxel::Header, observer: &dyn Observer) -> Result<()> {
+    fn write_tiff(
+        &self,
+        args: &Args,
+        header: &hedgehop::voxel::Header,
+        observer: &dyn Observer,
+    ) -> Result<()> {
         let (extent, crs) = (self.map.extent(), area::crs(header)?);
         let keys = crs.to_geo_keys();
         if keys.is_none() && !crs.is_local() {
@@ -170,7 +175,11 @@ impl Picture<'_> {
         let mut failed = None;
         let written = write_with(&args.output, |file| {
             let mut encoder = png::Encoder::new(BufWriter::new(file), extent.width, extent.height);
-            encoder.set_color(if self.has_colour { png::ColorType::Rgba } else { png::ColorType::GrayscaleAlpha });
+            encoder.set_color(if self.has_colour {
+                png::ColorType::Rgba
+            } else {
+                png::ColorType::GrayscaleAlpha
+            });
             let mut writer = encoder.write_header().map_err(io::Error::from)?;
             let mut stream = writer.stream_writer().map_err(io::Error::from)?;
             observer.begin("hillshade", u64::from(extent.height), "rows");
@@ -187,7 +196,8 @@ impl Picture<'_> {
                 })?;
                 let pixels = samples.chunks_exact(self.bands());
                 let clear = |pixel: &[u8]| if pixel[0] == NO_DATA { 0 } else { u8::MAX };
-                let bytes: Vec<u8> = pixels.flat_map(|pixel| pixel.iter().copied().chain([clear(pixel)])).collect();
+                let bytes: Vec<u8> =
+                    pixels.flat_map(|pixel| pixel.iter().copied().chain([clear(pixel)])).collect();
                 stream.write_all(&bytes)?;
                 observer.advance((rows.end - rows.start) as u64);
             }

@@ -1,0 +1,86 @@
+//! `hedgehop merge`: several databases as one.
+
+use std::path::{Path, PathBuf};
+
+use hedgehop::memory::PageFile;
+use hedgehop::modeling::Merger;
+use hedgehop::voxel::PageSource;
+use hedgehop::{Error, Result};
+
+use crate::area;
+use crate::args::{self, check_no_input};
+use crate::exit::{self, Outcome};
+use crate::interrupt::Interrupt;
+use crate::making::Making;
+use crate::progress::Reporter;
+
+const EXAMPLE: &str = "\
+Examples:
+  hedgehop merge west.hop east.hop -o whole.hop
+  hedgehop merge fine.hop around.hop --feather 200 -o whole.hop";
+
+/// Put several databases together.
+///
+/// They have one spacing and one reference system, and their voxels lie on each other. Where they overlap, earlier ones lie in front.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
+pub struct Args {
+    /// Databases, highest priority first
+    #[arg(value_name = "AREA.hop", required = true, num_args = 2..)]
+    areas: Vec<PathBuf>,
+
+    /// Width over which an earlier database is blended into a later one that it overlaps, metres
+    #[arg(long, value_name = "METRES", value_parser = args::not_negative, default_value = "0", allow_negative_numbers = true)]
+    feather: f64,
+
+    /// Database to write
+    #[arg(short, long, value_name = "WHOLE.hop")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    making: Making,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
+    let reporter = Reporter::new(args.making.progress, interrupt);
+    let inputs: Vec<&Path> = args.areas.iter().map(PathBuf::as_path).collect();
+    check_no_input("-o", &args.output, &inputs)?;
+    if args.output == Path::new("-") {
+        let what = "a database cannot go to standard output; name a file with -o, like WHOLE.hop";
+        return Err(Error::Configuration(what.into()).into());
+    }
+    let files = inputs.iter().map(|path| PageFile::open(path)).collect::<Result<Vec<_>>>()?;
+    let names: Vec<String> = inputs.iter().map(|path| path.display().to_string()).collect();
+    let databases: Vec<(&dyn PageSource, &str)> =
+        files.iter().zip(&names).map(|(file, name)| (file as &dyn PageSource, name.as_str())).collect();
+    let merger = Merger::new(&databases, args.feather)?;
+    let target = (args.output.as_path(), args.making.overwrite);
+    let merged = merger.write(target, args.making.workers.count(), &reporter)?;
+    let grid = merger.grid();
+    let size = (grid.far_corner() - grid.origin) / 1000.0;
+    let join = &merged.join;
+    let seam = if join.pairs == 0 {
+        "the databases do not touch".to_owned()
+    } else {
+        format!(
+            "along the join ({} voxels) the largest step is {:.2} m, at x {:.1} y {:.1}; the mean is {:.2} m",
+            join.pairs,
+            join.largest,
+            join.place.x,
+            join.place.y,
+            join.mean()
+        )
+    };
+    let text = format!(
+        "merged {}: {:.1} MB, {:.2} x {:.2} km, {} x {} voxels of {} m\n{seam}\n",
+        args.output.display(),
+        merged.bytes as f64 / 1e6,
+        size.x,
+        size.y,
+        grid.nx,
+        grid.ny,
+        area::metres(grid.spacing)
+    );
+    Ok(exit::print(&text)?)
+}
