@@ -179,7 +179,7 @@ fn halve(finer: &[u8], coarser: &mut [u8], [right, down]: [u32; 2], bands: usize
         let to = ((y + down as usize * half) * side + x + right as usize * half) * bands;
         for band in 0..bands {
             let sum: u32 = known().map(|pixel| u32::from(pixel[band])).sum();
-            coarser[to + band] = if count == 0 { NO_DATA } else { ((sum + count / 2) / count) as u8 };
+            coarser[to + band] = (sum + count / 2).checked_div(count).map_or(NO_DATA, |mean| mean as u8);
         }
     }
 }

@@ -81,10 +81,11 @@ impl Crs {
         if definition.is_geographic() {
             return Some(geographic);
         }
-        let Projected { name, parameters, .. } = projected(&definition)?;
-        let title: String =
-            self.name().chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        let mut text = format!("PROJCS[\"{title}\",{geographic},PROJECTION[\"{name}\"]");
+        let Projected { name: method, parameters, .. } = projected(&definition)?;
+        // A system without a name is called by its definition, which is no name.
+        let name = Some(self.name()).filter(|name| !name.starts_with('+')).unwrap_or("Unnamed");
+        let title: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let mut text = format!("PROJCS[\"{title}\",{geographic},PROJECTION[\"{method}\"]");
         for (name, _, value) in parameters {
             // Writing to a String cannot fail.
             let _ = write!(text, ",PARAMETER[\"{name}\",{value:?}]");

@@ -1,5 +1,7 @@
 //! Faults that are planted are found where they are, and in sound ground there are none.
 
+use std::sync::OnceLock;
+
 use glam::DVec2;
 
 use super::*;
@@ -24,7 +26,12 @@ fn hills(x: f64, y: f64) -> f64 {
 }
 
 fn ground(x: u32, y: u32) -> f64 {
-    500.0 + hills(10.0 * f64::from(x), 10.0 * f64::from(y))
+    static HEIGHTS: OnceLock<Vec<f64>> = OnceLock::new();
+    let heights = HEIGHTS.get_or_init(|| {
+        let voxels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (f64::from(x), f64::from(y))));
+        voxels.map(|(x, y)| 500.0 + hills(10.0 * x, 10.0 * y)).collect()
+    });
+    heights[(y * SIDE + x) as usize]
 }
 
 fn area(height: &Ground) -> MemPages {
