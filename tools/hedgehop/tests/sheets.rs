@@ -201,7 +201,9 @@ fn comparisons_that_make_no_sense_are_refused() {
 #[test]
 fn the_manual_and_the_help_name_every_flag() {
     let (site, manual) = (Site::new(), include_str!("../../../docs/cli.md"));
-    for command in ["overview", "contact-sheet", "compare", "bake"] {
+    let sheets = ["overview", "contact-sheet", "compare", "bake"];
+    let maps = ["hillshade", "contours", "continuity", "extract", "merge"];
+    for command in sheets.into_iter().chain(maps) {
         let help = site.ends(&format!("{command} --help"), 0);
         assert!(help.contains("Example") && help.contains("130  interrupted"), "{command}: {help}");
         let flags =
