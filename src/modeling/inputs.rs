@@ -13,6 +13,7 @@ use glam::DVec2;
 use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
 use super::kernel::Samples;
+use super::land_cover::{Class, ClassRaster, LandCoverFile};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
@@ -46,6 +47,7 @@ pub(super) struct Inputs {
     pub clouds: Vec<Cloud>,
     pub elevation: Vec<Opened<f64>>,
     pub imagery: Vec<Opened<[u8; 4]>>,
+    pub land_cover: Vec<Opened<Class>>,
     pub features: Vec<(Layer, LayerOptions)>,
     pub notes: Vec<String>,
 }
@@ -89,7 +91,7 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
 
 /// Opens every raster, of which there may be none, with `cache_bytes` of decoded blocks for all of them together.
 pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
-    let count = options.elevation.len() + options.imagery.len() + options.clouds.len();
+    let count = options.elevation.len() + options.imagery.len() + options.clouds.len() + options.land_cover.len();
     if count >= usize::from(u16::MAX) {
         return Err(Error::Configuration(format!(
             "{count} files are too many; mosaic them first (gdalbuildvrt)"
@@ -107,7 +109,8 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
-    Ok(Inputs { clouds, elevation, imagery, features: Vec::new(), notes: opener.into_notes() })
+    let land_cover = options.land_cover.iter().map(|file| opener.land_cover(file)).collect::<Result<Vec<_>>>()?;
+    Ok(Inputs { clouds, elevation, imagery, land_cover, features: Vec::new(), notes: opener.into_notes() })
 }
 
 /// A file of a build.
@@ -119,6 +122,8 @@ pub enum Input {
     Elevation(usize),
     /// Of imagery, by its place in [`BuildOptions::imagery`].
     Imagery(usize),
+    /// Of land cover, by its place in [`BuildOptions::land_cover`].
+    LandCover(usize),
     /// Of features, by its place in [`BuildOptions::features`].
     Features(usize),
 }
@@ -155,6 +160,9 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     for (index, file) in options.imagery.iter().enumerate() {
         let opened = opener.imagery(file, canvas);
         faults.extend(opened.err().map(|error| (Input::Imagery(index), error)));
+    }
+    for (index, file) in options.land_cover.iter().enumerate() {
+        faults.extend(opener.land_cover(file).err().map(|error| (Input::LandCover(index), error)));
     }
     for (index, file) in options.features.iter().enumerate() {
         faults.extend(layer(file).err().map(|error| (Input::Features(index), error)));
@@ -210,6 +218,18 @@ impl Opener<'_> {
         let facts = facts(&info, &ImageryFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
         self.notes.extend(Samples::notes(samples.as_ref()));
+        let datum = VerticalDatum::Msl;
+        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
+    }
+
+    fn land_cover(&mut self, file: &LandCoverFile) -> Result<Opened<Class>> {
+        let path = &file.path;
+        let raster = open(path, &OpenOptions { classes: true, ..self.open_options.clone() })?;
+        let info = raster.info().clone();
+        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--land-cover-crs", None)?;
+        let description = format!("{}, {}", describe(&info, &crs, None), file.scheme.name());
+        let facts = facts(&info, &LandCoverFile { path: PathBuf::new(), ..file.clone() });
+        let samples = Box::new(ClassRaster::new(raster, &file.scheme, &file.nodata)?);
         let datum = VerticalDatum::Msl;
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }

@@ -14,6 +14,8 @@ mod drape;
 mod fill;
 mod inputs;
 mod kernel;
+mod land_cover;
+mod materials;
 mod mosaic;
 mod options;
 mod page;
@@ -35,6 +37,8 @@ pub use bake::{bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use inputs::{Input, faults};
+pub use land_cover::{LandCoverFile, Scheme};
+pub use materials::{Finish, Materials};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };

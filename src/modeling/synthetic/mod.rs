@@ -10,7 +10,7 @@
 //! After Nack et al., US 5,317,689 (1994): synthetic surfaces, random fractals as a transform of elevation, textures and palettes.
 
 mod line;
-mod noise;
+pub(super) mod noise;
 mod palette;
 mod refine;
 mod shapes;
