@@ -154,9 +154,7 @@ pub(super) fn build_from(
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
     let (land_cover, unknown) = land_cover;
     let misplaced = misplaced.into_iter().chain(unknown);
-    for note in
-        misplaced.chain(sparse_note(&elevation, &plan).filter(|_| !options.synthetic.has_base()))
-    {
+    for note in misplaced.chain(sparse_note(&elevation, &plan).filter(|_| !options.synthetic.has_base())) {
         observer.note(&note);
         metadata.notes.push(note);
     }

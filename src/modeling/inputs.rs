@@ -84,14 +84,16 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
         ));
     }
     open_rasters(options, cache_bytes).and_then(|inputs| {
-        let features = options.features.iter().map(layer).collect::<Result<Vec<_>>>()?;
+        let features =
+            options.features.iter().map(|file| layer(file, options)).collect::<Result<Vec<_>>>()?;
         Ok(Inputs { features, ..inputs })
     })
 }
 
 /// Opens every raster, of which there may be none, with `cache_bytes` of decoded blocks for all of them together.
 pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
-    let count = options.elevation.len() + options.imagery.len() + options.clouds.len() + options.land_cover.len();
+    let count =
+        options.elevation.len() + options.imagery.len() + options.clouds.len() + options.land_cover.len();
     if count >= usize::from(u16::MAX) {
         return Err(Error::Configuration(format!(
             "{count} files are too many; mosaic them first (gdalbuildvrt)"
@@ -109,7 +111,8 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
-    let land_cover = options.land_cover.iter().map(|file| opener.land_cover(file)).collect::<Result<Vec<_>>>()?;
+    let land_cover =
+        options.land_cover.iter().map(|file| opener.land_cover(file)).collect::<Result<Vec<_>>>()?;
     Ok(Inputs { clouds, elevation, imagery, land_cover, features: Vec::new(), notes: opener.into_notes() })
 }
 
@@ -129,8 +132,9 @@ pub enum Input {
 }
 
 /// Reads a file of features.
-fn layer(file: &FeatureFile) -> Result<(Layer, LayerOptions)> {
-    Ok((features::read(&file.path, &file.options)?, file.options.clone()))
+fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOptions)> {
+    let materials = options.materials.clone();
+    Ok((features::read(&file.path, &file.options)?, LayerOptions { materials, ..file.options.clone() }))
 }
 
 /// What is wrong with each file by itself: all of them, where a build ends at the first.
@@ -165,7 +169,7 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
         faults.extend(opener.land_cover(file).err().map(|error| (Input::LandCover(index), error)));
     }
     for (index, file) in options.features.iter().enumerate() {
-        faults.extend(layer(file).err().map(|error| (Input::Features(index), error)));
+        faults.extend(layer(file, options).err().map(|error| (Input::Features(index), error)));
     }
     faults
 }

@@ -56,7 +56,7 @@ impl Materials {
     }
 
     /// The colour that a class has without what is said of its colour, sRGB.
-    fn usual(&self, material: Material) -> [u8; 3] {
+    pub(super) fn usual(&self, material: Material) -> [u8; 3] {
         self.like(material).colour()
     }
 
@@ -85,9 +85,8 @@ impl Materials {
     pub(super) fn moved(&self, material: Material, own: [u8; 3]) -> [u8; 3] {
         let Some(said) = self.said(material).and_then(|finish| finish.colour) else { return own };
         let usual = self.usual(material);
-        let code = |channel: usize| {
-            i16::from(own[channel]) + i16::from(said[channel]) - i16::from(usual[channel])
-        };
+        let code =
+            |channel: usize| i16::from(own[channel]) + i16::from(said[channel]) - i16::from(usual[channel]);
         std::array::from_fn(|channel| code(channel).clamp(0, 255) as u8)
     }
 

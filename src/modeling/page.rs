@@ -11,12 +11,14 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use glam::DVec2;
+
 use super::census::Census;
 use super::cloud::{self, Standees};
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::fill;
-use super::land_cover::{self, CoverInput, Sampler};
+use super::land_cover::{self, Cover, CoverInput, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
 use super::options::{Interpolation, NodataFill};
@@ -29,8 +31,8 @@ use super::warp::{self, LevelGrid, Rect};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::voxel::{
-    APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, RADIX, Span, SpanTable, StandIn,
-    VoxelBlock,
+    APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, RADIX, Span, SpanTable,
+    StandIn, VoxelBlock,
 };
 
 /// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
@@ -254,13 +256,14 @@ impl<'a> PageMaker<'a> {
             voids: Vec::with_capacity(rect.len()),
             bare: None,
         };
-        for (voxel, (pigment, cover)) in pigments.iter().zip(&covers).enumerate() {
+        for (voxel, (pigment, mapped)) in pigments.iter().zip(&covers).enumerate() {
             let (x, y) = rect.voxel(voxel);
+            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let cover = &self.stated(mapped, at_world.into());
             let at = ground.surface.rect.index(x, y);
             let code = self.project.code.encode(ground.surface.heights[at]);
             let bare = 1.0 - pigment.alpha;
             let tint = if bare > 0.0 { self.tint(&ground, x, y) } else { [0.0; 3] };
-            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
             let side = self.level.grid.spacing;
             let is_known = cover.material > 0 && code != HeightCode::EMPTY;
             let ground_linear = match &self.project.synthetic.palette {
@@ -294,11 +297,38 @@ impl<'a> PageMaker<'a> {
         Ok(made)
     }
 
+    /// The cover at a place, as shapes and textures state it over what maps show.
+    fn stated(&self, mapped: &Cover, at: DVec2) -> Cover {
+        let known = Material::of_code(mapped.material);
+        match self.project.synthetic.material(at, known) {
+            material if material == known => *mapped,
+            material => Cover::of(material.code(), self.project.materials),
+        }
+    }
+
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
     fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
         let Project { code, grid, .. } = self.project;
         let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
+        for (index, paint, share) in &built.natural {
+            let Some(at) = inside(*index) else { continue };
+            let (x, y) = rect.voxel(at);
+            let place = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let own = linear_from_srgb8(self.project.materials.moved(paint.material, paint.colour));
+            let under = linear_from_srgb8(colours[at]);
+            let is_bare = attributes[at].flags & Attributes::NO_IMAGERY != 0;
+            if *share >= 0.5 {
+                attributes[at].material = paint.material.code();
+            }
+            let (over, share) = if is_bare {
+                let cover = Cover { linear: own, ..Cover::of(paint.material.code(), self.project.materials) };
+                (land_cover::varied(&cover, under, place.into(), self.level.grid.spacing), *share)
+            } else {
+                (own, *share * f64::from(self.project.materials.tint(paint.material)))
+            };
+            colours[at] = mix(under, over, share as f32).map(srgb8_from_linear);
+        }
         for (index, paint, share) in &built.paints {
             let Some(at) = inside(*index) else { continue };
             let colour = self.project.materials.moved(paint.material, paint.colour);

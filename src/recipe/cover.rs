@@ -25,7 +25,8 @@ pub(super) fn materials(root: &mut Fields<'_, '_, '_>) -> Materials {
     for (name, value) in tables {
         let at = name.span();
         let name = name.into_inner().into_owned();
-        let Some(finish) = Fields::of("[material]", value, mistakes).and_then(|table| finish(table, &at, &name))
+        let Some(finish) =
+            Fields::of("[material]", value, mistakes).and_then(|table| finish(table, &at, &name))
         else {
             continue;
         };
@@ -44,7 +45,13 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
     let number = table.take::<u8>("number");
     let like = table.take::<String>("like").and_then(|like| {
         let known = Material::named(like.get_ref());
-        let wanted = || format!("like is a material of the table, not {:?}; {}", like.get_ref(), hint(&Materials::default(), like.get_ref()));
+        let wanted = || {
+            format!(
+                "like is a material of the table, not {:?}; {}",
+                like.get_ref(),
+                hint(&Materials::default(), like.get_ref())
+            )
+        };
         mistakes.check(&like.span(), known.ok_or_else(wanted))
     });
     let colour = table.take::<String>("colour").and_then(|text| {
@@ -69,13 +76,19 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
             mistakes.check(&number.span(), own.ok_or(wanted))?
         }
         (None, None) => {
-            let what = format!("there is no material {name}; {}; one of your own needs a number, as in number = 200", hint(&Materials::default(), name));
+            let what = format!(
+                "there is no material {name}; {}; one of your own needs a number, as in number = 200",
+                hint(&Materials::default(), name)
+            );
             mistakes.add(at, what);
             return None;
         }
     };
     if like.is_some() && !has_number {
-        mistakes.add(at, format!("{name} is a material of the table, and like says what one of your own is like"));
+        mistakes.add(
+            at,
+            format!("{name} is a material of the table, and like says what one of your own is like"),
+        );
     }
     Some(Finish { material, name: name.to_owned(), like, colour, tint })
 }
@@ -93,13 +106,21 @@ fn hint(materials: &Materials, given: &str) -> String {
 }
 
 /// The material of a name.
-pub(super) fn named(text: &Spanned<String>, materials: &Materials, mistakes: &Mistakes<'_>) -> Option<Material> {
+pub(super) fn named(
+    text: &Spanned<String>,
+    materials: &Materials,
+    mistakes: &Mistakes<'_>,
+) -> Option<Material> {
     let wanted = || format!("there is no material {:?}; {}", text.get_ref(), hint(materials, text.get_ref()));
     mistakes.check(&text.span(), materials.named(text.get_ref()).ok_or_else(wanted))
 }
 
 /// `[[land_cover]]`: maps of classes.
-pub(super) fn land_cover(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &Materials) -> Vec<LandCoverFile> {
+pub(super) fn land_cover(
+    mut table: Fields<'_, '_, '_>,
+    folder: &Path,
+    materials: &Materials,
+) -> Vec<LandCoverFile> {
     let mistakes = table.mistakes;
     let span = table.span();
     let paths = files(&mut table, folder, "\"worldcover.tif\"");
@@ -139,7 +160,9 @@ fn own(
     let mut classes = BTreeMap::new();
     for (number, value) in table {
         let at = value.span();
-        let wanted = || format!("{} is no class; classes are numbers from 0 to 65535, as in {example}", number.get_ref());
+        let wanted = || {
+            format!("{} is no class; classes are numbers from 0 to 65535, as in {example}", number.get_ref())
+        };
         let key = mistakes.check(&number.span(), number.get_ref().parse::<u16>().map_err(|_| wanted()));
         let text = match value.into_inner() {
             DeValue::String(text) => Ok(text.into_owned()),

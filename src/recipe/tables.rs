@@ -77,7 +77,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         options.clouds.extend(files);
     }
     options.materials = cover::materials(&mut root);
-    options.synthetic = synthetic(&mut root);
+    options.synthetic = synthetic(&mut root, &options.materials);
     let tables = root.tables("elevation", "[[elevation]]");
     if tables.is_empty() && !has_cloud && !options.synthetic.has_base() {
         let what = "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`, or a [[terrain]] with kind = \"plane\"";
@@ -271,7 +271,7 @@ fn features(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<FeatureFile> {
         named.finish();
     }
     table.finish();
-    let options = LayerOptions { crs, table: layer, kind, columns };
+    let options = LayerOptions { crs, table: layer, kind, columns, ..LayerOptions::default() };
     paths.into_iter().map(|path| FeatureFile { path, options: options.clone() }).collect()
 }
 

@@ -197,7 +197,10 @@ mod tests {
         assert!(codes.windows(2).all(|pair| pair[0] < pair[1]) && codes[0] == 1, "{codes:?}");
         for material in Material::ALL {
             let name = material.name().unwrap();
-            assert_eq!((Material::of_code(material.code()), Material::named(name)), (*material, Some(*material)));
+            assert_eq!(
+                (Material::of_code(material.code()), Material::named(name)),
+                (*material, Some(*material))
+            );
             assert!(name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-'), "{name}");
             assert_ne!(material.group(), Group::Other);
         }

@@ -18,7 +18,7 @@ mod survey;
 use std::path::PathBuf;
 
 pub(super) use raster::{Class, ClassRaster};
-pub(super) use sample::{CoverInput, Sampler, varied};
+pub(super) use sample::{Cover, CoverInput, Sampler, varied};
 pub use scheme::Scheme;
 pub(super) use survey::unknown;
 

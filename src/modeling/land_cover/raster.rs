@@ -31,12 +31,21 @@ impl ClassRaster {
     pub fn new(raster: Box<dyn Raster>, scheme: &Scheme, nodata: &[f64]) -> Result<Self> {
         let info = raster.info();
         if !matches!(info.sample, SampleType::U8 | SampleType::I8 | SampleType::U16 | SampleType::I16) {
-            let what = format!("holds {} samples, and classes are whole numbers of 8 or 16 bits", info.sample.name());
-            return Err(Error::unsupported(&info.path, what, "convert it: gdal_translate -ot UInt16 IN out.tif"));
+            let what = format!(
+                "holds {} samples, and classes are whole numbers of 8 or 16 bits",
+                info.sample.name()
+            );
+            return Err(Error::unsupported(
+                &info.path,
+                what,
+                "convert it: gdal_translate -ot UInt16 IN out.tif",
+            ));
         }
         if info.bands >= 3 {
-            let what = format!("holds {} bands and looks like a picture of classes, not like classes", info.bands);
-            let remedy = "name the raster of the classes themselves, or take one band: gdal_translate -b 1 IN out.tif";
+            let what =
+                format!("holds {} bands and looks like a picture of classes, not like classes", info.bands);
+            let remedy =
+                "name the raster of the classes themselves, or take one band: gdal_translate -b 1 IN out.tif";
             return Err(Error::unsupported(&info.path, what, remedy));
         }
         let voids: Vec<f64> = info.nodata.iter().chain(nodata).copied().collect();

@@ -118,8 +118,10 @@ impl Sampler<'_> {
         let size = source.samples.size();
         let mut blocks = vec![band];
         while let Some(block) = blocks.pop() {
-            let voxels = || (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| band.index(x, y)));
-            let wanted = || voxels().filter(|voxel| covers[*voxel].material == 0).filter_map(|voxel| places[voxel]);
+            let voxels =
+                || (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| band.index(x, y)));
+            let wanted =
+                || voxels().filter(|voxel| covers[*voxel].material == 0).filter_map(|voxel| places[voxel]);
             let Some(window) = around(wanted(), size) else { continue };
             let bytes = window.width as usize * window.height as usize * size_of::<Class>();
             if bytes > self.window_bytes && block.len() > 1 {
@@ -191,7 +193,8 @@ impl Place {
 fn around(places: impl Iterator<Item = Place>, (width, height): (u32, u32)) -> Option<Window> {
     let pixels = places.map(|place| place.pixel());
     let joined = |a: [i64; 4], (x, y): (i64, i64)| [a[0].min(x), a[1].min(y), a[2].max(x), a[3].max(y)];
-    let all = pixels.fold(None, |all: Option<[i64; 4]>, (x, y)| Some(joined(all.unwrap_or([x, y, x, y]), (x, y))))?;
+    let all = pixels
+        .fold(None, |all: Option<[i64; 4]>, (x, y)| Some(joined(all.unwrap_or([x, y, x, y]), (x, y))))?;
     let [x0, y0] = [all[0], all[1]].map(|first| (first - BESIDE).max(0) as u32);
     let x1 = (all[2] + BESIDE + 1).min(i64::from(width)) as u32;
     let y1 = (all[3] + BESIDE + 1).min(i64::from(height)) as u32;
@@ -257,7 +260,7 @@ impl Pixels<'_> {
 
 impl Cover {
     /// All of one material.
-    fn of(material: u8, materials: &Materials) -> Self {
+    pub fn of(material: u8, materials: &Materials) -> Self {
         let class = Material::of_code(material);
         let lively = match materials.like(class).group() {
             Group::Woods | Group::Low | Group::Bare | Group::Other => 1.0,
@@ -303,7 +306,8 @@ const MOTTLING: [(f64, f32); 4] = [(310.0, 0.16), (83.0, 0.16), (23.0, 0.14), (6
 /// its side, metres.
 pub(in crate::modeling) fn varied(cover: &Cover, ramp: [f32; 3], at: DVec2, side: f64) -> [f32; 3] {
     let waves = MOTTLING.iter().zip(1000_u64..).filter(|((length, _), _)| *length >= 2.0 * side);
-    let mottled: f32 = waves.map(|((length, height), seed)| height * gradient(at / *length, seed) as f32).sum();
+    let mottled: f32 =
+        waves.map(|((length, height), seed)| height * gradient(at / *length, seed) as f32).sum();
     let lightness = 1.0 + cover.lively * 1.8 * mottled;
     mix(cover.linear, ramp, RAMP * cover.lively).map(|linear| linear * lightness)
 }

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use Material::{
-    BuiltUp, Asphalt, Broadleaf, Crops, Grass, Gravel, Heath, Ice, MixedForest, Moss, Mud, Needleleaf, Orchard, Rock,
-    Sand, Shrub, Snow, Soil, Water, Wetland,
+    Asphalt, Broadleaf, BuiltUp, Crops, Grass, Gravel, Heath, Ice, MixedForest, Moss, Mud, Needleleaf,
+    Orchard, Rock, Sand, Shrub, Snow, Soil, Water, Wetland,
 };
 
 use crate::voxel::Material;
@@ -132,7 +132,8 @@ impl Scheme {
 
     /// The material of a number; `None`: it has none.
     pub fn material(&self, number: u16) -> Option<Material> {
-        let of = |table: &[(u16, Material)]| table.iter().find(|(known, _)| *known == number).map(|known| known.1);
+        let of =
+            |table: &[(u16, Material)]| table.iter().find(|(known, _)| *known == number).map(|known| known.1);
         match self {
             Self::WorldCover => of(&WORLD_COVER),
             Self::Nlcd => of(&NLCD),
@@ -163,7 +164,10 @@ mod tests {
     #[test]
     fn schemes_have_their_codes() {
         let corine = |number| Scheme::Corine.material(number);
-        assert_eq!((corine(312), corine(24), corine(523), corine(44)), (Some(Needleleaf), Some(Needleleaf), Some(Water), Some(Water)));
+        assert_eq!(
+            (corine(312), corine(24), corine(523), corine(44)),
+            (Some(Needleleaf), Some(Needleleaf), Some(Water), Some(Water))
+        );
         assert_eq!((corine(45), corine(0), corine(113)), (None, None, None));
         assert!(CORINE.is_sorted_by_key(|class| class.0) && NLCD.is_sorted_by_key(|class| class.0));
         assert_eq!(Scheme::WorldCover.material(80), Some(Water));
@@ -172,7 +176,8 @@ mod tests {
         assert!(Scheme::named("clc").unwrap_err().contains("worldcover, corine, nlcd"));
         // What is void has no material.
         for scheme in [Scheme::WorldCover, Scheme::Corine, Scheme::Nlcd] {
-            let both = (0..=u16::MAX).filter(|number| scheme.is_void(*number) && scheme.material(*number).is_some());
+            let both =
+                (0..=u16::MAX).filter(|number| scheme.is_void(*number) && scheme.material(*number).is_some());
             assert_eq!(both.count(), 0, "{}", scheme.name());
         }
     }

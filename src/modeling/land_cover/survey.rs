@@ -19,9 +19,15 @@ const LATTICE: u32 = 32;
 const TOGETHER: u32 = 1 << 20;
 
 /// What a raster holds around the area: a sentence for numbers that the scheme does not have, and one if nothing there is known.
-pub(in crate::modeling) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &str)) -> Result<Vec<String>> {
+pub(in crate::modeling) fn unknown(
+    source: &CoverInput,
+    grid: &Grid,
+    (file, scheme): (&str, &str),
+) -> Result<Vec<String>> {
     let Some(window) = window(source, grid) else {
-        return Ok(vec![format!("{file} lies outside the area and tells nothing; check its reference system")]);
+        return Ok(vec![format!(
+            "{file} lies outside the area and tells nothing; check its reference system"
+        )]);
     };
     let mut unknown: BTreeMap<i32, u64> = BTreeMap::new();
     let (mut others, mut known) = (0_u64, 0_u64);
@@ -47,7 +53,8 @@ pub(in crate::modeling) fn unknown(source: &CoverInput, grid: &Grid, (file, sche
     others += counts.iter().skip(TOLD_APART).map(|(_, count)| count).sum::<u64>();
     counts.truncate(TOLD_APART);
     if !counts.is_empty() {
-        let told: Vec<String> = counts.iter().map(|(number, count)| format!("{number} ({count} pixels)")).collect();
+        let told: Vec<String> =
+            counts.iter().map(|(number, count)| format!("{number} ({count} pixels)")).collect();
         let more = if others > 0 { format!(" and others ({others} pixels)") } else { String::new() };
         notes.push(format!(
             "{file}: around the area it has numbers that are no classes of {scheme}: {}{more}; their ground has no material",
@@ -55,7 +62,9 @@ pub(in crate::modeling) fn unknown(source: &CoverInput, grid: &Grid, (file, sche
         ));
     }
     if known == 0 {
-        notes.push(format!("{file}: no pixel around the area has a class of {scheme}; is it of another scheme?"));
+        notes.push(format!(
+            "{file}: no pixel around the area has a class of {scheme}; is it of another scheme?"
+        ));
     }
     Ok(notes)
 }
@@ -69,7 +78,8 @@ fn window(source: &CoverInput, grid: &Grid) -> Option<Window> {
         source.placement.pixel_from_world(x, y)
     });
     let joined = |a: [f64; 4], (x, y): (f64, f64)| [a[0].min(x), a[1].min(y), a[2].max(x), a[3].max(y)];
-    let all = pixels.fold(None, |all: Option<[f64; 4]>, (x, y)| Some(joined(all.unwrap_or([x, y, x, y]), (x, y))))?;
+    let all = pixels
+        .fold(None, |all: Option<[f64; 4]>, (x, y)| Some(joined(all.unwrap_or([x, y, x, y]), (x, y))))?;
     let (width, height) = source.samples.size();
     let range = |low: f64, high: f64, size: u32| {
         let (first, last) = ((low + 0.5).floor().max(0.0), (high + 0.5).floor().min(f64::from(size) - 1.0));

@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::key::Key;
-use crate::modeling::materials::Classes;
 use crate::modeling::census::Census;
+use crate::modeling::materials::Classes;
 use crate::modeling::scan::Survey;
 use crate::voxel::{ContentHash, PageEntry, PageId, PagePart};
 
