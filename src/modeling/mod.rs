@@ -21,6 +21,7 @@ mod options;
 mod page;
 mod placed;
 mod plan;
+mod plausible;
 mod scan;
 mod standing;
 mod steps;

@@ -127,6 +127,24 @@ impl Material {
         Self::ALL.iter().copied().find(|material| material.name() == Some(name))
     }
 
+    /// A colour that tells it from others in pictures of materials, sRGB; black if it is not known. Numbers that follow each other have hues a golden
+    /// section of the circle apart.
+    pub fn mark(self) -> [u8; 3] {
+        const GOLDEN: f32 = 0.618_034;
+        let code = self.code();
+        if code == 0 {
+            return [0; 3];
+        }
+        let hue = 6.0 * (f32::from(code) * GOLDEN).fract();
+        let lightness = [1.0, 0.72, 0.86][usize::from(code % 3)];
+        let channel = |shift: f32| {
+            let away = ((hue + shift) % 6.0 - 3.0).abs() - 1.0;
+            let pure = away.clamp(0.0, 1.0);
+            (255.0 * lightness * (0.25 + 0.75 * pure)).round() as u8
+        };
+        [channel(0.0), channel(4.0), channel(2.0)]
+    }
+
     /// What it belongs to in reports on what stands and lies there.
     pub fn group(self) -> Group {
         match self {
@@ -204,6 +222,9 @@ mod tests {
             assert!(name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-'), "{name}");
             assert_ne!(material.group(), Group::Other);
         }
+        let marks: std::collections::HashSet<_> =
+            (0..=255).map(|code| Material::of_code(code).mark()).collect();
+        assert!(marks.len() > 240, "{}", marks.len());
         assert_eq!((Material::of_code(0), Material::of_code(200)), (Material::Unknown, Material::Own(200)));
         assert_eq!((Material::Own(200).code(), Material::named("lava")), (200, None));
     }
