@@ -293,3 +293,65 @@ fn a_recipe_has_classes_of_its_own() {
     let metadata = &pages.header().metadata;
     assert_eq!((metadata.materials[1].number, metadata.material(200)), (200, Material::Crops));
 }
+
+#[test]
+fn natural_areas_are_ground_and_leave_imagery_as_it_is() {
+    let folder = site();
+    let ring: Vec<String> = [(300.0, 200.0), (400.0, 200.0), (400.0, 300.0), (300.0, 300.0), (300.0, 200.0)]
+        .iter()
+        .map(|(x, y)| format!("[{},{}]", WEST + x, SOUTH + y))
+        .collect();
+    let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::32632"}}"#;
+    let sand = format!(
+        r#"{{"type":"FeatureCollection",{crs},"features":[{{"type":"Feature","properties":{{"natural":"sand"}},"geometry":{{"type":"Polygon","coordinates":[[{}]]}}}}]}}"#,
+        ring.join(",")
+    );
+    fs::write(folder.path().join("road.geojson"), sand).unwrap();
+    let image = image::RgbImage::from_pixel(64, 64, image::Rgb([10, 20, 200]));
+    image.save(folder.path().join("photo.png")).unwrap();
+    let (x, y) = (WEST + 4.0, SOUTH + 508.0);
+    fs::write(folder.path().join("photo.pgw"), format!("8\n0\n0\n-8\n{x}\n{y}\n")).unwrap();
+    let mut options = options(folder.path(), "a.hop");
+    let colour = |options: &BuildOptions, x: u32, y: u32| {
+        build(options, &Silent).unwrap();
+        let pages = PageFile::open(&options.output).unwrap();
+        assert_eq!(material(&pages, 350.0, 250.0), "sand");
+        assert_eq!(material(&pages, 305.0, 205.0), "sand");
+        assert_eq!(material(&pages, 295.0, 205.0), "grass");
+        let id = hedgehop::voxel::PageId { level: 0, px: x / 256, py: y / 256 };
+        let page = pages.page(id).unwrap().unwrap();
+        page.colours[page.sample(x % 256, y % 256)]
+    };
+    let [red, _, blue] = colour(&options, 350, 250);
+    assert!(red > 150 && red > blue, "{red} {blue}");
+    options.imagery = vec![hedgehop::modeling::ImageryFile {
+        path: folder.path().join("photo.png"),
+        crs: Some("EPSG:32632".into()),
+        bands: None,
+    }];
+    assert_eq!(colour(&options, 350, 250), [10, 20, 200]);
+    let sand = Material::Sand;
+    let finish = Finish { material: sand, name: "sand".into(), tint: 0.5, ..Finish::default() };
+    options.materials = Materials::new(vec![finish]);
+    let [red, _, blue] = colour(&options, 350, 250);
+    assert!((100..200).contains(&red) && (150..200).contains(&blue), "{red} {blue}");
+}
+
+#[test]
+fn synthetic_ground_states_its_material() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("place.toml");
+    let text = "[place]\nlocal = true\nbbox = [0, 0, 1000, 1000]\nspacing_m = 10\n\
+        [[terrain]]\nkind = \"plane\"\nheight_m = 100\nmaterial = \"grass\"\n\
+        [[terrain]]\nkind = \"dome\"\ncentre = [500, 500]\nradius_m = 200\nheight_m = 50\nmaterial = \"rock\"\n\
+        [[texture]]\nkind = \"checks\"\ncolours = [\"#808080\", \"#909090\"]\nsize_m = 40\ncentre = [500, 500]\nradius_m = 50\nmaterial = \"concrete\"\n";
+    fs::write(&path, text).unwrap();
+    let recipe = Recipe::read(&path).unwrap();
+    build(&recipe.options, &Silent).unwrap();
+    let pages = PageFile::open(&recipe.options.output).unwrap();
+    let at = |x: f64, y: f64| {
+        let found = attributes_at(&pages, glam::dvec2(x, y)).unwrap().unwrap();
+        pages.header().metadata.material_name(found.material)
+    };
+    assert_eq!([at(105.0, 105.0), at(605.0, 505.0), at(515.0, 505.0)], ["grass", "rock", "concrete"]);
+}

@@ -241,6 +241,6 @@ mod tests {
         let area = area();
         let at = |x: f64, y: f64| attributes_at(&area, DVec2::new(x, y)).unwrap().map(|found| found.material);
         assert_eq!((at(1199.9, 2100.0), at(1200.1, 2100.0)), (Some(1), Some(14)));
-        assert_eq!((at(1200.1, 2001.0), at(999.0, 2100.0), at(1600.0, 2100.0)), (None, None, None));
+        assert_eq!((at(1200.1, 2001.0), at(999.0, 2100.0), at(1600.1, 2100.0)), (None, None, None));
     }
 }

@@ -157,6 +157,9 @@ fn own(
         mistakes.add(&span, format!("classes is a table of numbers and materials, as in {example}"));
         return None;
     };
+    if table.is_empty() {
+        mistakes.add(&span, format!("classes names none; write {example}"));
+    }
     let mut classes = BTreeMap::new();
     for (number, value) in table {
         let at = value.span();
@@ -171,9 +174,6 @@ fn own(
         let text = mistakes.check(&at, text);
         let material = text.and_then(|text| named(&Spanned::new(at, text), materials, mistakes));
         classes.extend(key.zip(material));
-    }
-    if classes.is_empty() {
-        mistakes.add(&span, format!("classes names none; write {example}"));
     }
     Some(classes)
 }

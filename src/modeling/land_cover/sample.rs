@@ -298,7 +298,7 @@ fn most_frequent(sorted: &[Cover]) -> u8 {
 }
 
 /// Share of the ramp by height and slope in the colour of bare ground of a known material.
-const RAMP: f32 = 0.14;
+const RAMP: f32 = 0.1;
 /// Wavelengths by which lightness varies, metres, and how much with each.
 const MOTTLING: [(f64, f32); 4] = [(310.0, 0.16), (83.0, 0.16), (23.0, 0.14), (6.1, 0.12)];
 
