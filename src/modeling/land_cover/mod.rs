@@ -5,7 +5,8 @@
 //! class of a coarser voxel     = the most frequent of the centres of its 4 × 4 next finer voxels
 //! colour, where pixels are wider than voxels:
 //!     place  = centre, moved by noise of half a pixel
-//!     colour = of the four pixels around the place, mixed over a third of a pixel
+//!     shares = of classes in the 3 × 3 pixels around the place, by the quadratic B-spline
+//!     colour = mixed by the fifth power of these: straight borders where pixels make stairs, a third of a pixel wide
 //! colour, else                 = that of the class
 //! ```
 //! Classes are never interpolated; colours are, since squares of ten metres are no edges of fields. Both are functions of the place alone.

@@ -52,14 +52,14 @@ pub(in crate::modeling) struct Sampler<'a> {
     pub window: Vec<Class>,
 }
 
-/// Pixels beside those under a block that its colours ask for: the noise, and the next pixel.
-const BESIDE: i64 = 2;
-/// How far noise moves a place, pixels: its deviation is a sixth of this.
-const SHIFT: f64 = 1.5;
+/// Pixels beside those under a block that its colours ask for: the noise, and the spline.
+const BESIDE: i64 = 3;
+/// How far noise moves a place, pixels: its deviation is a fifth of this.
+const SHIFT: f64 = 1.3;
 /// Length of the longest waves of it, pixels; of the others, half as long and half as high.
 const LONGEST: f64 = 1.9;
-/// How much of the way between two pixels their colours mix over, inverted.
-const SHARPNESS: f64 = 3.0;
+/// Power of the shares that classes have around a place: with 5 they change over a third of a pixel.
+const SHARPNESS: u32 = 5;
 
 impl Sampler<'_> {
     /// The cover of a block of a level.
@@ -228,33 +228,67 @@ impl Pixels<'_> {
         if place.scale >= 1.0 {
             return own;
         }
-        // A voxel is never sharper than itself.
-        let sharpness = SHARPNESS.min(1.0 / place.scale).max(1.0);
         let at = place.moved();
-        let floor = at.floor();
-        let share = ((at - floor - 0.5) * sharpness + 0.5).clamp(DVec2::ZERO, DVec2::ONE);
-        let (x, y) = (floor.x as i64, floor.y as i64);
-        let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|pixel| self.material(pixel));
-        if corners.iter().all(|corner| *corner == material) {
+        let middle = (at + 0.5).floor();
+        let (columns, rows) = (spline(at.x - middle.x), spline(at.y - middle.y));
+        let (x, y) = (middle.x as i64 - 1, middle.y as i64 - 1);
+        let mut shares = Shares::default();
+        for (row, down) in (y..).zip(rows) {
+            for (column, across) in (x..).zip(columns) {
+                // Where nothing is known beside it, it goes on.
+                let found = self.material((column, row));
+                shares.add(if found == 0 { material } else { found }, (across * down) as f32);
+            }
+        }
+        if shares.count == 1 && shares.all[0].0 == material {
             return own;
         }
-        let weights = [
-            (1.0 - share.x) * (1.0 - share.y),
-            share.x * (1.0 - share.y),
-            (1.0 - share.x) * share.y,
-            share.x * share.y,
-        ];
-        // Where nothing is known beside it, it goes on.
-        let parts = corners.iter().zip(weights);
-        let parts = parts.map(|(&corner, weight)| {
-            let corner = if corner == 0 { own } else { Cover::of(corner, materials) };
-            (corner, weight as f32)
-        });
-        parts.fold(Cover { linear: [0.0; 3], lively: 0.0, material }, |sum, (part, weight)| Cover {
-            linear: std::array::from_fn(|channel| sum.linear[channel] + weight * part.linear[channel]),
-            lively: sum.lively + weight * part.lively,
-            material,
+        // A voxel is never sharper than itself.
+        let power = ((1.5 / place.scale) as u32).clamp(1, SHARPNESS);
+        let parts = || {
+            shares.all[..shares.count]
+                .iter()
+                .map(|(class, share)| (*class, (1..power).fold(*share, |product, _| product * share)))
+        };
+        let whole: f32 = parts().map(|(_, share)| share).sum();
+        parts().fold(Self::nothing(material), |sum, (class, share)| {
+            let (part, weight) = (Cover::of(class, materials), share / whole);
+            Cover {
+                linear: std::array::from_fn(|channel| sum.linear[channel] + weight * part.linear[channel]),
+                lively: sum.lively + weight * part.lively,
+                material,
+            }
         })
+    }
+
+    fn nothing(material: u8) -> Cover {
+        Cover { linear: [0.0; 3], lively: 0.0, material }
+    }
+}
+
+/// Weights of three pixels around a place that lies `beside` the middle one, −½…½: the quadratic B-spline.
+fn spline(beside: f64) -> [f64; 3] {
+    let (before, after) = (0.5 - beside, 0.5 + beside);
+    [0.5 * before * before, 0.75 - beside * beside, 0.5 * after * after]
+}
+
+/// Shares of classes in what lies around a place, in the order in which they come.
+#[derive(Default)]
+struct Shares {
+    all: [(u8, f32); 9],
+    count: usize,
+}
+
+impl Shares {
+    fn add(&mut self, class: u8, share: f32) {
+        let known = self.all[..self.count].iter_mut().find(|(known, _)| *known == class);
+        match known {
+            Some((_, sum)) => *sum += share,
+            None => {
+                self.all[self.count] = (class, share);
+                self.count += 1;
+            }
+        }
     }
 }
 
