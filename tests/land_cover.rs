@@ -273,7 +273,7 @@ fn mistakes_are_told_with_their_lines() {
         mistakes(&format!("{cover}scheme = \"worldcover\"\n[material.maize]\nnumber = 200\n")),
         [""; 0]
     );
-    let float = mistakes("[[land_cover]]\nfile = \"dem.asc\"\nscheme = \"nlcd\"\n");
+    let float = mistakes("[[land_cover]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\nscheme = \"nlcd\"\n");
     assert!(float.len() == 1 && float[0].contains("whole numbers"), "{float:?}");
 }
 

@@ -244,7 +244,9 @@ pub(super) fn build_from(
             plan.grid.spacing
         )));
     }
-    if let Some(note) = bare_note(&census, imagery.is_empty() || options.synthetic.has_colours()) {
+    if let Some(note) =
+        bare_note(&census, imagery.is_empty() || options.synthetic.has_colours(), !land_cover.is_empty())
+    {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -367,14 +369,13 @@ fn sparse_note(elevation: &[ElevationInput], plan: &Plan) -> Option<String> {
 }
 
 /// Says how much of the ground the imagery leaves without colour, if it does.
-fn bare_note(census: &Census, no_imagery: bool) -> Option<String> {
+fn bare_note(census: &Census, no_imagery: bool, is_covered: bool) -> Option<String> {
     let share = 100.0 * census.bare as f64 / census.voxels.saturating_sub(census.empty).max(1) as f64;
     // Less would be shown as nothing.
     const LEAST: f64 = 0.005;
     (!no_imagery && share >= LEAST).then(|| {
-        format!(
-            "imagery leaves {share:.2} % of the ground bare: colours there were derived from height and slope"
-        )
+        let from = if is_covered { "land cover" } else { "height and slope" };
+        format!("imagery leaves {share:.2} % of the ground bare: colours there were derived from {from}")
     })
 }
 

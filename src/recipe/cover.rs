@@ -8,9 +8,8 @@ use toml::de::DeValue;
 
 use super::fields::{Fields, Mistakes};
 use super::tables::{OneOrMany, crs, files};
-use crate::modeling::features::colour;
+use crate::modeling::features::{Material, colour};
 use crate::modeling::{Finish, LandCoverFile, Materials, Scheme};
-use crate::voxel::Material;
 
 /// `[material.NAME]`: what a recipe says of classes, and its own ones.
 pub(super) fn materials(root: &mut Fields<'_, '_, '_>) -> Materials {

@@ -8,11 +8,10 @@ use super::cover;
 use super::fields::Fields;
 use crate::document::Reading;
 use crate::modeling::Materials;
-use crate::modeling::features::{WATER, colour};
+use crate::modeling::features::{Material, WATER, colour};
 use crate::modeling::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, Roughness, Stop, Synthetic, Terrain, Texture, Top,
 };
-use crate::voxel::Material;
 
 /// Reads all of them.
 pub(super) fn synthetic(root: &mut Fields<'_, '_, '_>, known: &Materials) -> Synthetic {

@@ -115,8 +115,8 @@ impl Synthetic {
         let is_in = |texture: &&Texture| {
             texture.within.is_none_or(|circle| at.distance(circle.centre) < circle.radius_m)
         };
-        let stated = self.textures.iter().filter(is_in).filter_map(|texture| texture.material);
-        stated.last().unwrap_or(material)
+        let mut stated = self.textures.iter().filter(is_in).filter_map(|texture| texture.material);
+        stated.next_back().unwrap_or(material)
     }
 
     /// Textures over a colour, of which imagery gave the share `alpha`: linear light. `at` is the voxel's centre, `side` its side, metres.
