@@ -220,7 +220,8 @@ fn ground_has_the_colour_of_its_material_and_varies() {
     );
     let red = area(vec![sand]);
     assert!(near(mean(&red, 50..80), [200, 120, 60]), "{:?}", mean(&red, 50..80));
-    assert_eq!(mean(&red, 0..30), mean(&plain, 0..30));
+    // Water far from the border, which colours cross by a part of a pixel.
+    assert!(near(mean(&red, 0..8), Material::Water.colour()), "{:?}", mean(&red, 0..8));
 }
 
 #[test]
