@@ -244,7 +244,7 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
 
 /// Opens a raster and reads a few windows of it; whatever happens, it must be an answer or a sentence.
 fn exercise(path: &Path, random: &mut Random) {
-    let options = OpenOptions { cache_bytes: 16 << 20, raw: None };
+    let options = OpenOptions { cache_bytes: 16 << 20, ..OpenOptions::default() };
     let raster = match open(path, &options) {
         Ok(raster) => raster,
         Err(error) => return assert!(!error.to_string().contains('\n'), "{error}"),

@@ -7,7 +7,8 @@ use glam::DVec2;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
 use hedgehop::voxel::{
-    Arrays, CorridorRecord, Grid, MemPages, Metadata, PageId, PageSource, SourceRecord, write_arrays,
+    Arrays, CorridorRecord, Grid, MaterialRecord, MemPages, Metadata, PageId, PageSource, SourceRecord,
+    write_arrays,
 };
 
 const NX: u32 = 700;
@@ -25,6 +26,12 @@ fn metadata() -> Metadata {
             description: "test".into(),
         }],
         corridors: vec![CorridorRecord { route: "flight.csv".into(), width: 2000.0, spacing: 1.0 }],
+        materials: vec![MaterialRecord {
+            number: 200,
+            name: "maize".into(),
+            like: Some("crop".into()),
+            colour: [120, 130, 60],
+        }],
         notes: vec!["nothing assumed".into()],
         void_share: 0.25,
         empty_share: 0.0,

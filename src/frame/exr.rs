@@ -8,6 +8,7 @@
 //! | `N.X N.Y N.Z` | half | unit normal, x east, y north, z up; 0 for the sky |
 //! | `level` | uint | level index of the surface, 255 for the sky |
 //! | `id` | uint | source << 16 \| material << 8 \| flags, 4294967295 for the sky |
+//! | `material.R`, `.G`, `.B` | float | a colour for each material, linear, if asked for |
 //! | `forward.u`, `forward.v` | float | pixels to the right and up until the next frame, if asked for ([`super::motion`]) |
 //! | `CryptoObject00.R` … | float | ids and shares of bodies and ground, if asked for ([`super::matte`]) |
 //!
@@ -37,6 +38,7 @@ use ::exr::prelude::{
 use super::info::{CAMERA_CONVENTIONS, Value};
 use super::picture::Refusal;
 use super::{Frame, FrameInfo, Matte};
+use crate::colour::linear_from_srgb8;
 use crate::error::{Error, Result};
 use crate::space::{Camera, Ray, Screen};
 
@@ -126,6 +128,14 @@ fn further(frame: &Frame) -> Vec<(String, Vec<f32>)> {
         channels.extend(
             ["forward.u", "forward.v"].into_iter().zip([part(0), part(1)]).map(|(n, p)| (n.to_owned(), p)),
         );
+    }
+    if frame.aov.material {
+        let mark = |id: &u32| {
+            Frame::material_of(*id).map_or([0.0; 3], |material| linear_from_srgb8(material.mark()))
+        };
+        let part = |part: usize| frame.id.iter().map(|id| mark(id)[part]).collect();
+        let names = ["material.R", "material.G", "material.B"].map(str::to_owned);
+        channels.extend(names.into_iter().zip([part(0), part(1), part(2)]));
     }
     channels
 }

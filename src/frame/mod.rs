@@ -16,7 +16,7 @@ use std::path::Path;
 use crate::colour::srgb8_picture;
 use crate::error::{Error, Result};
 use crate::space::Camera;
-use crate::voxel::Attributes;
+use crate::voxel::{Attributes, Material};
 
 mod atmosphere;
 pub mod atomic;
@@ -83,6 +83,8 @@ pub struct Aov {
     pub matte: Option<Matte>,
     /// How many pixels what is seen moves to the right and up until the next frame, `[height][width]`; see [`motion()`].
     pub motion: Option<Vec<[f32; 2]>>,
+    /// Colours that tell materials apart: [`Material::mark`] of each pixel's `id`.
+    pub material: bool,
 }
 
 impl Frame {
@@ -110,6 +112,11 @@ impl Frame {
     /// Id of pixels that see the body of a number below 2³¹ − 1: no voxel has so high a one.
     pub fn body_id(number: u32) -> u32 {
         1 << 31 | number
+    }
+
+    /// The material that an [`Self::id`] tells; `None`: of the sky, or of a body.
+    pub fn material_of(id: u32) -> Option<Material> {
+        (id >> 31 == 0).then(|| Material::of_code((id >> 8) as u8))
     }
 
     /// How a voxel's attributes are packed into [`Self::id`].

@@ -26,6 +26,7 @@ use super::census::Census;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
+use super::land_cover::{self, CoverInput};
 use super::mosaic;
 use super::options::{BuildOptions, NodataFill};
 use super::page::Project;
@@ -110,7 +111,8 @@ fn check_output(options: &BuildOptions) -> Result<()> {
         let clouds = options.clouds.iter().map(|file| &file.path);
         let elevation = options.elevation.iter().map(|file| &file.path).chain(clouds);
         let imagery = options.imagery.iter().map(|file| &file.path);
-        if let Some(input) = elevation.chain(imagery).find(is_output) {
+        let land_cover = options.land_cover.iter().map(|file| &file.path);
+        if let Some(input) = elevation.chain(imagery).chain(land_cover).find(is_output) {
             return Err(Error::Configuration(format!(
                 "{} is an input; name another file with -o, like AREA.hop",
                 input.display()
@@ -147,11 +149,12 @@ pub(super) fn build_from(
     let imagery_paths: Vec<PathBuf> = inputs.imagery.iter().map(|raster| raster.path.clone()).collect();
     let features = std::mem::take(&mut inputs.features);
     let clouds = std::mem::take(&mut inputs.clouds);
+    let land_cover = cover(std::mem::take(&mut inputs.land_cover), &plan, options)?;
     let (mut elevation, mut imagery) = place(inputs, &plan, datum)?;
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
-    for note in
-        misplaced.into_iter().chain(sparse_note(&elevation, &plan).filter(|_| !options.synthetic.has_base()))
-    {
+    let (land_cover, unknown) = land_cover;
+    let misplaced = misplaced.into_iter().chain(unknown);
+    for note in misplaced.chain(sparse_note(&elevation, &plan).filter(|_| !options.synthetic.has_base())) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -191,6 +194,8 @@ pub(super) fn build_from(
         elevation: &elevation,
         surveys: &surveys,
         imagery: &imagery,
+        land_cover: &land_cover,
+        materials: &options.materials,
         synthetic: &options.synthetic,
         interpolation: options.interpolation,
         standing: None,
@@ -211,7 +216,7 @@ pub(super) fn build_from(
     let code = HeightCode::spanning(low, high);
     let project = Project { code, standing: standing.as_ref(), standees: standees.as_ref(), ..natural };
     let page_keys = keys.as_ref().map(|keys| {
-        let sources = (&elevation[..], &imagery[..]);
+        let sources = (&elevation[..], &imagery[..], &land_cover[..]);
         PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), (&tint, standing.as_ref()))
     });
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
@@ -239,13 +244,16 @@ pub(super) fn build_from(
             plan.grid.spacing
         )));
     }
-    if let Some(note) = bare_note(&census, imagery.is_empty() || options.synthetic.has_colours()) {
+    if let Some(note) =
+        bare_note(&census, imagery.is_empty() || options.synthetic.has_colours(), !land_cover.is_empty())
+    {
         observer.note(&note);
         metadata.notes.push(note);
     }
 
     let share = |count: u64| count as f64 / census.voxels.max(1) as f64;
     metadata.vertical_datum = datum.label().to_owned();
+    metadata.materials = options.materials.records(census.classes.numbers());
     metadata.void_share = share(census.voids);
     metadata.empty_share = share(census.empty);
     let (content_hash, bytes) = writer.finish(&metadata, decoded_range(&code, &census))?;
@@ -270,17 +278,19 @@ fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
 fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
     let elevation = inputs.elevation.iter().map(|raster| raster.record("elevation"));
     let imagery = inputs.imagery.iter().map(|raster| raster.record("imagery"));
+    let land_cover = inputs.land_cover.iter().map(|raster| raster.record("land cover"));
     let mut notes = inputs.notes.clone();
     notes.extend(plan.notes.iter().cloned());
     let has_colours = options.synthetic.has_colours() || inputs.clouds.iter().any(Cloud::is_coloured);
     if options.imagery.is_empty() && !has_colours {
-        notes.push("no imagery: colours were derived from height and slope".into());
+        let from = if options.land_cover.is_empty() { "height and slope" } else { "land cover" };
+        notes.push(format!("no imagery: colours were derived from {from}"));
     }
     Metadata {
         crs_name: plan.crs.name().to_owned(),
         crs_epsg: plan.crs.epsg(),
         crs_proj: plan.crs.proj().map(str::to_owned),
-        sources: elevation.chain(imagery).collect(),
+        sources: elevation.chain(imagery).chain(land_cover).collect(),
         corridors: options.corridors.iter().map(Corridor::record).collect(),
         notes,
         writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -297,6 +307,22 @@ fn place(
     let elevation = inputs.elevation.into_iter().map(|raster| ElevationInput::place(raster, plan, datum));
     let imagery = inputs.imagery.into_iter().map(|raster| ImageryInput::place(raster, plan));
     Ok((elevation.collect::<Result<_>>()?, imagery.collect::<Result<_>>()?))
+}
+
+/// Places maps of land cover, and tells what they hold that is no class.
+fn cover(
+    rasters: Vec<inputs::Opened<land_cover::Class>>,
+    plan: &Plan,
+    options: &BuildOptions,
+) -> Result<(Vec<CoverInput>, Vec<String>)> {
+    let (mut placed, mut notes) = (Vec::new(), Vec::new());
+    for (raster, file) in rasters.into_iter().zip(&options.land_cover) {
+        let name = inputs::file_name(&raster.path);
+        let input = CoverInput::place(raster, plan)?;
+        notes.extend(land_cover::unknown(&input, &plan.grid, (&name, file.scheme.name()))?);
+        placed.push(input);
+    }
+    Ok((placed, notes))
 }
 
 /// Imagery that has no part in the area: most often a wrong file or a wrong reference system.
@@ -343,14 +369,13 @@ fn sparse_note(elevation: &[ElevationInput], plan: &Plan) -> Option<String> {
 }
 
 /// Says how much of the ground the imagery leaves without colour, if it does.
-fn bare_note(census: &Census, no_imagery: bool) -> Option<String> {
+fn bare_note(census: &Census, no_imagery: bool, is_covered: bool) -> Option<String> {
     let share = 100.0 * census.bare as f64 / census.voxels.saturating_sub(census.empty).max(1) as f64;
     // Less would be shown as nothing.
     const LEAST: f64 = 0.005;
     (!no_imagery && share >= LEAST).then(|| {
-        format!(
-            "imagery leaves {share:.2} % of the ground bare: colours there were derived from height and slope"
-        )
+        let from = if is_covered { "land cover" } else { "height and slope" };
+        format!("imagery leaves {share:.2} % of the ground bare: colours there were derived from {from}")
     })
 }
 

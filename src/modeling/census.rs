@@ -1,6 +1,7 @@
 //! What the voxels of pages come to.
 
 use super::corridor::Stored;
+use super::materials::Classes;
 use crate::voxel::{APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX};
 
 /// Counts over voxels, in voxels of level 1.
@@ -17,6 +18,8 @@ pub(super) struct Census {
     pub bare: u64,
     /// Least and greatest height code of those with a surface.
     pub codes: Option<(u16, u16)>,
+    /// Materials of voxels and spans.
+    pub classes: Classes,
 }
 
 impl Census {
@@ -47,10 +50,11 @@ impl Census {
         census
     }
 
-    /// The range of codes in a page, its apron included.
+    /// The range of codes in a page, its apron included, and its materials.
     pub fn with_codes_of(mut self, page: &PageBuffer) -> Self {
         let codes = page.heights.iter().copied().filter(|code| *code != HeightCode::EMPTY);
         self.codes = codes.clone().min().zip(codes.max());
+        page.attributes.iter().for_each(|attributes| self.classes.add(attributes.material));
         self
     }
 
@@ -58,7 +62,8 @@ impl Census {
     pub fn with_codes_of_bare(mut self, bare: Option<&PageBuffer>) -> Self {
         if let Some(bare) = bare {
             let ground = Self::default().with_codes_of(bare);
-            let spans = Self { codes: bare.spans.codes(), ..Self::default() };
+            let mut spans = Self { codes: bare.spans.codes(), ..Self::default() };
+            bare.spans.spans().iter().for_each(|span| spans.classes.add(span.material));
             self.add(&ground);
             self.add(&spans);
         }
@@ -71,6 +76,7 @@ impl Census {
         self.voids += other.voids;
         self.empty += other.empty;
         self.bare += other.bare;
+        self.classes.join(&other.classes);
         self.codes = match (self.codes, other.codes) {
             (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
             (a, b) => a.or(b),

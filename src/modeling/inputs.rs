@@ -13,7 +13,9 @@ use glam::DVec2;
 use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
 use super::kernel::Samples;
+use super::land_cover::{Class, ClassRaster, LandCoverFile};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
+use super::plausible::{no_crs, plausible};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
 };
@@ -46,6 +48,7 @@ pub(super) struct Inputs {
     pub clouds: Vec<Cloud>,
     pub elevation: Vec<Opened<f64>>,
     pub imagery: Vec<Opened<[u8; 4]>>,
+    pub land_cover: Vec<Opened<Class>>,
     pub features: Vec<(Layer, LayerOptions)>,
     pub notes: Vec<String>,
 }
@@ -82,14 +85,16 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
         ));
     }
     open_rasters(options, cache_bytes).and_then(|inputs| {
-        let features = options.features.iter().map(layer).collect::<Result<Vec<_>>>()?;
+        let features =
+            options.features.iter().map(|file| layer(file, options)).collect::<Result<Vec<_>>>()?;
         Ok(Inputs { features, ..inputs })
     })
 }
 
 /// Opens every raster, of which there may be none, with `cache_bytes` of decoded blocks for all of them together.
 pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
-    let count = options.elevation.len() + options.imagery.len() + options.clouds.len();
+    let count =
+        options.elevation.len() + options.imagery.len() + options.clouds.len() + options.land_cover.len();
     if count >= usize::from(u16::MAX) {
         return Err(Error::Configuration(format!(
             "{count} files are too many; mosaic them first (gdalbuildvrt)"
@@ -107,7 +112,9 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
         elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
-    Ok(Inputs { clouds, elevation, imagery, features: Vec::new(), notes: opener.into_notes() })
+    let land_cover =
+        options.land_cover.iter().map(|file| opener.land_cover(file)).collect::<Result<Vec<_>>>()?;
+    Ok(Inputs { clouds, elevation, imagery, land_cover, features: Vec::new(), notes: opener.into_notes() })
 }
 
 /// A file of a build.
@@ -119,13 +126,16 @@ pub enum Input {
     Elevation(usize),
     /// Of imagery, by its place in [`BuildOptions::imagery`].
     Imagery(usize),
+    /// Of land cover, by its place in [`BuildOptions::land_cover`].
+    LandCover(usize),
     /// Of features, by its place in [`BuildOptions::features`].
     Features(usize),
 }
 
 /// Reads a file of features.
-fn layer(file: &FeatureFile) -> Result<(Layer, LayerOptions)> {
-    Ok((features::read(&file.path, &file.options)?, file.options.clone()))
+fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOptions)> {
+    let materials = options.materials.clone();
+    Ok((features::read(&file.path, &file.options)?, LayerOptions { materials, ..file.options.clone() }))
 }
 
 /// What is wrong with each file by itself: all of them, where a build ends at the first.
@@ -156,8 +166,11 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
         let opened = opener.imagery(file, canvas);
         faults.extend(opened.err().map(|error| (Input::Imagery(index), error)));
     }
+    for (index, file) in options.land_cover.iter().enumerate() {
+        faults.extend(opener.land_cover(file).err().map(|error| (Input::LandCover(index), error)));
+    }
     for (index, file) in options.features.iter().enumerate() {
-        faults.extend(layer(file).err().map(|error| (Input::Features(index), error)));
+        faults.extend(layer(file, options).err().map(|error| (Input::Features(index), error)));
     }
     faults
 }
@@ -210,6 +223,18 @@ impl Opener<'_> {
         let facts = facts(&info, &ImageryFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
         self.notes.extend(Samples::notes(samples.as_ref()));
+        let datum = VerticalDatum::Msl;
+        Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
+    }
+
+    fn land_cover(&mut self, file: &LandCoverFile) -> Result<Opened<Class>> {
+        let path = &file.path;
+        let raster = open(path, &OpenOptions { classes: true, ..self.open_options.clone() })?;
+        let info = raster.info().clone();
+        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--land-cover-crs", None)?;
+        let description = format!("{}, {}", describe(&info, &crs, None), file.scheme.name());
+        let facts = facts(&info, &LandCoverFile { path: PathBuf::new(), ..file.clone() });
+        let samples = Box::new(ClassRaster::new(raster, &file.scheme, &file.nodata)?);
         let datum = VerticalDatum::Msl;
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
@@ -294,15 +319,6 @@ impl Opener<'_> {
     }
 }
 
-fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error {
-    let guess = if looks_like_degrees(&geo, (info.width, info.height)) {
-        format!("its coordinates look like degrees: if they are, say {flag} EPSG:4326")
-    } else {
-        format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
-    };
-    Error::unsupported(&info.path, "states no coordinate reference system", guess)
-}
-
 /// West, south, east, north of a raster's corners.
 pub(super) fn corner_bounds(geo: &GeoTransform, (width, height): (u32, u32)) -> [f64; 4] {
     let (w, h) = (f64::from(width), f64::from(height));
@@ -312,54 +328,6 @@ pub(super) fn corner_bounds(geo: &GeoTransform, (width, height): (u32, u32)) -> 
         .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, (x, y)| {
             [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
         })
-}
-
-/// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.
-fn looks_like_degrees(geo: &GeoTransform, size: (u32, u32)) -> bool {
-    /// Half a pixel beyond the poles and the 360th meridian, for coarse global rasters.
-    const SLACK: f64 = 1.0;
-    /// Pixels of a tenth of a degree and less, or whole-Earth rasters.
-    const PIXEL: f64 = 0.1;
-    let [west, south, east, north] = corner_bounds(geo, size);
-    let small = geo[1].hypot(geo[4]) < PIXEL && geo[2].hypot(geo[5]) < PIXEL;
-    let global = east - west > 350.0 && north - south > 120.0;
-    west >= -180.0 - SLACK
-        && east <= 360.0 + SLACK
-        && south >= -90.0 - SLACK
-        && north <= 90.0 + SLACK
-        && (small || global)
-}
-
-/// Refuses coordinates that cannot be what the reference system says.
-fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Result<()> {
-    let size = (info.width, info.height);
-    let [west, south, east, north] = corner_bounds(geo, size);
-    let extent = format!("its coordinates, {west} … {east} east and {south} … {north} north,");
-    let remedy = || match &info.crs {
-        Some(_) => "its georeferencing is wrong; repair it with `gdal_edit.py -a_srs EPSG:… FILE`".to_owned(),
-        None => format!("name the right system with {flag} EPSG:…"),
-    };
-    if !crs.is_geographic() {
-        if looks_like_degrees(geo, size) {
-            return Err(Error::unsupported(
-                &info.path,
-                format!("{extent} look like degrees, but would be taken as metres ({})", crs.name()),
-                if info.crs.is_some() {
-                    remedy()
-                } else {
-                    format!("say {flag} EPSG:4326 if they are degrees")
-                },
-            ));
-        }
-        return Ok(());
-    }
-    let (column, row) = (geo[1].hypot(geo[4]), geo[2].hypot(geo[5]));
-    let within =
-        west >= -360.0 - column && east <= 540.0 + column && south >= -90.0 - row && north <= 90.0 + row;
-    if within && east - west <= 360.0 + 2.0 * column {
-        return Ok(());
-    }
-    Err(Error::unsupported(&info.path, format!("{extent} cannot be degrees of {}", crs.name()), remedy()))
 }
 
 /// Notes that name a file by its name alone: what a database records must not depend on where its sources lay.

@@ -85,7 +85,7 @@ impl<T: Copy> Gather<'_, T> {
             if row_bytes * window.height as usize <= self.window_bytes {
                 self.sum(block, window, &mut weights, sums)?;
             } else if block.len() > 1 {
-                blocks.extend(halves(block));
+                blocks.extend(block.halves());
             } else {
                 let strip = (self.window_bytes / row_bytes).max(1) as u32;
                 for y in (window.y..window.y + window.height).step_by(strip as usize) {
@@ -186,16 +186,6 @@ fn tap_range((low, high): (f64, f64), reach: f64, size: u32) -> Option<(i64, i64
     let first = ((low - reach).floor() + 1.0).max(0.0);
     let last = ((high + reach).ceil() - 1.0).min(f64::from(size) - 1.0);
     (first <= last).then_some((first as i64, last as i64))
-}
-
-fn halves(block: Rect) -> [Rect; 2] {
-    if block.width() >= block.height() {
-        let x = block.x0 + block.width() as u32 / 2;
-        [Rect { x1: x, ..block }, Rect { x0: x, ..block }]
-    } else {
-        let y = block.y0 + block.height() as u32 / 2;
-        [Rect { y1: y, ..block }, Rect { y0: y, ..block }]
-    }
 }
 
 /// Weights along one axis.

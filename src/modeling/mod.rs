@@ -15,12 +15,15 @@ mod extract;
 mod fill;
 mod inputs;
 mod kernel;
+mod land_cover;
+mod materials;
 mod merge;
 mod mosaic;
 mod options;
 mod page;
 mod placed;
 mod plan;
+mod plausible;
 mod scan;
 mod standing;
 mod steps;
@@ -39,6 +42,8 @@ pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use extract::{Part, extract};
 pub use inputs::{Input, faults};
+pub use land_cover::{LandCoverFile, Scheme};
+pub use materials::{Finish, Materials};
 pub use merge::{Join, Merged, Merger};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,

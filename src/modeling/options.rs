@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use super::corridor::Corridor;
 use super::features::LayerOptions;
+use super::land_cover::LandCoverFile;
+use super::materials::Materials;
 use super::synthetic::Synthetic;
 use crate::geo::VerticalDatum;
 
@@ -109,6 +111,10 @@ pub struct BuildOptions {
     pub elevation: Vec<ElevationFile>,
     /// Imagery, highest priority first; may be empty.
     pub imagery: Vec<ImageryFile>,
+    /// Maps of land cover, highest priority first; may be empty.
+    pub land_cover: Vec<LandCoverFile>,
+    /// The materials of the place.
+    pub materials: Materials,
     /// What stands or lies on the ground; may be empty.
     pub features: Vec<FeatureFile>,
     /// What no file holds.
@@ -155,6 +161,8 @@ impl BuildOptions {
             clouds: Vec::new(),
             elevation: elevation.into_iter().map(ElevationFile::from).collect(),
             imagery: imagery.into_iter().map(ImageryFile::from).collect(),
+            land_cover: Vec::new(),
+            materials: Materials::default(),
             features: Vec::new(),
             synthetic: Synthetic::default(),
             interpolation: Interpolation::default(),

@@ -11,24 +11,28 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use glam::DVec2;
+
 use super::census::Census;
 use super::cloud::{self, Standees};
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::fill;
+use super::land_cover::{self, Cover, CoverInput, Sampler};
+use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
 use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
 use super::standing::{Built, Standing, Tiles};
 use super::synthetic::{self, Synthetic};
-use super::tint::Tint;
+use super::tint::{Tint, mix};
 use super::warp::{self, LevelGrid, Rect};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::voxel::{
-    APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX, Span, SpanTable, StandIn,
-    VoxelBlock,
+    APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, RADIX, Span, SpanTable,
+    StandIn, VoxelBlock,
 };
 
 /// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
@@ -44,6 +48,8 @@ pub(super) struct Project<'a> {
     pub elevation: &'a [ElevationInput],
     pub surveys: &'a [Survey],
     pub imagery: &'a [ImageryInput],
+    pub land_cover: &'a [CoverInput],
+    pub materials: &'a Materials,
     pub synthetic: &'a Synthetic,
     pub interpolation: Interpolation,
     /// `None`: nothing stands or lies on the ground.
@@ -60,6 +66,7 @@ pub(super) struct PageMaker<'a> {
     level: LevelGrid,
     mosaic: Mosaic<'a>,
     drape: Drape<'a>,
+    cover: Sampler<'a>,
     /// Natural ground that features were bound to.
     pub tiles: Tiles,
 }
@@ -115,6 +122,13 @@ impl<'a> PageMaker<'a> {
                 sources: project.imagery,
                 level,
                 window_bytes: window_bytes / DECODED_PIXEL,
+                window: Vec::new(),
+            },
+            cover: Sampler {
+                sources: project.land_cover,
+                materials: project.materials,
+                grid: project.grid,
+                window_bytes,
                 window: Vec::new(),
             },
             tiles: Tiles::default(),
@@ -178,8 +192,15 @@ impl<'a> PageMaker<'a> {
     /// What features and clouds make of a block with this natural ground; `None`: none reaches it.
     fn built(&mut self, rect: Rect, natural: &[f64]) -> Result<Option<Built>> {
         let mut built = self.features(rect)?;
+        let materials = self.project.materials;
+        if let Some(built) = &mut built {
+            materials.dress(&mut built.solids);
+        }
         if let Some(standees) = self.project.standees {
-            let solids = standees.solids(rect, &self.level)?;
+            let mut solids = standees.solids(rect, &self.level)?;
+            if !standees.is_coloured {
+                materials.dress(&mut solids);
+            }
             if !solids.is_empty() {
                 let built = built.get_or_insert_with(|| Built::on(natural));
                 let first = built.solids.len();
@@ -216,6 +237,7 @@ impl<'a> PageMaker<'a> {
             ground.surface.heights.clone_from(&built.ground);
         }
         let pigments = self.drape.pigments(rect)?;
+        let covers = self.cover.over(rect, self.level.level)?;
         if let Some(built) = &mut built {
             cloud::drape(&mut built.solids[built.uncoloured.clone()], |index| {
                 let pigment = &pigments[within(rect, around, index)?];
@@ -234,15 +256,27 @@ impl<'a> PageMaker<'a> {
             voids: Vec::with_capacity(rect.len()),
             bare: None,
         };
-        for (voxel, pigment) in pigments.iter().enumerate() {
+        for (voxel, (pigment, mapped)) in pigments.iter().zip(&covers).enumerate() {
             let (x, y) = rect.voxel(voxel);
+            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let cover = &self.stated(mapped, at_world.into());
             let at = ground.surface.rect.index(x, y);
             let code = self.project.code.encode(ground.surface.heights[at]);
             let bare = 1.0 - pigment.alpha;
             let tint = if bare > 0.0 { self.tint(&ground, x, y) } else { [0.0; 3] };
-            let linear = std::array::from_fn(|channel| pigment.linear[channel] + bare * tint[channel]);
-            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
             let side = self.level.grid.spacing;
+            let is_known = cover.material > 0 && code != HeightCode::EMPTY;
+            let ground_linear = match &self.project.synthetic.palette {
+                None if is_known => land_cover::varied(cover, tint, at_world.into(), side),
+                _ => tint,
+            };
+            let mut linear: [f32; 3] =
+                std::array::from_fn(|channel| pigment.linear[channel] + bare * ground_linear[channel]);
+            let material = if is_known { cover.material } else { 0 };
+            let share = pigment.alpha * self.project.materials.tint(Material::of_code(material));
+            if share > 0.0 {
+                linear = mix(linear, cover.linear, share);
+            }
             let linear = self.project.synthetic.textured(linear, pigment.alpha, at_world.into(), side);
             made.voxels.heights.push(code);
             made.voxels.colours.push(linear.map(srgb8_from_linear));
@@ -250,10 +284,11 @@ impl<'a> PageMaker<'a> {
             let flags = [(is_void, Attributes::VOID), (pigment.alpha < 0.5, Attributes::NO_IMAGERY)];
             let flags = flags.iter().filter(|(is_set, _)| *is_set).fold(0, |flags, (_, flag)| flags | flag);
             let source = ground.surface.source(at).unwrap_or(0);
-            made.voxels.attributes.push(Attributes { source, material: 0, flags });
+            made.voxels.attributes.push(Attributes { source, material, flags });
             made.voids.push(ground.voids[at]);
         }
         for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
+            let colour = self.project.materials.moved(Material::Water, colour);
             synthetic::flood(&mut made.voxels, at, share, colour);
         }
         if let Some(built) = &built {
@@ -262,14 +297,42 @@ impl<'a> PageMaker<'a> {
         Ok(made)
     }
 
+    /// The cover at a place, as shapes and textures state it over what maps show.
+    fn stated(&self, mapped: &Cover, at: DVec2) -> Cover {
+        let known = Material::of_code(mapped.material);
+        match self.project.synthetic.material(at, known) {
+            material if material == known => *mapped,
+            material => Cover::of(material.code(), self.project.materials),
+        }
+    }
+
     /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
     fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
         let Project { code, grid, .. } = self.project;
         let inside = |index: usize| within(rect, around, index);
         let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
+        for (index, paint, share) in &built.natural {
+            let Some(at) = inside(*index) else { continue };
+            let (x, y) = rect.voxel(at);
+            let place = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let own = linear_from_srgb8(self.project.materials.moved(paint.material, paint.colour));
+            let under = linear_from_srgb8(colours[at]);
+            let is_bare = attributes[at].flags & Attributes::NO_IMAGERY != 0;
+            if *share >= 0.5 {
+                attributes[at].material = paint.material.code();
+            }
+            let (over, share) = if is_bare {
+                let cover = Cover { linear: own, ..Cover::of(paint.material.code(), self.project.materials) };
+                (land_cover::varied(&cover, under, place.into(), self.level.grid.spacing), *share)
+            } else {
+                (own, *share * f64::from(self.project.materials.tint(paint.material)))
+            };
+            colours[at] = mix(under, over, share as f32).map(srgb8_from_linear);
+        }
         for (index, paint, share) in &built.paints {
             let Some(at) = inside(*index) else { continue };
-            let (under, over) = (linear_from_srgb8(colours[at]), linear_from_srgb8(paint.colour));
+            let colour = self.project.materials.moved(paint.material, paint.colour);
+            let (under, over) = (linear_from_srgb8(colours[at]), linear_from_srgb8(colour));
             let mixed = |channel: usize| under[channel] + (over[channel] - under[channel]) * *share as f32;
             colours[at] = std::array::from_fn(|channel| srgb8_from_linear(mixed(channel)));
             if *share >= 0.5 {

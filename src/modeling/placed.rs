@@ -62,7 +62,8 @@ impl ImageryInput {
 }
 
 impl<T> Opened<T> {
-    fn place(&self, plan: &Plan) -> Result<(Placement, Bounds)> {
+    /// How it lies in the grid, and what it can reach.
+    pub fn place(&self, plan: &Plan) -> Result<(Placement, Bounds)> {
         let size = self.samples.size();
         let placement = Placement::new(Transform::new(&plan.crs, &self.crs)?, &self.geo, size)
             .ok_or_else(|| Error::invalid(&self.path, "its geotransform maps the raster onto a line"))?;

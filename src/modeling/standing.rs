@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 use glam::DVec2;
 
 use super::features::{
-    self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Solid, Square, Wall,
+    self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square, Wall,
 };
 use super::page::{PageMaker, Project};
 use super::plan::Plan;
@@ -61,6 +61,8 @@ pub(super) struct Built {
     pub ground: Vec<f64>,
     /// Surfaces of the bare ground: voxel, surface, and share of the voxel, in the order in which they lie on each other.
     pub paints: Vec<(usize, Paint, f64)>,
+    /// What the ground itself is, likewise; below all of these.
+    pub natural: Vec<(usize, Paint, f64)>,
     /// Solids by voxel, in no order.
     pub solids: Vec<(usize, Solid)>,
     /// Which of them have no colours of their own.
@@ -233,14 +235,15 @@ impl Standing {
         }
         let graded: Vec<Graded> = bound.iter().flat_map(|bound| bound.grade(&around, natural)).collect();
         let mut heights = natural.to_vec();
-        let mut paints = Vec::new();
+        let (mut paints, mut bare) = (Vec::new(), Vec::new());
         let inside = |index: usize| {
             let (x, y) = wide.voxel(index);
             let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
             is_in.then(|| rect.index(x, y))
         };
-        features::settle(graded, &mut heights, |index, paint, share| {
-            paints.extend(inside(index).map(|index| (index, paint, share)));
+        features::settle(graded, &mut heights, |index, paint, share, rank| {
+            let on = if rank == Rank::Ground { &mut bare } else { &mut paints };
+            on.extend(inside(index).map(|index| (index, paint, share)));
         });
         let mut solids = Vec::new();
         let here = square(rect, &level.grid);
@@ -248,14 +251,15 @@ impl Standing {
         bound.iter().for_each(|bound| bound.raise(&here, &ground, &mut solids));
         let ground =
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
-        Ok(Built { ground, paints, solids, uncoloured: 0..0 })
+        Ok(Built { ground, paints, natural: bare, solids, uncoloured: 0..0 })
     }
 }
 
 impl Built {
     /// Nothing on this ground.
     pub fn on(natural: &[f64]) -> Self {
-        Self { ground: natural.to_vec(), paints: Vec::new(), solids: Vec::new(), uncoloured: 0..0 }
+        let (paints, solids) = (Vec::new(), Vec::new());
+        Self { ground: natural.to_vec(), paints, natural: Vec::new(), solids, uncoloured: 0..0 }
     }
 
     /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.

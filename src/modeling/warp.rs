@@ -74,6 +74,16 @@ impl Rect {
             y1: self.y1.saturating_add(margin).min(grid.ny),
         }
     }
+    /// Two halves of it, across its longer side; it has two voxels at least.
+    pub fn halves(self) -> [Self; 2] {
+        if self.width() >= self.height() {
+            let x = self.x0 + self.width() as u32 / 2;
+            [Self { x1: x, ..self }, Self { x0: x, ..self }]
+        } else {
+            let y = self.y0 + self.height() as u32 / 2;
+            [Self { y1: y, ..self }, Self { y0: y, ..self }]
+        }
+    }
     /// Whether the block may touch an area: west, south, east, north in world space.
     pub fn meets(&self, [west, south, east, north]: &[f64; 4], grid: &Grid) -> bool {
         let (x0, y0) = world(grid, f64::from(self.x0), f64::from(self.y0));

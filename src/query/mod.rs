@@ -9,6 +9,7 @@
 //!
 //! Line of sight is that of the reference marcher on the finest level (design of the data base analysis system, Hughes 1994): what a picture would show.
 
+mod classes;
 mod continuity;
 mod contours;
 mod hillshade;
@@ -27,6 +28,8 @@ use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface, ground_height};
 use crate::voxel::PageSource;
+
+pub use classes::{ClassTally, LevelTally, Tally, attributes_at, tally};
 
 /// Samples of a line at most; a longer one has them farther apart.
 const MOST_SAMPLES: f64 = 1.0e6;

@@ -6,6 +6,7 @@
 //! A recipe says what the flags of a build say, file by file, and stays when the command is long forgotten (Hughes 1994: the data base modelling and
 //! analysis system). Names of files count from its folder, so that a folder can be moved as it is.
 
+mod cover;
 mod fields;
 mod synthetic;
 mod tables;
@@ -51,6 +52,7 @@ struct Lines {
     elevation: Vec<usize>,
     imagery: Vec<usize>,
     features: Vec<usize>,
+    land_cover: Vec<usize>,
     /// Of the table `[place]`, and of its keys.
     place: usize,
     keys: Vec<(&'static str, usize)>,
@@ -117,6 +119,7 @@ impl Recipe {
             Input::Cloud(index) => mistake(self.lines.clouds[index], error),
             Input::Elevation(index) => mistake(self.lines.elevation[index], error),
             Input::Imagery(index) => mistake(self.lines.imagery[index], error),
+            Input::LandCover(index) => mistake(self.lines.land_cover[index], error),
             Input::Features(index) => mistake(self.lines.features[index], error),
         };
         let mut mistakes: Vec<Mistake> = faults(&self.options).into_iter().map(of_file).collect();

@@ -4,20 +4,32 @@ use glam::DVec2;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::cover;
 use super::fields::Fields;
 use crate::document::Reading;
-use crate::modeling::features::{WATER, colour};
+use crate::modeling::Materials;
+use crate::modeling::features::{Material, WATER, colour};
 use crate::modeling::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, Roughness, Stop, Synthetic, Terrain, Texture, Top,
 };
 
 /// Reads all of them.
-pub(super) fn synthetic(root: &mut Fields<'_, '_, '_>) -> Synthetic {
+pub(super) fn synthetic(root: &mut Fields<'_, '_, '_>, known: &Materials) -> Synthetic {
+    let (mut shapes, mut materials) = (Vec::new(), Vec::new());
+    for mut table in root.tables("terrain", "[[terrain]]") {
+        let material = table.material(known);
+        if let Some(shape) = terrain(table) {
+            materials.extend(material.map(|material| (shapes.len(), material)));
+            shapes.push(shape);
+        }
+    }
+    let textures = root.tables("texture", "[[texture]]").into_iter();
     Synthetic {
-        terrain: root.tables("terrain", "[[terrain]]").into_iter().filter_map(terrain).collect(),
+        terrain: shapes,
+        materials,
         detail: root.table("detail", "[detail]").and_then(detail),
         palette: root.table("palette", "[palette]").and_then(palette),
-        textures: root.tables("texture", "[[texture]]").into_iter().filter_map(texture).collect(),
+        textures: textures.filter_map(|table| texture(table, known)).collect(),
     }
 }
 
@@ -50,6 +62,11 @@ impl Fields<'_, '_, '_> {
     /// A number, or what it is without the key.
     fn number_or(&mut self, key: &'static str, otherwise: f64, (holds, want): Range) -> f64 {
         self.number(key, holds, want).unwrap_or(otherwise)
+    }
+
+    fn material(&mut self, known: &Materials) -> Option<Material> {
+        let name = self.take::<String>("material")?;
+        cover::named(&name, known, self.mistakes)
     }
 
     fn seed(&mut self) -> u64 {
@@ -266,7 +283,8 @@ const PATTERNS: [(&str, Pattern); 5] = [
 ];
 
 /// `[[texture]]`: a pattern on the ground.
-fn texture(mut table: Fields<'_, '_, '_>) -> Option<Texture> {
+fn texture(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<Texture> {
+    let material = table.material(known);
     let pattern = table.kind(PATTERNS, "\"fractal\"");
     let colours =
         table.need::<Vec<Spanned<String>>>("colours", "[\"#6a7a4a\", \"#8c8a58\"]").and_then(|texts| {
@@ -285,7 +303,7 @@ fn texture(mut table: Fields<'_, '_, '_>) -> Option<Texture> {
     let within = table.within();
     table.finish();
     let texture = Texture::new(pattern?, &colours?, size?)?;
-    Some(Texture { seed, turned_deg, strength, over_imagery, within: within?, ..texture })
+    Some(Texture { seed, turned_deg, strength, over_imagery, within: within?, material, ..texture })
 }
 
 /// `[palette]`: colours of bare ground.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::cover;
 use super::fields::Fields;
 use super::synthetic::synthetic;
 use super::{Lines, Recipe, route};
@@ -19,13 +20,13 @@ use crate::sunlight::{SunSetting, written};
 /// One value, or several in brackets.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a value, or several in brackets")]
-enum OneOrMany<T> {
+pub(super) enum OneOrMany<T> {
     One(T),
     Many(Vec<T>),
 }
 
 impl<T> OneOrMany<T> {
-    fn into_vec(self) -> Vec<T> {
+    pub(super) fn into_vec(self) -> Vec<T> {
         match self {
             Self::One(one) => vec![one],
             Self::Many(many) => many,
@@ -75,7 +76,8 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.clouds.extend(files.iter().map(|_| line));
         options.clouds.extend(files);
     }
-    options.synthetic = synthetic(&mut root);
+    options.materials = cover::materials(&mut root);
+    options.synthetic = synthetic(&mut root, &options.materials);
     let tables = root.tables("elevation", "[[elevation]]");
     if tables.is_empty() && !has_cloud && !options.synthetic.has_base() {
         let what = "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`, or a [[terrain]] with kind = \"plane\"";
@@ -92,6 +94,12 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         let files = imagery(table, &folder);
         lines.imagery.extend(files.iter().map(|_| line));
         options.imagery.extend(files);
+    }
+    for table in root.tables("land_cover", "[[land_cover]]") {
+        let line = table.line();
+        let files = cover::land_cover(table, &folder, &options.materials);
+        lines.land_cover.extend(files.iter().map(|_| line));
+        options.land_cover.extend(files);
     }
     for table in root.tables("features", "[[features]]") {
         let line = table.line();
@@ -166,14 +174,14 @@ fn interpolation(table: &mut Fields<'_, '_, '_>) -> Interpolation {
 }
 
 /// A reference system, as text that is understood.
-fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
+pub(super) fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
     let text = table.take::<String>("crs")?;
     table.mistakes.check(&text.span(), Crs::from_user(text.get_ref()))?;
     Some(text.into_inner())
 }
 
 /// Files by names that count from the recipe's folder, all of which exist.
-fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
+pub(super) fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
     let Some(names) = table.need::<OneOrMany<String>>("file", example) else { return Vec::new() };
     let span = names.span();
     let names = names.into_inner().into_vec();
@@ -263,7 +271,7 @@ fn features(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<FeatureFile> {
         named.finish();
     }
     table.finish();
-    let options = LayerOptions { crs, table: layer, kind, columns };
+    let options = LayerOptions { crs, table: layer, kind, columns, ..LayerOptions::default() };
     paths.into_iter().map(|path| FeatureFile { path, options: options.clone() }).collect()
 }
 

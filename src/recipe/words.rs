@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::progress::Observer;
 
 /// Flags, the tables of a recipe in which the same is said, and their keys there; without a key it is the table itself.
-const WORDS: [(&str, &str, &str); 19] = [
+const WORDS: [(&str, &str, &str); 21] = [
     ("--bands", "[[imagery]]", "bands"),
     ("--bbox", "[place]", "bbox"),
     ("--cloud", "[[cloud]]", ""),
@@ -18,6 +18,8 @@ const WORDS: [(&str, &str, &str); 19] = [
     ("--features", "[[features]]", ""),
     ("--imagery", "[[imagery]]", ""),
     ("--imagery-crs", "[[imagery]]", "crs"),
+    ("--land-cover", "[[land_cover]]", ""),
+    ("--land-cover-crs", "[[land_cover]]", "crs"),
     ("--local", "[place]", "local"),
     ("--nodata", "[[elevation]]", "nodata"),
     ("--nodata-fill", "[place]", "voids"),

@@ -58,6 +58,10 @@ pub struct Metadata {
     /// Parts that are stored more finely than the rest; none if all of the area is stored at its finest.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub corridors: Vec<CorridorRecord>,
+    /// Classes of material that its voxels and spans hold, by rising number; none in a database that was written before they were told, or that
+    /// knows no materials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub materials: Vec<MaterialRecord>,
     /// What was assumed or repaired while building, as sentences.
     pub notes: Vec<String>,
     /// Share of level-1 voxels whose source had no data, 0…1 (filled ones included).
@@ -93,7 +97,35 @@ pub struct CorridorRecord {
     pub spacing: f64,
 }
 
+/// A class of material.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct MaterialRecord {
+    /// Its number in voxels and spans, 1…255.
+    pub number: u8,
+    /// What it is called, e.g. `bare-soil`.
+    pub name: String,
+    /// The class of the table that it behaves as, if it is one of the place's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub like: Option<String>,
+    /// Its colour where nothing else says one, sRGB.
+    pub colour: [u8; 3],
+}
+
 impl Metadata {
+    /// What a class of material is called here.
+    pub fn material_name(&self, number: u8) -> String {
+        let recorded = self.materials.iter().find(|record| record.number == number);
+        let known = || super::Material::of_code(number).name().map(str::to_owned);
+        recorded.map(|record| record.name.clone()).or_else(known).unwrap_or_else(|| format!("class {number}"))
+    }
+
+    /// The class of the table that a class of material is, or behaves as.
+    pub fn material(&self, number: u8) -> super::Material {
+        let recorded = self.materials.iter().find(|record| record.number == number);
+        let like = recorded.and_then(|record| super::Material::named(record.like.as_deref()?));
+        like.unwrap_or_else(|| super::Material::of_code(number))
+    }
+
     /// As stored, or what is wrong with it.
     pub(super) fn to_json(&self) -> Result<Vec<u8>, String> {
         for (name, share) in [("void_share", self.void_share), ("empty_share", self.empty_share)] {

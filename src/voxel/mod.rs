@@ -10,6 +10,7 @@ mod fixed_header;
 mod format;
 mod grid;
 mod header;
+mod material;
 mod page;
 mod pyramid;
 mod relief;
@@ -34,7 +35,8 @@ pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
 pub use earlier::{EarlierFile, EarlierPage};
 pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
-pub use header::{ContentHash, CorridorRecord, Header, Metadata, SourceRecord};
+pub use header::{ContentHash, CorridorRecord, Header, MaterialRecord, Metadata, SourceRecord};
+pub use material::{Group, Material};
 pub use page::{
     APRON, Attributes, BoundsView, EncodedPage, HeightsView, PageBuffer, PageNeeds, PagePart, PageView,
     RELIEF_APRON,

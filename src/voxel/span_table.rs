@@ -84,6 +84,11 @@ impl SpanTable {
         if table.spans.is_empty() { Self::default() } else { table }
     }
 
+    /// All of them, voxel by voxel.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
     /// How many codes a slope of one step rises or falls over half a voxel's diagonal, if a step of height is `scale` metres and a voxel
     /// `spacing` metres wide.
     pub fn rise(code: HeightCode, spacing: f64) -> f64 {

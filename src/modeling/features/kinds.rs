@@ -41,10 +41,12 @@ pub enum Class {
     Wood,
     /// Decks of bridges.
     Bridge,
+    /// Natural or farmed ground.
+    Ground,
 }
 
 impl Class {
-    const NAMES: [(&'static str, Self); 18] = [
+    const NAMES: [(&'static str, Self); 19] = [
         ("building", Self::Building),
         ("road", Self::Road),
         ("railway", Self::Railway),
@@ -63,6 +65,7 @@ impl Class {
         ("tree", Self::Tree),
         ("wood", Self::Wood),
         ("bridge", Self::Bridge),
+        ("ground", Self::Ground),
     ];
 
     /// By its name in recipes; an error that tells all names.
@@ -286,6 +289,8 @@ pub enum Meaning {
     Way(Way),
     /// An area with a surface of its own, level with the ground.
     Pavement(Paint),
+    /// Natural or farmed ground: its material, and its colour where no imagery shows it.
+    Ground(Paint),
     /// Flowing water of this width, metres; areas of it are lakes here if they stand still, and rivers if not.
     River(f64),
     /// Standing water.

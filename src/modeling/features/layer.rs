@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use super::kinds::Class;
 use crate::geo::{Crs, Transform};
+use crate::modeling::materials::Materials;
 
 /// Places in order, in the layer's reference system (eastward or longitude, northward or latitude).
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -219,6 +220,8 @@ pub struct LayerOptions {
     pub kind: Option<Class>,
     /// Names of its attributes.
     pub columns: Columns,
+    /// The materials of the place, by whose names rows may say theirs.
+    pub materials: Materials,
 }
 
 /// Rows that are left out, counted by reason.

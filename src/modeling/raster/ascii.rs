@@ -283,7 +283,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.asc");
         std::fs::write(&path, text).unwrap();
-        let raster = open(&path, &OpenOptions { cache_bytes, raw: None })?;
+        let raster = open(&path, &OpenOptions { cache_bytes, raw: None, classes: false })?;
         let info = raster.info().clone();
         let mut samples = Vec::new();
         raster.read(Window { x: 0, y: 0, width: info.width, height: info.height }, &[0], &mut samples)?;

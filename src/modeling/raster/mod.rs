@@ -33,7 +33,7 @@ mod raw;
 mod sample;
 mod side;
 #[cfg(test)]
-mod testing;
+pub(super) mod testing;
 mod tiff;
 
 use std::path::{Path, PathBuf};
@@ -52,11 +52,13 @@ pub struct OpenOptions {
     pub cache_bytes: u64,
     /// Size of a headerless file of little-endian 32-bit floats; `None`: it is square.
     pub raw: Option<RawLayout>,
+    /// Samples are classes: those of a palette are taken as they are, without its colours.
+    pub classes: bool,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { cache_bytes: 64 << 20, raw: None }
+        Self { cache_bytes: 64 << 20, raw: None, classes: false }
     }
 }
 

@@ -6,7 +6,7 @@ use super::{Raster, RasterInfo, SampleType, Window};
 use crate::error::Result;
 
 /// What it says of itself, and its samples, interleaved by pixel.
-pub(super) struct Fixed(pub RasterInfo, pub Vec<f64>);
+pub struct Fixed(pub RasterInfo, pub Vec<f64>);
 
 impl Raster for Fixed {
     fn info(&self) -> &RasterInfo {
@@ -25,7 +25,7 @@ impl Raster for Fixed {
 }
 
 /// One row of pixels.
-pub(super) fn raster(sample: SampleType, bands: u32, samples: &[f64]) -> Fixed {
+pub fn raster(sample: SampleType, bands: u32, samples: &[f64]) -> Fixed {
     let info = RasterInfo {
         width: samples.len() as u32 / bands,
         height: 1,

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::geo::VerticalDatum;
 use crate::modeling::fill;
 use crate::modeling::inputs::{Bounds, Inputs, Opened};
+use crate::modeling::land_cover::CoverInput;
 use crate::modeling::options::{BuildOptions, NodataFill};
 use crate::modeling::placed::{ElevationInput, ImageryInput};
 use crate::modeling::plan::Plan;
@@ -17,6 +18,7 @@ use crate::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, fin
 pub(in crate::modeling) struct SourceKeys {
     pub elevation: Vec<Key>,
     pub imagery: Vec<Key>,
+    pub land_cover: Vec<Key>,
     /// Of everything else that all pages are made of.
     settings: Key,
 }
@@ -35,6 +37,7 @@ impl SourceKeys {
             clouds: Vec::new(),
             elevation: Vec::new(),
             imagery: Vec::new(),
+            land_cover: Vec::new(),
             features: Vec::new(),
             corridors: Vec::new(),
             output: Default::default(),
@@ -53,7 +56,8 @@ impl SourceKeys {
             clouds.fill(all);
             settings = settings.with_key(all);
         }
-        Ok(Self { elevation, imagery: keys(&inputs.imagery, steps)?, settings: settings.key() })
+        let (imagery, land_cover) = (keys(&inputs.imagery, steps)?, keys(&inputs.land_cover, steps)?);
+        Ok(Self { elevation, imagery, land_cover, settings: settings.key() })
     }
 
     /// Of all elevation, as it lies in the area.
@@ -90,17 +94,19 @@ impl<'a> PageKeys<'a> {
     /// Of rasters that were placed, and the code that pages have their heights in.
     pub fn new(
         keys: &SourceKeys,
-        (elevation, imagery): (&[ElevationInput], &[ImageryInput]),
+        (elevation, imagery, land_cover): (&[ElevationInput], &[ImageryInput], &[CoverInput]),
         fill: NodataFill,
         (grid, code): (Grid, HeightCode),
         (tint, standing): (&dyn std::fmt::Debug, Option<&'a Standing>),
     ) -> Self {
         let elevation = keys.elevation.iter().zip(elevation).map(|(key, source)| (*key, source.reach));
         let imagery = keys.imagery.iter().zip(imagery).map(|(key, source)| (*key, source.reach));
+        let land_cover = keys.land_cover.iter().zip(land_cover).map(|(key, source)| (*key, source.reach));
         let settings = Keyer::of("pages").with_key(keys.settings).with(&code).with(tint).key();
         // The broad shape of wide voids comes from the whole of a raster.
         let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
-        Self { settings, sources: elevation.chain(imagery).collect(), ground, grid, standing }
+        let sources = elevation.chain(imagery).chain(land_cover).collect();
+        Self { settings, sources, ground, grid, standing }
     }
 
     /// Of a page; all finer ones have been written.

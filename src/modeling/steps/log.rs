@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::key::Key;
 use crate::modeling::census::Census;
+use crate::modeling::materials::Classes;
 use crate::modeling::scan::Survey;
 use crate::voxel::{ContentHash, PageEntry, PageId, PagePart};
 
@@ -85,6 +86,7 @@ struct FeatureRecord {
 struct PageRecord {
     offset: u64,
     counts: [u64; 5],
+    classes: [u64; 4],
     level: u32,
     px: u32,
     py: u32,
@@ -113,11 +115,12 @@ pub(in crate::modeling) struct Made {
 impl From<&Made> for PageRecord {
     fn from(made: &Made) -> Self {
         let PageEntry { offset, length, spans, crc, hash } = made.entry;
-        let Census { voxels, made: own, voids, empty, bare, codes } = made.census;
+        let Census { voxels, made: own, voids, empty, bare, codes, classes } = made.census;
         let (low, high) = codes.unwrap_or_default();
         Self {
             offset,
             counts: [voxels, own, voids, empty, bare],
+            classes: classes.0,
             level: made.id.level.into(),
             px: made.id.px,
             py: made.id.py,
@@ -141,7 +144,7 @@ impl From<PageRecord> for Made {
             id: PageId { level: record.level as u8, px: record.px, py: record.py },
             entry: PageEntry { offset, length, spans, crc, hash },
             key: record.key,
-            census: Census { voxels, made, voids, empty, bare, codes },
+            census: Census { voxels, made, voids, empty, bare, codes, classes: Classes(record.classes) },
             has_bare: record.has_bare != 0,
         }
     }

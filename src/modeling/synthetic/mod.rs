@@ -10,7 +10,7 @@
 //! After Nack et al., US 5,317,689 (1994): synthetic surfaces, random fractals as a transform of elevation, textures and palettes.
 
 mod line;
-mod noise;
+pub(super) mod noise;
 mod palette;
 mod refine;
 mod shapes;
@@ -35,6 +35,8 @@ use crate::voxel::{Grid, VoxelBlock};
 pub struct Synthetic {
     /// Shapes of the ground, in the order in which they change it.
     pub terrain: Vec<Terrain>,
+    /// Materials of shapes, by their places in `terrain`: of the ground that lies on them.
+    pub materials: Vec<(usize, Material)>,
     /// What is finer than the posts of elevation.
     pub detail: Option<Detail>,
     /// Colours of bare ground; `None`: by the program's own ramp.
@@ -98,6 +100,23 @@ impl Synthetic {
             })
         })
         .collect()
+    }
+
+    /// Material of the ground at a place that shapes and textures state, over what else is `known` of it.
+    pub(super) fn material(&self, at: DVec2, known: Material) -> Material {
+        let mut material = known;
+        for (index, own) in &self.materials {
+            let Some(shape) = self.terrain.get(*index) else { continue };
+            let is_below = matches!(shape, Terrain::Plane { .. }) && material != Material::Unknown;
+            if !is_below && shape.holds(at) {
+                material = *own;
+            }
+        }
+        let is_in = |texture: &&Texture| {
+            texture.within.is_none_or(|circle| at.distance(circle.centre) < circle.radius_m)
+        };
+        let mut stated = self.textures.iter().filter(is_in).filter_map(|texture| texture.material);
+        stated.next_back().unwrap_or(material)
     }
 
     /// Textures over a colour, of which imagery gave the share `alpha`: linear light. `at` is the voxel's centre, `side` its side, metres.

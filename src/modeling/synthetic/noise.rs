@@ -29,7 +29,7 @@ pub(super) fn share(x: i64, y: i64, seed: u64) -> f64 {
 }
 
 /// Gradient noise over a lattice of unit cells, −1…1, mean 0.
-pub(super) fn gradient(at: DVec2, seed: u64) -> f64 {
+pub(in crate::modeling) fn gradient(at: DVec2, seed: u64) -> f64 {
     let floor = at.floor();
     let (x, y) = (floor.x as i64, floor.y as i64);
     let t = at - floor;

@@ -219,6 +219,20 @@ impl Terrain {
         Effect { keep: sum.keep / count, add: sum.add / count }
     }
 
+    /// Whether a place lies on it: the ground there has its material.
+    pub(super) fn holds(&self, at: DVec2) -> bool {
+        match self {
+            Self::Plane { .. } => true,
+            Self::Fractal { within, .. } => within.is_none_or(|circle| circle.radii(at) < 1.0),
+            Self::Ridge { line, width_m, .. } => line::distance(line, at) < 0.5 * width_m,
+            Self::Cone { circle, .. } | Self::Dome { circle, .. } => circle.radii(at) < 1.0,
+            Self::Plateau { circle, flank_m, .. } => {
+                (at - circle.centre).length() < circle.radius_m + flank_m
+            }
+            Self::Pond { bank_m, .. } => self.ashore(at) < *bank_m,
+        }
+    }
+
     /// Effect on a place, without waves shorter than `shortest` metres.
     fn effect_at(&self, at: DVec2, shortest: f64) -> Effect {
         match self {

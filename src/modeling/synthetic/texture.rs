@@ -11,6 +11,7 @@ use super::noise::{Waves, gradient, hash, share, turned};
 use super::shapes::Circle;
 use crate::colour::linear_from_srgb8;
 use crate::modeling::tint::mix;
+use crate::voxel::Material;
 
 /// Which pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +47,8 @@ pub struct Texture {
     pub over_imagery: f32,
     /// Where it is; `None`: everywhere.
     pub within: Option<Circle>,
+    /// What the ground under it is made of, if it states that.
+    pub material: Option<Material>,
 }
 
 /// Voxels along a pattern's size from which on a voxel has the colour of its centre.
@@ -70,6 +73,7 @@ impl Texture {
             strength: 1.0,
             over_imagery: 0.0,
             within: None,
+            material: None,
         })
     }
 

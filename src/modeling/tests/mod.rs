@@ -1,6 +1,7 @@
 //! Builds from rasters in memory with known answers, and from real files.
 
 mod corridors;
+mod land_cover;
 mod mosaics;
 mod pictures;
 mod real;

@@ -1,4 +1,4 @@
-//! Further channels of EXR frames: mattes of objects, motion vectors.
+//! Further channels of EXR frames: mattes of objects, motion vectors, materials.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,11 +19,12 @@ use crate::screen::Setup;
 /// Bytes of a pixel that mattes take while they are written, and motion vectors.
 const MATTE_BYTES: u64 = 48;
 const MOTION_BYTES: u64 = 8;
+const MATERIAL_BYTES: u64 = 12;
 
 /// What EXR files hold besides the usual.
 #[derive(Debug, Clone, Default, Args)]
 pub struct AovArgs {
-    /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame)
+    /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), material (a colour for each)
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub aov: Vec<Aov>,
 }
@@ -35,6 +36,8 @@ pub enum Aov {
     Cryptomatte,
     /// Motion vectors, `forward.u` and `forward.v`
     Motion,
+    /// What the ground is made of, a colour for each material, `material.R`, `.G`, `.B`
+    Material,
 }
 
 /// What frames need for their further channels.
@@ -44,6 +47,8 @@ pub struct Further {
     pub names: Option<Vec<String>>,
     /// By frame, if motion is asked for.
     pub partners: Option<BTreeMap<u64, Partner>>,
+    /// Whether materials are asked for.
+    pub material: bool,
     /// How much lower far ground appears.
     pub curvature: Curvature,
 }
@@ -77,7 +82,7 @@ impl AovArgs {
 
     /// Adds to the settings that decide files; `path` is the flight's, of which motion in a frame needs more than its own pose.
     pub fn record(&self, path: Option<&Path>, settings: &mut Value) {
-        let named = [(Aov::Cryptomatte, "cryptomatte"), (Aov::Motion, "motion")];
+        let named = [(Aov::Cryptomatte, "cryptomatte"), (Aov::Motion, "motion"), (Aov::Material, "material")];
         let names: Vec<_> =
             named.into_iter().filter(|(aov, _)| self.has(*aov)).map(|(_, name)| name).collect();
         if !names.is_empty() {
@@ -93,7 +98,9 @@ impl AovArgs {
     /// Bytes of a pixel that it takes.
     pub fn pixel_bytes(&self) -> u64 {
         let bytes = |aov, bytes| if self.has(aov) { bytes } else { 0 };
-        bytes(Aov::Cryptomatte, MATTE_BYTES) + bytes(Aov::Motion, MOTION_BYTES)
+        bytes(Aov::Cryptomatte, MATTE_BYTES)
+            + bytes(Aov::Motion, MOTION_BYTES)
+            + bytes(Aov::Material, MATERIAL_BYTES)
     }
 }
 
@@ -106,6 +113,7 @@ impl Further {
         (playing, bodies): (Option<&Playing>, &[Body]),
         farm: &Farm,
     ) -> Result<()> {
+        frame.aov.material = self.material;
         if let (Some(names), Some(matte)) = (&self.names, &mut frame.aov.matte) {
             matte.names.clone_from(names);
         }

@@ -4,6 +4,7 @@ mod aov;
 mod area;
 mod args;
 mod chart;
+mod classes;
 mod commands;
 mod contact_sheet;
 mod difference;

@@ -1,66 +1,10 @@
-//! What surfaces are made of.
+//! Materials by OpenStreetMap's words.
 
-/// A class of material, from which infrared, radar and low light follow. The numbers are what pages and spans hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[repr(u8)]
-pub enum Material {
-    /// Not known.
-    #[default]
-    Unknown = 0,
-    /// Open water.
-    Water = 1,
-    /// Asphalt.
-    Asphalt = 2,
-    /// Concrete.
-    Concrete = 3,
-    /// Brick.
-    Brick = 4,
-    /// Plaster, render.
-    Plaster = 5,
-    /// Dressed stone, cobbles.
-    Stone = 6,
-    /// Bare or painted metal.
-    Metal = 7,
-    /// Glass.
-    Glass = 8,
-    /// Roof tiles, slate.
-    RoofTiles = 9,
-    /// Roofing felt, bitumen, gravelled roofs.
-    RoofFelt = 10,
-    /// Wood, thatch.
-    Wood = 11,
-    /// Broad leaves.
-    Broadleaf = 12,
-    /// Needles.
-    Needleleaf = 13,
-    /// Grass.
-    Grass = 14,
-    /// Crops.
-    Crops = 15,
-    /// Soil.
-    Soil = 16,
-    /// Sand.
-    Sand = 17,
-    /// Gravel, ballast.
-    Gravel = 18,
-    /// Rock.
-    Rock = 19,
-    /// Snow.
-    Snow = 20,
-    /// Ice.
-    Ice = 21,
-    /// Plastic, fabric.
-    Plastic = 22,
-}
+pub use crate::voxel::Material;
 
 impl Material {
-    /// Its number in pages and spans.
-    pub fn code(self) -> u8 {
-        self as u8
-    }
-
     /// By OpenStreetMap's words for materials and surfaces, with the colour that it has by itself (sRGB).
-    pub(super) fn of(word: &str) -> Option<(Self, [u8; 3])> {
+    pub(in super::super) fn of(word: &str) -> Option<(Self, [u8; 3])> {
         Some(match word {
             "asphalt" | "paved" | "chipseal" => (Self::Asphalt, [86, 86, 88]),
             "tar_paper" | "roofing_felt" | "bitumen" => (Self::RoofFelt, [82, 82, 84]),

@@ -9,6 +9,7 @@
 
 mod building;
 mod colours;
+mod ground;
 mod material;
 mod plants;
 mod quantity;
@@ -136,6 +137,10 @@ fn of_class(tags: &mut Tags<'_>, class: Class) -> Meaning {
             plants::wood(tags, &kind).or_else(|| plants::wood(tags, ""))
         }
         Class::Bridge => Some(Meaning::Bridge(DECK)),
+        Class::Ground => {
+            let kind = tags.kind("natural");
+            ground::ground(tags, &kind).or_else(|| ground::ground(tags, "earth"))
+        }
     };
     found.unwrap_or(Meaning::Unknown)
 }
@@ -176,7 +181,7 @@ fn natural(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         "tree" | "tree_row" => Some(plants::trees(tags)),
         "water" if tags.has_area() => Some(water(tags)),
         "" => None,
-        _ => plants::wood(tags, kind),
+        _ => plants::wood(tags, kind).or_else(|| ground::ground(tags, kind)),
     }
 }
 
@@ -193,7 +198,8 @@ fn landuse(tags: &mut Tags<'_>) -> Meaning {
         Some(kind @ ("forest" | "orchard" | "vineyard" | "plant_nursery")) if area => {
             plants::wood(tags, kind)
         }
-        _ => None,
+        Some(kind) => ground::ground(tags, kind),
+        None => None,
     };
     let parking =
         tags.is("amenity", &["parking"]) && !tags.is("parking", &["underground", "multi-storey", "rooftop"]);

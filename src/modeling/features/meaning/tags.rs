@@ -108,8 +108,12 @@ impl<'r> Tags<'r> {
     ) -> Paint {
         /// Codes by which like surfaces differ.
         const VARIATION: f64 = 12.0;
-        let material =
-            self.found(columns[1], materials).and_then(|(_, text)| Material::of(&text.to_ascii_lowercase()));
+        let named = |(_, text): (String, String)| {
+            let word = text.trim().to_ascii_lowercase();
+            let own = || self.options.materials.named(&word);
+            Material::of(&word).or_else(|| own().map(|own| (own, self.options.materials.usual(own))))
+        };
+        let material = self.found(columns[1], materials).and_then(named);
         let (material, usual) = material.unwrap_or((otherwise.material, otherwise.colour));
         let usual = varied(usual, self.hash, VARIATION);
         let Some((name, text)) = self.found(columns[0], colours) else {

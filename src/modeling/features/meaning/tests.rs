@@ -235,3 +235,20 @@ roof:direction|building:colour|highway|width|lanes|bridge|layer|railway|tracks|n
 
 const VALUES: &str = "|yes|no|house|roof|carport|12|-5|0|0.05|1e9|nan|40'|5'11\"|0.5 km|gabled|dome|skillion|#12|navy|motorway|rail|\
 tree|wood|tower|silo|storage_tank|line|hedge|river|NW";
+
+#[test]
+fn natural_ground_has_its_material() {
+    let ground = |tags: &str| match meaning(tags, true) {
+        Meaning::Ground(paint) => Some(paint.material),
+        _ => None,
+    };
+    assert_eq!(ground("natural=sand"), Some(Material::Sand));
+    assert_eq!(ground("natural=bare_rock"), Some(Material::Rock));
+    assert_eq!(ground("natural=glacier"), Some(Material::Ice));
+    assert_eq!(ground("landuse=meadow"), Some(Material::Grass));
+    assert_eq!(ground("landuse=farmland"), Some(Material::Crops));
+    assert_eq!(ground("natural=scree surface=sand"), Some(Material::Sand));
+    // What is no area is no ground.
+    assert_eq!(meaning("natural=sand", false), Meaning::Unknown);
+    assert_eq!(ground("landuse=residential"), None);
+}

@@ -61,7 +61,7 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
             .map(|way| Bound::Way(Box::new(way)))
             .collect(),
         Meaning::River(width) => {
-            let covers = footprints().map(|footprint| BoundCover { footprint, level_m: None, paint: WATER });
+            let covers = footprints().map(|footprint| covering(footprint, WATER, false));
             let covers = covers.map(|cover| Bound::Cover(Box::new(cover)));
             let ways =
                 lines().filter(|_| *width > 0.0).filter_map(|line| BoundWay::river(*width, line, ground));
@@ -71,9 +71,12 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
             .filter_map(|footprint| BoundCover::lake(footprint, ground))
             .map(|lake| Bound::Cover(Box::new(lake)))
             .collect(),
-        Meaning::Pavement(paint) => footprints()
-            .map(|footprint| Bound::Cover(Box::new(BoundCover { footprint, level_m: None, paint: *paint })))
-            .collect(),
+        Meaning::Pavement(paint) => {
+            footprints().map(|footprint| Bound::Cover(Box::new(covering(footprint, *paint, false)))).collect()
+        }
+        Meaning::Ground(paint) => {
+            footprints().map(|footprint| Bound::Cover(Box::new(covering(footprint, *paint, true)))).collect()
+        }
         Meaning::Barrier(barrier) => {
             let rings = areas().flat_map(|area| std::iter::once(&area.outer).chain(&area.holes));
             let closed = rings.filter_map(|ring| {
@@ -101,6 +104,11 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
         Meaning::Bridge(paint) => areas().filter_map(|area| deck(area, *paint, ground)).collect(),
         Meaning::Unknown | Meaning::Hidden(_) => Vec::new(),
     }
+}
+
+/// A cover of an area that leaves its heights.
+fn covering(footprint: Footprint, paint: Paint, is_ground: bool) -> BoundCover {
+    BoundCover { footprint, level_m: None, paint, is_ground }
 }
 
 fn uprights(upright: &Upright, geometry: &Geometry, ground: &dyn Ground) -> Vec<Bound> {

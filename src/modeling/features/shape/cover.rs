@@ -17,6 +17,8 @@ pub struct BoundCover {
     /// Height of all of its ground, metres; `None`: as it is.
     pub(super) level_m: Option<f64>,
     pub(super) paint: Paint,
+    /// It is the ground itself, and not something on it.
+    pub(super) is_ground: bool,
 }
 
 /// Share of the shore that lies below the level of a lake: elevation has errors, and banks are higher than the water.
@@ -31,12 +33,13 @@ impl BoundCover {
         let mut heights: Vec<f64> = outline.into_iter().filter_map(|place| ground.height_at(place)).collect();
         heights.sort_by(f64::total_cmp);
         let level = heights.get((SHORE * heights.len() as f64) as usize)?;
-        Some(Self { level_m: Some(*level), footprint, paint: WATER })
+        Some(Self { level_m: Some(*level), footprint, paint: WATER, is_ground: false })
     }
 
     /// What it makes of the ground.
     pub fn grade(&self, square: &Square) -> Vec<Graded> {
         let rank = match (self.level_m, self.paint) {
+            _ if self.is_ground => Rank::Ground,
             (Some(_), _) => Rank::Lake,
             (None, WATER) => Rank::River,
             _ => Rank::Cover,

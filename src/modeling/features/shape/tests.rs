@@ -114,7 +114,7 @@ fn shoulders_lie_below_ways_and_ways_below_higher_ones() {
     for order in [[&lower[0], &upper[0]], [&upper[0], &lower[0]]] {
         let (mut heights, mut surfaces) = (ground.clone(), vec![None; ground.len()]);
         let graded = order.into_iter().flat_map(|bound| bound.grade(&square, &ground)).collect();
-        settle(graded, &mut heights, |index, paint, share| {
+        settle(graded, &mut heights, |index, paint, share, _| {
             if share > 0.5 {
                 surfaces[index] = Some(paint)
             }

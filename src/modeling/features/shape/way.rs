@@ -38,6 +38,8 @@ pub struct Graded {
 /// What lies over what, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
+    /// The ground itself, as maps show what grows or lies there.
+    Ground,
     /// Embankments and cuttings beside ways.
     Shoulder,
     /// Areas with a surface of their own.
@@ -51,15 +53,15 @@ pub enum Rank {
 }
 
 /// Puts what features make of a square's ground into `heights` (row-major, metres), lowest rank first and else in the order that is given, and
-/// hands over each surface with its voxel and share in that order.
-pub fn settle(mut graded: Vec<Graded>, heights: &mut [f64], mut paint: impl FnMut(usize, Paint, f64)) {
+/// hands over each surface with its voxel, share and rank in that order.
+pub fn settle(mut graded: Vec<Graded>, heights: &mut [f64], mut paint: impl FnMut(usize, Paint, f64, Rank)) {
     graded.sort_by_key(|graded| graded.rank);
-    for Graded { index, height_m, paint: surface, .. } in graded {
+    for Graded { index, height_m, paint: surface, rank } in graded {
         if let (Some(height), Some(slot)) = (height_m, heights.get_mut(index)) {
             *slot = height;
         }
         if let Some((surface, share)) = surface {
-            paint(index, surface, share);
+            paint(index, surface, share, rank);
         }
     }
 }

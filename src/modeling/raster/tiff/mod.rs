@@ -153,7 +153,8 @@ impl Layout {
         let compression = directory.unsigned(tag::COMPRESSION)?.unwrap_or(compression::NONE);
         refuse_compression(file, compression)?;
         let photometric = directory.unsigned(tag::PHOTOMETRIC)?.unwrap_or(1);
-        if meaning == Meaning::Picture {
+        let is_palette_of_classes = options.classes && photometric == PALETTE;
+        if meaning == Meaning::Picture && !is_palette_of_classes {
             refuse_photometric(file, photometric)?;
         }
         let packed = meaning == Meaning::Mask && directory.unsigned(tag::BITS_PER_SAMPLE)?.unwrap_or(1) == 1;
@@ -342,10 +343,13 @@ fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
     Err(Error::unsupported(file.path(), format!("is compressed with {name}"), AS_DEFLATE))
 }
 
+/// Samples are places in a palette.
+const PALETTE: u32 = 3;
+
 fn refuse_photometric(file: &InputFile, code: u32) -> Result<()> {
     let (what, remedy) = match code {
         0..=2 => return Ok(()),
-        3 => ("has a colour palette", "convert it: gdal_translate -expand rgb IN out.tif"),
+        PALETTE => ("has a colour palette", "convert it: gdal_translate -expand rgb IN out.tif"),
         4 => ("is a transparency mask", "name the raster that it belongs to"),
         5 => ("has CMYK colours", "convert it: gdal_translate -co PHOTOMETRIC=RGB IN out.tif"),
         6 => ("has YCbCr colours", AS_DEFLATE),

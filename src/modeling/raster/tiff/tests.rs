@@ -109,7 +109,7 @@ fn write(bytes: &[u8]) -> Written {
 
 fn read(bytes: &[u8], cache_bytes: u64) -> Result<(RasterInfo, Vec<f64>)> {
     let file = write(bytes);
-    let raster = open(&file.path, &OpenOptions { cache_bytes, raw: None })?;
+    let raster = open(&file.path, &OpenOptions { cache_bytes, raw: None, classes: false })?;
     let info = raster.info().clone();
     let bands: Vec<u32> = (0..info.bands).collect();
     let mut samples = Vec::new();
@@ -237,7 +237,8 @@ fn threads_read_the_same() {
     let mut entries = image((100, 64), 1, 1, strips);
     set(&mut entries, tag::COMPRESSION, Short(vec![8]));
     let file = write(&tiff(vec![entries]));
-    let raster: Box<dyn Raster> = open(&file.path, &OpenOptions { cache_bytes: 2048, raw: None }).unwrap();
+    let raster: Box<dyn Raster> =
+        open(&file.path, &OpenOptions { cache_bytes: 2048, raw: None, classes: false }).unwrap();
     std::thread::scope(|scope| {
         for thread in 0..4u32 {
             let raster = &raster;

@@ -11,7 +11,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::synthetic::Synthetic;
 use hedgehop::modeling::{
     BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
-    NodataFill, build, forget_steps, is_own_work,
+    LandCoverFile, Materials, NodataFill, Scheme, build, forget_steps, is_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -38,12 +38,15 @@ Examples:
   hedgehop build --elevation strip-1m.tif area-16m.tif --corridor flight.csv --width 2000 --spacing 1 -o route.hop";
 
 /// Flags that say what recipes say.
-const SAID_BY_RECIPES: [&str; 19] = [
+const SAID_BY_RECIPES: [&str; 22] = [
     "cloud",
     "cloud_crs",
     "elevation",
     "features",
     "imagery",
+    "land_cover",
+    "land_cover_scheme",
+    "land_cover_crs",
     "crs",
     "elevation_crs",
     "imagery_crs",
@@ -82,6 +85,18 @@ pub struct Args {
     /// Imagery, highest priority first: GeoTIFF, PNG or JPEG with world file [default: none, colour follows height]
     #[arg(long, value_name = "FILE", num_args = 1..)]
     imagery: Vec<PathBuf>,
+
+    /// Maps of land cover, highest priority first: GeoTIFF of classes; the ground has their materials, and their colours where there is no imagery
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "land_cover_scheme")]
+    land_cover: Vec<PathBuf>,
+
+    /// What classes of land cover mean: worldcover (ESA), corine, nlcd; recipes may say others
+    #[arg(long, value_name = "SCHEME", value_parser = Scheme::named, requires = "land_cover")]
+    land_cover_scheme: Option<Scheme>,
+
+    /// Reference system of maps of land cover that state none
+    #[arg(long, value_name = "CRS", allow_hyphen_values = true, requires = "land_cover")]
+    land_cover_crs: Option<String>,
 
     /// What stands or lies on the ground, by OpenStreetMap's tags: GeoJSON, Shapefiles, GeoPackages, tables of outlines (.csv)
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -222,6 +237,11 @@ impl Args {
         ImageryFile { path: path.to_owned(), crs: self.imagery_crs.clone(), bands: self.bands }
     }
 
+    fn land_cover(&self, path: &Path) -> Option<LandCoverFile> {
+        let (path, crs) = (path.to_owned(), self.land_cover_crs.clone());
+        Some(LandCoverFile { path, crs, scheme: self.land_cover_scheme.clone()?, nodata: Vec::new() })
+    }
+
     fn options(&self) -> hedgehop::Result<BuildOptions> {
         let corridors = self.corridors()?;
         // Of several, the finest holds; without corridors the last one given.
@@ -231,6 +251,8 @@ impl Args {
             clouds: self.cloud.iter().map(|path| self.cloud(path)).collect(),
             elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
             imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),
+            land_cover: self.land_cover.iter().filter_map(|path| self.land_cover(path)).collect(),
+            materials: Materials::default(),
             features: self.features.iter().cloned().map(FeatureFile::from).collect(),
             synthetic: Synthetic::default(),
             interpolation: Interpolation::default(),
@@ -307,6 +329,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--elevation", &args.elevation, "*.tif")?;
     args::check_inputs("--cloud", &args.cloud, "*.laz")?;
     args::check_inputs("--imagery", &args.imagery, "*.tif")?;
+    args::check_inputs("--land-cover", &args.land_cover, "*.tif")?;
     args::check_inputs("--features", &args.features, "*.geojson")?;
     args::check_inputs("--corridor", &args.corridor, "*.csv")?;
     let order = args.order()?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use hedgehop::Error;
 use hedgehop::memory::PageFile;
-use hedgehop::query::Sample;
+use hedgehop::query::{Sample, attributes_at};
 use hedgehop::raymarch::ground_height;
 use hedgehop::voxel::PageSource;
 
@@ -18,7 +18,7 @@ Examples:
   hedgehop height area.hop -105.54 40.38
   hedgehop height area.hop 455120 4470300 455180 4470300 --xy";
 
-/// Say how high the ground is at places of a database.
+/// Say how high the ground is, and what it is made of, at places of a database.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
@@ -51,29 +51,36 @@ pub fn run(args: &Args) -> Outcome {
     }
     let source = PageFile::open(&args.file)?;
     let places = Places::new(&source, args.xy)?;
-    let mut samples = Vec::with_capacity(pairs.len());
+    let metadata = &source.header().metadata;
+    let (mut samples, mut materials) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
     for pair in pairs {
         let place = places.find(*pair)?;
         samples.push(Sample { distance: 0.0, place, ground: ground_height(&source, place)? });
+        let material =
+            attributes_at(&source, place)?.map(|found| found.material).filter(|number| *number > 0);
+        materials.push(material.map(|number| metadata.material_name(number)));
     }
     if args.json {
         let all: Vec<_> = samples
             .iter()
-            .map(|sample| {
+            .zip(&materials)
+            .map(|(sample, material)| {
                 let mut json = places.json(sample);
                 json.as_object_mut().map(|json| json.remove("distance_m"));
+                json["material"] = serde_json::json!(material);
                 json
             })
             .collect();
         return Ok(exit::print(&format!("{:#}\n", serde_json::Value::from(all)))?);
     }
-    let datum = &source.header().metadata.vertical_datum;
+    let datum = &metadata.vertical_datum;
     let mut text = String::new();
-    for sample in &samples {
+    for (sample, material) in samples.iter().zip(&materials) {
+        let material = material.as_ref().map(|name| format!(", {name}")).unwrap_or_default();
         let name = places.name(sample.place);
         // Writing to a string does not fail.
         let _ = match sample.ground {
-            Some(height) => writeln!(text, "{name}  {height:.2} m above {datum}"),
+            Some(height) => writeln!(text, "{name}  {height:.2} m above {datum}{material}"),
             None => writeln!(text, "{name}  no surface"),
         };
     }

@@ -282,8 +282,9 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let motion = args.aov.has(Aov::Motion);
     let partners =
         motion.then(|| args.flight.partners(source.file(), &setup, args.fps, numbers)).transpose()?;
+    let material = args.aov.has(Aov::Material);
     let names = matte.then(|| playing.as_ref().map(Playing::names).unwrap_or_default());
-    let further = Further { names, partners, curvature: options.curvature };
+    let further = Further { names, partners, material, curvature: options.curvature };
     if product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
         reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
     }
