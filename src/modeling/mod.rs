@@ -15,6 +15,7 @@ mod fill;
 mod inputs;
 mod kernel;
 mod mosaic;
+pub mod object;
 mod options;
 mod page;
 mod placed;

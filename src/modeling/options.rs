@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::corridor::Corridor;
 use super::features::LayerOptions;
+use super::object::{ObjectFile, ScatterFile};
 use super::synthetic::Synthetic;
 use crate::geo::VerticalDatum;
 
@@ -111,6 +112,10 @@ pub struct BuildOptions {
     pub imagery: Vec<ImageryFile>,
     /// What stands or lies on the ground; may be empty.
     pub features: Vec<FeatureFile>,
+    /// Models that stand on it; may be empty.
+    pub objects: Vec<ObjectFile>,
+    /// Models that are scattered over it; may be empty.
+    pub scatters: Vec<ScatterFile>,
     /// What no file holds.
     pub synthetic: Synthetic,
     /// How heights lie between posts.
@@ -156,6 +161,8 @@ impl BuildOptions {
             elevation: elevation.into_iter().map(ElevationFile::from).collect(),
             imagery: imagery.into_iter().map(ImageryFile::from).collect(),
             features: Vec::new(),
+            objects: Vec::new(),
+            scatters: Vec::new(),
             synthetic: Synthetic::default(),
             interpolation: Interpolation::default(),
             output,

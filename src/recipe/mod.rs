@@ -7,6 +7,7 @@
 //! analysis system). Names of files count from its folder, so that a folder can be moved as it is.
 
 mod fields;
+mod objects;
 mod synthetic;
 mod tables;
 #[cfg(test)]
@@ -51,6 +52,8 @@ struct Lines {
     elevation: Vec<usize>,
     imagery: Vec<usize>,
     features: Vec<usize>,
+    objects: Vec<usize>,
+    scatters: Vec<usize>,
     /// Of the table `[place]`, and of its keys.
     place: usize,
     keys: Vec<(&'static str, usize)>,
@@ -118,6 +121,8 @@ impl Recipe {
             Input::Elevation(index) => mistake(self.lines.elevation[index], error),
             Input::Imagery(index) => mistake(self.lines.imagery[index], error),
             Input::Features(index) => mistake(self.lines.features[index], error),
+            Input::Object(index) => mistake(self.lines.objects[index], error),
+            Input::Scatter(index) => mistake(self.lines.scatters[index], error),
         };
         let mut mistakes: Vec<Mistake> = faults(&self.options).into_iter().map(of_file).collect();
         if !mistakes.is_empty() {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::fields::Fields;
+use super::objects;
 use super::synthetic::synthetic;
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
@@ -19,13 +20,13 @@ use crate::sunlight::{SunSetting, written};
 /// One value, or several in brackets.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a value, or several in brackets")]
-enum OneOrMany<T> {
+pub(super) enum OneOrMany<T> {
     One(T),
     Many(Vec<T>),
 }
 
 impl<T> OneOrMany<T> {
-    fn into_vec(self) -> Vec<T> {
+    pub(super) fn into_vec(self) -> Vec<T> {
         match self {
             Self::One(one) => vec![one],
             Self::Many(many) => many,
@@ -99,6 +100,14 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.features.extend(files.iter().map(|_| line));
         options.features.extend(files);
     }
+    for table in root.tables("object", "[[object]]") {
+        lines.objects.push(table.line());
+        options.objects.push(objects::object(table, &folder));
+    }
+    for table in root.tables("scatter", "[[scatter]]") {
+        lines.scatters.push(table.line());
+        options.scatters.push(objects::scatter(table, &folder));
+    }
     let tables = root.tables("corridor", "[[corridor]]");
     options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();
     if let Some(finest) = options.corridors.iter().map(|corridor| corridor.spacing).reduce(f64::min) {
@@ -166,14 +175,14 @@ fn interpolation(table: &mut Fields<'_, '_, '_>) -> Interpolation {
 }
 
 /// A reference system, as text that is understood.
-fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
+pub(super) fn crs(table: &mut Fields<'_, '_, '_>) -> Option<String> {
     let text = table.take::<String>("crs")?;
     table.mistakes.check(&text.span(), Crs::from_user(text.get_ref()))?;
     Some(text.into_inner())
 }
 
 /// Files by names that count from the recipe's folder, all of which exist.
-fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
+pub(super) fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<PathBuf> {
     let Some(names) = table.need::<OneOrMany<String>>("file", example) else { return Vec::new() };
     let span = names.span();
     let names = names.into_inner().into_vec();
@@ -183,7 +192,11 @@ fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str) -> Vec<Pa
     names.into_iter().filter_map(|name| file(table, &span, &folder.join(name))).collect()
 }
 
-fn file(table: &Fields<'_, '_, '_>, span: &std::ops::Range<usize>, path: &Path) -> Option<PathBuf> {
+pub(super) fn file(
+    table: &Fields<'_, '_, '_>,
+    span: &std::ops::Range<usize>,
+    path: &Path,
+) -> Option<PathBuf> {
     let found = match std::fs::metadata(path) {
         Ok(found) if found.is_file() => Ok(path.to_owned()),
         Ok(_) => Err(format!("{} is no file", path.display())),

@@ -2,6 +2,7 @@
 
 mod corridors;
 mod mosaics;
+mod objects;
 mod pictures;
 mod real;
 mod refusals;

@@ -232,6 +232,8 @@ impl Args {
             elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
             imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),
             features: self.features.iter().cloned().map(FeatureFile::from).collect(),
+            objects: Vec::new(),
+            scatters: Vec::new(),
             synthetic: Synthetic::default(),
             interpolation: Interpolation::default(),
             output: self.output.clone().unwrap_or_default(),
