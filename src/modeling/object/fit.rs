@@ -108,7 +108,8 @@ impl Over<'_> {
             facing: outside.y.atan2(outside.x),
             distance_m: reach * self.spacing,
         };
-        let (wall, opacity) = match mask.form(&facings) {
+        let form = mask.form(&facings);
+        let (wall, opacity) = match form {
             Form::Whole => (Wall::Whole, 1.0),
             Form::Half(outside, reach) | Form::Strip(outside, reach) => (turned(outside, reach), 1.0),
             Form::Island => {
@@ -119,8 +120,9 @@ impl Over<'_> {
                 (self.round(), width)
             }
         };
-        // Narrow ones have no slope that their places would tell.
-        let is_broad = mask.count() >= RAYS / 8;
+        // Narrow ones have no slope that their places would tell; one that is steep and does not fit would stand out beyond them.
+        let is_plane = mask.count() >= RAYS / 4 || upper.rest < 0.2 * STEP * self.spacing;
+        let is_broad = mask.count() >= RAYS / 8 && form != Form::Island && is_plane;
         let upper = if is_broad { upper } else { Plane { height: ends[1], slope: DVec2::ZERO, ..upper } };
         let is_parallel = is_broad && upper.slope.length() > 0.05 && upper.slope.distance(lower.slope) < 0.15;
         let low_m = match self.is_ground(ends[0]) {

@@ -33,6 +33,9 @@ const MOST_EXACT: usize = 64;
 /// Levels that a database may have.
 const LEVELS: usize = 16;
 
+/// Distance from objects within which nothing is scattered, metres.
+const CLEAR_M: f64 = 1.5;
+
 /// Part of a voxel that a form must fill to be seen as a surface from afar.
 const SEEN: f64 = 0.5;
 
@@ -213,7 +216,7 @@ impl Objects {
             is_near(grown)
         });
         if scattered {
-            return Some((self.reach / level.grid.spacing).ceil() as u32 + ROOM);
+            return Some(((self.reach + CLEAR_M) / level.grid.spacing).ceil() as u32 + ROOM);
         }
         self.placed.iter().any(|placed| is_near(placed.reach)).then_some(ROOM)
     }
@@ -264,7 +267,15 @@ impl Objects {
         let mut covered = Vec::new();
         if !self.scatters.is_empty() {
             raise(&placements, |number| self.shape(number, level), wide, &mut covered);
-            covered.iter().for_each(|(index, _)| objects[*index] = true);
+            let clear = (CLEAR_M / spacing).round() as u32;
+            for (x, y) in covered.iter().map(|(index, _)| wide.voxel(*index)) {
+                let around = Rect { x0: x, y0: y, x1: x + 1, y1: y + 1 }.grown(clear, &level.grid);
+                for (x, y) in (0..around.len()).map(|index| around.voxel(index)) {
+                    if (wide.x0..wide.x1).contains(&x) && (wide.y0..wide.y1).contains(&y) {
+                        objects[wide.index(x, y)] = true;
+                    }
+                }
+            }
         }
         let square = Square {
             origin: self.origin,
