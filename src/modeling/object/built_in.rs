@@ -116,7 +116,7 @@ fn ball(radius: f64, low: f64, high: f64, widest: f64) -> Vec<[f64; 2]> {
     let at = |step: usize| {
         let part = step as f64 / STEPS as f64;
         let across = (std::f64::consts::PI * part.powf(widest)).sin().max(0.0).powf(0.75);
-        [if step % STEPS == 0 { 0.0 } else { radius * across }, low + (high - low) * part]
+        [if step.is_multiple_of(STEPS) { 0.0 } else { radius * across }, low + (high - low) * part]
     };
     (0..=STEPS).map(at).collect()
 }

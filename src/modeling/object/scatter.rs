@@ -79,8 +79,8 @@ impl Scatter {
                 }
                 let (column, row) = (local.x as usize, local.y as usize);
                 let index = square.index(column, row);
-                let is_free = !site.objects[index] && !(self.avoids && site.features[index]);
-                if is_free
+                let is_taken = site.objects[index] || self.avoids && site.features[index];
+                if !is_taken
                     && within.as_ref().is_none_or(|within| within[index])
                     && self.suits(site, column, row)
                 {
