@@ -81,10 +81,11 @@ impl BuiltIn {
                 [trunk(0.28, 5.0), crown.faces()].concat()
             }
             Self::Conifer => {
+                // No tier overhangs the next: at coarse voxels that would be slits.
                 let tier = |index: usize| {
                     let part = index as f64 / 7.0;
-                    let (radius, height) = (2.9 * (1.0 - part), 1.6 + 14.4 * part);
-                    [[0.62 * radius + 0.02, height + 0.02], [radius + 0.3, height + 0.1]]
+                    let (radius, height) = (3.0 * (1.0 - part), 1.6 + 14.4 * part);
+                    [[radius + 0.3, height + 0.1], [0.8 * radius + 0.2, height + 0.9]]
                 };
                 let mut outline = vec![[0.0, 1.6]];
                 outline.extend((0..7).flat_map(tier));
