@@ -85,6 +85,7 @@ pub mod sunlight;
 pub mod voxel;
 
 mod document;
+mod model;
 
 pub use error::{Error, Result};
 

@@ -9,7 +9,7 @@ const LAYERS: &[&[&str]] = &[
     &["progress", "document"],
     &["space", "colour", "earth"],
     &["simd"],
-    &["geo"],
+    &["geo", "model"],
     &["voxel"],
     &["sunlight"],
     &["flight"],
@@ -24,7 +24,7 @@ const LAYERS: &[&[&str]] = &[
 
 /// Database modelling stands beside the layers that render, on these alone.
 const MODELING_MAY_USE: &[&str] =
-    &["error", "progress", "document", "space", "colour", "geo", "voxel", "sunlight"];
+    &["error", "progress", "document", "space", "colour", "geo", "model", "voxel", "sunlight"];
 
 /// Recipes say what to model, along paths as flights have them.
 const RECIPES_MAY_USE: &[&str] = &["error", "progress", "document", "geo", "sunlight", "flight", "modeling"];

@@ -28,6 +28,7 @@ use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
+use super::object::Objects;
 use super::options::{BuildOptions, NodataFill};
 use super::page::Project;
 use super::placed::{ElevationInput, ImageryInput};
@@ -150,6 +151,7 @@ pub(super) fn build_from(
     let features = std::mem::take(&mut inputs.features);
     let clouds = std::mem::take(&mut inputs.clouds);
     let land_cover = cover(std::mem::take(&mut inputs.land_cover), &plan, options)?;
+    let models = (std::mem::take(&mut inputs.objects), std::mem::take(&mut inputs.scatters));
     let (mut elevation, mut imagery) = place(inputs, &plan, datum)?;
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
     let (land_cover, unknown) = land_cover;
@@ -200,6 +202,7 @@ pub(super) fn build_from(
         interpolation: options.interpolation,
         standing: None,
         standees: None,
+        objects: None,
         window_bytes: budget.window,
     };
     let standing = if features.is_empty() {
@@ -211,13 +214,23 @@ pub(super) fn build_from(
         let steps = traced.map(|(steps, keys)| (steps, keys.ground()));
         Some(Standing::new(features, (&natural, high), steps, budget.threads, observer)?)
     };
+    let objects = if models.0.is_empty() && models.1.is_empty() {
+        None
+    } else {
+        let (objects, notes) = Objects::new(models, &plan, (&natural, high))?;
+        notes.iter().for_each(|note| observer.note(note));
+        metadata.notes.extend(notes);
+        Some(objects)
+    };
+    let tops = objects.as_ref().map_or(high, |objects| standing::with_room(high, objects.highest()));
     let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
     let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
-    let code = HeightCode::spanning(low, high);
-    let project = Project { code, standing: standing.as_ref(), standees: standees.as_ref(), ..natural };
+    let code = HeightCode::spanning(low, high.max(tops));
+    let (standing, objects) = (standing.as_ref(), objects.as_ref());
+    let project = Project { code, standing, standees: standees.as_ref(), objects, ..natural };
     let page_keys = keys.as_ref().map(|keys| {
         let sources = (&elevation[..], &imagery[..], &land_cover[..]);
-        PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), (&tint, standing.as_ref()))
+        PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), &tint, (standing, objects))
     });
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
     writer.expect(plan::most_bytes(&plan));

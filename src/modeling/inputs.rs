@@ -14,6 +14,7 @@ use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
 use super::kernel::Samples;
 use super::land_cover::{Class, ClassRaster, LandCoverFile};
+use super::object::{self, OpenObject, OpenScatter};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
 use super::plausible::{no_crs, plausible};
 use super::raster::{
@@ -43,6 +44,7 @@ pub(super) struct Opened<T> {
 }
 
 /// All rasters, highest priority first, and what was assumed about them.
+#[derive(Default)]
 pub(super) struct Inputs {
     /// Point clouds; as many of the first of `elevation` are their places.
     pub clouds: Vec<Cloud>,
@@ -50,6 +52,8 @@ pub(super) struct Inputs {
     pub imagery: Vec<Opened<[u8; 4]>>,
     pub land_cover: Vec<Opened<Class>>,
     pub features: Vec<(Layer, LayerOptions)>,
+    pub objects: Vec<OpenObject>,
+    pub scatters: Vec<OpenScatter>,
     pub notes: Vec<String>,
 }
 
@@ -87,7 +91,12 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
     open_rasters(options, cache_bytes).and_then(|inputs| {
         let features =
             options.features.iter().map(|file| layer(file, options)).collect::<Result<Vec<_>>>()?;
-        Ok(Inputs { features, ..inputs })
+        let objects = options.objects.iter().map(object::open_object).collect::<Result<Vec<_>>>()?;
+        let scatters = options.scatters.iter().map(object::open_scatter).collect::<Result<Vec<_>>>()?;
+        let told = objects.iter().flat_map(|object| &object.notes);
+        let told = told.chain(scatters.iter().flat_map(|scatter| &scatter.notes)).cloned();
+        let notes = inputs.notes.into_iter().chain(told).collect();
+        Ok(Inputs { features, objects, scatters, notes, ..inputs })
     })
 }
 
@@ -114,7 +123,7 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
     let land_cover =
         options.land_cover.iter().map(|file| opener.land_cover(file)).collect::<Result<Vec<_>>>()?;
-    Ok(Inputs { clouds, elevation, imagery, land_cover, features: Vec::new(), notes: opener.into_notes() })
+    Ok(Inputs { clouds, elevation, imagery, land_cover, notes: opener.into_notes(), ..Inputs::default() })
 }
 
 /// A file of a build.
@@ -130,6 +139,10 @@ pub enum Input {
     LandCover(usize),
     /// Of features, by its place in [`BuildOptions::features`].
     Features(usize),
+    /// Of an object, by its place in [`BuildOptions::objects`].
+    Object(usize),
+    /// Of a scatter, by its place in [`BuildOptions::scatters`].
+    Scatter(usize),
 }
 
 /// Reads a file of features.
@@ -171,6 +184,12 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     }
     for (index, file) in options.features.iter().enumerate() {
         faults.extend(layer(file, options).err().map(|error| (Input::Features(index), error)));
+    }
+    for (index, file) in options.objects.iter().enumerate() {
+        faults.extend(object::open_object(file).err().map(|error| (Input::Object(index), error)));
+    }
+    for (index, file) in options.scatters.iter().enumerate() {
+        faults.extend(object::open_scatter(file).err().map(|error| (Input::Scatter(index), error)));
     }
     faults
 }

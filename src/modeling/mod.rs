@@ -19,6 +19,7 @@ mod land_cover;
 mod materials;
 mod merge;
 mod mosaic;
+pub mod object;
 mod options;
 mod page;
 mod placed;

@@ -6,6 +6,7 @@ use super::corridor::Corridor;
 use super::features::LayerOptions;
 use super::land_cover::LandCoverFile;
 use super::materials::Materials;
+use super::object::{ObjectFile, ScatterFile};
 use super::synthetic::Synthetic;
 use crate::geo::VerticalDatum;
 
@@ -117,6 +118,10 @@ pub struct BuildOptions {
     pub materials: Materials,
     /// What stands or lies on the ground; may be empty.
     pub features: Vec<FeatureFile>,
+    /// Models that stand on it; may be empty.
+    pub objects: Vec<ObjectFile>,
+    /// Models that are scattered over it; may be empty.
+    pub scatters: Vec<ScatterFile>,
     /// What no file holds.
     pub synthetic: Synthetic,
     /// How heights lie between posts.
@@ -164,6 +169,8 @@ impl BuildOptions {
             land_cover: Vec::new(),
             materials: Materials::default(),
             features: Vec::new(),
+            objects: Vec::new(),
+            scatters: Vec::new(),
             synthetic: Synthetic::default(),
             interpolation: Interpolation::default(),
             output,

@@ -17,10 +17,12 @@ use super::census::Census;
 use super::cloud::{self, Standees};
 use super::corridor::Stored;
 use super::drape::Drape;
+use super::features::Solid;
 use super::fill;
 use super::land_cover::{self, Cover, CoverInput, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
+use super::object::Objects;
 use super::options::{Interpolation, NodataFill};
 use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
@@ -56,6 +58,8 @@ pub(super) struct Project<'a> {
     pub standing: Option<&'a Standing>,
     /// The same for what point clouds show.
     pub standees: Option<&'a Standees>,
+    /// The same for models.
+    pub objects: Option<&'a Objects>,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
 }
@@ -208,7 +212,29 @@ impl<'a> PageMaker<'a> {
                 built.uncoloured = first..if standees.is_coloured { first } else { built.solids.len() };
             }
         }
+        let solids = self.objects(rect)?;
+        if !solids.is_empty() {
+            built.get_or_insert_with(|| Built::on(natural)).solids.extend(solids);
+        }
         Ok(built)
+    }
+
+    /// Solids of models over a block.
+    fn objects(&mut self, rect: Rect) -> Result<Vec<(usize, Solid)>> {
+        let Some(objects) = self.project.objects else { return Ok(Vec::new()) };
+        let Some(margin) = objects.margin(rect, &self.level) else { return Ok(Vec::new()) };
+        let wide = rect.grown(margin, &self.level.grid);
+        let natural = self.ground(wide)?.surface.heights;
+        let mut changed = vec![false; wide.len()];
+        if objects.avoid_features()
+            && let Some(built) = self.features(wide)?
+        {
+            let painted = built.paints.iter().map(|(index, ..)| *index);
+            painted
+                .chain(built.solids.iter().map(|(index, _)| *index))
+                .for_each(|index| changed[index] = true);
+        }
+        Ok(objects.solids(rect, (wide, &natural), &changed, &self.level))
     }
 
     /// What features make of a block; `None`: none reaches it.

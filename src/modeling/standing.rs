@@ -178,12 +178,7 @@ impl Standing {
     /// that the next power of two counts, in metres: what is built a little higher then leaves the code of heights, and with it all pages
     /// that it does not stand on, as they are.
     pub fn highest(&self, high: f64) -> f64 {
-        let top = self.extents.iter().map(|extent| extent.highest).fold(high, f64::max);
-        let mut room = 0.0;
-        while high + room < top {
-            room = if room == 0.0 { 8.0 } else { 2.0 * room };
-        }
-        high + room
+        with_room(high, self.extents.iter().map(|extent| extent.highest).fold(high, f64::max))
     }
 
     /// Numbers of features that may change voxels within an area, in their order.
@@ -253,6 +248,15 @@ impl Standing {
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
         Ok(Built { ground, paints, natural: bare, solids, uncoloured: 0..0 })
     }
+}
+
+/// `high`, and as much of a power of two of metres above it as holds `top`.
+pub(super) fn with_room(high: f64, top: f64) -> f64 {
+    let mut room = 0.0;
+    while high + room < top {
+        room = if room == 0.0 { 8.0 } else { 2.0 * room };
+    }
+    high + room
 }
 
 impl Built {

@@ -30,11 +30,12 @@ mod shape;
 mod sheet;
 mod view;
 
+pub use crate::model::{Material, Texture, Wrap};
 pub use body::{Body, Form};
 pub use glint::{Glint, Glow, PARTS};
 pub use lens::Lens;
 pub use light::{Beam, Below, Cone, Fixture, PointLight};
-pub use mesh::{Material, Mesh, Part, Texture, Wrap};
+pub use mesh::{Mesh, Part};
 pub use model::{Level, Model};
 pub use pixel::{Ground, Seen, Share};
 pub use puff::{Puff, SeenPuff};

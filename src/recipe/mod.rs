@@ -8,6 +8,7 @@
 
 mod cover;
 mod fields;
+mod objects;
 mod synthetic;
 mod tables;
 #[cfg(test)]
@@ -53,6 +54,8 @@ struct Lines {
     imagery: Vec<usize>,
     features: Vec<usize>,
     land_cover: Vec<usize>,
+    objects: Vec<usize>,
+    scatters: Vec<usize>,
     /// Of the table `[place]`, and of its keys.
     place: usize,
     keys: Vec<(&'static str, usize)>,
@@ -121,6 +124,8 @@ impl Recipe {
             Input::Imagery(index) => mistake(self.lines.imagery[index], error),
             Input::LandCover(index) => mistake(self.lines.land_cover[index], error),
             Input::Features(index) => mistake(self.lines.features[index], error),
+            Input::Object(index) => mistake(self.lines.objects[index], error),
+            Input::Scatter(index) => mistake(self.lines.scatters[index], error),
         };
         let mut mistakes: Vec<Mistake> = faults(&self.options).into_iter().map(of_file).collect();
         if !mistakes.is_empty() {

@@ -7,6 +7,7 @@ use toml::Spanned;
 
 use super::cover;
 use super::fields::Fields;
+use super::objects;
 use super::synthetic::synthetic;
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
@@ -107,6 +108,14 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.features.extend(files.iter().map(|_| line));
         options.features.extend(files);
     }
+    for table in root.tables("object", "[[object]]") {
+        lines.objects.push(table.line());
+        options.objects.push(objects::object(table, &folder));
+    }
+    for table in root.tables("scatter", "[[scatter]]") {
+        lines.scatters.push(table.line());
+        options.scatters.push(objects::scatter(table, &folder));
+    }
     let tables = root.tables("corridor", "[[corridor]]");
     options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();
     if let Some(finest) = options.corridors.iter().map(|corridor| corridor.spacing).reduce(f64::min) {
@@ -191,7 +200,11 @@ pub(super) fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str
     names.into_iter().filter_map(|name| file(table, &span, &folder.join(name))).collect()
 }
 
-fn file(table: &Fields<'_, '_, '_>, span: &std::ops::Range<usize>, path: &Path) -> Option<PathBuf> {
+pub(super) fn file(
+    table: &Fields<'_, '_, '_>,
+    span: &std::ops::Range<usize>,
+    path: &Path,
+) -> Option<PathBuf> {
     let found = match std::fs::metadata(path) {
         Ok(found) if found.is_file() => Ok(path.to_owned()),
         Ok(_) => Err(format!("{} is no file", path.display())),

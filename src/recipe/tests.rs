@@ -251,6 +251,11 @@ fn what_is_wrong_with_files_is_told_with_their_tables_in_the_words_of_recipes() 
             ["states no coordinate reference system", "`crs` of [[elevation]]"],
         ),
         (format!("{ELEVATION}[[imagery]]\nfile = \"text.tif\"\n"), 4, ["text.tif", ""]),
+        (
+            format!("{ELEVATION}[[object]]\nfile = \"text.tif\"\nat = [0, 0]\n"),
+            4,
+            ["no model that is known by its name", ".glb"],
+        ),
         (format!("{ELEVATION}\n[[cloud]]\nfile = \"text.tif\"\n"), 5, ["text.tif", "no LAS or LAZ file"]),
         (
             format!("[place]\nbbox = [0, 0, 9, 9]\n{ELEVATION}"),
@@ -282,4 +287,37 @@ fn the_template_is_sound_but_for_its_file() {
     let mistakes = site.mistakes(&whole.join("\n"));
     assert!(!mistakes.is_empty());
     assert!(mistakes.iter().all(|mistake| mistake.what.contains("cannot read")), "{mistakes:?}");
+}
+
+#[test]
+fn objects_and_scatters_say_what_they_are() {
+    let site = Site::new();
+    let model = site.folder.path().join("box.obj");
+    fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let text = format!(
+        "[place]\nlocal = true\n{ELEVATION}\n[[object]]\nfile = \"box.obj\"\nat = [[1, 2], [3, 4.5]]\nheading_deg = 30\nscale = 2\n\
+         [[scatter]]\nobjects = [\"conifer\", \"box.obj\"]\nper_hectare = 100\nscale = [0.5, 2]\nheights_m = [0, 9]\navoid = false\n"
+    );
+    let recipe = Recipe::check(&site.put(&text)).unwrap().unwrap();
+    let [object] = &recipe.options.objects[..] else { panic!() };
+    assert_eq!((&object.paths[0], &object.places[..]), (&model, &[[1.0, 2.0], [3.0, 4.5]][..]));
+    assert_eq!((object.stance.heading_deg, object.stance.scale), (30.0, 2.0));
+    let [scatter] = &recipe.options.scatters[..] else { panic!() };
+    assert_eq!(scatter.forms[1], crate::modeling::object::Form::File(model));
+    assert_eq!((scatter.spacing_m, scatter.scale, scatter.heights_m), (10.0, [0.5, 2.0], Some([0.0, 9.0])));
+    assert!(!scatter.avoid && scatter.slopes_deg.is_none());
+    for (table, words) in [
+        ("[[object]]\nfile = \"box.obj\"\n", "[[object]] needs `at`"),
+        ("[[object]]\nfile = \"box.obj\"\nat = []\n", "one place at least"),
+        ("[[object]]\nfile = \"box.obj\"\nat = [1, 2]\nup = \"x\"\n", "\"y\" or \"z\""),
+        ("[[object]]\nfile = \"box.obj\"\nat = [1, 2]\nscale = 0\n", "more than 0"),
+        ("[[scatter]]\nobjects = \"oak\"\nspacing_m = 5\n", "neither a file nor one of broadleaf"),
+        ("[[scatter]]\nobjects = \"shrub\"\n", "needs `spacing_m`"),
+        ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nper_hectare = 5\n", "keep one"),
+        ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nscale = [2, 1]\n", "the first is the least"),
+        ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nslopes_deg = [20, 95]\n", "less than 90"),
+    ] {
+        let mistakes = site.mistakes(&format!("{ELEVATION}{table}"));
+        assert!(mistakes.len() == 1 && mistakes[0].what.contains(words), "{table}: {mistakes:?}");
+    }
 }

@@ -12,13 +12,13 @@ pub use kinds::{
     Upright, Way, WayKind, Wire, Wood,
 };
 pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};
-pub(super) use meaning::length;
 pub use meaning::{Interpreted, Material, WATER, colour, interpret, interpret_all};
+pub(super) use meaning::{length, mix, share};
 pub use place::{Feature, place};
 pub(super) use read::OutlineTable;
 pub use read::read;
-pub(super) use shape::foot_of;
 pub use shape::{
     Bound, BoundBarrier, BoundBridge, BoundBuilding, BoundCover, BoundTree, BoundUpright, BoundWay,
     BoundWire, BoundWood, Graded, Ground, Rank, Solid, Square, Wall, bind, prepare, settle,
 };
+pub(super) use shape::{Footprint, foot_of};

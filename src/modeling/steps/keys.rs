@@ -6,6 +6,7 @@ use crate::geo::VerticalDatum;
 use crate::modeling::fill;
 use crate::modeling::inputs::{Bounds, Inputs, Opened};
 use crate::modeling::land_cover::CoverInput;
+use crate::modeling::object::Objects;
 use crate::modeling::options::{BuildOptions, NodataFill};
 use crate::modeling::placed::{ElevationInput, ImageryInput};
 use crate::modeling::plan::Plan;
@@ -39,6 +40,8 @@ impl SourceKeys {
             imagery: Vec::new(),
             land_cover: Vec::new(),
             features: Vec::new(),
+            objects: Vec::new(),
+            scatters: Vec::new(),
             corridors: Vec::new(),
             output: Default::default(),
             overwrite: false,
@@ -88,6 +91,7 @@ pub(in crate::modeling) struct PageKeys<'a> {
     ground: Option<Key>,
     grid: Grid,
     standing: Option<&'a Standing>,
+    objects: Option<&'a Objects>,
 }
 
 impl<'a> PageKeys<'a> {
@@ -97,7 +101,8 @@ impl<'a> PageKeys<'a> {
         (elevation, imagery, land_cover): (&[ElevationInput], &[ImageryInput], &[CoverInput]),
         fill: NodataFill,
         (grid, code): (Grid, HeightCode),
-        (tint, standing): (&dyn std::fmt::Debug, Option<&'a Standing>),
+        tint: &dyn std::fmt::Debug,
+        (standing, objects): (Option<&'a Standing>, Option<&'a Objects>),
     ) -> Self {
         let elevation = keys.elevation.iter().zip(elevation).map(|(key, source)| (*key, source.reach));
         let imagery = keys.imagery.iter().zip(imagery).map(|(key, source)| (*key, source.reach));
@@ -106,7 +111,7 @@ impl<'a> PageKeys<'a> {
         // The broad shape of wide voids comes from the whole of a raster.
         let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
         let sources = elevation.chain(imagery).chain(land_cover).collect();
-        Self { settings, sources, ground, grid, standing }
+        Self { settings, sources, ground, grid, standing, objects }
     }
 
     /// Of a page; all finer ones have been written.
@@ -136,12 +141,21 @@ impl<'a> PageKeys<'a> {
         if let Some(standing) = self.standing {
             keyer = standing.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
         }
+        // Scatters ask for ground, and keep away from what stands there.
+        let around_objects = self.objects.and_then(|objects| objects.margin(around, &level)).unwrap_or(0);
+        if let Some(objects) = self.objects {
+            keyer = objects.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
+            let wide = around.grown(around_objects, &level.grid);
+            if let Some(standing) = self.standing.filter(|_| objects.avoid_features()) {
+                keyer = standing.keys_around(wide, &level).into_iter().fold(keyer, Keyer::with_key);
+            }
+        }
         if let Some(ground) = self.ground {
             keyer = keyer.with_key(ground);
         }
         // Features ask for ground further away.
         let margin = self.standing.and_then(|standing| standing.margin(around, &level)).unwrap_or(0);
-        let wide = around.grown(margin.max(fill::REACH), &level.grid);
+        let wide = around.grown((around_objects + margin).max(fill::REACH), &level.grid);
         let here = self.sources.iter().filter(|(_, reach)| wide.meets(reach, &level.grid));
         here.fold(keyer, |keyer, (key, _)| keyer.with_key(*key))
     }

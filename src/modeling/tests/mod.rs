@@ -3,6 +3,7 @@
 mod corridors;
 mod land_cover;
 mod mosaics;
+mod objects;
 mod pictures;
 mod real;
 mod refusals;

@@ -98,14 +98,7 @@ pub fn try_build(
     let mut options = options(folder.path());
     adjust(&mut options);
     let budget = Budget::of(&options)?;
-    let inputs = Inputs {
-        clouds: Vec::new(),
-        elevation,
-        imagery,
-        land_cover: Vec::new(),
-        features: Vec::new(),
-        notes: Vec::new(),
-    };
+    let inputs = Inputs { elevation, imagery, ..Inputs::default() };
     build::build_from(inputs, &options, budget, &Silent)?;
     Area::open(&options.output)
 }

@@ -10,38 +10,20 @@ mod facet;
 mod ray;
 #[cfg(test)]
 mod tests;
-mod texture;
-
-use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::model::Material;
 use bvh::Node;
 
 pub(super) use facet::{Basis, Bounds, Facet};
 pub(super) use ray::Point;
-pub use texture::{Texture, Wrap};
 
 /// Metres from a mesh's origin beyond which no corner of it is.
 const FARTHEST: f32 = 1.0e6;
 
 /// Share of a texel within which the corners of a triangle must lie for it to have one colour.
 const ONE_TEXEL: f32 = 0.25;
-
-/// What a part of a mesh is made of.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Material {
-    /// Linear Rec. 709 reflectance, 0…1; `None`: that of the body.
-    pub colour: Option<Vec3>,
-    /// 0…1.
-    pub alpha: f32,
-    /// Multiplies colour and alpha.
-    pub texture: Option<Arc<Texture>>,
-    /// Alpha, 0…1, below which there is nothing; `None`: it is all there.
-    pub cutoff: Option<f32>,
-    /// It is seen from behind too: from where its triangles run clockwise.
-    pub both_sides: bool,
-}
 
 /// Triangles of one material, in axes of their own: x right, y forward, z up, metres.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,17 +70,6 @@ pub(super) struct Triangle {
     pub texels: f32,
     /// What the colours of its corners vary; nothing but the one in the middle is looked at where that is little.
     pub varies: bool,
-}
-
-impl Material {
-    /// All there, seen from both sides.
-    pub fn of(colour: Option<Vec3>) -> Self {
-        Self { colour, alpha: 1.0, texture: None, cutoff: None, both_sides: true }
-    }
-
-    fn is_masked(&self) -> bool {
-        self.cutoff.is_some()
-    }
 }
 
 impl std::fmt::Debug for Mesh {
@@ -211,7 +182,7 @@ impl Mesh {
             let spread = (q - p).abs().max((r - p).abs()).max_element();
             let area = f64::from((q - p).perp_dot(r - p).abs());
             colour *= texture.sample((p + q + r) / (3.0 * Vec2::new(width, height)), 1.0).truncate();
-            if spread > ONE_TEXEL || of.is_masked() {
+            if spread > ONE_TEXEL || of.cutoff.is_some() {
                 varies = true;
                 texels = (area / across.length()).sqrt() as f32;
             }
@@ -281,7 +252,7 @@ impl Mesh {
 
     /// Whether parts of a triangle may not be there.
     pub(super) fn is_masked(&self, triangle: &Triangle) -> bool {
-        self.materials[triangle.material as usize].is_masked()
+        self.materials[triangle.material as usize].cutoff.is_some()
     }
 
     /// Whether a triangle is there, at `weights` of its corners, over `metres` of it.

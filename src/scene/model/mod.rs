@@ -1,47 +1,27 @@
-//! Model files: glTF, Wavefront OBJ, MagicaVoxel.
+//! Models of dynamic objects: fitted into bodies, and cut into parts that move.
 //!
 //! ```text
-//! file ──gltf, obj, vox──▶ Raw: parts in the model's axes ──cut──▶ Mesh in a body's axes, and of each node that moves in its own
+//! file ──crate::model──▶ Model in its own axes ──cut──▶ Mesh in a body's axes, and of each node that moves in its own
 //! ```
-//!
-//! Whatever a file says is checked before it is used: no sum of sizes overflows, nothing is allocated that the file's own bytes do not fill, and what
-//! exceeds the limits below is refused. Functions here tell what is wrong as a clause; the name of the file is put before it at the end.
 
-mod accessor;
-mod files;
-mod gltf;
 mod nodes;
-mod numbers;
-mod obj;
-mod picture;
 #[cfg(test)]
 mod tests;
-mod vox;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3, Vec2, Vec3};
+use glam::{DMat3, DVec3};
 
 use crate::error::{Error, Result};
-use crate::objects::{Material, Mesh, Part};
+use crate::model::{Clause, MOST_TRIANGLES, Model, ModelPart, Read, read};
+use crate::objects::{Mesh, Part};
 use crate::space::Attitude;
-use files::Files;
-use nodes::RawNode;
 pub(super) use nodes::{Cut, Rest};
-
-/// Triangles of the largest model: some 300 MB of memory.
-const MOST_TRIANGLES: usize = 2_000_000;
-
-/// Corners of the largest model.
-const MOST_CORNERS: usize = 3 * MOST_TRIANGLES;
 
 /// Triangles of all models of a scene.
 const MOST_OF_SCENE: usize = 4 * MOST_TRIANGLES;
-
-/// What is wrong, as a clause without the file's name.
-type Clause<T> = std::result::Result<T, String>;
 
 /// How a model is fitted into a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,32 +55,6 @@ pub(super) enum Origin {
     Middle,
 }
 
-/// A part of a model as its file has it.
-#[derive(Debug)]
-struct RawPart {
-    positions: Vec<DVec3>,
-    normals: Vec<Vec3>,
-    places: Vec<Vec2>,
-    colours: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    material: Material,
-    /// Number of the node that it is in, of formats that have such.
-    node: Option<usize>,
-}
-
-/// A model as its file has it.
-#[derive(Debug)]
-struct Raw {
-    parts: Vec<RawPart>,
-    /// Each after the one above it.
-    nodes: Vec<RawNode>,
-    /// Triangles and corners of all parts.
-    counts: [usize; 2],
-    /// Columns: what the model's axes are in a body's (right, forward, up).
-    body_from_model: DMat3,
-    notes: Vec<String>,
-}
-
 /// How a model becomes a body.
 #[derive(Debug, Clone, Copy)]
 struct Fitting {
@@ -115,13 +69,6 @@ struct Fitting {
     is_mirrored: bool,
     /// Of the box around it, metres from the body's origin.
     corners: [DVec3; 2],
-}
-
-/// A model that was read.
-#[derive(Debug)]
-struct Read {
-    raw: Raw,
-    files: Vec<PathBuf>,
 }
 
 /// Models of a scene, each of which is read once.
@@ -179,7 +126,7 @@ impl Models {
             Some((.., cut)) => cut.clone(),
             None => {
                 let wrong = |what: String| Error::invalid(path, what);
-                let cut = Arc::new(read.raw.cut(fit, &knife).map_err(wrong)?);
+                let cut = Arc::new(read.model.cut(fit, &knife).map_err(wrong)?);
                 self.triangles += cut.triangle_count();
                 if self.triangles > MOST_OF_SCENE {
                     return Err(wrong(format!(
@@ -192,39 +139,11 @@ impl Models {
                 cut
             }
         };
-        Ok(Fitted { cut, files: read.files.clone(), notes: read.raw.notes.clone() })
+        Ok(Fitted { cut, files: read.files.clone(), notes: read.model.notes.clone() })
     }
 }
 
-fn read(path: &Path, hasher: &mut blake3::Hasher) -> Result<Read> {
-    let mut files = Files::new(path, hasher);
-    let bytes = files.first()?;
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    let raw = match extension.as_deref() {
-        Some("glb" | "gltf") => gltf::read(&bytes, &mut files)?,
-        Some("obj") => obj::read(&bytes, &mut files)?,
-        Some("vox") => vox::read(&bytes).map_err(|what| Error::invalid(path, what))?,
-        _ => {
-            let what = "is no model that is known by its name";
-            return Err(Error::unsupported(path, what, "models end in .glb, .gltf, .obj or .vox"));
-        }
-    };
-    Ok(Read { raw, files: files.read() })
-}
-
-impl Raw {
-    /// Counts a part's triangles and corners before there are any.
-    fn check(&self, triangles: usize, corners: usize) -> Clause<()> {
-        within("triangles", self.counts[0].saturating_add(triangles), MOST_TRIANGLES)?;
-        within("corners", self.counts[1].saturating_add(corners), MOST_CORNERS)
-    }
-
-    fn push(&mut self, part: RawPart) {
-        self.counts[0] += part.triangles.len();
-        self.counts[1] += part.positions.len();
-        self.parts.push(part);
-    }
-
+impl Model {
     /// How it becomes a body.
     fn fitting(&self, fit: &Fit) -> Clause<Fitting> {
         let turn = fit.turn.world_from_view();
@@ -266,7 +185,7 @@ impl Raw {
         &self,
         fitting: &Fitting,
         rest: Option<&Rest>,
-        within: impl Fn(&RawPart) -> bool,
+        within: impl Fn(&ModelPart) -> bool,
     ) -> Clause<Mesh> {
         let Fitting { turned, turn, axes, origin, is_mirrored, .. } = *fitting;
         let rotation = match rest {
@@ -277,7 +196,7 @@ impl Raw {
             None => (turned * *place - origin).as_vec3(),
             Some(rest) => (rest.turn.transpose() * (turned * *place - origin - rest.pivot)).as_vec3(),
         };
-        let part = |part: &RawPart| Part {
+        let part = |part: &ModelPart| Part {
             positions: part.positions.iter().map(place).collect(),
             normals: part.normals.iter().map(|normal| rotation * *normal).collect(),
             places: part.places.clone(),
@@ -291,11 +210,4 @@ impl Raw {
         };
         Mesh::new(self.parts.iter().filter(|part| within(part)).map(part).collect())
     }
-}
-
-fn within(what: &str, count: usize, most: usize) -> Clause<()> {
-    if count <= most {
-        return Ok(());
-    }
-    Err(format!("it has {count} {what}, more than the {most} that a model may have; simplify it"))
 }

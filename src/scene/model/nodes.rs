@@ -10,23 +10,14 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DVec3};
 
-use super::{Clause, Fit, Fitting, Knife, Raw, RawPart};
+use super::{Fit, Fitting, Knife};
+use crate::model::{Clause, Model, ModelNode, ModelPart};
 use crate::objects::Mesh;
 
 /// Names of nodes that are told to who asks for another one.
 const MOST_TOLD: usize = 8;
-
-/// A node as its file has it.
-#[derive(Debug)]
-pub(super) struct RawNode {
-    pub name: Option<String>,
-    /// Number of the one that it is below of.
-    pub above: Option<usize>,
-    /// Units of the model from its own.
-    pub from_node: DMat4,
-}
 
 /// Where a part is at rest, in the axes of what it goes with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +58,7 @@ impl Cut {
     }
 }
 
-impl Raw {
+impl Model {
     /// It as one mesh, and each node that is cut off as another.
     pub(super) fn cut(&self, fit: &Fit, knife: &Knife) -> Clause<Cut> {
         let fitting = self.fitting(fit)?;
@@ -78,7 +69,7 @@ impl Raw {
             let own = found.iter().position(|found| found.as_ref() == Ok(&number));
             goes_with.push(own.or_else(|| node.above.and_then(|above| goes_with[above])));
         }
-        let of = |part: &RawPart| part.node.and_then(|node| goes_with[node]);
+        let of = |part: &ModelPart| part.node.and_then(|node| goes_with[node]);
         let node = |(index, found): (usize, Clause<usize>)| -> Clause<Node> {
             let number = found?;
             let own = || self.rest(&fitting, &self.nodes[number]);
@@ -105,7 +96,7 @@ impl Raw {
     /// The node of a name.
     fn find(&self, name: Option<&str>) -> Clause<usize> {
         let Some(name) = name else { return Err("moves nothing there".to_owned()) };
-        let is_it = |node: &RawNode| node.name.as_deref() == Some(name);
+        let is_it = |node: &ModelNode| node.name.as_deref() == Some(name);
         let mut found = self.nodes.iter().enumerate().filter(|(_, node)| is_it(node));
         let others = found.clone().count();
         match found.next() {
@@ -128,7 +119,7 @@ impl Raw {
     }
 
     /// Where a node's own axes are in a body.
-    fn rest(&self, fitting: &Fitting, node: &RawNode) -> Rest {
+    fn rest(&self, fitting: &Fitting, node: &ModelNode) -> Rest {
         let own = DMat3::from_mat4(node.from_node);
         // Y stays, Z and X give way to shear; a mirrored node's X would make left of right.
         let y = own.y_axis.try_normalize().unwrap_or(DVec3::Y);

@@ -164,20 +164,10 @@ fn all_formats_tell_the_same_square() {
 
 #[test]
 fn fronts_look_forward() {
-    assert_eq!(
-        super::gltf::read(
-            &glb(),
-            &mut Files::new(&Folder::new().path("square.glb"), &mut blake3::Hasher::new())
-        )
-        .unwrap()
-        .body_from_model
-            * DVec3::Z,
-        DVec3::Y
-    );
     let folder = Folder::new();
     let raw = |name: &str| {
         let mut hasher = blake3::Hasher::new();
-        super::read(&folder.path(name), &mut hasher).unwrap().raw.body_from_model
+        super::read(&folder.path(name), &mut hasher).unwrap().model.body_from_model
     };
     for (name, front) in [("square.glb", DVec3::Z), ("square.obj", DVec3::NEG_Z)] {
         let axes: DMat3 = raw(name);

@@ -59,14 +59,14 @@ pub(in super::super) fn hash(text: &str) -> u64 {
 }
 
 /// Another number for each number.
-pub(in super::super) fn mix(number: u64) -> u64 {
+pub(in crate::modeling) fn mix(number: u64) -> u64 {
     let number = (number ^ number >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let number = (number ^ number >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     number ^ number >> 31
 }
 
 /// A share, 0…1, of a number's bits.
-pub(in super::super) fn share(number: u64) -> f64 {
+pub(in crate::modeling) fn share(number: u64) -> f64 {
     (number >> 11) as f64 / (1_u64 << 53) as f64
 }
 

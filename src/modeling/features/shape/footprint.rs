@@ -20,7 +20,7 @@ use super::solid::{Square, Wall};
 
 /// A polygon in the database's system.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Footprint {
+pub(in crate::modeling) struct Footprint {
     /// Outsides counter-clockwise, holes clockwise.
     pub rings: Vec<Vec<DVec2>>,
     pub bounds: [f64; 4],
@@ -28,7 +28,7 @@ pub(super) struct Footprint {
 
 /// What a polygon covers of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Cover {
+pub(in crate::modeling) struct Cover {
     pub column: usize,
     pub row: usize,
     /// Share of the voxel, above 0…1.

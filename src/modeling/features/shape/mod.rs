@@ -33,6 +33,7 @@ pub use bind::{Bound, bind};
 pub use building::BoundBuilding;
 pub(in super::super) use building::foot_of;
 pub use cover::{BoundBarrier, BoundCover, BoundWood};
+pub(in super::super) use footprint::Footprint;
 pub use prepare::prepare;
 pub use round::{BoundTree, BoundUpright};
 pub use solid::{Ground, Solid, Square, Wall};

@@ -254,6 +254,8 @@ impl Args {
             land_cover: self.land_cover.iter().filter_map(|path| self.land_cover(path)).collect(),
             materials: Materials::default(),
             features: self.features.iter().cloned().map(FeatureFile::from).collect(),
+            objects: Vec::new(),
+            scatters: Vec::new(),
             synthetic: Synthetic::default(),
             interpolation: Interpolation::default(),
             output: self.output.clone().unwrap_or_default(),

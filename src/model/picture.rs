@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use image::{ImageReader, Limits};
 
-use super::Clause;
-use crate::objects::{Texture, Wrap};
+use super::{Clause, Texture, Wrap};
 
 /// Texels of all textures of the largest model: with what is coarser 180 MB.
 const MOST_TEXELS: u64 = 1 << 25;

@@ -7,9 +7,8 @@ use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use super::files::Files;
 use super::picture::Pictures;
-use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, within};
+use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Material, Model, ModelPart, Texture, Wrap, within};
 use crate::error::Result;
-use crate::objects::{Material, Texture, Wrap};
 
 /// Opacity below which a part is not shown.
 const SEEN_THROUGH: f32 = 0.5;
@@ -36,7 +35,7 @@ struct Reader {
 
 /// A part while its corners come.
 struct Building {
-    part: RawPart,
+    part: ModelPart,
     known: HashMap<Corner, u32>,
     has_normals: bool,
     has_places: bool,
@@ -47,7 +46,7 @@ fn axes() -> DMat3 {
     DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y)
 }
 
-pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
+pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
     let text = String::from_utf8_lossy(bytes);
     let mut reader = Reader::default();
     let mut notes = Vec::new();
@@ -89,8 +88,7 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
     if parts.is_empty() {
         return Err(files.wrong("it has no faces"));
     }
-    let mut raw =
-        Raw { parts: Vec::new(), nodes: Vec::new(), counts: [0; 2], body_from_model: axes(), notes };
+    let mut raw = Model { notes, ..Model::new(axes()) };
     parts.into_iter().for_each(|part| raw.push(part));
     Ok(raw)
 }
@@ -262,7 +260,7 @@ fn options(words: &[&str]) -> (String, [Wrap; 2]) {
 
 impl Building {
     fn new(material: Material) -> Self {
-        let part = RawPart {
+        let part = ModelPart {
             positions: Vec::new(),
             normals: Vec::new(),
             places: Vec::new(),
@@ -293,7 +291,7 @@ impl Building {
         number
     }
 
-    fn done(mut self) -> RawPart {
+    fn done(mut self) -> ModelPart {
         if !self.has_normals {
             self.part.normals.clear();
         }

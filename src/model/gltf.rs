@@ -9,9 +9,10 @@ use std::sync::Arc;
 
 use super::files::{self, Files};
 use super::picture::Pictures;
-use super::{MOST_CORNERS, MOST_TRIANGLES, Raw, RawNode, RawPart, accessor, numbers};
+use super::{
+    MOST_CORNERS, MOST_TRIANGLES, Material, Model, ModelNode, ModelPart, Texture, Wrap, accessor, numbers,
+};
 use crate::error::Result;
-use crate::objects::{Material, Texture, Wrap};
 
 /// Alpha below which what is meant to be seen through is not shown.
 const SEEN_THROUGH: f32 = 0.5;
@@ -32,22 +33,16 @@ struct Reader<'d> {
     pictures: Pictures,
     /// Bytes of images, and textures made of them, by index.
     textures: Vec<Option<Arc<Texture>>>,
-    raw: Raw,
+    raw: Model,
 }
 
-pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Raw> {
+pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
     numbers::check(bytes).map_err(|what| files.wrong(what))?;
     let mut document = parse(bytes, files)?;
     let blob = document.blob.take();
     let buffers = buffers(&document, blob, files)?;
     let count = document.textures().count();
-    let raw = Raw {
-        parts: Vec::new(),
-        nodes: Vec::new(),
-        counts: [0; 2],
-        body_from_model: axes(),
-        notes: notes(&document),
-    };
+    let raw = Model { notes: notes(&document), ..Model::new(axes()) };
     let mut reader = Reader {
         document: &document,
         buffers,
@@ -162,7 +157,7 @@ impl Reader<'_> {
             let own = glam::Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
             let from_node = from_parent * own;
             let number = self.raw.nodes.len();
-            self.raw.nodes.push(RawNode { name: node.name().map(str::to_owned), above, from_node });
+            self.raw.nodes.push(ModelNode { name: node.name().map(str::to_owned), above, from_node });
             for primitive in node.mesh().into_iter().flat_map(|mesh| mesh.primitives()) {
                 let part = self.part(&primitive, from_node, files);
                 let place = |what: String| {
@@ -171,7 +166,7 @@ impl Reader<'_> {
                 };
                 match part {
                     Ok(Some(part)) => {
-                        self.raw.push(RawPart { node: Some(number), ..part });
+                        self.raw.push(ModelPart { node: Some(number), ..part });
                     }
                     Ok(None) => {}
                     Err(Wrong::Here(what)) => return Err(place(what)),
@@ -192,7 +187,7 @@ impl Reader<'_> {
         primitive: &Primitive<'_>,
         from_node: DMat4,
         files: &mut Files<'_>,
-    ) -> std::result::Result<Option<RawPart>, Wrong> {
+    ) -> std::result::Result<Option<ModelPart>, Wrong> {
         let Some(material) = self.material(primitive, files)? else { return Ok(None) };
         let (material, transform, set) = material;
         if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
@@ -240,7 +235,7 @@ impl Reader<'_> {
         };
         let placed = |place: &[f32; 3]| from_node.transform_point3(Vec3::from_array(*place).as_dvec3());
         let is_sound = normal_turn.is_finite();
-        Ok(Some(RawPart {
+        Ok(Some(ModelPart {
             positions: positions.iter().map(placed).collect(),
             normals: if is_sound {
                 normals.into_iter().map(|normal| normal_turn * Vec3::from_array(normal)).collect()

@@ -6,9 +6,8 @@ use std::collections::BTreeMap;
 use dot_vox::{DotVoxData, Model, SceneNode};
 use glam::{DMat3, DVec3, IVec3, Vec3};
 
-use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Raw, RawPart, within};
+use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Material, ModelPart, within};
 use crate::colour::linear_from_srgb8;
-use crate::objects::Material;
 
 /// Bytes of a chunk's header: name, bytes of its own, bytes of its children.
 const CHUNK: usize = 12;
@@ -21,17 +20,11 @@ const MOST_SIDE: u32 = 256;
 /// Instances that a scene graph may have.
 const MOST_INSTANCES: usize = 65_536;
 
-pub(super) fn read(bytes: &[u8]) -> Clause<Raw> {
+pub(super) fn read(bytes: &[u8]) -> Clause<super::Model> {
     check(bytes)?;
     let data = dot_vox::load_bytes(bytes).map_err(|error| format!("it is no MagicaVoxel file: {error}"))?;
-    let mut raw = Raw {
-        parts: Vec::new(),
-        nodes: Vec::new(),
-        counts: [0; 2],
-        body_from_model: DMat3::IDENTITY,
-        notes: Vec::new(),
-    };
-    let mut part = RawPart {
+    let mut raw = super::Model::new(DMat3::IDENTITY);
+    let mut part = ModelPart {
         positions: Vec::new(),
         normals: Vec::new(),
         places: Vec::new(),
@@ -150,7 +143,7 @@ fn rotation(text: &str) -> Option<DMat3> {
 }
 
 /// Puts a model's faces into a part.
-fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut RawPart) -> Clause<()> {
+fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut ModelPart) -> Clause<()> {
     let size = [model.size.x, model.size.y, model.size.z];
     if size.iter().any(|side| *side == 0 || *side > MOST_SIDE) {
         return Err(format!("it has a model of {size:?} voxels; each side may have {MOST_SIDE}"));
@@ -194,7 +187,7 @@ fn face(
     colour: u16,
     corners: [DVec3; 4],
     is_swapped: bool,
-    part: &mut RawPart,
+    part: &mut ModelPart,
 ) -> Clause<()> {
     let colour = data.palette.get(usize::from(colour));
     let colour = colour.ok_or_else(|| "its palette is cut short".to_owned())?;

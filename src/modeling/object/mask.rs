@@ -1,0 +1,149 @@
+//! Sixty-four places of a voxel, one bit each, and the half-plane that says best which of them are covered.
+//!
+//! The places are a rank-1 lattice (Korobov 1959): no two share their column or row, so that walls along the grid are told to a 64th of a
+//! voxel, as are most others.
+
+use glam::{DVec2, dvec2};
+
+/// Places of a voxel.
+pub(super) const RAYS: usize = 64;
+
+/// Generator of the lattice.
+const STEP: usize = 19;
+
+/// Directions that are tried where no face tells one.
+const DIRECTIONS: usize = 64;
+
+/// A place, in voxels from the voxel's centre.
+pub(super) fn place(ray: usize) -> DVec2 {
+    let part = |index: usize| (index as f64 + 0.5) / RAYS as f64 - 0.5;
+    dvec2(part(ray), part(ray * STEP % RAYS))
+}
+
+/// What a mask looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Form {
+    /// All of the voxel.
+    Whole,
+    /// A half-plane: direction of its outside, and how far in that direction it reaches from the voxel's centre, in voxels.
+    Half(DVec2, f64),
+    /// A strip from side to side of the voxel, likewise.
+    Strip(DVec2, f64),
+    /// Something within.
+    Island,
+}
+
+/// Places that are covered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Mask(pub u64);
+
+impl Mask {
+    pub fn add(&mut self, ray: usize) {
+        self.0 |= 1 << ray;
+    }
+
+    pub fn holds(self, ray: usize) -> bool {
+        self.0 >> ray & 1 == 1
+    }
+
+    pub fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// Share of the voxel.
+    pub fn share(self) -> f64 {
+        self.count() as f64 / RAYS as f64
+    }
+
+    pub fn rays(self) -> impl Iterator<Item = usize> {
+        (0..RAYS).filter(move |ray| self.holds(*ray))
+    }
+
+    /// Middle of the places, voxels.
+    pub fn middle(self) -> DVec2 {
+        self.rays().map(place).sum::<DVec2>() / self.count().max(1) as f64
+    }
+
+    /// The half-plane towards `outside` that covers as many places: how many of them are others, and how far it reaches.
+    fn half(self, outside: DVec2) -> (u32, f64) {
+        let mut along: Vec<(f64, usize)> = (0..RAYS).map(|ray| (place(ray).dot(outside), ray)).collect();
+        along.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let count = self.count();
+        let mut covered = Self::default();
+        along[..count].iter().for_each(|(_, ray)| covered.add(*ray));
+        let reach = outside.abs().dot(DVec2::splat(0.5));
+        let before = if count == 0 { -reach } else { along[count - 1].0 };
+        let after = along.get(count).map_or(reach, |(at, _)| *at);
+        ((covered.0 ^ self.0).count_ones(), 0.5 * (before + after))
+    }
+
+    /// How many places are other ones than those of a half-plane.
+    fn differs(self, outside: DVec2, reach: f64) -> u32 {
+        (0..RAYS).filter(|ray| (place(*ray).dot(outside) <= reach) != self.holds(*ray)).count() as u32
+    }
+
+    /// What it looks like, if faces may look in `facings`, each so far from the voxel's centre (voxels).
+    pub fn form(self, facings: &[(DVec2, f64)]) -> Form {
+        let count = self.count();
+        if let [(outside, own)] = facings
+            && count + 1 >= RAYS
+            && self.differs(*outside, *own) <= 1
+        {
+            // A corner of the voxel that no ray meets.
+            return Form::Half(*outside, *own);
+        }
+        if count + 1 >= RAYS {
+            return Form::Whole;
+        }
+        let tried = |outside: DVec2| (self.half(outside), outside);
+        let told = |(outside, own): &(DVec2, f64)| {
+            let ((wrong, reach), outside) = tried(*outside);
+            // Faces tell it exactly, where they are one wall.
+            let own_wrong = self.differs(outside, *own);
+            if own_wrong <= wrong.max(1) { ((own_wrong, *own), outside) } else { ((wrong, reach), outside) }
+        };
+        let told = facings.iter().map(told).min_by_key(|((wrong, _), _)| *wrong);
+        // Faces tell the direction exactly; another one must be far better.
+        const BETTER: u32 = 5;
+        let least = told.map_or(u32::MAX, |((wrong, _), _)| wrong);
+        let best = if least <= BETTER {
+            told
+        } else {
+            let turns = (0..DIRECTIONS).map(|turn| {
+                tried(DVec2::from_angle(std::f64::consts::TAU * turn as f64 / DIRECTIONS as f64))
+            });
+            let free = turns.min_by_key(|((wrong, _), _)| *wrong);
+            free.filter(|((wrong, _), _)| wrong + BETTER < least).or(told)
+        };
+        let Some(((wrong, reach), outside)) = best else { return Form::Island };
+        if wrong <= (count.min(RAYS - count) as u32).div_ceil(2) {
+            return Form::Half(outside, reach);
+        }
+        self.strip().unwrap_or(Form::Island)
+    }
+
+    /// A strip, if it is one: its side that is farther from the centre is its outside.
+    fn strip(self) -> Option<Form> {
+        let middle = self.middle();
+        let [mut xx, mut xy, mut yy] = [0.0; 3];
+        for from in self.rays().map(|ray| place(ray) - middle) {
+            xx += from.x * from.x;
+            xy += from.x * from.y;
+            yy += from.y * from.y;
+        }
+        let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
+        let spread = |direction: DVec2| {
+            self.rays()
+                .map(|ray| place(ray).dot(direction))
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
+        };
+        let [from, to] = spread(along);
+        if to - from < 0.7 || self.count() < 3 {
+            return None;
+        }
+        let across = along.perp();
+        let outside = if middle.dot(across) >= 0.0 { across } else { -across };
+        let [low, high] = spread(outside);
+        (high - low < 0.75 * (to - from)).then_some(Form::Strip(outside, high + 0.5 / RAYS as f64))
+    }
+}

@@ -1,0 +1,116 @@
+//! Files of objects and scatters, opened.
+
+use std::path::Path;
+
+use super::built_in::BuiltIn;
+use super::options::{Form, ObjectFile, ScatterFile};
+use super::soup::{Soup, Stance};
+use crate::error::{Error, Result};
+use crate::model::{self, Model};
+use crate::modeling::features::{self, Layer, LayerOptions, Material};
+use crate::modeling::inputs::file_name;
+
+/// Metres of a voxel of MagicaVoxel at scale 1.
+const VOXEL_M: f64 = 0.1;
+
+/// Scales between the least and the greatest of a scatter.
+const SCALES: usize = 4;
+
+/// An object whose files were read.
+#[derive(Debug)]
+pub(in crate::modeling) struct OpenObject {
+    pub(super) file: ObjectFile,
+    pub(super) soup: Soup,
+    /// Of all bytes that it was read from.
+    pub(super) content: [u8; 32],
+    /// What of it is not shown; for messages.
+    pub notes: Vec<String>,
+}
+
+/// A scatter whose files were read.
+#[derive(Debug)]
+pub(in crate::modeling) struct OpenScatter {
+    pub(super) file: ScatterFile,
+    /// Each form at each of its scales, and what it is made of.
+    pub(super) soups: Vec<Vec<(Soup, Material)>>,
+    pub(super) content: [u8; 32],
+    pub(super) area: Option<Layer>,
+    /// What of it is not shown; for messages.
+    pub notes: Vec<String>,
+}
+
+/// Models of which a soup is made, all with one stance.
+fn soup(models: &[&Model], paths: &[&Path], stance: &Stance) -> Result<Soup> {
+    let is_vox = |path: &&&Path| path.extension().is_some_and(|end| end.eq_ignore_ascii_case("vox"));
+    let voxels = paths.iter().filter(is_vox).count();
+    if voxels > 0 && voxels < paths.len() {
+        let what =
+            "a unit of it is a voxel, and of the files beside it a metre; give it an [[object]] of its own";
+        return Err(Error::invalid(paths.iter().find(is_vox).unwrap_or(&paths[0]), what));
+    }
+    let stance = Stance { scale: stance.scale * if voxels > 0 { VOXEL_M } else { 1.0 }, ..*stance };
+    Soup::of(models, &stance).map_err(|what| Error::invalid(paths[0], what))
+}
+
+/// Notes of a model, after its file's name.
+fn named(path: &Path, model: &Model) -> Vec<String> {
+    model.notes.iter().map(|note| format!("{}: {note}", file_name(path))).collect()
+}
+
+/// Reads an object's files.
+pub(in crate::modeling) fn open_object(file: &ObjectFile) -> Result<OpenObject> {
+    let mut hasher = blake3::Hasher::new();
+    let read = file.paths.iter().map(|path| model::read(path, &mut hasher)).collect::<Result<Vec<_>>>()?;
+    if read.is_empty() {
+        return Err(Error::Configuration("an object has no file".to_owned()));
+    }
+    let notes = file.paths.iter().zip(&read).flat_map(|(path, read)| named(path, &read.model)).collect();
+    let models: Vec<&Model> = read.iter().map(|read| &read.model).collect();
+    let paths: Vec<&Path> = file.paths.iter().map(|path| path.as_path()).collect();
+    let soup = soup(&models, &paths, &file.stance)?;
+    Ok(OpenObject { file: file.clone(), soup, content: *hasher.finalize().as_bytes(), notes })
+}
+
+/// Reads a scatter's files.
+pub(in crate::modeling) fn open_scatter(file: &ScatterFile) -> Result<OpenScatter> {
+    let mut hasher = blake3::Hasher::new();
+    let mut notes = Vec::new();
+    let scales: Vec<f64> = match file.scale {
+        [low, high] if low == high => vec![low],
+        [low, high] => {
+            (0..SCALES).map(|step| low + (high - low) * (step as f64 + 0.5) / SCALES as f64).collect()
+        }
+    };
+    let mut soups = Vec::new();
+    for form in &file.forms {
+        let soups_of = match form {
+            Form::BuiltIn(form) => {
+                hasher.update(format!("{form:?}").as_bytes());
+                scales.iter().map(|scale| Ok((BuiltIn::soup(*form, *scale), form.material()))).collect()
+            }
+            Form::File(path) => {
+                let read = model::read(path, &mut hasher)?;
+                notes.extend(named(path, &read.model));
+                let at = |scale: &f64| {
+                    let stance = Stance { scale: file.stance.scale * scale, ..file.stance };
+                    Ok((soup(&[&read.model], &[path], &stance)?, Material::Unknown))
+                };
+                scales.iter().map(at).collect::<Result<Vec<_>>>()
+            }
+        };
+        soups.push(soups_of?);
+    }
+    let options = LayerOptions { crs: file.crs.clone(), ..LayerOptions::default() };
+    let area = file.area.as_ref().map(|path| features::read(path, &options)).transpose()?;
+    if let Some(area) = &area {
+        if area.rows.iter().all(|row| row.geometry.areas.is_empty()) {
+            return Err(Error::invalid(
+                &area.path,
+                "has no polygons; those that a scatter keeps to are areas",
+            ));
+        }
+        notes.extend(area.notes.iter().cloned());
+        hasher.update(format!("{:?} {:?}", area.crs.name(), area.rows).as_bytes());
+    }
+    Ok(OpenScatter { file: file.clone(), soups, content: *hasher.finalize().as_bytes(), area, notes })
+}

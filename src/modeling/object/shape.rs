@@ -1,0 +1,161 @@
+//! A model over a lattice of voxels: columns of solids.
+
+use glam::{DVec2, dvec2};
+
+use super::fit::Over;
+use super::rays::Window;
+use super::soup::Soup;
+use crate::modeling::features::{Solid, Wall};
+
+/// Voxels along a tile that is looked at at once.
+const TILE: usize = 32;
+
+/// Voxels of the largest footprint.
+const MOST_VOXELS: usize = 1 << 22;
+
+/// What a model is over voxels, its foot at height 0 at a place of voxel (0, 0).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Shape {
+    /// Its south-west voxel.
+    pub first: [i64; 2],
+    pub columns: usize,
+    pub rows: usize,
+    /// Number of the first solid of each voxel, row by row, and of all.
+    starts: Vec<u32>,
+    solids: Vec<Solid>,
+}
+
+impl Shape {
+    /// Whether a model is not too large for such voxels.
+    ///
+    /// # Errors
+    /// A clause: it is.
+    pub fn check(soup: &Soup, spacing: f64) -> Result<(), String> {
+        let size = (soup.corners[1] - soup.corners[0]) / spacing;
+        if (size.x + 2.0) * (size.y + 2.0) <= MOST_VOXELS as f64 {
+            return Ok(());
+        }
+        Err(format!(
+            "it is {:.0} by {:.0} voxels wide; no more than {MOST_VOXELS} together fit: see `scale`",
+            size.x, size.y
+        ))
+    }
+
+    /// Of a model that was checked, whose foot is at `phase` from the south-west corner of voxel (0, 0), in voxels, 0…1. What `stands` has its lowest
+    /// parts on the ground, wherever that is below them.
+    pub fn of(soup: &Soup, spacing: f64, phase: DVec2, (material, stands): (u8, bool)) -> Self {
+        let [low, high] = soup.corners.map(|corner| dvec2(corner.x, corner.y) / spacing + phase);
+        let (first, last) = (low.floor(), high.floor());
+        let size = last - first + 1.0;
+        let (columns, rows) = (size.x as usize, size.y as usize);
+        let corner = (first - phase) * spacing;
+        let tiles = (columns.div_ceil(TILE), rows.div_ceil(TILE));
+        let mut of_tile: Vec<Vec<u32>> = vec![Vec::new(); tiles.0 * tiles.1];
+        for (number, face) in (0..).zip(&soup.faces) {
+            let [west, south, east, north] = face.bounds();
+            let index = |at: f64, from: f64, count: usize| {
+                ((at - from) / (spacing * TILE as f64)).floor().clamp(0.0, count as f64 - 1.0) as usize
+            };
+            for row in index(south, corner.y, tiles.1)..=index(north, corner.y, tiles.1) {
+                for column in index(west, corner.x, tiles.0)..=index(east, corner.x, tiles.0) {
+                    of_tile[row * tiles.0 + column].push(number);
+                }
+            }
+        }
+        let mut found: Vec<Vec<Solid>> = vec![Vec::new(); columns * rows];
+        for (tile, faces) in of_tile.into_iter().enumerate() {
+            let (x0, y0) = (tile % tiles.0 * TILE, tile / tiles.0 * TILE);
+            let window = Window {
+                corner: corner + dvec2(x0 as f64, y0 as f64) * spacing,
+                spacing,
+                columns: TILE.min(columns - x0),
+                rows: TILE.min(rows - y0),
+            };
+            for (index, mut cell) in window.look(soup, faces.into_iter()).into_iter().enumerate() {
+                let (x, y) = (x0 + index % window.columns, y0 + index / window.columns);
+                let centre = corner + (dvec2(x as f64, y as f64) + 0.5) * spacing;
+                let over = Over { soup, centre, spacing, material, stands };
+                found[y * columns + x] = over.fit(&mut cell);
+            }
+        }
+        let first = [first.x as i64, first.y as i64];
+        let mut shape = Self { first, columns, rows, starts: vec![0], solids: Vec::new() };
+        for solids in found {
+            shape.solids.extend(solids);
+            shape.starts.push(shape.solids.len() as u32);
+        }
+        shape
+    }
+
+    /// Solids over a voxel, counted from voxel (0, 0); heights are metres from the foot.
+    pub fn over(&self, [column, row]: [i64; 2]) -> &[Solid] {
+        let (column, row) = (column - self.first[0], row - self.first[1]);
+        if column < 0 || row < 0 || column >= self.columns as i64 || row >= self.rows as i64 {
+            return &[];
+        }
+        let index = row as usize * self.columns + column as usize;
+        &self.solids[self.starts[index] as usize..self.starts[index + 1] as usize]
+    }
+}
+
+/// One of the eight ways to lay a lattice onto itself: a mirror (east and west change places), and then quarter turns counterclockwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Symmetry {
+    pub is_mirrored: bool,
+    /// 0…3.
+    pub quarters: u8,
+}
+
+impl Symmetry {
+    /// By the lowest three bits of a number.
+    pub fn of(number: u64) -> Self {
+        Self { is_mirrored: number & 4 != 0, quarters: (number & 3) as u8 }
+    }
+
+    /// Where a voxel of the lattice comes from.
+    pub fn origin_of(self, [x, y]: [i64; 2]) -> [i64; 2] {
+        let [x, y] = match self.quarters & 3 {
+            0 => [x, y],
+            1 => [y, -x],
+            2 => [-x, -y],
+            _ => [-y, x],
+        };
+        if self.is_mirrored { [-x, y] } else { [x, y] }
+    }
+
+    /// Where a voxel of the lattice goes.
+    pub fn place_of(self, [x, y]: [i64; 2]) -> [i64; 2] {
+        let x = if self.is_mirrored { -x } else { x };
+        match self.quarters & 3 {
+            0 => [x, y],
+            1 => [-y, x],
+            2 => [-x, -y],
+            _ => [y, -x],
+        }
+    }
+
+    /// Where a direction goes.
+    fn turned(self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let x = if self.is_mirrored { -x } else { x };
+        match self.quarters & 3 {
+            0 => [x, y],
+            1 => [-y, x],
+            2 => [-x, -y],
+            _ => [y, -x],
+        }
+    }
+
+    /// A solid, laid so.
+    pub fn solid(self, solid: &Solid) -> Solid {
+        let facing = |angle: f64| {
+            let angle = if self.is_mirrored { std::f64::consts::PI - angle } else { angle };
+            angle + f64::from(self.quarters & 3) * std::f64::consts::FRAC_PI_2
+        };
+        let wall = match solid.wall {
+            Wall::Whole => Wall::Whole,
+            Wall::Plane { facing: angle, distance_m } => Wall::Plane { facing: facing(angle), distance_m },
+            Wall::Round(angle) => Wall::Round(facing(angle)),
+        };
+        Solid { slope: self.turned(solid.slope), wall, ..*solid }
+    }
+}

@@ -1,0 +1,153 @@
+//! `[[object]]` and `[[scatter]]`: models that stand on the ground.
+
+use std::ops::Range;
+use std::path::Path;
+
+use toml::Spanned;
+
+use super::fields::Fields;
+use super::tables::{OneOrMany, crs, file, files};
+use crate::modeling::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
+
+/// Square metres of a hectare.
+const HECTARE: f64 = 10_000.0;
+
+/// One place, or several.
+#[derive(serde::Deserialize)]
+#[serde(untagged, expecting = "at is a place, [612000, 5240100], or several of them in brackets")]
+enum Places {
+    One([f64; 2]),
+    Many(Vec<[f64; 2]>),
+}
+
+/// One factor, or the least and the greatest.
+#[derive(serde::Deserialize)]
+#[serde(untagged, expecting = "scale is a number, or the least and the greatest: [0.8, 1.2]")]
+enum Scales {
+    One(f64),
+    Range([f64; 2]),
+}
+
+/// How a model stands, but for its size.
+fn stance(table: &mut Fields<'_, '_, '_>) -> Stance {
+    let mut angle = |key| table.number(key, f64::is_finite, "must be a number of degrees").unwrap_or(0.0);
+    let (heading_deg, pitch_deg, roll_deg) = (angle("heading_deg"), angle("pitch_deg"), angle("roll_deg"));
+    let is_z_up = table.take::<String>("up").and_then(|up| {
+        let known = match up.get_ref().as_str() {
+            "y" => Ok(false),
+            "z" => Ok(true),
+            other => Err(format!("up is the axis of the file that points up, \"y\" or \"z\", not {other:?}")),
+        };
+        table.mistakes.check(&up.span(), known)
+    });
+    Stance { scale: 1.0, is_z_up, heading_deg, pitch_deg, roll_deg }
+}
+
+/// `[[object]]`.
+pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path) -> ObjectFile {
+    let mistakes = table.mistakes;
+    let paths = files(&mut table, folder, "\"barn.glb\"");
+    let places = table.need::<Places>("at", "[612000, 5240100]").map_or(Vec::new(), |places| {
+        let span = places.span();
+        let places = match places.into_inner() {
+            Places::One(place) => vec![place],
+            Places::Many(places) => places,
+        };
+        if places.is_empty() || places.iter().flatten().any(|at| !at.is_finite()) {
+            mistakes.add(&span, "at needs one place at least, of finite numbers");
+        }
+        places
+    });
+    let mut stance = stance(&mut table);
+    stance.scale = table.number("scale", |scale| scale > 0.0, "must be more than 0").unwrap_or(1.0);
+    let up_m = table.number("up_m", f64::is_finite, "must be a number of metres").unwrap_or(0.0);
+    table.finish();
+    ObjectFile { paths, places, stance, up_m }
+}
+
+/// Two numbers, the first no more than the second.
+fn range(table: &mut Fields<'_, '_, '_>, key: &'static str, example: &str) -> Option<[f64; 2]> {
+    let range = table.take::<[f64; 2]>(key)?;
+    let [low, high] = *range.get_ref();
+    let wanted = || format!("{key} are the least and the greatest, as in {key} = {example}");
+    table.mistakes.check(&range.span(), (low <= high).then_some([low, high]).ok_or_else(wanted))
+}
+
+/// A form by its name: of a built-in one, or of a file.
+fn form(table: &Fields<'_, '_, '_>, span: &Range<usize>, name: &str, folder: &Path) -> Option<Form> {
+    if let Some(form) = BuiltIn::of(name) {
+        return Some(Form::BuiltIn(form));
+    }
+    if Path::new(name).extension().is_none() {
+        let what = format!("{name:?} is neither a file nor one of {}", BuiltIn::names());
+        table.mistakes.add(span, what);
+        return None;
+    }
+    file(table, span, &folder.join(name)).map(Form::File)
+}
+
+/// `[[scatter]]`.
+pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path) -> ScatterFile {
+    let mistakes = table.mistakes;
+    let mut scatter = ScatterFile::default();
+    if let Some(names) = table.need::<OneOrMany<String>>("objects", "[\"broadleaf\", \"oak.glb\"]") {
+        let span = names.span();
+        let names = names.into_inner().into_vec();
+        if names.is_empty() {
+            mistakes.add(&span, "objects names none; write objects = [\"broadleaf\"]");
+        }
+        scatter.forms = names.iter().filter_map(|name| form(&table, &span, name, folder)).collect();
+    }
+    scatter.stance = Stance { heading_deg: 0.0, ..stance(&mut table) };
+    scatter.area = table
+        .take::<String>("area")
+        .and_then(|name| file(&table, &name.span(), &folder.join(name.get_ref())));
+    scatter.crs = crs(&mut table);
+    scatter.bbox = table.take::<[f64; 4]>("bbox").and_then(|bbox| {
+        let [west, south, east, north] = *bbox.get_ref();
+        let wanted =
+            "bbox is west, south, east and north, metres: west is less than east, south less than north";
+        mistakes.check(&bbox.span(), (west < east && south < north).then_some(*bbox.get_ref()).ok_or(wanted))
+    });
+    let more = |number: f64| number > 0.0;
+    let spacing = table.number("spacing_m", more, "must be more than 0 m");
+    let density = table.number("per_hectare", more, "must be more than 0");
+    scatter.spacing_m = match (spacing, density) {
+        (Some(spacing), None) => spacing,
+        (None, Some(density)) => (HECTARE / density).sqrt(),
+        (Some(spacing), Some(_)) => {
+            mistakes.add(
+                &table.span(),
+                "[[scatter]] has spacing_m and per_hectare, which say the same; keep one",
+            );
+            spacing
+        }
+        (None, None) => {
+            mistakes
+                .add(&table.span(), "[[scatter]] needs `spacing_m`, as in spacing_m = 8, or `per_hectare`");
+            scatter.spacing_m
+        }
+    };
+    if let Some(scales) = table.take::<Scales>("scale") {
+        let [low, high] = match *scales.get_ref() {
+            Scales::One(scale) => [scale; 2],
+            Scales::Range(range) => range,
+        };
+        let is_range = low > 0.0 && low <= high && high.is_finite();
+        let wanted = "scale is more than 0; of two numbers the first is the least: [0.8, 1.2]";
+        if let Some(scale) = mistakes.check(&scales.span(), is_range.then_some([low, high]).ok_or(wanted)) {
+            scatter.scale = scale;
+        }
+    }
+    scatter.seed = table.take::<u32>("seed").map_or(0, |seed| u64::from(seed.into_inner()));
+    scatter.heights_m = range(&mut table, "heights_m", "[0, 1800]");
+    scatter.slopes_deg = range(&mut table, "slopes_deg", "[0, 35]");
+    if let Some([low, high]) = scatter.slopes_deg
+        && !(low >= 0.0 && high < 90.0)
+    {
+        mistakes.add(&table.span(), "slopes_deg lie from 0 to less than 90 degrees");
+    }
+    scatter.avoid = table.take("avoid").is_none_or(Spanned::into_inner);
+    table.finish();
+    scatter
+}
