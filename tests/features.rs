@@ -8,7 +8,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, FeatureFile, build};
 use hedgehop::progress::Silent;
 use hedgehop::raymarch::{Contact, Face, LevelBands, Marcher, SolidHit, Surface};
-use hedgehop::voxel::{PageSource, Span};
+use hedgehop::voxel::{PageId, PageSource, Span};
 
 /// South-west corner of the area, metres of UTM zone 32, and its side.
 const CORNER: DVec2 = dvec2(500_000.0, 5_000_000.0);
@@ -134,6 +134,42 @@ fn what_reaches_far_beyond_the_area_is_built_within_it() {
     let trees =
         (0..100).filter(|step| top(&pages, dvec2(5.9 * f64::from(*step) + 3.3, 200.7)).is_some()).count();
     assert!(trees > 50, "{trees} places of a hundred have a crown above them");
+}
+
+#[test]
+fn trees_of_a_wood_are_stored_once_and_placed() {
+    let square = |half: f64| rectangle(dvec2(300.0, 300.0), DVec2::splat(half), 0.0);
+    let wood =
+        |half: f64| feature("Polygon", &square(half), r#""landuse":"forest","leaf_type":"needleleaved""#);
+    let [few, many] = [30.0, 290.0].map(|half| {
+        let folder = tempfile::tempdir().unwrap();
+        let pages = area(folder.path(), 0.1, &[wood(half)]);
+        let objects = pages.header().objects.len();
+        let ids = (0..9).map(|page| PageId { level: 0, px: page % 3, py: page / 3 }.bare());
+        let views: Vec<_> = ids.filter_map(|id| pages.spans(id).unwrap()).collect();
+        assert!(views.iter().all(|view| view.all().is_empty()), "no tree has spans of its own");
+        let mut placed: Vec<_> = views
+            .iter()
+            .enumerate()
+            .flat_map(|(page, view)| view.placements().iter().map(move |placement| (page, *placement)))
+            .collect();
+        placed.sort_unstable();
+        placed.dedup();
+        // The lower part of a crown hangs in the air, and its top is the surface's.
+        let crowns = (0..200).filter_map(|step| {
+            let at = dvec2(300.0 - half + 0.01 * half * f64::from(step), 311.3);
+            top(&pages, at).map(|top| top - ground(&pages, at))
+        });
+        let crowns: Vec<f64> = crowns.collect();
+        assert!(crowns.iter().all(|height| (3.0..27.0).contains(height)), "{crowns:?}");
+        assert!(crowns.len() > 100, "{} of 200 places have a crown above them", crowns.len());
+        (placed.len(), objects)
+    });
+    // 180 trees a hectare; those on the seams of pages count twice.
+    assert!((50..110).contains(&few.0), "{few:?}");
+    assert!((5500..7500).contains(&many.0), "{many:?}");
+    assert_eq!(few.1, many.1, "what there is of trees does not depend on how many stand");
+    assert!(many.1 < 80, "{many:?}");
 }
 
 #[test]

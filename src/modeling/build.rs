@@ -19,6 +19,7 @@
 //! whatever the number of threads and the memory (see [`super::budget`] for how that is shared out).
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::budget::Budget;
@@ -44,7 +45,7 @@ use super::writing::{Written, write_pages};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, VerticalDatum};
 use crate::progress::Observer;
-use crate::voxel::{ContentHash, Directory, Grid, HeightCode, Metadata, PageWriter};
+use crate::voxel::{ContentHash, Directory, Grid, HeightCode, Metadata, PageWriter, SharedObjects};
 
 /// What a build did.
 #[derive(Debug, Clone)]
@@ -203,6 +204,7 @@ pub(super) fn build_from(
         standing: None,
         standees: None,
         objects: None,
+        shared: &SharedObjects::default(),
         window_bytes: budget.window,
     };
     let standing = if features.is_empty() {
@@ -214,7 +216,7 @@ pub(super) fn build_from(
         let steps = traced.map(|(steps, keys)| (steps, keys.ground()));
         Some(Standing::new(features, (&natural, high), steps, budget.threads, observer)?)
     };
-    let objects = if models.0.is_empty() && models.1.is_empty() {
+    let mut objects = if models.0.is_empty() && models.1.is_empty() {
         None
     } else {
         let (objects, notes) = Objects::new(models, &plan, (&natural, high))?;
@@ -226,13 +228,22 @@ pub(super) fn build_from(
     let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
     let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
     let code = HeightCode::spanning(low, high.max(tops));
-    let (standing, objects) = (standing.as_ref(), objects.as_ref());
-    let project = Project { code, standing, standees: standees.as_ref(), objects, ..natural };
+    let mut shared = standing
+        .as_ref()
+        .map_or_else(Vec::new, |standing| standing.share(&plan.grid, code, &options.materials));
+    if let Some(objects) = &mut objects {
+        objects.share(&mut shared, &plan.grid, code, &options.materials);
+    }
+    let shared = Arc::new(SharedObjects::new(shared));
+    let (standing, objects, standees) = (standing.as_ref(), objects.as_ref(), standees.as_ref());
+    let project = Project { code, standing, standees, objects, shared: &shared, ..natural };
     let page_keys = keys.as_ref().map(|keys| {
         let sources = (&elevation[..], &imagery[..], &land_cover[..]);
         PageKeys::new(keys, sources, options.nodata_fill, (plan.grid, code), &tint, (standing, objects))
+            .with_shared(&shared)
     });
-    let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?;
+    let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?
+        .with_objects(Arc::clone(&shared));
     writer.expect(plan::most_bytes(&plan));
     let part = writer.part().to_owned();
     let trace = steps.as_ref().zip(page_keys.as_ref());

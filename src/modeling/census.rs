@@ -2,7 +2,9 @@
 
 use super::corridor::Stored;
 use super::materials::Classes;
-use crate::voxel::{APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX};
+use crate::voxel::{
+    APRON, Attributes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId, RADIX, SharedObject, SharedObjects,
+};
 
 /// Counts over voxels, in voxels of level 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -59,11 +61,13 @@ impl Census {
     }
 
     /// The same with those of bare ground, and of what stands on it.
-    pub fn with_codes_of_bare(mut self, bare: Option<&PageBuffer>) -> Self {
+    pub fn with_codes_of_bare(mut self, bare: Option<&PageBuffer>, objects: &SharedObjects) -> Self {
         if let Some(bare) = bare {
             let ground = Self::default().with_codes_of(bare);
-            let mut spans = Self { codes: bare.spans.codes(), ..Self::default() };
+            let mut spans = Self { codes: bare.spans.codes(objects), ..Self::default() };
             bare.spans.spans().iter().for_each(|span| spans.classes.add(span.material));
+            let placed = bare.spans.placements().iter().filter_map(|placement| objects.get(*placement));
+            placed.flat_map(SharedObject::materials).for_each(|material| spans.classes.add(material));
             self.add(&ground);
             self.add(&spans);
         }

@@ -12,6 +12,7 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec2;
 
@@ -99,7 +100,8 @@ pub fn extract(
     observer: &dyn Observer,
 ) -> Result<(ContentHash, u64)> {
     let header = source.header();
-    let mut writer = PageWriter::create(output, part.grid, header.heights, overwrite)?;
+    let mut writer = PageWriter::create(output, part.grid, header.heights, overwrite)?
+        .with_objects(Arc::clone(&header.objects));
     let knife = Knife { source, part, finer: writer.readback() };
     let ids = knife.ids(pages);
     let mut tally = Tally::default();
@@ -113,7 +115,7 @@ pub fn extract(
             || (),
             |(), task| {
                 let page = knife.page(ids[task as usize])?;
-                Ok((Tally::of(&page, ids[task as usize]), page.encode(ids[task as usize])))
+                Ok((Tally::of(&page, ids[task as usize], &header.objects), page.encode(ids[task as usize])))
             },
             |_, (own, page): (Tally, EncodedPage)| {
                 writer.append(&page)?;

@@ -19,8 +19,8 @@ use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    APRON, Attributes, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback,
-    PageSource, PageWriter, SpanTable, coarse_page,
+    APRON, Attributes, BLOCK_SIDE, BlockSpans, EncodedPage, Grid, HeightCode, Metadata, PAGE_SIDE,
+    PageBuffer, PageId, PageReadback, PageSource, PageWriter, SharedObjects, Span, SpanTable, coarse_page,
 };
 
 /// Largest difference of spacings that are the same, as a share, and of corners from whole voxels, in voxels.
@@ -95,6 +95,13 @@ struct Voxel {
     height: u16,
     colour: [u8; 3],
     attributes: Attributes,
+}
+
+/// The block that was looked at last: database, and column and row of blocks.
+#[derive(Default)]
+struct Known {
+    block: Option<(usize, [u32; 2])>,
+    spans: BlockSpans,
 }
 
 const NOTHING: Voxel = Voxel {
@@ -237,15 +244,19 @@ impl<'s> Merger<'s> {
     fn pages(&self, id: PageId, finer: &PageReadback) -> Result<(Vec<EncodedPage>, Tally, Join)> {
         if id.level > 0 {
             let page = coarse_page(finer, &self.grid, self.heights, id)?;
-            return Ok((vec![page.encode(id)], Tally::of(&page, id), Join::default()));
+            return Ok((
+                vec![page.encode(id)],
+                Tally::of(&page, id, &SharedObjects::default()),
+                Join::default(),
+            ));
         }
         let (surface, join) = self.finest(id, false)?;
-        let mut tally = Tally::of(&surface, id);
+        let mut tally = Tally::of(&surface, id, &SharedObjects::default());
         let mut pages = vec![surface.encode(id)];
         if self.layers.iter().any(|layer| layer.source.header().is_built) {
             let (bare, _) = self.finest(id, true)?;
             if bare != surface {
-                tally.add(&Tally::of(&bare, id.bare()));
+                tally.add(&Tally::of(&bare, id.bare(), &SharedObjects::default()));
                 pages.push(bare.encode(id.bare()));
             }
         }
@@ -272,10 +283,10 @@ impl<'s> Merger<'s> {
         let mut spans = SpanTable::default();
         if is_bare {
             let rise = SpanTable::rise(self.heights, self.grid.spacing);
-            let mut failed = None;
+            let (mut failed, mut known) = (None, Known::default());
             spans = SpanTable::new((width, height), rise, |x, y, all| {
                 let at = [i64::from(id.px * PAGE_SIDE + x), i64::from(id.py * PAGE_SIDE + y)];
-                if let Err(error) = self.add_spans(voxels[place(x, y)].owner, at, all) {
+                if let Err(error) = self.add_spans(voxels[place(x, y)].owner, at, &mut known, all) {
                     failed = Some(error);
                 }
             });
@@ -354,23 +365,32 @@ impl<'s> Merger<'s> {
         }
     }
 
+    /// What stands on a voxel; what the database places there gets spans of its own.
     fn add_spans(
         &self,
         owner: Option<usize>,
         [x, y]: [i64; 2],
-        all: &mut Vec<crate::voxel::Span>,
+        known: &mut Known,
+        all: &mut Vec<Span>,
     ) -> Result<()> {
-        let Some(layer) = owner.map(|owner| &self.layers[owner]) else { return Ok(()) };
-        let [column, row] = [x - layer.first[0], y - layer.first[1]].map(|at| at as u32);
-        let id = PageId { level: 0, px: column / PAGE_SIDE, py: row / PAGE_SIDE }.bare();
-        if !layer.source.header().is_built || !layer.source.has(id) {
+        let Some(index) = owner else { return Ok(()) };
+        let layer = &self.layers[index];
+        let at = [x - layer.first[0], y - layer.first[1]].map(|at| at as u32);
+        let id = PageId { level: 0, px: at[0] / PAGE_SIDE, py: at[1] / PAGE_SIDE }.bare();
+        let header = layer.source.header();
+        if !header.is_built || !layer.source.has(id) {
             return Ok(());
         }
-        let Some(spans) = layer.source.spans(id)? else { return Ok(()) };
-        let own = spans.at(column % PAGE_SIDE, row % PAGE_SIDE).iter();
-        all.extend(own.map(|span| {
+        let (block, within) = (at.map(|at| at / BLOCK_SIDE), at.map(|at| at % PAGE_SIDE));
+        if known.block != Some((index, block)) {
+            let Some(spans) = layer.source.spans(id)? else { return Ok(()) };
+            let rise = SpanTable::rise(header.heights, header.grid.spacing);
+            known.spans.gather(&spans, &header.objects, within, rise);
+            known.block = Some((index, block));
+        }
+        all.extend(known.spans.of(within[0], within[1]).iter().map(|span| {
             let (low, high) = (self.code(layer, span.low), self.code(layer, span.high));
-            crate::voxel::Span { low, high, ..*span }
+            Span { low, high, ..*span }
         }));
         Ok(())
     }

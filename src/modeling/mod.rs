@@ -13,6 +13,7 @@ mod corridor;
 mod drape;
 mod extract;
 mod fill;
+mod groves;
 mod inputs;
 mod kernel;
 mod land_cover;

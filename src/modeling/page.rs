@@ -8,18 +8,19 @@
 //! ```
 //! Every sample depends on its place in the grid alone, never on the page: aprons equal the neighbours' voxels.
 
+mod painting;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
-use glam::DVec2;
-
 use super::census::Census;
-use super::cloud::{self, Standees};
+use super::cloud::Standees;
 use super::corridor::Stored;
 use super::drape::Drape;
 use super::features::Solid;
 use super::fill;
-use super::land_cover::{self, Cover, CoverInput, Sampler};
+use super::groves::{Placed, covered, on_page};
+use super::land_cover::{CoverInput, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
 use super::object::Objects;
@@ -28,13 +29,12 @@ use super::placed::{ElevationInput, ImageryInput};
 use super::scan::Survey;
 use super::standing::{Built, Standing, Tiles};
 use super::synthetic::{self, Synthetic};
-use super::tint::{Tint, mix};
+use super::tint::Tint;
 use super::warp::{self, LevelGrid, Rect};
-use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::voxel::{
-    APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, RADIX, Span, SpanTable,
-    StandIn, VoxelBlock,
+    APRON, Attributes, Grid, HeightCode, Material, PAGE_SIDE, PageBuffer, PageId, Placement, RADIX,
+    SharedObjects, Span, SpanTable, StandIn, VoxelBlock,
 };
 
 /// Bytes that a reader holds besides a pixel's own four while it decodes imagery, as a multiple of these.
@@ -60,6 +60,8 @@ pub(super) struct Project<'a> {
     pub standees: Option<&'a Standees>,
     /// The same for models.
     pub objects: Option<&'a Objects>,
+    /// What stands in many places.
+    pub shared: &'a SharedObjects,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
 }
@@ -97,6 +99,8 @@ struct Bare {
     attributes: Vec<Attributes>,
     /// Of each voxel, lowest first.
     spans: HashMap<usize, Vec<Span>>,
+    /// Objects that may reach it.
+    placed: Vec<Placed>,
 }
 
 /// A page, that of bare ground under it if there is one, and counts over its voxels.
@@ -139,6 +143,11 @@ impl<'a> PageMaker<'a> {
         }
     }
 
+    /// How heights are coded.
+    pub fn code(&self) -> HeightCode {
+        self.project.code
+    }
+
     /// The grid of level 1.
     pub fn grid(&self) -> Grid {
         self.project.grid
@@ -175,6 +184,9 @@ impl<'a> PageMaker<'a> {
             let spans = SpanTable::new((width, height), rise, |x, y, spans| {
                 spans.extend(bare.spans.get(&around.index(rect.x0 + x, rect.y0 + y)).into_iter().flatten());
             });
+            let placements: Vec<Placement> =
+                bare.placed.iter().filter_map(|placed| on_page(placed, rect)).collect();
+            let spans = spans.with_objects((width, height), self.project.shared, &placements);
             page(&bare.heights, &bare.colours, &bare.attributes, spans)
         });
         let VoxelBlock { heights, colours, attributes, .. } = &made.voxels;
@@ -212,17 +224,20 @@ impl<'a> PageMaker<'a> {
                 built.uncoloured = first..if standees.is_coloured { first } else { built.solids.len() };
             }
         }
-        let solids = self.objects(rect)?;
-        if !solids.is_empty() {
-            built.get_or_insert_with(|| Built::on(natural)).solids.extend(solids);
+        let (mut solids, placed) = self.objects(rect)?;
+        materials.dress(&mut solids);
+        if !(solids.is_empty() && placed.is_empty()) {
+            let built = built.get_or_insert_with(|| Built::on(natural));
+            built.solids.extend(solids);
+            built.placed.extend(placed);
         }
         Ok(built)
     }
 
-    /// Solids of models over a block.
-    fn objects(&mut self, rect: Rect) -> Result<Vec<(usize, Solid)>> {
-        let Some(objects) = self.project.objects else { return Ok(Vec::new()) };
-        let Some(margin) = objects.margin(rect, &self.level) else { return Ok(Vec::new()) };
+    /// Solids of models over a block, and those models that are placed.
+    fn objects(&mut self, rect: Rect) -> Result<(Vec<(usize, Solid)>, Vec<Placed>)> {
+        let Some(objects) = self.project.objects else { return Ok(Default::default()) };
+        let Some(margin) = objects.margin(rect, &self.level) else { return Ok(Default::default()) };
         let wide = rect.grown(margin, &self.level.grid);
         let natural = self.ground(wide)?.surface.heights;
         let mut changed = vec![false; wide.len()];
@@ -233,8 +248,13 @@ impl<'a> PageMaker<'a> {
             painted
                 .chain(built.solids.iter().map(|(index, _)| *index))
                 .for_each(|index| changed[index] = true);
+            for placed in &built.placed {
+                let Some(object) = self.project.shared.get(placed.1) else { continue };
+                let stands = |(index, mut spans): (usize, _)| Iterator::next(&mut spans).map(|_: Span| index);
+                covered(placed, object, wide).filter_map(stands).for_each(|index| changed[index] = true);
+            }
         }
-        Ok(objects.solids(rect, (wide, &natural), &changed, &self.level))
+        Ok(objects.solids(rect, (wide, &natural), &changed, (&self.level, &self.project.code)))
     }
 
     /// What features make of a block; `None`: none reaches it.
@@ -262,57 +282,10 @@ impl<'a> PageMaker<'a> {
         if let Some(built) = &built {
             ground.surface.heights.clone_from(&built.ground);
         }
-        let pigments = self.drape.pigments(rect)?;
-        let covers = self.cover.over(rect, self.level.level)?;
-        if let Some(built) = &mut built {
-            cloud::drape(&mut built.solids[built.uncoloured.clone()], |index| {
-                let pigment = &pigments[within(rect, around, index)?];
-                let colour = pigment.linear.map(|linear| srgb8_from_linear(linear / pigment.alpha));
-                (pigment.alpha >= 0.5).then_some(colour)
-            });
-        }
-        let mut made = Made {
-            voxels: VoxelBlock {
-                x: rect.x0..rect.x1,
-                y: rect.y0..rect.y1,
-                heights: Vec::with_capacity(rect.len()),
-                colours: Vec::with_capacity(rect.len()),
-                attributes: Vec::with_capacity(rect.len()),
-            },
-            voids: Vec::with_capacity(rect.len()),
-            bare: None,
-        };
-        for (voxel, (pigment, mapped)) in pigments.iter().zip(&covers).enumerate() {
-            let (x, y) = rect.voxel(voxel);
-            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let cover = &self.stated(mapped, at_world.into());
-            let at = ground.surface.rect.index(x, y);
-            let code = self.project.code.encode(ground.surface.heights[at]);
-            let bare = 1.0 - pigment.alpha;
-            let tint = if bare > 0.0 { self.tint(&ground, x, y) } else { [0.0; 3] };
-            let side = self.level.grid.spacing;
-            let is_known = cover.material > 0 && code != HeightCode::EMPTY;
-            let ground_linear = match &self.project.synthetic.palette {
-                None if is_known => land_cover::varied(cover, tint, at_world.into(), side),
-                _ => tint,
-            };
-            let mut linear: [f32; 3] =
-                std::array::from_fn(|channel| pigment.linear[channel] + bare * ground_linear[channel]);
-            let material = if is_known { cover.material } else { 0 };
-            let share = pigment.alpha * self.project.materials.tint(Material::of_code(material));
-            if share > 0.0 {
-                linear = mix(linear, cover.linear, share);
-            }
-            let linear = self.project.synthetic.textured(linear, pigment.alpha, at_world.into(), side);
-            made.voxels.heights.push(code);
-            made.voxels.colours.push(linear.map(srgb8_from_linear));
-            let is_void = ground.voids[at] || code == HeightCode::EMPTY;
-            let flags = [(is_void, Attributes::VOID), (pigment.alpha < 0.5, Attributes::NO_IMAGERY)];
-            let flags = flags.iter().filter(|(is_set, _)| *is_set).fold(0, |flags, (_, flag)| flags | flag);
-            let source = ground.surface.source(at).unwrap_or(0);
-            made.voxels.attributes.push(Attributes { source, material, flags });
-            made.voids.push(ground.voids[at]);
-        }
+        let voxels = self.draped(rect, (around, &ground), built.as_mut())?;
+        let own = (0..rect.len()).map(|voxel| rect.voxel(voxel));
+        let voids = own.map(|(x, y)| ground.voids[ground.surface.rect.index(x, y)]);
+        let mut made = Made { voids: voids.collect(), voxels, bare: None };
         for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
             let colour = self.project.materials.moved(Material::Water, colour);
             synthetic::flood(&mut made.voxels, at, share, colour);
@@ -321,76 +294,6 @@ impl<'a> PageMaker<'a> {
             self.put(&mut made, rect, (around, built));
         }
         Ok(made)
-    }
-
-    /// The cover at a place, as shapes and textures state it over what maps show.
-    fn stated(&self, mapped: &Cover, at: DVec2) -> Cover {
-        let known = Material::of_code(mapped.material);
-        match self.project.synthetic.material(at, known) {
-            material if material == known => *mapped,
-            material => Cover::of(material.code(), self.project.materials),
-        }
-    }
-
-    /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
-    fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
-        let Project { code, grid, .. } = self.project;
-        let inside = |index: usize| within(rect, around, index);
-        let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
-        for (index, paint, share) in &built.natural {
-            let Some(at) = inside(*index) else { continue };
-            let (x, y) = rect.voxel(at);
-            let place = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let own = linear_from_srgb8(self.project.materials.moved(paint.material, paint.colour));
-            let under = linear_from_srgb8(colours[at]);
-            let is_bare = attributes[at].flags & Attributes::NO_IMAGERY != 0;
-            if *share >= 0.5 {
-                attributes[at].material = paint.material.code();
-            }
-            let (over, share) = if is_bare {
-                let cover = Cover { linear: own, ..Cover::of(paint.material.code(), self.project.materials) };
-                (land_cover::varied(&cover, under, place.into(), self.level.grid.spacing), *share)
-            } else {
-                (own, *share * f64::from(self.project.materials.tint(paint.material)))
-            };
-            colours[at] = mix(under, over, share as f32).map(srgb8_from_linear);
-        }
-        for (index, paint, share) in &built.paints {
-            let Some(at) = inside(*index) else { continue };
-            let colour = self.project.materials.moved(paint.material, paint.colour);
-            let (under, over) = (linear_from_srgb8(colours[at]), linear_from_srgb8(colour));
-            let mixed = |channel: usize| under[channel] + (over[channel] - under[channel]) * *share as f32;
-            colours[at] = std::array::from_fn(|channel| srgb8_from_linear(mixed(channel)));
-            if *share >= 0.5 {
-                attributes[at].material = paint.material.code();
-            }
-        }
-        let mut spans: HashMap<usize, Vec<Span>> = HashMap::new();
-        for (index, solid) in &built.solids {
-            if let Some(at) = inside(*index)
-                && let Some(span) = solid.encode(code, grid.spacing)
-            {
-                spans.entry(at).or_default().push(span);
-            }
-        }
-        if spans.is_empty() {
-            return;
-        }
-        spans.values_mut().for_each(|spans| spans.sort_by_key(|span| (span.low, span.high)));
-        let bare = Bare {
-            heights: heights.clone(),
-            colours: colours.clone(),
-            attributes: attributes.clone(),
-            spans,
-        };
-        for (index, solid) in built.surfaces(around.len()).into_iter().enumerate() {
-            if let (Some(at), Some(solid)) = (inside(index), solid) {
-                heights[at] = code.encode(solid.high_m);
-                colours[at] = solid.top;
-                attributes[at].material = solid.material;
-            }
-        }
-        made.bare = (self.level.level == 0).then_some(bare);
     }
 
     /// Mosaic and fill.
@@ -425,40 +328,6 @@ impl<'a> PageMaker<'a> {
         let (column, row) = input.placement.pixel_from_world(east, north)?;
         Some(coarse.at(column, row) + input.shift.at(self.level.units((x, y))))
     }
-
-    fn tint(&self, ground: &Ground, x: u32, y: u32) -> [f32; 3] {
-        let surface = &ground.surface;
-        let height = |x: u32, y: u32| surface.heights[surface.rect.index(x, y)];
-        let here = height(x, y);
-        let rect = surface.rect;
-        let (west, east) = (x.saturating_sub(1).max(rect.x0), (x + 1).min(rect.x1 - 1));
-        let (south, north) = (y.saturating_sub(1).max(rect.y0), (y + 1).min(rect.y1 - 1));
-        // At rims of the surface and of the area there is one neighbour, or none.
-        let rise = |low: f64, high: f64, steps: u32| {
-            let rise = high - low;
-            if rise.is_nan() || steps == 0 {
-                0.0
-            } else {
-                rise / (f64::from(steps) * self.level.grid.spacing)
-            }
-        };
-        let slope = rise(height(west, y), height(east, y), east - west).hypot(rise(
-            height(x, south),
-            height(x, north),
-            north - south,
-        ));
-        match &self.project.synthetic.palette {
-            Some(palette) => palette.colour(here, slope),
-            None => self.project.tint.colour(here, slope),
-        }
-    }
-}
-
-/// Index in `rect` of a voxel of `around`, if it lies there.
-fn within(rect: Rect, around: Rect, index: usize) -> Option<usize> {
-    let (x, y) = around.voxel(index);
-    let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
-    is_in.then(|| rect.index(x, y))
 }
 
 impl Made {

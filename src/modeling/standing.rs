@@ -20,6 +20,8 @@ use glam::DVec2;
 use super::features::{
     self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square, Wall,
 };
+use super::groves::{Groves, Placed};
+use super::materials::Materials;
 use super::page::{PageMaker, Project};
 use super::plan::Plan;
 use super::steps::{Extent, Key, Keyer, Steps};
@@ -27,10 +29,10 @@ use super::warp::{LevelGrid, Rect};
 use super::workers::in_order;
 use crate::error::Result;
 use crate::progress::Observer;
-use crate::voxel::{Grid, PAGE_SIDE};
+use crate::voxel::{Grid, HeightCode, PAGE_SIDE, SharedObject};
 
 /// Least opacity of what is seen from afar as a surface.
-const DENSE: f64 = 0.4;
+pub(super) const DENSE: f64 = 0.4;
 
 /// Voxels along a tile of natural ground that features are bound to.
 const TILE: u32 = 64;
@@ -41,6 +43,8 @@ const TILES: usize = 128;
 #[derive(Debug, Default)]
 pub(super) struct Standing {
     features: Vec<Feature>,
+    /// Their trees that are objects.
+    groves: Groves,
     /// What each of them is; empty if steps are not kept.
     keys: Vec<Key>,
     /// What each of them may change.
@@ -65,6 +69,8 @@ pub(super) struct Built {
     pub natural: Vec<(usize, Paint, f64)>,
     /// Solids by voxel, in no order.
     pub solids: Vec<(usize, Solid)>,
+    /// Objects that reach the block, by voxel of the area.
+    pub placed: Vec<Placed>,
     /// Which of them have no colours of their own.
     pub uncoloured: std::ops::Range<usize>,
 }
@@ -100,7 +106,8 @@ impl Standing {
         };
         let keys: Vec<Key> = features.iter().filter_map(key).collect();
         let bound = features.iter().map(|_| OnceLock::new()).collect();
-        let mut standing = Self { features, keys, bound, ..Self::default() };
+        let groves = Groves::of(&features, grid.spacing);
+        let mut standing = Self { features, groves, keys, bound, ..Self::default() };
         let mut extents = Vec::with_capacity(standing.features.len());
         observer.begin("features", standing.features.len() as u64, "features");
         in_order(
@@ -125,6 +132,11 @@ impl Standing {
         standing.extents = extents;
         standing.sort_in(&grid);
         Ok(standing)
+    }
+
+    /// Objects that features place, for heights of this code.
+    pub fn share(&self, grid: &Grid, code: HeightCode, materials: &Materials) -> Vec<SharedObject> {
+        self.groves.share(grid, code, materials)
     }
 
     /// What a feature may change.
@@ -240,13 +252,25 @@ impl Standing {
             let on = if rank == Rank::Ground { &mut bare } else { &mut paints };
             on.extend(inside(index).map(|index| (index, paint, share)));
         });
-        let mut solids = Vec::new();
+        let (mut solids, mut placed) = (Vec::new(), Vec::new());
         let here = square(rect, &level.grid);
         let ground = |place: DVec2| between(&around, natural, place);
-        bound.iter().for_each(|bound| bound.raise(&here, &ground, &mut solids));
+        for bound in bound {
+            match bound {
+                Bound::Wood(wood) if level.level == 0 => {
+                    for tree in wood.trees(&here, &ground) {
+                        match self.groves.placed(&tree, &level.grid, &maker.code()) {
+                            Some(found) => placed.push(found),
+                            None => tree.raise(&here, &mut solids),
+                        }
+                    }
+                }
+                bound => bound.raise(&here, &ground, &mut solids),
+            }
+        }
         let ground =
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
-        Ok(Built { ground, paints, natural: bare, solids, uncoloured: 0..0 })
+        Ok(Built { ground, paints, natural: bare, solids, placed, uncoloured: 0..0 })
     }
 }
 
@@ -262,8 +286,8 @@ pub(super) fn with_room(high: f64, top: f64) -> f64 {
 impl Built {
     /// Nothing on this ground.
     pub fn on(natural: &[f64]) -> Self {
-        let (paints, solids) = (Vec::new(), Vec::new());
-        Self { ground: natural.to_vec(), paints, natural: Vec::new(), solids, uncoloured: 0..0 }
+        let (paints, natural_paints, solids, placed) = Default::default();
+        Self { ground: natural.to_vec(), paints, natural: natural_paints, solids, placed, uncoloured: 0..0 }
     }
 
     /// The solid that is the surface over each voxel of so many, if one is: the highest that is dense and holds the voxel's centre.

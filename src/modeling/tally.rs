@@ -1,6 +1,6 @@
 //! What the pages of a database have in them, counted while they are written.
 
-use crate::voxel::{APRON, Attributes, HeightCode, Metadata, PageBuffer, PageId};
+use crate::voxel::{APRON, Attributes, HeightCode, Metadata, PageBuffer, PageId, SharedObjects};
 
 /// What pages have in them.
 #[derive(Debug, Clone, Copy, Default)]
@@ -12,9 +12,9 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Of a page.
-    pub fn of(page: &PageBuffer, id: PageId) -> Self {
-        let ends = page.spans.codes().into_iter().flat_map(|(low, high)| [low, high]);
+    /// Of a page that places some of `objects`.
+    pub fn of(page: &PageBuffer, id: PageId, objects: &SharedObjects) -> Self {
+        let ends = page.spans.codes(objects).into_iter().flat_map(|(low, high)| [low, high]);
         let codes = page.heights.iter().chain(&page.low).chain(&page.high).copied().chain(ends);
         let codes = codes.filter(|code| *code != HeightCode::EMPTY).fold((0, 0), widened);
         let mut voxels = [0; 3];

@@ -115,7 +115,7 @@ fn write_level(
                     MadePage { page, bare: None, census }
                 }
             };
-            let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref());
+            let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref(), project.shared);
             let (page, bare) =
                 (Page::Made(page.encode(id)), bare.map(|bare| Page::Made(bare.encode(id.bare()))));
             Ok(Ready { page, bare, census, key })

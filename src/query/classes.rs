@@ -10,7 +10,9 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use crate::error::Result;
-use crate::voxel::{Attributes, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, RADIX};
+use crate::voxel::{
+    Attributes, BLOCK_SIDE, BlockSpans, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, RADIX, SpanTable,
+};
 
 /// Areas and numbers by class.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -156,16 +158,23 @@ fn add_spans<S: PageSource>(
     let Some(spans) = source.spans(bare)? else { return Ok(()) };
     let (width, height) = source.header().grid.page_size(PageId { level: 0, ..bare }).unwrap_or((0, 0));
     let (columns, rows) = (part(columns, bare.px, width), part(rows, bare.py, height));
-    let mut add = |material: u8| {
-        tally.materials.entry(material).or_default().spans += 1;
-        tally.spans += 1;
-    };
-    if columns.len() == width as usize && rows.len() == height as usize {
-        spans.all().iter().for_each(|span| add(span.material));
-        return Ok(());
-    }
-    for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
-        spans.at(x, y).iter().for_each(|span| add(span.material));
+    let header = source.header();
+    let rise = SpanTable::rise(header.heights, header.grid.spacing);
+    let mut block = BlockSpans::default();
+    let steps = |range: &std::ops::Range<u32>| range.start / BLOCK_SIDE..range.end.div_ceil(BLOCK_SIDE);
+    for (column, row) in steps(&rows).flat_map(|row| steps(&columns).map(move |column| (column, row))) {
+        let [x0, y0] = [column, row].map(|at| at * BLOCK_SIDE);
+        if !block.gather(&spans, &header.objects, [x0, y0], rise) {
+            continue;
+        }
+        for y in y0.max(rows.start)..(y0 + BLOCK_SIDE).min(rows.end) {
+            for x in x0.max(columns.start)..(x0 + BLOCK_SIDE).min(columns.end) {
+                for span in block.of(x, y) {
+                    tally.materials.entry(span.material).or_default().spans += 1;
+                    tally.spans += 1;
+                }
+            }
+        }
     }
     Ok(())
 }

@@ -12,11 +12,20 @@
 //! that a stretch is an intersection of half-lines. Semitransparent matter fills its voxel evenly: what a ray loses in it follows
 //! from the length of its way (Lambert's law), so that pictures do not depend on how the grid lies.
 
+use std::collections::HashMap;
+use std::rc::Rc;
+
 use glam::{DVec2, DVec3};
 
 use super::{CellStep, CellWalk, GridRay, Lattice, PageCursor};
 use crate::error::Result;
-use crate::voxel::{BARE, HeightCode, PAGE_SIDE, PageId, PageSource, Span, SpansView};
+use crate::voxel::{
+    BARE, BLOCK_SIDE, BlockSpans, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanTable,
+    SpansView,
+};
+
+/// Blocks whose spans are kept; more begin anew.
+const BLOCKS: usize = 8192;
 
 /// Share of light behind solids that counts as none.
 const NOTHING_LEFT: f64 = 1.0 / 512.0;
@@ -58,7 +67,15 @@ pub struct Solids<'a, S: PageSource> {
     lattice: Lattice,
     code: HeightCode,
     spacing: f64,
-    page: Option<(PageId, SpansView<'a>)>,
+    objects: &'a SharedObjects,
+    /// What stands on blocks by where they lie, and the one that was asked for last.
+    blocks: HashMap<[i64; 2], Rc<BlockSpans>>,
+    latest: Option<([i64; 2], Rc<BlockSpans>)>,
+}
+
+/// Column and row of a voxel on its page.
+fn within_page(cell: [i64; 2]) -> [u32; 2] {
+    cell.map(|cell| (cell % i64::from(PAGE_SIDE)) as u32)
 }
 
 impl<'a, S: PageSource> Solids<'a, S> {
@@ -67,7 +84,9 @@ impl<'a, S: PageSource> Solids<'a, S> {
         let source = cursor.source();
         let header = source.header();
         let (code, spacing) = (header.heights, header.grid.spacing);
-        Self { source, lattice: cursor.voxels(0), code, spacing, page: None }
+        let objects = &*header.objects;
+        let (blocks, latest) = (HashMap::new(), None);
+        Self { source, lattice: cursor.voxels(0), code, spacing, objects, blocks, latest }
     }
 
     /// Appends what a ray meets between two ranges (metres), nearest first, until nothing of the light behind is left. Returns that share.
@@ -77,7 +96,9 @@ impl<'a, S: PageSource> Solids<'a, S> {
     pub fn along(&mut self, ray: &GridRay, start: f64, end: f64, hits: &mut Vec<SolidHit>) -> Result<f64> {
         let mut left = 1.0;
         for step in CellWalk::new(ray, self.lattice, start, end) {
-            let spans = self.spans(step.cell)?;
+            let block = self.block(step.cell)?;
+            let [x, y] = within_page(step.cell);
+            let spans = block.of(x, y);
             let before = hits.len();
             hits.extend(spans.iter().filter_map(|span| self.hit(ray, &step, span)));
             hits[before..].sort_by(|a, b| a.range.total_cmp(&b.range));
@@ -92,19 +113,33 @@ impl<'a, S: PageSource> Solids<'a, S> {
         Ok(left)
     }
 
-    /// Spans of a voxel.
-    fn spans(&mut self, cell: [i64; 2]) -> Result<&'a [Span]> {
-        let side = i64::from(PAGE_SIDE);
-        let id = PageId { level: BARE, px: (cell[0] / side) as u32, py: (cell[1] / side) as u32 };
-        let view = match self.page {
-            Some((known, view)) if known == id => view,
-            _ => {
-                let view = self.source.spans(id)?.unwrap_or(SpansView::NONE);
-                self.page = Some((id, view));
-                view
-            }
+    /// What stands on the block of a voxel.
+    fn block(&mut self, cell: [i64; 2]) -> Result<Rc<BlockSpans>> {
+        let at = cell.map(|cell| cell / i64::from(BLOCK_SIDE));
+        if let Some((known, block)) = &self.latest
+            && *known == at
+        {
+            return Ok(Rc::clone(block));
+        }
+        let block = match self.blocks.get(&at) {
+            Some(block) => Rc::clone(block),
+            None => self.gathered(cell)?,
         };
-        Ok(view.at((cell[0] % side) as u32, (cell[1] % side) as u32))
+        if self.blocks.len() >= BLOCKS {
+            self.blocks.clear();
+        }
+        self.blocks.insert(at, Rc::clone(&block));
+        self.latest = Some((at, Rc::clone(&block)));
+        Ok(block)
+    }
+
+    fn gathered(&self, cell: [i64; 2]) -> Result<Rc<BlockSpans>> {
+        let [px, py] = cell.map(|cell| (cell / i64::from(PAGE_SIDE)) as u32);
+        let view = self.source.spans(PageId { level: BARE, px, py })?.unwrap_or(SpansView::NONE);
+        let mut block = BlockSpans::default();
+        let rise = SpanTable::rise(self.code, self.spacing);
+        block.gather(&view, self.objects, within_page(cell), rise);
+        Ok(Rc::new(block))
     }
 
     /// What a ray meets of a span on its way through a voxel.

@@ -6,7 +6,8 @@ use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::voxel::{
-    Arrays, Grid, HeightCode, MemPages, Metadata, PageSource, Span, Standing, build_standing,
+    Arrays, Grid, HeightCode, MemPages, Metadata, PageSource, Placement, SharedObject, SharedObjects, Span,
+    SpanTable, Standing, Symmetry, build_standing,
 };
 
 /// Voxels along the area's side, and the side of one, metres.
@@ -33,6 +34,13 @@ pub fn pillar(high: f64) -> Span {
 
 /// Level ground at 0 m with spans; the surface is their highest upper end.
 pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
+    standing_as(false, spans_of)
+}
+
+/// The same with all that stands as objects of 20 × 20 voxels, each of them placed once.
+pub fn standing_as(objects: bool, spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
+    const PART: u32 = 20;
+    const FOOT: u16 = 5000;
     let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(1000.0, 2000.0) };
     let voxels = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
     let spans: BTreeMap<_, _> =
@@ -43,7 +51,27 @@ pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
         voxels().map(|at| top(at).and_then(|code| CODE.decode(code)).unwrap_or(0.0)).collect();
     let grass = vec![[80, 120, 60]; ground.len()];
     let arrays = Arrays { grid, heights: &heights, colours: &grass, attributes: None };
-    let standing = Standing { heights: &ground, colours: &grass, spans: &spans, code: CODE };
+    let (mut parts, mut placed) = (Vec::new(), Vec::new());
+    let corners = (0..SIDE / PART).flat_map(|y| (0..SIDE / PART).map(move |x| (PART * x, PART * y)));
+    for corner in corners.filter(|_| objects) {
+        let above = |code: u16| if code == Span::GROUND { code } else { code - FOOT };
+        let part = SharedObject::new([PART as u16; 2], SpanTable::rise(CODE, SPACING), |x, y, out| {
+            let here = spans.get(&(corner.0 + u32::from(x), corner.1 + u32::from(y))).into_iter().flatten();
+            out.extend(here.map(|span| Span { low: above(span.low), high: above(span.high), ..*span }));
+        });
+        let placement = Placement::new(parts.len() as u16, Symmetry::new(0), [0, 0], FOOT);
+        placed.push(([i64::from(corner.0), i64::from(corner.1)], placement));
+        parts.push(part);
+    }
+    let own = if objects { BTreeMap::new() } else { spans.clone() };
+    let standing = Standing {
+        heights: &ground,
+        colours: &grass,
+        spans: &own,
+        objects: &SharedObjects::new(parts),
+        placed: &placed,
+        code: CODE,
+    };
     build_standing(&arrays, &standing, &Metadata::default()).unwrap()
 }
 

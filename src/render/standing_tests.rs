@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::*;
-use crate::raymarch::solid_tests::{pillar, standing};
+use crate::raymarch::solid_tests::{pillar, standing_as};
 use crate::space::{Attitude, Pose};
 use crate::voxel::{MemPages, Span};
 
@@ -12,8 +12,8 @@ const CODE: crate::voxel::HeightCode = crate::raymarch::solid_tests::CODE;
 const SPACING: f64 = 2.0;
 
 /// Houses with gabled roofs, trees with stems, a bridge, a wire.
-fn village() -> MemPages {
-    standing(|x, y| {
+fn village(as_objects: bool) -> MemPages {
+    standing_as(as_objects, |x, y| {
         let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let mut spans = Vec::new();
         for (index, (centre, turn)) in
@@ -74,7 +74,7 @@ fn village() -> MemPages {
                 ..pillar(9.5)
             });
         }
-        spans.sort_by_key(|span| span.low);
+        spans.sort_by_key(|span| (span.low, span.high));
         spans
     })
 }
@@ -111,7 +111,7 @@ fn difference(a: &Frame, b: &Frame) -> (f64, f64) {
 
 #[test]
 fn planes_see_what_stands_as_the_reference_does() {
-    let pages = village();
+    let pages = village(false);
     let farm = Farm::new(2).unwrap();
     let options = RenderOptions { curvature: Curvature::standard(), ..RenderOptions::of(pages.header()) };
     for (index, camera) in [
@@ -131,5 +131,23 @@ fn planes_see_what_stands_as_the_reference_does() {
         let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
         let (off, mean) = difference(&fast, &exact);
         assert!(off < 0.015 && mean < 0.005, "{index}: {off} of the pixels, {mean}");
+    }
+}
+
+#[test]
+fn objects_are_seen_as_the_spans_that_they_have() {
+    let farm = Farm::new(2).unwrap();
+    let [own, placed] = [false, true].map(village);
+    assert!(placed.header().objects.len() > 100);
+    let options = RenderOptions { curvature: Curvature::standard(), ..RenderOptions::of(own.header()) };
+    for camera in
+        [camera(100.0, 155.0, 25.0, [80.0, -8.0, 0.0]), camera(110.0, 160.0, 3.0, [60.0, 2.0, -5.0])]
+    {
+        let fast =
+            [&own, &placed].map(|pages| Renderer::new(pages, &options).frame(&camera, &farm).unwrap().frame);
+        assert!(fast[0].colour == fast[1].colour && fast[0].range == fast[1].range);
+        let exact =
+            [&own, &placed].map(|pages| render_reference(pages, &camera, &options, &farm).unwrap().frame);
+        assert!(exact[0].colour == exact[1].colour && exact[0].range == exact[1].range);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::assembly::{Assembly, MemoryStorage};
 use super::{
     APRON, Attributes, ContentHash, Directory, EncodedPage, FinerPages, Grid, HeightCode, MemPages, Metadata,
-    PAGE_SIDE, PageBuffer, PageId, PageWriter, Span, SpanTable, coarse_page,
+    PAGE_SIDE, PageBuffer, PageId, PageWriter, Placement, SharedObjects, Span, SpanTable, coarse_page,
 };
 use crate::error::{Error, Result};
 
@@ -33,6 +33,10 @@ pub struct Standing<'a> {
     pub colours: &'a [[u8; 3]],
     /// Spans of voxels (x, y), lowest first, none of them empty.
     pub spans: &'a BTreeMap<(u32, u32), Vec<Span>>,
+    /// Objects that stand in many places.
+    pub objects: &'a SharedObjects,
+    /// Where they do: the south-west voxel in the area, whatever the placement says.
+    pub placed: &'a [([i64; 2], Placement)],
     /// What their codes, and all codes of the database, mean.
     pub code: HeightCode,
 }
@@ -57,8 +61,12 @@ pub fn build_standing(arrays: &Arrays<'_>, standing: &Standing<'_>, metadata: &M
     arrays.check()?;
     Arrays { heights: standing.heights, colours: standing.colours, ..*arrays }.check()?;
     let (_, (low, high)) = arrays.height_code()?;
-    let ends = standing.spans.values().flatten().map(|span| {
-        let [low, high] = [span.low.max(1), span.high].map(|code| f64::from(code) * standing.code.scale);
+    let spans = standing.spans.values().flatten().map(|span| [span.low, span.high]);
+    let placed = standing.placed.iter().filter_map(|(_, placement)| {
+        standing.objects.get(*placement).map(|object| object.codes(placement.foot))
+    });
+    let ends = spans.chain(placed).map(|[low, high]| {
+        let [low, high] = [low.max(1), high].map(|code| f64::from(code) * standing.code.scale);
         [low + standing.code.offset, high + standing.code.offset]
     });
     let ground = standing.heights.iter().filter(|height| !height.is_nan()).map(|&height| [height, height]);
@@ -82,11 +90,22 @@ fn in_memory(
     if let Some(standing) = standing {
         standing.encode_pages(arrays, |page| assembly.append(page))?;
     }
-    assembly.seal(metadata, range)?;
+    let none = SharedObjects::default();
+    assembly.seal(metadata, standing.map_or(&none, |standing| standing.objects), range)?;
     MemPages::new(name, storage.take())
 }
 
 impl Standing<'_> {
+    /// Placements as a page has them.
+    fn placed_on(&self, id: PageId) -> Vec<Placement> {
+        let here = |(first, placement): &([i64; 2], Placement)| {
+            let first = [first[0] - i64::from(id.px * PAGE_SIDE), first[1] - i64::from(id.py * PAGE_SIDE)];
+            let [x, y] = first.map(|at| i16::try_from(at).ok());
+            Some(Placement { first: [x?, y?], ..*placement })
+        };
+        self.placed.iter().filter_map(here).collect()
+    }
+
     /// Pages of bare ground where it is not the surface.
     fn encode_pages(
         &self,
@@ -104,6 +123,8 @@ impl Standing<'_> {
                 let voxel = (id.px * PAGE_SIDE + x, id.py * PAGE_SIDE + y);
                 spans.extend(self.spans.get(&voxel).into_iter().flatten());
             });
+            page.spans =
+                page.spans.with_objects((page.width, page.height), self.objects, &self.placed_on(id));
             if page != surface {
                 append(&page.encode(id.bare()))?;
             }

@@ -12,7 +12,7 @@ use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, header as at};
 use super::page::{Planes, largest_page};
 use super::{
     AlignedBytes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageEntry,
-    PageId, PagePart, PageView,
+    PageId, PagePart, PageView, SharedObjects,
 };
 use crate::error::{Error, Result};
 
@@ -156,12 +156,21 @@ impl Assembly {
 
     /// Writes what follows the pages, waits for the disk, then writes the header and waits again.
     /// Returns identity and bytes.
-    pub fn seal(&self, metadata: &Metadata, height_range: (f64, f64)) -> Result<(ContentHash, u64)> {
+    pub fn seal(
+        &self,
+        metadata: &Metadata,
+        objects: &SharedObjects,
+        height_range: (f64, f64),
+    ) -> Result<(ContentHash, u64)> {
         let invalid = |what: String| Error::invalid(&self.shared.path, what);
         let directory = self.shared.directory.read().unwrap_or_else(PoisonError::into_inner);
         let json = metadata.to_json().map_err(invalid)?;
         let entries = directory.encode();
-        let section = Section::of(self.end.next_multiple_of(PLANE_ALIGNMENT as u64), &entries);
+        let end = self.end.next_multiple_of(PLANE_ALIGNMENT as u64);
+        let objects = objects.to_bytes();
+        let objects_section =
+            if objects.is_empty() { Section::default() } else { Section::of(end, &objects) };
+        let section = Section::of(end + objects.len() as u64, &entries);
         let json_section = Section::of(section.offset + section.length, &json);
         let mut header = FixedHeader {
             grid: self.shared.grid,
@@ -170,9 +179,11 @@ impl Assembly {
             content_hash: ContentHash([0; 32]),
             directory: section,
             metadata: json_section,
+            objects: objects_section,
             file_length: json_section.offset + json_section.length,
         };
-        header.content_hash = header.identity(&json, &directory);
+        header.content_hash = header.identity(&json, &objects, &directory);
+        self.write(end, &objects)?;
         self.write(section.offset, &entries)?;
         self.write(json_section.offset, &json)?;
         self.flush()?;

@@ -1,11 +1,14 @@
 //! The fixed header's bytes, and opening a file by them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::format::{Field, MAGIC, METADATA_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at};
-use super::{ContentHash, Directory, Grid, Header, HeightCode, PAGE_SIDE};
+use super::format::{
+    Field, MAGIC, METADATA_LIMIT, OBJECTS_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at,
+};
+use super::{ContentHash, Directory, Grid, Header, HeightCode, PAGE_SIDE, SharedObjects, SpanTable};
 use crate::error::{Error, Result};
 
 /// A run of bytes of the file, with its checksum.
@@ -50,6 +53,8 @@ pub(super) struct FixedHeader {
     pub content_hash: ContentHash,
     pub directory: Section,
     pub metadata: Section,
+    /// Zeros if there are none.
+    pub objects: Section,
     pub file_length: u64,
 }
 
@@ -64,6 +69,7 @@ impl FixedHeader {
         put_u32(at::PAGE_SIDE, PAGE_SIDE);
         put_u32(at::DIRECTORY_CRC, self.directory.crc);
         put_u32(at::METADATA_CRC, self.metadata.crc);
+        put_u32(at::OBJECTS_CRC, self.objects.crc);
         for (field, value) in [
             (at::SPACING, self.grid.spacing),
             (at::ORIGIN_X, self.grid.origin.x),
@@ -80,6 +86,8 @@ impl FixedHeader {
             (at::DIRECTORY_LENGTH, self.directory.length),
             (at::METADATA_OFFSET, self.metadata.offset),
             (at::METADATA_LENGTH, self.metadata.length),
+            (at::OBJECTS_OFFSET, self.objects.offset),
+            (at::OBJECTS_LENGTH, self.objects.length),
             (at::FILE_LENGTH, self.file_length),
         ] {
             field.put(&mut record, &value.to_le_bytes());
@@ -175,6 +183,7 @@ impl FixedHeader {
             content_hash: ContentHash(at::CONTENT_HASH.array(record)),
             directory: section(at::DIRECTORY_OFFSET, at::DIRECTORY_LENGTH, at::DIRECTORY_CRC),
             metadata: section(at::METADATA_OFFSET, at::METADATA_LENGTH, at::METADATA_CRC),
+            objects: section(at::OBJECTS_OFFSET, at::OBJECTS_LENGTH, at::OBJECTS_CRC),
             file_length: at::FILE_LENGTH.u64(record),
         }
     }
@@ -210,6 +219,14 @@ impl FixedHeader {
         if offset < PAGE_ALIGNMENT || !offset.is_multiple_of(PLANE_ALIGNMENT as u64) {
             return Err(format!("no directory can begin at byte {offset}"));
         }
+        let Section { offset: first, length: objects, .. } = self.objects;
+        let fits = objects <= OBJECTS_LIMIT
+            && first >= PAGE_ALIGNMENT
+            && first.is_multiple_of(PLANE_ALIGNMENT as u64)
+            && self.objects.end() == Some(offset);
+        if !(fits || self.objects == Section::default()) {
+            return Err(format!("{objects} bytes of objects cannot begin at byte {first}"));
+        }
         let follows = self.directory.end() == Some(self.metadata.offset);
         let ends = self.metadata.end() == Some(self.file_length);
         if !(follows && ends && self.metadata.length <= METADATA_LIMIT) {
@@ -225,7 +242,9 @@ impl FixedHeader {
         let json = fixed.metadata.of_file(file, path, "metadata")?;
         let metadata = serde_json::from_slice(json).map_err(|error| invalid(format!("metadata: {error}")))?;
         let bytes = fixed.directory.of_file(file, path, "directory")?;
-        let directory = Directory::decode(&fixed.grid, bytes, fixed.directory.offset).map_err(invalid)?;
+        let directory = Directory::decode(&fixed.grid, bytes, fixed.pages_end()).map_err(invalid)?;
+        let rise = SpanTable::rise(fixed.heights, fixed.grid.spacing);
+        let objects = SharedObjects::decode(fixed.objects_of(file, path)?, rise).map_err(invalid)?;
         let header = Header {
             version: VERSION,
             grid: fixed.grid,
@@ -233,20 +252,27 @@ impl FixedHeader {
             heights: fixed.heights,
             height_range: fixed.height_range,
             is_built: directory.has_bare(),
+            objects: Arc::new(objects),
             content_hash: fixed.content_hash,
             metadata,
         };
         Ok((header, directory))
     }
 
-    /// Identity of a database with this header (whose `content_hash` is not looked at), `metadata` and pages.
-    pub fn identity(&self, metadata: &[u8], directory: &Directory) -> ContentHash {
+    /// The bytes of the objects.
+    fn objects_of<'a>(&self, file: &'a [u8], path: &Path) -> Result<&'a [u8]> {
+        self.objects.of_file(file, path, "objects")
+    }
+
+    /// Identity of a database with this header (whose `content_hash` is not looked at), `metadata`, objects and pages.
+    pub fn identity(&self, metadata: &[u8], objects: &[u8], directory: &Directory) -> ContentHash {
         let record = self.encode();
         let mut hasher = blake3::Hasher::new();
         hasher.update(at::VERSION.bytes(&record));
         hasher.update(&record[at::NX.offset..at::HEIGHT_HIGH.end()]);
         hasher.update(at::METADATA_LENGTH.bytes(&record));
         hasher.update(metadata);
+        hasher.update(objects);
         for (id, entry) in directory.present() {
             for number in [u32::from(id.level), id.px, id.py, entry.length] {
                 hasher.update(&number.to_le_bytes());
@@ -259,11 +285,17 @@ impl FixedHeader {
     /// [`Self::identity`] of a whole file that has been parsed.
     pub fn identity_of_file(path: &Path, file: &[u8], directory: &Directory) -> Result<ContentHash> {
         let fixed = Self::decode(path, file)?;
-        Ok(fixed.identity(fixed.metadata.of_file(file, path, "metadata")?, directory))
+        let metadata = fixed.metadata.of_file(file, path, "metadata")?;
+        Ok(fixed.identity(metadata, fixed.objects_of(file, path)?, directory))
     }
 
-    /// First byte of the directory: pages end before it.
-    pub fn pages_end(path: &Path, file: &[u8]) -> Result<u64> {
-        Ok(Self::decode(path, file)?.directory.offset)
+    /// First byte behind the pages and what pads them.
+    fn pages_end(&self) -> u64 {
+        if self.objects.length > 0 { self.objects.offset } else { self.directory.offset }
+    }
+
+    /// The same of a whole file.
+    pub fn pages_end_of_file(path: &Path, file: &[u8]) -> Result<u64> {
+        Ok(Self::decode(path, file)?.pages_end())
     }
 }

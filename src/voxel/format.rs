@@ -9,13 +9,15 @@ compile_error!(
 /// ends or cleared the eighth bit.
 pub(super) const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
 /// Version of the format that is written, and the only one that is read.
-pub(super) const VERSION: u32 = 4;
+pub(super) const VERSION: u32 = 5;
 /// Pages begin at multiples of this, so that each can be mapped and advised alone.
 pub(super) const PAGE_ALIGNMENT: u64 = 4096;
 /// Planes begin at multiples of this within their page, and the directory within the file.
 pub(super) const PLANE_ALIGNMENT: usize = 64;
 /// More metadata than this is taken for damage.
 pub(super) const METADATA_LIMIT: u64 = 16 << 20;
+/// More bytes of objects than this are taken for damage: all of them are held in memory.
+pub(super) const OBJECTS_LIMIT: u64 = 1 << 30;
 /// A grid of more pages than this is refused; its directory alone would take 2 GiB.
 pub(super) const PAGE_LIMIT: u64 = 1 << 26;
 
@@ -98,7 +100,10 @@ pub(super) mod header {
     pub const DIRECTORY_CRC: Field = METADATA_LENGTH.then(4);
     pub const METADATA_CRC: Field = DIRECTORY_CRC.then(4);
     pub const FILE_LENGTH: Field = METADATA_CRC.then(8);
-    pub const RESERVED: Field = FILE_LENGTH.then(88);
+    pub const OBJECTS_OFFSET: Field = FILE_LENGTH.then(8);
+    pub const OBJECTS_LENGTH: Field = OBJECTS_OFFSET.then(8);
+    pub const OBJECTS_CRC: Field = OBJECTS_LENGTH.then(4);
+    pub const RESERVED: Field = OBJECTS_CRC.then(68);
     /// Bytes of the fixed header.
     pub const SIZE: usize = RESERVED.end();
     const _: () = assert!(SIZE == 256);
@@ -126,10 +131,30 @@ pub(super) mod spans {
 
     pub const VOXELS: Field = Field::first(4);
     pub const SPANS: Field = VOXELS.then(4);
-    pub const RESERVED: Field = SPANS.then(8);
+    pub const PLACEMENTS: Field = SPANS.then(4);
+    pub const RESERVED: Field = PLACEMENTS.then(4);
     /// Bytes of the head.
     pub const SIZE: usize = RESERVED.end();
     const _: () = assert!(SIZE == 16);
+}
+
+/// The head of the objects, and one record of each.
+pub(super) mod objects {
+    use super::Field;
+
+    pub const COUNT: Field = Field::first(4);
+    /// Bytes of the head.
+    pub const HEAD: usize = COUNT.end() + 12;
+
+    pub const WIDTH: Field = Field::first(2);
+    pub const DEPTH: Field = WIDTH.then(2);
+    pub const LOW: Field = DEPTH.then(2);
+    pub const HIGH: Field = LOW.then(2);
+    pub const SPANS: Field = HIGH.then(4);
+    pub const RESERVED: Field = SPANS.then(4);
+    /// Bytes of a record.
+    pub const SIZE: usize = RESERVED.end();
+    const _: () = assert!(SIZE == 16 && HEAD == 16);
 }
 
 /// The header of a page.
@@ -206,6 +231,9 @@ mod tests {
                 ("directory_crc", DIRECTORY_CRC),
                 ("metadata_crc", METADATA_CRC),
                 ("file_length", FILE_LENGTH),
+                ("objects_offset", OBJECTS_OFFSET),
+                ("objects_length", OBJECTS_LENGTH),
+                ("objects_crc", OBJECTS_CRC),
                 ("reserved", header::RESERVED),
             ],
         );
@@ -223,7 +251,23 @@ mod tests {
         );
         assert_documented(
             "Spans",
-            &[("voxels", spans::VOXELS), ("spans", spans::SPANS), ("reserved", spans::RESERVED)],
+            &[
+                ("voxels", spans::VOXELS),
+                ("spans", spans::SPANS),
+                ("placements", spans::PLACEMENTS),
+                ("reserved", spans::RESERVED),
+            ],
+        );
+        assert_documented(
+            "Objects",
+            &[
+                ("width", objects::WIDTH),
+                ("depth", objects::DEPTH),
+                ("low", objects::LOW),
+                ("high", objects::HIGH),
+                ("spans", objects::SPANS),
+                ("reserved", objects::RESERVED),
+            ],
         );
         assert_documented(
             "Page",

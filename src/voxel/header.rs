@@ -1,9 +1,11 @@
 //! The header: what a database is, before any page is read.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::format::METADATA_LIMIT;
-use super::{Grid, HeightCode};
+use super::{Grid, HeightCode, SharedObjects};
 
 /// Identity of a database: BLAKE3 over what it says, independent of page order on disk.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -36,6 +38,8 @@ pub struct Header {
     pub height_range: (f64, f64),
     /// Whether something stands on the ground somewhere: there are pages of [bare ground](super::BARE).
     pub is_built: bool,
+    /// Objects that stand in many places.
+    pub objects: Arc<SharedObjects>,
     /// Identity of the content.
     pub content_hash: ContentHash,
     /// Provenance and reference systems.

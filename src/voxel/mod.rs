@@ -2,6 +2,7 @@
 
 mod arrays;
 mod assembly;
+mod block_spans;
 mod bytes;
 mod derived;
 mod directory;
@@ -12,6 +13,7 @@ mod grid;
 mod header;
 mod material;
 mod page;
+mod placement;
 mod pyramid;
 mod relief;
 mod shelf;
@@ -30,6 +32,7 @@ mod writer;
 
 pub use arrays::{Arrays, Standing, build_in_memory, build_standing, write_arrays};
 pub use assembly::{PageReadback, most_page_bytes};
+pub use block_spans::BlockSpans;
 pub use bytes::AlignedBytes;
 pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
@@ -41,6 +44,7 @@ pub use page::{
     APRON, Attributes, BoundsView, EncodedPage, HeightsView, PageBuffer, PageNeeds, PagePart, PageView,
     RELIEF_APRON,
 };
+pub use placement::{Placement, SharedObject, SharedObjects, Symmetry};
 pub use pyramid::{coarse_page, sparse_page};
 pub use relief::{Relief, ReliefLanes, half_steps, half_steps_of};
 pub use shelf::Shelf;

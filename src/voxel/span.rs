@@ -45,6 +45,18 @@ pub struct Span {
 }
 
 impl Span {
+    /// Nothing: what a span is filled with before it is one.
+    pub(super) const NONE: Self = Self {
+        low: 0,
+        high: 0,
+        slope: [0; 2],
+        facing: 0,
+        cut: 0,
+        top: [0; 3],
+        state: 0,
+        side: [0; 3],
+        material: 0,
+    };
     /// The lower end's code of what stands on the ground.
     pub const GROUND: u16 = 0;
     /// Steps of a slope per unit of slope.
@@ -93,5 +105,28 @@ impl Span {
     pub fn normal(&self) -> [f32; 2] {
         let angle = f32::from(self.facing) * (std::f32::consts::TAU / 256.0);
         [angle.cos(), angle.sin()]
+    }
+
+    /// Codes that it lies between, wherever in its voxel, 0 for the lower one on the ground; `rise` as for [`super::SpanTable::new`]. A slope
+    /// of (a, b) rises by (|a| + |b|) / 2 at a corner.
+    pub(super) fn reach(&self, rise: f64) -> [u16; 2] {
+        let steps: f64 = self.slope.iter().map(|slope| f64::from(slope.unsigned_abs())).sum();
+        let room = (steps * rise).ceil().min(f64::from(u16::MAX)) as u16;
+        let low = match self.low {
+            Self::GROUND => Self::GROUND,
+            low if self.is(Self::PARALLEL) => low.saturating_sub(room).max(1),
+            low => low,
+        };
+        [low, self.high.saturating_add(room)]
+    }
+
+    /// What is wrong with it by itself.
+    pub(super) fn check(&self) -> Option<String> {
+        let known = Self::OPACITY | Self::PARALLEL | Self::STRIP;
+        let is_sound = self.state & Self::OPACITY != 0
+            && self.state & !known == 0
+            && self.low <= self.high
+            && self.high > 0;
+        (!is_sound).then(|| format!("a span of state {} from code {} to {}", self.state, self.low, self.high))
     }
 }

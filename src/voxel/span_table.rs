@@ -7,12 +7,13 @@
 //! ```
 //!
 //! Empty blocks are passed over by one look, and a voxel costs memory only if something stands on it. A voxel of 64 is found by
-//! counting bits (Jacobson, "Space-efficient static trees and graphs", 1989).
+//! counting bits (Jacobson, "Space-efficient static trees and graphs", 1989). Objects that are [placed](super::Placement) on the
+//! page are listed by each block that they reach; [`super::BlockSpans`] has their spans as well.
 
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, spans as at};
-use super::{HeightCode, Span};
+use super::{HeightCode, Placement, SharedObjects, Span};
 
 /// Voxels along the side of a block.
 pub const BLOCK_SIDE: u32 = 8;
@@ -25,9 +26,9 @@ pub struct SpanBlock {
     pub occupied: u64,
     /// How many voxels of the blocks before it have spans.
     pub first: u32,
-    /// Height code that nothing reaches below, where all of it hangs in the air; else [`Span::GROUND`].
+    /// Height code that nothing reaches below, where all of it hangs in the air; else [`Span::GROUND`]. Placed objects count.
     pub low: u16,
-    /// Height code that nothing rises above, slopes and all.
+    /// Height code that nothing rises above, slopes, placed objects and all; 0 where nothing stands.
     pub high: u16,
 }
 
@@ -37,6 +38,9 @@ pub struct SpanTable {
     blocks: Vec<SpanBlock>,
     starts: Vec<u32>,
     spans: Vec<Span>,
+    /// Where the placements of each block begin, and the last one's end; empty if there are none.
+    placed: Vec<u32>,
+    placements: Vec<Placement>,
 }
 
 /// Spans by voxel, where they lie. What contradicts itself reads as nothing.
@@ -46,6 +50,8 @@ pub struct SpansView<'a> {
     blocks: &'a [SpanBlock],
     starts: &'a [u32],
     spans: &'a [Span],
+    placed: &'a [u32],
+    placements: &'a [Placement],
 }
 
 impl SpanTable {
@@ -70,7 +76,7 @@ impl SpanTable {
                     }
                     block.occupied |= 1 << (row as u32 * BLOCK_SIDE + column as u32);
                     for span in added {
-                        let [low, high] = Self::reach(span, rise);
+                        let [low, high] = span.reach(rise);
                         (block.low, block.high) = (block.low.min(low), block.high.max(high));
                     }
                     table.starts.push(table.spans.len() as u32);
@@ -84,9 +90,63 @@ impl SpanTable {
         if table.spans.is_empty() { Self::default() } else { table }
     }
 
-    /// All of them, voxel by voxel.
+    /// All of them, voxel by voxel; not those of objects.
     pub fn spans(&self) -> &[Span] {
         &self.spans
+    }
+
+    /// Objects that stand on the page, once for each block that they reach.
+    pub fn placements(&self) -> &[Placement] {
+        &self.placements
+    }
+
+    /// The same with objects that stand on the page of `width` × `height` voxels as well.
+    #[must_use]
+    pub fn with_objects(
+        mut self,
+        (width, height): (u32, u32),
+        objects: &SharedObjects,
+        placements: &[Placement],
+    ) -> Self {
+        let across = width.div_ceil(BLOCK_SIDE);
+        let mut by_block: Vec<(u32, Placement)> = Vec::new();
+        for &placement in placements {
+            let Some(object) = objects.get(placement) else { continue };
+            // The blocks from one voxel to the last one of the object that lies on the page.
+            let size = object.size(placement);
+            let range = |axis: usize, limit: u32| {
+                let first = i64::from(placement.first[axis]);
+                let last = (first + i64::from(size[axis]) - 1).min(i64::from(limit) - 1);
+                let is_on_page = last >= 0 && first < i64::from(limit);
+                is_on_page.then(|| first.max(0) as u32 / BLOCK_SIDE..=last as u32 / BLOCK_SIDE)
+            };
+            let (Some(columns), Some(rows)) = (range(0, width), range(1, height)) else { continue };
+            by_block.extend(
+                rows.flat_map(|row| columns.clone().map(move |column| row * across + column))
+                    .map(|block| (block, placement)),
+            );
+        }
+        if by_block.is_empty() {
+            return self;
+        }
+        by_block.sort_unstable();
+        let count = across as usize * height.div_ceil(BLOCK_SIDE) as usize;
+        if self.blocks.is_empty() {
+            (self.blocks, self.starts) = (vec![SpanBlock::default(); count], vec![0]);
+        }
+        self.placed = vec![0; count + 1];
+        for (block, placement) in by_block {
+            self.placed[block as usize + 1] += 1;
+            self.placements.push(placement);
+            let [low, high] = objects.get(placement).map_or([0; 2], |object| object.codes(placement.foot));
+            let block = &mut self.blocks[block as usize];
+            block.low = if block.high == 0 { low } else { block.low.min(low) };
+            block.high = block.high.max(high);
+        }
+        for index in 0..count {
+            self.placed[index + 1] += self.placed[index];
+        }
+        self
     }
 
     /// How many codes a slope of one step rises or falls over half a voxel's diagonal, if a step of height is `scale` metres and a voxel
@@ -95,44 +155,44 @@ impl SpanTable {
         0.5 * spacing / f64::from(Span::SLOPE_STEPS) / code.scale
     }
 
-    /// Codes that a span lies between, wherever in its voxel. A slope of (a, b) rises by (|a| + |b|) / 2 at a corner.
-    fn reach(span: &Span, rise: f64) -> [u16; 2] {
-        let steps: f64 = span.slope.iter().map(|slope| f64::from(slope.unsigned_abs())).sum();
-        let room = (steps * rise).ceil().min(f64::from(u16::MAX)) as u16;
-        let low = match span.low {
-            Span::GROUND => Span::GROUND,
-            low if span.is(Span::PARALLEL) => low.saturating_sub(room).max(1),
-            low => low,
+    /// Least and greatest code of upper and lower ends, but for those on the ground; `None`: nothing stands. Of placed objects those of
+    /// all that they have.
+    pub fn codes(&self, objects: &SharedObjects) -> Option<(u16, u16)> {
+        let placed = |placement: &Placement| {
+            let object = objects.get(*placement).map(|object| object.codes(placement.foot));
+            object.into_iter().flatten()
         };
-        [low, span.high.saturating_add(room)]
-    }
-
-    /// Least and greatest code of upper and lower ends, but for those on the ground; `None`: nothing stands.
-    pub fn codes(&self) -> Option<(u16, u16)> {
-        let ends = self.spans.iter().flat_map(|span| [span.low, span.high]).filter(|code| *code > 0);
+        let ends = self.spans.iter().flat_map(|span| [span.low, span.high]);
+        let ends = ends.chain(self.placements.iter().flat_map(placed)).filter(|code| *code > 0);
         ends.clone().min().zip(ends.max())
     }
 
     /// Whether nothing stands.
     pub fn is_empty(&self) -> bool {
-        self.spans.is_empty()
+        self.spans.is_empty() && self.placements.is_empty()
     }
 
     /// Bytes in a page: none for no spans.
     pub fn bytes(&self) -> usize {
-        if self.is_empty() {
-            0
-        } else {
-            layout(self.blocks.len(), self.starts.len() - 1, self.spans.len()).end
-        }
+        if self.is_empty() { 0 } else { self.layout().end }
+    }
+
+    fn layout(&self) -> Layout {
+        layout(self.blocks.len(), [self.starts.len() - 1, self.spans.len(), self.placements.len()])
     }
 
     /// Writes it into `bytes`, which are [`Self::bytes`] long.
     pub(super) fn encode(&self, bytes: &mut [u8]) {
-        let Layout { blocks, starts, spans, .. } =
-            layout(self.blocks.len(), self.starts.len() - 1, self.spans.len());
-        at::VOXELS.put(bytes, &(self.starts.len() as u32 - 1).to_le_bytes());
-        at::SPANS.put(bytes, &(self.spans.len() as u32).to_le_bytes());
+        let Layout { blocks, starts, spans, placed, placements, .. } = self.layout();
+        for (field, count) in [
+            (at::VOXELS, self.starts.len() - 1),
+            (at::SPANS, self.spans.len()),
+            (at::PLACEMENTS, self.placements.len()),
+        ] {
+            field.put(bytes, &(count as u32).to_le_bytes());
+        }
+        bytes[placed].copy_from_slice(bytemuck::cast_slice(&self.placed));
+        bytes[placements].copy_from_slice(bytemuck::cast_slice(&self.placements));
         bytes[blocks].copy_from_slice(bytemuck::cast_slice(&self.blocks));
         bytes[starts].copy_from_slice(bytemuck::cast_slice(&self.starts));
         bytes[spans].copy_from_slice(bytemuck::cast_slice(&self.spans));
@@ -140,8 +200,9 @@ impl SpanTable {
 
     /// The same, borrowed; `width` is that of the page.
     pub fn view(&self, width: u32) -> SpansView<'_> {
-        let Self { blocks, starts, spans } = self;
-        SpansView { blocks_across: width.div_ceil(BLOCK_SIDE), blocks, starts, spans }
+        let Self { blocks, starts, spans, placed, placements } = self;
+        let blocks_across = width.div_ceil(BLOCK_SIDE);
+        SpansView { blocks_across, blocks, starts, spans, placed, placements }
     }
 }
 
@@ -150,15 +211,28 @@ struct Layout {
     blocks: Range<usize>,
     starts: Range<usize>,
     spans: Range<usize>,
+    placed: Range<usize>,
+    placements: Range<usize>,
     end: usize,
 }
 
-fn layout(blocks: usize, voxels: usize, spans: usize) -> Layout {
+fn layout(blocks: usize, [voxels, spans, placements]: [usize; 3]) -> Layout {
+    let numbers = if placements == 0 { 0 } else { blocks + 1 };
     let blocks = at::SIZE..at::SIZE + blocks * size_of::<SpanBlock>();
     let starts = blocks.end..blocks.end + (voxels + 1) * size_of::<u32>();
     let first = starts.end.next_multiple_of(size_of::<Span>());
     let spans = first..first + spans * size_of::<Span>();
-    Layout { blocks, starts, end: spans.end.next_multiple_of(PLANE_ALIGNMENT), spans }
+    let placed = spans.end..spans.end + numbers * size_of::<u32>();
+    let first = placed.end.next_multiple_of(size_of::<Span>());
+    let placements = first..first + placements * size_of::<Placement>();
+    Layout {
+        end: placements.end.next_multiple_of(PLANE_ALIGNMENT),
+        blocks,
+        starts,
+        spans,
+        placed,
+        placements,
+    }
 }
 
 /// Columns and rows of the blocks of a page, row by row.
@@ -171,7 +245,8 @@ fn blocks_of(width: u32, height: u32) -> impl Iterator<Item = (Range<u32>, Range
 
 impl<'a> SpansView<'a> {
     /// No spans.
-    pub const NONE: Self = Self { blocks_across: 0, blocks: &[], starts: &[], spans: &[] };
+    pub const NONE: Self =
+        Self { blocks_across: 0, blocks: &[], starts: &[], spans: &[], placed: &[], placements: &[] };
 
     /// Of a page of `width` × `height` voxels, from the bytes of its table.
     pub(super) fn new(bytes: &'a [u8], (width, height): (u32, u32)) -> Result<Self, String> {
@@ -180,10 +255,11 @@ impl<'a> SpansView<'a> {
         }
         let refuse = || format!("{} bytes hold no spans of {width} x {height} voxels", bytes.len());
         let head = bytes.get(..at::SIZE).ok_or_else(refuse)?;
-        let (voxels, count) = (at::VOXELS.u32(head), at::SPANS.u32(head));
+        let voxels = at::VOXELS.u32(head);
         let across = width.div_ceil(BLOCK_SIDE);
         let block_count = across as usize * height.div_ceil(BLOCK_SIDE) as usize;
-        let Layout { blocks, starts, spans, end } = layout(block_count, voxels as usize, count as usize);
+        let counts = [voxels, at::SPANS.u32(head), at::PLACEMENTS.u32(head)].map(|count| count as usize);
+        let Layout { blocks, starts, spans, placed, placements, end } = layout(block_count, counts);
         if voxels > width * height
             || end != bytes.len()
             || at::RESERVED.bytes(head).iter().any(|&byte| byte != 0)
@@ -195,6 +271,8 @@ impl<'a> SpansView<'a> {
             blocks: plane(&bytes[blocks])?,
             starts: plane(&bytes[starts])?,
             spans: plane(&bytes[spans])?,
+            placed: plane(&bytes[placed])?,
+            placements: plane(&bytes[placements])?,
         })
     }
 
@@ -206,6 +284,24 @@ impl<'a> SpansView<'a> {
     /// All spans, block by block.
     pub fn all(&self) -> &'a [Span] {
         self.spans
+    }
+
+    /// Objects that stand on the page, once for each block that they reach.
+    pub fn placements(&self) -> &'a [Placement] {
+        self.placements
+    }
+
+    /// Those that reach the block of voxel (x, y).
+    #[inline]
+    pub fn placements_at(&self, x: u32, y: u32) -> &'a [Placement] {
+        self.placements_of((y / BLOCK_SIDE * self.blocks_across + x / BLOCK_SIDE) as usize)
+    }
+
+    fn placements_of(&self, block: usize) -> &'a [Placement] {
+        match self.placed.get(block..=block.saturating_add(1)) {
+            Some(&[start, end]) => self.placements.get(start as usize..end as usize).unwrap_or_default(),
+            _ => &[],
+        }
     }
 
     /// The block of voxel (x, y); an empty one if there is none.
@@ -235,7 +331,7 @@ impl<'a> SpansView<'a> {
     }
 
     /// What contradicts itself, if something does; `rise` as for [`SpanTable::new`].
-    pub(super) fn check(&self, rise: f64) -> Option<String> {
+    pub(super) fn check(&self, rise: f64, objects: &SharedObjects) -> Option<String> {
         let mut first = 0;
         for block in self.blocks {
             if block.first != first {
@@ -261,27 +357,68 @@ impl<'a> SpansView<'a> {
             || (first as usize + 1 == self.starts.len()
                 && self.starts.first() == Some(&0)
                 && self.starts.last() == Some(&(self.spans.len() as u32)));
-        (!is_whole).then(|| "some of its spans belong to no voxel".into())
+        if !is_whole {
+            return Some("some of its spans belong to no voxel".into());
+        }
+        self.check_placements(objects)
+    }
+
+    fn check_placements(&self, objects: &SharedObjects) -> Option<String> {
+        let mut before = 0;
+        for (index, block) in self.blocks.iter().enumerate().filter(|_| !self.placed.is_empty()) {
+            if self.placed[index] != before {
+                return Some(format!(
+                    "a block of placements begins with {}, not {before}",
+                    self.placed[index]
+                ));
+            }
+            let corner = [index as u32 % self.blocks_across, index as u32 / self.blocks_across]
+                .map(|at| at * BLOCK_SIDE);
+            let placements = self.placements_of(index);
+            for &placement in placements {
+                let Some(object) = objects.get(placement) else {
+                    return Some(format!("object {} is placed, but there is none", placement.number()));
+                };
+                let size = object.size(placement);
+                let reaches = (0..2).all(|axis| {
+                    let (first, corner) = (i64::from(placement.first[axis]), i64::from(corner[axis]));
+                    first < corner + i64::from(BLOCK_SIDE) && first + i64::from(size[axis]) > corner
+                });
+                if !reaches {
+                    return Some(format!("object {} is placed beside its block", placement.number()));
+                }
+                if let Some(what) = leaves("an object", object.codes(placement.foot), block) {
+                    return Some(what);
+                }
+            }
+            before += placements.len() as u32;
+        }
+        let is_whole =
+            before as usize == self.placements.len() && self.placed.last().is_none_or(|end| *end == before);
+        (!is_whole).then(|| "some of its placements belong to no block".into())
     }
 
     /// A copy that owns its memory.
     pub fn to_table(&self) -> SpanTable {
-        SpanTable { blocks: self.blocks.to_vec(), starts: self.starts.to_vec(), spans: self.spans.to_vec() }
+        SpanTable {
+            blocks: self.blocks.to_vec(),
+            starts: self.starts.to_vec(),
+            spans: self.spans.to_vec(),
+            placed: self.placed.to_vec(),
+            placements: self.placements.to_vec(),
+        }
     }
 }
 
 fn check_span(span: &Span, block: &SpanBlock, rise: f64) -> Option<String> {
-    let [low, high] = SpanTable::reach(span, rise);
-    if low < block.low || high > block.high {
-        return Some(format!(
-            "a span from code {low} to {high} leaves its block's {} to {}",
-            block.low, block.high
-        ));
-    }
-    let known = Span::OPACITY | Span::PARALLEL | Span::STRIP;
-    let is_sound =
-        span.state & Span::OPACITY != 0 && span.state & !known == 0 && span.low <= span.high && span.high > 0;
-    (!is_sound).then(|| format!("a span of state {} from code {} to {}", span.state, span.low, span.high))
+    leaves("a span", span.reach(rise), block).or_else(|| span.check())
+}
+
+fn leaves(what: &str, [low, high]: [u16; 2], block: &SpanBlock) -> Option<String> {
+    let is_within = low >= block.low && high <= block.high;
+    (!is_within).then(|| {
+        format!("{what} from code {low} to {high} leaves its block's {} to {}", block.low, block.high)
+    })
 }
 
 fn plane<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> Result<&[T], String> {

@@ -227,8 +227,8 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
 
 /// Spans against themselves.
 fn check_spans<B: FileBytes>(store: &PageStore<B>, view: &PageView<'_>) -> Option<String> {
-    let Header { grid, heights, .. } = store.header();
-    view.spans.check(SpanTable::rise(*heights, grid.spacing))
+    let Header { grid, heights, objects, .. } = store.header();
+    view.spans.check(SpanTable::rise(*heights, grid.spacing), objects)
 }
 
 /// What stands in for absent pages while a page is checked: itself, so that only its bounds are.
@@ -286,7 +286,7 @@ fn differing_plane(expected: &PageBuffer, view: &PageView<'_>) -> Option<&'stati
 /// Problems of the file as a whole.
 fn check_file<B: FileBytes>(store: &PageStore<B>) -> Result<Vec<Problem>> {
     let (path, file, directory) = (store.path(), store.bytes(), store.directory());
-    let mut problems = check_gaps(file, directory, FixedHeader::pages_end(path, file)?);
+    let mut problems = check_gaps(file, directory, FixedHeader::pages_end_of_file(path, file)?);
     if FixedHeader::identity_of_file(path, file, directory)? != store.header().content_hash {
         let what = "the identity is not that of header, metadata and pages".into();
         problems.push(Problem { page: None, byte: super::format::header::CONTENT_HASH.offset as u64, what });

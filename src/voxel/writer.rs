@@ -9,7 +9,9 @@ use std::sync::Arc;
 use tempfile::TempPath;
 
 use super::assembly::{Assembly, PageReadback, Storage};
-use super::{ContentHash, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId};
+use super::{
+    ContentHash, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId, SharedObjects,
+};
 use crate::error::{Error, Result};
 
 impl Storage for File {
@@ -75,6 +77,7 @@ impl Storage for File {
 #[derive(Debug)]
 pub struct PageWriter {
     assembly: Assembly,
+    objects: Arc<SharedObjects>,
     target: PathBuf,
     temporary: TempPath,
     overwrite: bool,
@@ -101,7 +104,7 @@ impl PageWriter {
         // leave that open.
         let _ = file.try_lock();
         let assembly = Assembly::new(path, Arc::new(file), grid, heights)?;
-        Ok(Self { assembly, target: path.to_owned(), temporary, overwrite })
+        Ok(Self { assembly, objects: Arc::default(), target: path.to_owned(), temporary, overwrite })
     }
 
     /// Refuses a `path` that no database can take: it exists and `overwrite` is false, or it is a folder, a device or
@@ -124,6 +127,11 @@ impl PageWriter {
     /// The temporary name.
     pub fn part(&self) -> &Path {
         &self.temporary
+    }
+
+    /// With objects that pages place.
+    pub fn with_objects(self, objects: Arc<SharedObjects>) -> Self {
+        Self { objects, ..self }
     }
 
     /// Leaves what was written so far under its temporary name, for one who comes after.
@@ -172,7 +180,7 @@ impl PageWriter {
     /// Writes directory, metadata and header, flushes to disk and gives the file its name. `height_range`: lowest
     /// and highest surface in metres, (0, 0) if there is none. Returns identity and bytes.
     pub fn finish(self, metadata: &Metadata, height_range: (f64, f64)) -> Result<(ContentHash, u64)> {
-        let sealed = self.assembly.seal(metadata, height_range)?;
+        let sealed = self.assembly.seal(metadata, &self.objects, height_range)?;
         let Self { target, temporary, overwrite, .. } = self;
         let renamed =
             if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };

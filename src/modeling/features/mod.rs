@@ -19,6 +19,7 @@ pub(super) use read::OutlineTable;
 pub use read::read;
 pub use shape::{
     Bound, BoundBarrier, BoundBridge, BoundBuilding, BoundCover, BoundTree, BoundUpright, BoundWay,
-    BoundWire, BoundWood, Graded, Ground, Rank, Solid, Square, Wall, bind, prepare, settle,
+    BoundWire, BoundWood, Graded, Ground, PlacedTree, Rank, Solid, Square, TreeKind, Wall, bind, prepare,
+    settle,
 };
 pub(super) use shape::{Footprint, foot_of};

@@ -112,6 +112,11 @@ impl Symmetry {
         Self { is_mirrored: number & 4 != 0, quarters: (number & 3) as u8 }
     }
 
+    /// The number that it is [of](Self::of).
+    pub fn number(self) -> u64 {
+        u64::from(self.quarters & 3) | if self.is_mirrored { 4 } else { 0 }
+    }
+
     /// Where a voxel of the lattice comes from.
     pub fn origin_of(self, [x, y]: [i64; 2]) -> [i64; 2] {
         let [x, y] = match self.quarters & 3 {

@@ -20,12 +20,14 @@ use super::soup::Soup;
 use crate::error::{Error, Result};
 use crate::geo::Transform;
 use crate::modeling::features::{Footprint, Material, Solid, Square};
+use crate::modeling::groves;
 use crate::modeling::inputs::file_name;
+use crate::modeling::materials::Materials;
 use crate::modeling::page::{PageMaker, Project};
 use crate::modeling::plan::Plan;
 use crate::modeling::steps::{Key, Keyer};
 use crate::modeling::warp::{LevelGrid, Rect};
-use crate::voxel::Grid;
+use crate::voxel::{self, Grid, HeightCode, SharedObject, SharedObjects};
 
 /// Places of one object up to which each has a shape of its own; of more all stand in the middle of their voxels.
 const MOST_EXACT: usize = 64;
@@ -49,6 +51,8 @@ struct Stock {
     /// Where it stands; `None`: in the middle of voxels.
     place: Option<DVec2>,
     shapes: Vec<OnceLock<Shape>>,
+    /// Its number among the objects that the database places.
+    shared: Option<u16>,
 }
 
 /// An object at one of its places.
@@ -108,7 +112,7 @@ impl Objects {
 
     fn stock(&mut self, soup: usize, material: Material, stands: bool, place: Option<DVec2>) -> u32 {
         let shapes = (0..LEVELS).map(|_| OnceLock::new()).collect();
-        self.stocks.push(Stock { soup, material: material.code(), stands, place, shapes });
+        self.stocks.push(Stock { soup, material: material.code(), stands, place, shapes, shared: None });
         self.stocks.len() as u32 - 1
     }
 
@@ -232,19 +236,72 @@ impl Objects {
         placed.map(|placed| placed.key).chain(scatters.map(|(_, key)| *key)).collect()
     }
 
-    /// Their solids over a block, with their index in it. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
+    /// Appends those that stand in the middle of voxels to the objects that the database places, as far as there is room.
+    pub fn share(
+        &mut self,
+        shared: &mut Vec<SharedObject>,
+        grid: &Grid,
+        code: HeightCode,
+        materials: &Materials,
+    ) {
+        let level = LevelGrid::of(grid, 0);
+        let mut voxels = 0;
+        for number in 0..self.stocks.len() {
+            if self.stocks[number].place.is_some() || shared.len() >= SharedObjects::MOST {
+                continue;
+            }
+            let shape = self.shape(number as u32, &level);
+            let [columns, rows] = [shape.columns, shape.rows];
+            voxels += columns * rows;
+            let most = usize::from(SharedObject::MOST_VOXELS);
+            if columns > most || rows > most || voxels > groves::MOST_VOXELS {
+                continue;
+            }
+            let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column as i64, row as i64]));
+            let dressed: Vec<Vec<Solid>> = all
+                .map(|at| {
+                    let over = shape.over([at[0] + shape.first[0], at[1] + shape.first[1]]);
+                    let mut solids: Vec<(usize, Solid)> = over.iter().map(|solid| (0, *solid)).collect();
+                    materials.dress(&mut solids);
+                    solids.into_iter().map(|(_, solid)| solid).collect()
+                })
+                .collect();
+            let object = groves::shared([columns as u16, rows as u16], grid, code, |x, y| {
+                &dressed[usize::from(y) * columns + usize::from(x)]
+            });
+            self.stocks[number].shared = Some(shared.len() as u16);
+            shared.push(object);
+        }
+    }
+
+    /// A placement as the database has it, if it places the shape as an object.
+    fn shared(&self, placement: &Placement, level: &LevelGrid, code: &HeightCode) -> Option<groves::Placed> {
+        let number = self.stocks[placement.shape as usize].shared.filter(|_| level.level == 0)?;
+        let (first, _) = placement.bounds(self.shape(placement.shape, level));
+        let symmetry = voxel::Symmetry::new(placement.symmetry.number());
+        Some((first, voxel::Placement::new(number, symmetry, [0, 0], code.encode(placement.foot_m))))
+    }
+
+    /// Their solids over a block, with their index in it, and what is placed there as objects of the database. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
     /// none), and `features` which of its voxels these change.
     pub fn solids(
         &self,
         rect: Rect,
         (wide, natural): (Rect, &[f64]),
         features: &[bool],
-        level: &LevelGrid,
-    ) -> Vec<(usize, Solid)> {
+        (level, code): (&LevelGrid, &HeightCode),
+    ) -> (Vec<(usize, Solid)>, Vec<groves::Placed>) {
         let placements = self.placements((wide, natural), features, level);
+        let (mut own, mut placed) = (Vec::new(), Vec::new());
+        for placement in placements {
+            match self.shared(&placement, level, code) {
+                Some(found) => placed.push(found),
+                None => own.push(placement),
+            }
+        }
         let mut solids = Vec::new();
-        raise(&placements, |number| self.shape(number, level), rect, &mut solids);
-        solids
+        raise(&own, |number| self.shape(number, level), rect, &mut solids);
+        (solids, placed)
     }
 
     /// All that may stand on a block, objects first.

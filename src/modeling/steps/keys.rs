@@ -12,7 +12,7 @@ use crate::modeling::placed::{ElevationInput, ImageryInput};
 use crate::modeling::plan::Plan;
 use crate::modeling::standing::Standing;
 use crate::modeling::warp::{LevelGrid, Rect};
-use crate::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, finer_pages};
+use crate::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
 
 /// Keys of the rasters of a build, in their order.
 #[derive(Debug, Clone)]
@@ -112,6 +112,16 @@ impl<'a> PageKeys<'a> {
         let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
         let sources = elevation.chain(imagery).chain(land_cover).collect();
         Self { settings, sources, ground, grid, standing, objects }
+    }
+
+    /// Where objects are placed, they count everywhere: pages know them by number.
+    #[must_use]
+    pub fn with_shared(self, objects: &SharedObjects) -> Self {
+        if objects.is_empty() {
+            return self;
+        }
+        let settings = Keyer::of("objects").with_key(self.settings).with_bytes(&objects.to_bytes()).key();
+        Self { settings, ..self }
     }
 
     /// Of a page; all finer ones have been written.

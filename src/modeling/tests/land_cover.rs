@@ -47,14 +47,7 @@ fn built(land_cover: Vec<Opened<Class>>, posts: u32, adjust: impl Fn(&mut BuildO
     };
     options.land_cover = land_cover.iter().map(|_| file.clone()).collect();
     let budget = Budget::of(&options).unwrap();
-    let inputs = Inputs {
-        clouds: Vec::new(),
-        elevation: ground(posts),
-        imagery: Vec::new(),
-        land_cover,
-        features: Vec::new(),
-        notes: Vec::new(),
-    };
+    let inputs = Inputs { elevation: ground(posts), land_cover, ..Inputs::default() };
     build::build_from(inputs, &options, budget, &Silent).unwrap();
     Area::open(&options.output).unwrap()
 }

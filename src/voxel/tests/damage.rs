@@ -135,8 +135,8 @@ fn refusals_name_file_place_and_remedy() {
         (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),
         (refusal(&|b| b[0] = b'P'), "not a hedgehop database (byte 0); make one with `hedgehop build"),
         (
-            refusal(&|b| b[at::VERSION.offset] = 5),
-            "newer version of hedgehop: format 5, and this one reads 4; update",
+            refusal(&|b| b[at::VERSION.offset] = 6),
+            "newer version of hedgehop: format 6, and this one reads 5; update",
         ),
         (refusal(&|b| b.truncate(9000)), "truncated at byte 9000 of "),
         (refusal(&|b| b.push(0)), "more bytes follow its end"),

@@ -2,6 +2,7 @@
 
 mod damage;
 mod forgetting;
+mod placements;
 mod sparse;
 mod standing;
 mod verifying;

@@ -91,7 +91,7 @@ fn sparse(sources: Sources, is_stored: impl Fn(PageId) -> bool) -> MemPages {
         assembly.append(&page.encode(id)).unwrap();
     }
     let metadata = Metadata { empty_share: 0.01, ..Metadata::default() };
-    assembly.seal(&metadata, (0.0, 6553.5)).unwrap();
+    assembly.seal(&metadata, &SharedObjects::default(), (0.0, 6553.5)).unwrap();
     MemPages::new(name, storage.take()).unwrap()
 }
 

@@ -45,7 +45,8 @@ fn area(spans: &BTreeMap<(u32, u32), Vec<Span>>) -> MemPages {
     }
     let colours = vec![[90; 3]; ground.len()];
     let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
-    let standing = Standing { heights: &ground, colours: &colours, spans, code };
+    let (objects, placed) = (&SharedObjects::default(), &[]);
+    let standing = Standing { heights: &ground, colours: &colours, spans, objects, placed, code };
     build_standing(&arrays, &standing, &Metadata::default()).unwrap()
 }
 
@@ -126,7 +127,10 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
     let mut whole = vec![0; table.bytes()];
     table.encode(&mut whole);
     let aligned = |bytes: &[u8]| AlignedBytes::copy_of(bytes);
-    assert_eq!(SpansView::new(aligned(&whole).as_slice(), (20, 20)).unwrap().check(1.0), None);
+    assert_eq!(
+        SpansView::new(aligned(&whole).as_slice(), (20, 20)).unwrap().check(1.0, &SharedObjects::default()),
+        None
+    );
     let mut refused = 0;
     for byte in 0..whole.len() {
         for bit in 0..8 {

@@ -8,6 +8,7 @@ use super::footprint::Footprint;
 use super::ribbon::{Ends, Line};
 use super::round::{BoundTree, chance};
 use super::solid::{Ground, Solid, Square, Wall};
+use super::tree_kind::{PlacedTree, TALLER, TreeKind, WIDER};
 use super::way::{Graded, Rank};
 
 /// An area with a surface of its own; level, if it has a level.
@@ -101,24 +102,19 @@ const SLENDER: f64 = 0.45;
 const CROWDED: f64 = 1.35;
 
 impl BoundWood {
-    /// Distance of its trees, metres: no less than a voxel.
-    fn cell(&self, spacing: f64) -> f64 {
-        (10_000.0 / self.wood.density).sqrt().max(spacing)
-    }
-
     /// Farthest that a crown reaches from its tree, metres.
     pub(super) fn reach(&self) -> f64 {
-        self.wood.height_m * (1.0 + HEIGHTS) * SLENDER
+        self.wood.height_m * (1.0 + HEIGHTS) * SLENDER * WIDER
     }
 
     /// Height of its highest tree, metres.
     pub(super) fn highest(&self) -> f64 {
-        self.wood.height_m * (1.0 + HEIGHTS)
+        self.wood.height_m * (1.0 + HEIGHTS) * TALLER
     }
 
     /// Its trees that may reach into a square: one in each cell of a lattice that is the same for all of the database.
-    pub fn trees(&self, square: &Square, ground: &dyn Ground) -> Vec<BoundTree> {
-        let cell = self.cell(square.spacing);
+    pub fn trees(&self, square: &Square, ground: &dyn Ground) -> Vec<PlacedTree> {
+        let cell = self.wood.cell(square.spacing);
         let margin = (self.reach() / square.spacing).ceil() + 1.0;
         let grown = Square {
             first: square.first.map(|first| first - margin as i64),
@@ -148,20 +144,54 @@ impl BoundWood {
                     continue;
                 }
                 if let Some(base_m) = ground.height_at(place) {
-                    trees.push(BoundTree { place, base_m, tree: self.tree(hash, cell), hash });
+                    let kind = TreeKind::of(&self.wood.tree(hash, cell), hash);
+                    trees.push(PlacedTree { kind, place, base_m, hash });
                 }
             }
         }
         trees
     }
+}
+
+impl PlacedTree {
+    /// Its solids over the voxels of a square, with their row-major index.
+    pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
+        let Self { kind, place, base_m, hash } = *self;
+        BoundTree { place, base_m, tree: kind.tree(), hash }.raise(square, out);
+    }
+}
+
+impl Wood {
+    /// Distance of its trees on voxels of this side, metres: no less than a voxel.
+    fn cell(&self, spacing: f64) -> f64 {
+        (10_000.0 / self.density).sqrt().max(spacing)
+    }
+
+    /// All kinds of its trees on voxels of this side, metres.
+    pub fn kinds(&self, spacing: f64) -> Vec<TreeKind> {
+        let cell = self.cell(spacing);
+        let [low, high] = [1.0 - HEIGHTS, 1.0 + HEIGHTS].map(|share| share * self.height_m);
+        let leaves = match self.leaf {
+            Leaf::Mixed => vec![Leaf::Needle, Leaf::Broad],
+            one => vec![one],
+        };
+        let of =
+            |leaf: Leaf| TreeKind::all_between(low, high, move |height| self.tree_of(leaf, height, cell));
+        leaves.into_iter().flat_map(of).collect()
+    }
 
     fn tree(&self, hash: u64, cell: f64) -> Tree {
-        let leaf = match self.wood.leaf {
+        let leaf = match self.leaf {
             Leaf::Mixed if chance(hash, 2) < 0.5 => Leaf::Needle,
             Leaf::Mixed => Leaf::Broad,
             one => one,
         };
-        let height_m = self.wood.height_m * (1.0 + HEIGHTS * (2.0 * chance(hash, 3) - 1.0));
+        let height_m = self.height_m * (1.0 + HEIGHTS * (2.0 * chance(hash, 3) - 1.0));
+        // Crowns follow the kind's height, so that there are not more kinds than heights.
+        self.tree_of(leaf, TreeKind::height_like(height_m), cell)
+    }
+
+    fn tree_of(&self, leaf: Leaf, height_m: f64, cell: f64) -> Tree {
         let crown_m = (2.0 * SLENDER * height_m).min(CROWDED * cell);
         Tree { height_m, crown_m, leaf, paint: crown(leaf) }
     }

@@ -26,6 +26,7 @@ mod solid;
 mod testing;
 #[cfg(test)]
 mod tests;
+mod tree_kind;
 mod way;
 mod wire;
 
@@ -37,5 +38,6 @@ pub(in super::super) use footprint::Footprint;
 pub use prepare::prepare;
 pub use round::{BoundTree, BoundUpright};
 pub use solid::{Ground, Solid, Square, Wall};
+pub use tree_kind::{PlacedTree, TreeKind};
 pub use way::{BoundBridge, BoundWay, Graded, Rank, settle};
 pub use wire::BoundWire;

@@ -1,6 +1,6 @@
 //! What is left of the rows of one plane, and what was seen in them.
 
-use crate::simd::Sixteen;
+use crate::simd::{LANES, Sixteen};
 
 /// Parts of a row that opaque matter covers or not, bits of a byte.
 const PARTS: f32 = 8.0;
@@ -35,10 +35,8 @@ pub struct Cover {
 /// How a span fills rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fill {
-    /// Share of light that it hides over a voxel's side, 0…1.
+    /// Share of light that it hides, 0…1.
     pub opacity: f32,
-    /// Length of the way through it along the ground, sides of a voxel.
-    pub way: f32,
     /// Inverse depth at the lower and at the upper place, 1/metres.
     pub inverse: [f32; 2],
 }
@@ -61,14 +59,28 @@ pub(super) struct Column {
 }
 
 impl Cover {
-    /// Empties it for so many rows.
-    pub(super) fn begin(&mut self, rows: usize) {
-        let [first, end] = self.extent;
-        if let Some(used) = self.rows.get_mut(first..end) {
-            used.fill([Sixteen::default(); 5]);
-        }
-        self.rows.resize(rows, [Sixteen::default(); 5]);
+    /// Empties it.
+    pub(super) fn clear(&mut self) {
         self.extent = [usize::MAX, 0];
+    }
+
+    /// Takes what was seen in the rows of sixteen planes: row by row, so that each is written at once.
+    pub(super) fn take(&mut self, columns: &[Column; LANES]) {
+        let first = columns.iter().map(|column| column.extent[0]).min().unwrap_or(usize::MAX);
+        let end = columns.iter().map(|column| column.extent[1]).max().unwrap_or(0);
+        self.extent = [first, end];
+        if self.rows.len() < end {
+            self.rows.resize(end, [Sixteen::default(); 5]);
+        }
+        for row in first..end {
+            let elements = &mut self.rows[row];
+            for (lane, column) in columns.iter().enumerate() {
+                let Seen { light: [red, green, blue], share, inverse } = column.seen[row];
+                for (element, value) in elements.iter_mut().zip([red, green, blue, share, inverse]) {
+                    element.0[lane] = value;
+                }
+            }
+        }
     }
 
     /// Rows that show something, with their numbers: red, green and blue of the light, share, inverse depth.
@@ -81,11 +93,14 @@ impl Cover {
 impl Column {
     /// Empties it for so many rows.
     pub fn begin(&mut self, rows: usize) {
-        self.covered.clear();
+        // Beyond its extent all rows are as they were.
+        let [first, end] = self.extent;
+        let used = first.min(end)..end.min(self.covered.len());
+        self.covered[used.clone()].fill(0);
+        self.left[used.clone()].fill(1.0);
+        self.seen[used].fill(Seen::default());
         self.covered.resize(rows, 0);
-        self.left.clear();
         self.left.resize(rows, 1.0);
-        self.seen.clear();
         self.seen.resize(rows, Seen::default());
         self.full.clear();
         self.full.resize(rows.div_ceil(WORD), 0);
@@ -118,7 +133,9 @@ impl Column {
     /// Whether all rows between two places are hidden.
     #[inline]
     pub fn is_full(&self, low: f32, high: f32) -> bool {
-        let end = (high.ceil().max(0.0) as usize).min(self.covered.len());
+        // What ends within a row needs all of that.
+        let whole = high.max(0.0) as usize;
+        let end = (whole + usize::from(high > whole as f32)).min(self.covered.len());
         let mut row = (low.max(0.0) as usize).min(end);
         while row < end {
             let (word, bit) = (row / WORD, row % WORD);
@@ -139,24 +156,43 @@ impl Column {
         let rows = self.covered.len();
         let [below, above] = fill.inverse;
         let per_row = (above - below) / (high - low).max(f32::MIN_POSITIVE);
-        let inverse = |place: f32| (place - low).mul_add(per_row, below);
+        let inverse = |place: f32| (place - low) * per_row + below;
         let (low, high) = (low.max(0.0), high.min(rows as f32));
         if low >= high {
             return;
         }
-        let (first, last) = (low as usize, (high.ceil() as usize - 1).min(rows - 1));
-        // The same for all rows.
-        let opacity = if fill.opacity < 1.0 { 1.0 - (1.0 - fill.opacity).powf(fill.way) } else { 1.0 };
-        for row in first..=last {
+        let first = low as usize;
+        let end = (high as usize) + usize::from(high > (high as usize) as f32);
+        let opacity = fill.opacity;
+        for row in first..end {
             if self.full[row / WORD] >> (row % WORD) & 1 != 0 {
                 continue;
             }
-            let from = ((low - row as f32).max(0.0) * PARTS).min(PARTS);
-            let to = ((high - row as f32) * PARTS).min(PARTS);
-            let inverse = inverse(row as f32 + 0.5 * (from + to) / PARTS);
-            self.fill_row(row, [from, to], light, inverse, opacity);
+            let at = row as f32;
+            let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
+            let inverse = inverse(at + 0.5 * (from + to));
+            if opacity >= 1.0 && self.covered[row] == 0 && to - from >= 1.0 {
+                self.fill_whole(row, light, inverse);
+            } else {
+                self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
+            }
         }
-        self.extent = [self.extent[0].min(first), self.extent[1].max(last + 1)];
+        self.extent = [self.extent[0].min(first), self.extent[1].max(end)];
+    }
+
+    /// Fills all of a row of which opaque matter covers nothing yet with opaque matter.
+    #[inline]
+    fn fill_whole(&mut self, row: usize, light: [f32; 3], inverse: f32) {
+        let weight = self.left[row];
+        let seen = &mut self.seen[row];
+        for (sum, light) in seen.light.iter_mut().zip(light) {
+            *sum += weight * light;
+        }
+        seen.share += weight;
+        seen.inverse += weight * inverse;
+        self.covered[row] = ALL;
+        self.full[row / WORD] |= 1 << (row % WORD);
+        self.open -= 1;
     }
 
     /// Fills the parts of a row between two places with what hides a share of light.
@@ -190,17 +226,5 @@ impl Column {
             self.full[row / WORD] |= 1 << (row % WORD);
             self.open -= 1;
         }
-    }
-
-    /// Puts what was seen into plane `lane` of `cover`.
-    pub fn put_into(&self, lane: usize, cover: &mut Cover) {
-        let [first, end] = self.extent;
-        for row in first..end {
-            let Seen { light: [red, green, blue], share, inverse } = self.seen[row];
-            for (element, value) in cover.rows[row].iter_mut().zip([red, green, blue, share, inverse]) {
-                element.0[lane] = value;
-            }
-        }
-        cover.extent = [cover.extent[0].min(first), cover.extent[1].max(end)];
     }
 }

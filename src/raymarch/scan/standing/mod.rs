@@ -17,28 +17,27 @@
 //!
 //! Planes are followed one by one, not in lockstep: neighbours soon see other voxels, and most blocks are passed over.
 
+mod blocks;
 mod column;
 mod crest;
+mod crossing;
 mod walk;
 
 use glam::DVec3;
 
+use self::blocks::Blocks;
+use self::column::Column;
 pub use self::column::Cover;
-use self::column::{Column, Fill};
 use self::crest::Crest;
+use self::crossing::Crossing;
 use self::walk::{Step, Walk};
 use super::{Field, Ladder, PlaneGroup, Profile};
 use crate::error::Result;
 use crate::simd::LANES;
 use crate::voxel::{
-    BARE, BLOCK_SIDE, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, Span, SpanBlock, SpansView,
+    BARE, BLOCK_SIDE, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanBlock,
+    SpanTable, SpansView,
 };
-
-/// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
-const SEAM: f32 = 0.04;
-
-/// Spans of a voxel that are put in order.
-const MOST_SORTED: usize = 16;
 
 /// Least major distance of what is seen, units: tangents stay finite.
 const LEAST_DISTANCE: f64 = 1.0e-6;
@@ -85,10 +84,38 @@ pub struct Standing<'f> {
 pub struct StandingMarch<'a> {
     source: &'a dyn PageSource,
     grid: Grid,
-    code: HeightCode,
+    objects: &'a SharedObjects,
+    metric: Metric,
     /// The page that was looked up last.
     page: Option<(PageId, SpansView<'a>)>,
-    column: Column,
+    blocks: Blocks,
+    /// One for each plane of a group.
+    columns: Box<[Column; LANES]>,
+}
+
+/// What the steps of spans come to, metres.
+#[derive(Debug, Clone)]
+struct Metric {
+    code: HeightCode,
+    /// A step of height, and the side of a voxel.
+    scale: f32,
+    spacing: f32,
+    /// Unit vectors (east, north) of directions in 256ths of a turn.
+    directions: [[f32; 2]; 256],
+    /// By opacity of spans: logarithms (of 2) of the share of light that comes through a voxel's side.
+    clearness: [f32; Span::OPAQUE as usize + 1],
+}
+
+impl Metric {
+    /// Share of light that a span hides on a way through it, sides of a voxel.
+    #[inline]
+    fn opacity(&self, span: &Span, way: f32) -> f32 {
+        let opacity = span.state & Span::OPACITY;
+        if opacity == Span::OPAQUE {
+            return 1.0;
+        }
+        1.0 - (self.clearness[usize::from(opacity)] * way).exp2()
+    }
 }
 
 /// One plane on its way.
@@ -103,27 +130,36 @@ struct Plane<'f, 'a, L> {
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
     crest: Crest<'f>,
-    /// Tangent below which all is hidden, by the ground or by what stands nearer.
+    /// What is hidden below by the ground or by what stands nearer: tangent, and rows.
     floor: f32,
-}
-
-/// A voxel's spans, where a plane crosses them.
-struct Crossing<'s> {
-    page: PageId,
-    /// Column and row on the page.
-    voxel: [u32; 2],
-    step: &'s Step,
-    /// Where the plane enters and leaves the voxel: from its centre, sides of it.
-    ends: [[f32; 2]; 2],
-    /// How much higher the eye is than the datum there, with the Earth's curvature, metres.
-    above: f32,
+    hidden: f32,
 }
 
 impl<'a> StandingMarch<'a> {
     /// Over `source`.
     pub fn new(source: &'a dyn PageSource) -> Self {
         let header = source.header();
-        Self { source, grid: header.grid, code: header.heights, page: None, column: Column::default() }
+        let (grid, code) = (header.grid, header.heights);
+        let direction = |facing: usize| {
+            let angle = facing as f32 * (std::f32::consts::TAU / 256.0);
+            [angle.cos(), angle.sin()]
+        };
+        let metric = Metric {
+            code,
+            scale: code.scale as f32,
+            spacing: grid.spacing as f32,
+            directions: std::array::from_fn(direction),
+            clearness: std::array::from_fn(|steps| (1.0 - steps as f32 / f32::from(Span::OPAQUE)).log2()),
+        };
+        Self {
+            source,
+            grid,
+            objects: &header.objects,
+            metric,
+            page: None,
+            blocks: Blocks::new(SpanTable::rise(code, grid.spacing)),
+            columns: Box::default(),
+        }
     }
 
     /// Finds what of it sixteen planes see.
@@ -136,12 +172,12 @@ impl<'a> StandingMarch<'a> {
         light: &mut impl FacetLight,
         cover: &mut Cover,
     ) -> Result<()> {
-        cover.begin(standing.rows);
+        cover.clear();
         if standing.until <= 0.0 {
             return Ok(());
         }
         for lane in 0..LANES {
-            self.column.begin(standing.rows);
+            self.columns[lane].begin(standing.rows);
             let group = standing.group;
             let minor = f64::from(group.minor[lane]);
             let way = if group.major == 0 { [group.forward, minor] } else { [minor, group.forward] };
@@ -155,10 +191,11 @@ impl<'a> StandingMarch<'a> {
                 way,
                 crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
                 floor: standing.field.tangents[0],
+                hidden: 0.0,
             };
             plane.follow()?;
-            self.column.put_into(lane, cover);
         }
+        cover.take(&self.columns);
         Ok(())
     }
 
@@ -178,6 +215,11 @@ impl<'a> StandingMarch<'a> {
 }
 
 impl<L: FacetLight> Plane<'_, '_, L> {
+    #[inline(always)]
+    fn column(&mut self) -> &mut Column {
+        &mut self.march.columns[self.lane]
+    }
+
     fn follow(mut self) -> Result<()> {
         let Standing { eye, group, until, .. } = self.standing;
         let [enter, leave] = group.over.map(|over| f64::from(over[self.lane]));
@@ -186,22 +228,21 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         let blocks = size.map(|last| [0, last / i64::from(BLOCK_SIDE)]);
         let side = f64::from(BLOCK_SIDE);
         for block in Walk::new([eye.x, eye.y], self.way, side, blocks, [from, to]) {
-            if self.march.column.is_closed() {
+            if self.column().is_closed() {
                 break;
             }
             let id = self.page_of(block.cell, PAGE_SIDE / BLOCK_SIDE);
             let view = self.march.spans(id)?;
             let first = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
             let within = |axis: usize| (first[axis] % i64::from(PAGE_SIDE)) as u32;
-            let spans = view.block(within(0), within(1));
-            if spans.occupied == 0 || self.is_hidden(&spans, &block) {
+            let corner = [within(0), within(1)];
+            let reach = view.block(corner[0], corner[1]);
+            if reach.high == 0 || self.is_hidden(&reach, &block) {
                 continue;
             }
             let ends =
                 [0, 1].map(|axis| [first[axis], (first[axis] + i64::from(BLOCK_SIDE) - 1).min(size[axis])]);
-            for step in Walk::new([eye.x, eye.y], self.way, 1.0, ends, [block.enter, block.leave]) {
-                self.cross(id, &view, &spans, &step);
-            }
+            self.cross_block(id, (&view, corner), &block, ends);
         }
         Ok(())
     }
@@ -215,7 +256,9 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     #[inline]
     fn height(&self, code: u16, distance: f64) -> f64 {
         let drop = f64::from(self.standing.group.drop[self.lane]) * distance * distance;
-        self.march.code.offset + self.march.code.scale * f64::from(code) - self.standing.eye.z - drop
+        self.march.metric.code.offset + self.march.metric.code.scale * f64::from(code)
+            - self.standing.eye.z
+            - drop
     }
 
     /// Whether all that stands in a block lies below what hides it, or above what is looked at.
@@ -241,169 +284,66 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     /// Finds below which tangent all is hidden, behind ground with this crest.
     fn raise_floor(&mut self, crest: f32) {
         let Standing { ladder, first, .. } = self.standing;
-        let hidden = if crest > self.floor { ladder.rows_below(crest) - first as f32 } else { 0.0 };
-        let lowest = self.march.column.close_below(hidden);
+        if crest > self.floor {
+            self.hidden = self.hidden.max(ladder.rows_below(crest) - first as f32);
+        }
+        let hidden = self.hidden;
+        let lowest = self.column().close_below(hidden);
         let edge = ladder.edges.get(first + lowest).copied().unwrap_or(f32::INFINITY);
+        self.hidden = self.hidden.max(lowest as f32);
         self.floor = self.floor.max(crest).max(edge);
     }
 
-    /// Looks at the spans of a voxel.
-    #[inline]
-    fn cross(&mut self, page: PageId, view: &SpansView<'_>, block: &SpanBlock, step: &Step) {
-        let voxel = step.cell.map(|cell| (cell % i64::from(PAGE_SIDE)) as u32);
-        let spans = view.of(block, voxel[0], voxel[1]);
-        if spans.is_empty() || step.enter >= step.leave {
-            return;
-        }
+    /// Looks at the voxels of a block: `ends` are the first and the last along each axis.
+    fn cross_block(
+        &mut self,
+        page: PageId,
+        (view, corner): (&SpansView<'_>, [u32; 2]),
+        block: &Step,
+        ends: [[i64; 2]; 2],
+    ) {
         let eye = [self.standing.eye.x, self.standing.eye.y];
-        let from_centre =
-            |axis: usize, at: f64| (eye[axis] + self.way[axis] * at - step.cell[axis] as f64 - 0.5) as f32;
-        let ends = [step.enter, step.leave].map(|at| [from_centre(0, at), from_centre(1, at)]);
-        let above = self.height(0, 0.5 * (step.enter + step.leave)) as f32;
-        let crossing = Crossing { page, voxel, step, ends, above };
-        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
-        let first =
-            spans.partition_point(|span| self.march.code.scale as f32 * f32::from(span.high) + above <= 0.0);
-        let outward = spans[first..].iter().chain(spans[..first].iter().rev());
-        let (scale, spacing) = (self.march.code.scale as f32, self.march.grid.spacing as f32);
-        let inverse = [step.enter, step.leave].map(|at| (1.0 / (self.depth * at)) as f32);
-        let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
-        let steps = scale / spacing;
-        let mut met = [(0.0_f32, 0.0_f32, &spans[0]); MOST_SORTED];
-        let mut count = 0;
-        for span in outward {
-            // Most are hidden: their highest corner tells.
-            let steepest = f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
-            let top = scale.mul_add(f32::from(span.high), above) + steepest * rise_per_step;
-            if top * inverse[usize::from(top < 0.0)] <= self.floor {
-                continue;
-            }
-            let Some([enter, leave]) = crossing.within(span, steps) else { continue };
-            if count == MOST_SORTED {
-                self.meet(&crossing, span, [enter, leave]);
-                continue;
-            }
-            // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
-            let mut at = count;
-            while at > 0 && met[at - 1].0 > enter {
-                met[at] = met[at - 1];
-                at -= 1;
-            }
-            met[at] = (enter, leave, span);
-            count += 1;
-        }
-        for &(enter, leave, span) in &met[..count] {
-            self.meet(&crossing, span, [enter, leave]);
-        }
-    }
-
-    /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
-    fn meet(&mut self, crossing: &Crossing<'_>, span: &Span, cut: [f32; 2]) {
-        let Crossing { step, above, .. } = crossing;
-        let length = step.leave - step.enter;
-        let distance = cut.map(|share| step.enter + length * f64::from(share));
-        let inverse = distance.map(|at| (1.0 / (self.depth * at)) as f32);
-        let spacing = self.march.grid.spacing as f32;
-        let at = cut.map(|share| {
-            [0, 1].map(|axis| {
-                crossing.ends[0][axis] + (crossing.ends[1][axis] - crossing.ends[0][axis]) * share
-            })
-        });
-        let slope = span.slopes();
-        let rise = at.map(|at| (slope[0] * at[0] + slope[1] * at[1]) * spacing);
-        let scale = self.march.code.scale as f32;
-        let top = scale.mul_add(f32::from(span.high), *above);
-        let crest = self.crest.at(inverse[0]);
-        let [top_near, top_far] = [0, 1].map(|end| (top + rise[end]) * inverse[end]);
-        let [low_near, low_far] = if span.low == Span::GROUND {
-            [crest; 2]
-        } else {
-            let low = scale.mul_add(f32::from(span.low), *above);
-            let parallel = if span.is(Span::PARALLEL) { 1.0 } else { 0.0 };
-            [0, 1].map(|end| rise[end].mul_add(parallel, low) * inverse[end])
-        };
-        let (facet, seam) = crossing.front(span, cut[0], at[0]);
         let Standing { ladder, first, .. } = self.standing;
-        let row = |tangent: f32| ladder.rows_below(tangent) - first as f32;
-        // The rim of the front that is lit as the upper end is.
-        let rim = top_near - seam * spacing * inverse[0];
-        let side = [low_near.max(crest), rim.max(low_near)];
-        let upper = [rim.max(low_near).max(crest), top_near.max(top_far)];
-        let lower = [low_far.max(crest), low_near];
-        let opacity = span.opacity();
-        let way = self.ground * (distance[1] - distance[0]) as f32;
-        let level = self.depth as f32 / (self.ground * spacing);
-        for (tangents, facet, inverse) in [
-            (side, facet, [inverse[0]; 2]),
-            (upper, Facet::Top(span.slope), [inverse[0], inverse[usize::from(top_far > top_near)]]),
-            (lower, Facet::Bottom, [inverse[1], inverse[0]]),
-        ] {
-            let [low, high] = tangents;
-            if low >= high {
+        let (way, depth, lane) = (self.way, self.depth, self.lane);
+        let inverse = |at: f64| (1.0 / (depth * at)) as f32;
+        let drop = f64::from(self.standing.group.drop[lane]);
+        let datum = self.march.metric.code.offset - self.standing.eye.z;
+        let StandingMarch { blocks, metric, columns, objects, .. } = &mut *self.march;
+        let stands = blocks.get(block.cell, (view, corner), objects);
+        let above = |from: f64, to: f64| datum - drop * (0.5 * (from + to)).powi(2);
+        // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`, without a division.
+        let per_unit = f64::from(self.floor) * depth / metric.code.scale;
+        let base = above(block.enter, block.leave) / metric.code.scale;
+        let farther = self.floor < 0.0;
+        for step in Walk::new(eye, way, 1.0, ends, [block.enter, block.leave]) {
+            let voxel = step.cell.map(|cell| (cell % i64::from(PAGE_SIDE)) as u32);
+            let top = stands.top(voxel[0], voxel[1]);
+            let hidden = per_unit * if farther { step.leave } else { step.enter } - base;
+            if top == 0 || f64::from(top) <= hidden || step.enter >= step.leave {
                 continue;
             }
-            let (low, high) = (row(low), row(high));
-            if low >= high || self.march.column.is_full(low, high) {
-                continue;
-            }
-            let light = self.light.light(crossing.page, crossing.voxel, span, facet);
-            let slant = (0.5 * level * (tangents[0] + tangents[1])).hypot(1.0);
-            self.march.column.fill([low, high], light, &Fill { opacity, way: way * slant, inverse });
+            let inverse = [step.enter, step.leave].map(inverse);
+            let above = above(step.enter, step.leave) as f32;
+            let from_centre =
+                |axis: usize, at: f64| (eye[axis] + way[axis] * at - step.cell[axis] as f64 - 0.5) as f32;
+            let mut crossing = Crossing {
+                page,
+                voxel,
+                metric,
+                column: &mut columns[lane],
+                light: &mut *self.light,
+                ladder,
+                first: first as f32,
+                ground: self.ground,
+                level: depth as f32 / (self.ground * metric.spacing),
+                floor: self.floor,
+                hidden: self.hidden,
+                length: (step.leave - step.enter) as f32,
+                ends: [step.enter, step.leave].map(|at| [from_centre(0, at), from_centre(1, at)]),
+                inverse,
+                above,
+            };
+            crossing.look_at(stands.of(voxel[0], voxel[1]), &mut self.crest);
         }
     }
-}
-
-impl Crossing<'_> {
-    /// Shares of the way through the voxel between which the plane lies within a span's wall; `steps`: sides of a voxel in a step of height.
-    #[inline]
-    fn within(&self, span: &Span, steps: f32) -> Option<[f32; 2]> {
-        let Some((normal, distance)) = span.wall() else { return Some([0.0, 1.0]) };
-        let beyond = self.ends.map(|at| normal[0] * at[0] + normal[1] * at[1] - distance);
-        if !span.is(Span::STRIP) {
-            return clip([0.0, 1.0], beyond);
-        }
-        let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;
-        let within = clip([0.0, 1.0], beyond.map(|beyond| beyond - half))?;
-        clip(within, beyond.map(|beyond| -beyond - half))
-    }
-
-    /// Which way the front of a span looks that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
-    /// lit as the upper end, sides of a voxel.
-    #[inline]
-    fn front(&self, span: &Span, share: f32, at: [f32; 2]) -> (Facet, f32) {
-        if share > 0.0 {
-            return (Facet::Side(span.facing), 0.0);
-        }
-        if span.cut == Span::ROUND {
-            return (Facet::Side(span.facing), SEAM);
-        }
-        if let Some((normal, distance)) = span.wall()
-            && distance - normal[0] * at[0] - normal[1] * at[1] < SEAM
-        {
-            return (Facet::Side(span.facing), SEAM);
-        }
-        // Of the voxel's sides the one that the plane enters through.
-        let facing = if at[0].abs() >= at[1].abs() {
-            if at[0] > 0.0 { 0 } else { 128 }
-        } else if at[1] > 0.0 {
-            64
-        } else {
-            192
-        };
-        (Facet::Side(facing), SEAM)
-    }
-}
-
-/// What of a range of shares lies where `beyond`, linear from share 0 to 1, is not positive.
-#[inline]
-fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
-    if first <= 0.0 && last <= 0.0 {
-        return Some([from, to]);
-    }
-    if first > 0.0 && last > 0.0 {
-        return None;
-    }
-    let crossing = first / (first - last);
-    let clipped = if first > 0.0 { [from.max(crossing), to] } else { [from, to.min(crossing)] };
-    (clipped[0] < clipped[1]).then_some(clipped)
 }

@@ -1,0 +1,198 @@
+//! Voxels of a block: their colours and materials, and the surface of what stands on them.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+
+use super::{Bare, Ground, Made, PageMaker, Project};
+use crate::colour::{linear_from_srgb8, srgb8_from_linear};
+use crate::error::Result;
+use crate::modeling::cloud;
+use crate::modeling::groves::{Placed, covered};
+use crate::modeling::land_cover::{self, Cover};
+use crate::modeling::standing::{Built, DENSE};
+use crate::modeling::tint::mix;
+use crate::modeling::warp::{self, Rect};
+use crate::voxel::{Attributes, HeightCode, Material, Span, VoxelBlock};
+
+impl PageMaker<'_> {
+    /// Voxels over `rect` with their colours from imagery, materials, palette and textures; what stands there gets colours from imagery if it has none.
+    pub(super) fn draped(
+        &mut self,
+        rect: Rect,
+        (around, ground): (Rect, &Ground),
+        built: Option<&mut Built>,
+    ) -> Result<VoxelBlock> {
+        let pigments = self.drape.pigments(rect)?;
+        let covers = self.cover.over(rect, self.level.level)?;
+        if let Some(built) = built {
+            cloud::drape(&mut built.solids[built.uncoloured.clone()], |index| {
+                let pigment = &pigments[within(rect, around, index)?];
+                let colour = pigment.linear.map(|linear| srgb8_from_linear(linear / pigment.alpha));
+                (pigment.alpha >= 0.5).then_some(colour)
+            });
+        }
+        let mut voxels = VoxelBlock {
+            x: rect.x0..rect.x1,
+            y: rect.y0..rect.y1,
+            heights: Vec::with_capacity(rect.len()),
+            colours: Vec::with_capacity(rect.len()),
+            attributes: Vec::with_capacity(rect.len()),
+        };
+        for (voxel, (pigment, mapped)) in pigments.iter().zip(&covers).enumerate() {
+            let (x, y) = rect.voxel(voxel);
+            let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let cover = &self.stated(mapped, at_world.into());
+            let at = ground.surface.rect.index(x, y);
+            let code = self.project.code.encode(ground.surface.heights[at]);
+            let bare = 1.0 - pigment.alpha;
+            let tint = if bare > 0.0 { self.tint(ground, x, y) } else { [0.0; 3] };
+            let side = self.level.grid.spacing;
+            let is_known = cover.material > 0 && code != HeightCode::EMPTY;
+            let ground_linear = match &self.project.synthetic.palette {
+                None if is_known => land_cover::varied(cover, tint, at_world.into(), side),
+                _ => tint,
+            };
+            let mut linear: [f32; 3] =
+                std::array::from_fn(|channel| pigment.linear[channel] + bare * ground_linear[channel]);
+            let material = if is_known { cover.material } else { 0 };
+            let share = pigment.alpha * self.project.materials.tint(Material::of_code(material));
+            if share > 0.0 {
+                linear = mix(linear, cover.linear, share);
+            }
+            let linear = self.project.synthetic.textured(linear, pigment.alpha, at_world.into(), side);
+            voxels.heights.push(code);
+            voxels.colours.push(linear.map(srgb8_from_linear));
+            let is_void = ground.voids[at] || code == HeightCode::EMPTY;
+            let flags = [(is_void, Attributes::VOID), (pigment.alpha < 0.5, Attributes::NO_IMAGERY)];
+            let flags = flags.iter().filter(|(is_set, _)| *is_set).fold(0, |flags, (_, flag)| flags | flag);
+            let source = ground.surface.source(at).unwrap_or(0);
+            voxels.attributes.push(Attributes { source, material, flags });
+        }
+        Ok(voxels)
+    }
+
+    /// The cover at a place, as shapes and textures state it over what maps show.
+    fn stated(&self, mapped: &Cover, at: DVec2) -> Cover {
+        let known = Material::of_code(mapped.material);
+        match self.project.synthetic.material(at, known) {
+            material if material == known => *mapped,
+            material => Cover::of(material.code(), self.project.materials),
+        }
+    }
+
+    /// Puts what was built over `around` on the voxels of a block, whose heights are those of its bare ground.
+    pub(super) fn put(&self, made: &mut Made, rect: Rect, (around, built): (Rect, &Built)) {
+        let Project { code, grid, .. } = self.project;
+        let inside = |index: usize| within(rect, around, index);
+        let VoxelBlock { heights, colours, attributes, .. } = &mut made.voxels;
+        for (index, paint, share) in &built.natural {
+            let Some(at) = inside(*index) else { continue };
+            let (x, y) = rect.voxel(at);
+            let place = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let own = linear_from_srgb8(self.project.materials.moved(paint.material, paint.colour));
+            let under = linear_from_srgb8(colours[at]);
+            let is_bare = attributes[at].flags & Attributes::NO_IMAGERY != 0;
+            if *share >= 0.5 {
+                attributes[at].material = paint.material.code();
+            }
+            let (over, share) = if is_bare {
+                let cover = Cover { linear: own, ..Cover::of(paint.material.code(), self.project.materials) };
+                (land_cover::varied(&cover, under, place.into(), self.level.grid.spacing), *share)
+            } else {
+                (own, *share * f64::from(self.project.materials.tint(paint.material)))
+            };
+            colours[at] = mix(under, over, share as f32).map(srgb8_from_linear);
+        }
+        for (index, paint, share) in &built.paints {
+            let Some(at) = inside(*index) else { continue };
+            let colour = self.project.materials.moved(paint.material, paint.colour);
+            let (under, over) = (linear_from_srgb8(colours[at]), linear_from_srgb8(colour));
+            let mixed = |channel: usize| under[channel] + (over[channel] - under[channel]) * *share as f32;
+            colours[at] = std::array::from_fn(|channel| srgb8_from_linear(mixed(channel)));
+            if *share >= 0.5 {
+                attributes[at].material = paint.material.code();
+            }
+        }
+        let mut spans: HashMap<usize, Vec<Span>> = HashMap::new();
+        for (index, solid) in &built.solids {
+            if let Some(at) = inside(*index)
+                && let Some(span) = solid.encode(code, grid.spacing)
+            {
+                spans.entry(at).or_default().push(span);
+            }
+        }
+        if spans.is_empty() && built.placed.is_empty() {
+            return;
+        }
+        spans.values_mut().for_each(|spans| spans.sort_by_key(|span| (span.low, span.high)));
+        let bare = Bare {
+            heights: heights.clone(),
+            colours: colours.clone(),
+            attributes: attributes.clone(),
+            spans,
+            placed: built.placed.clone(),
+        };
+        for (index, solid) in built.surfaces(around.len()).into_iter().enumerate() {
+            if let (Some(at), Some(solid)) = (inside(index), solid) {
+                heights[at] = code.encode(solid.high_m);
+                colours[at] = solid.top;
+                attributes[at].material = solid.material;
+            }
+        }
+        for placed in &built.placed {
+            self.top_off(&mut made.voxels, rect, placed);
+        }
+        made.bare = (self.level.level == 0).then_some(bare);
+    }
+
+    /// Makes an object the surface where it is the highest.
+    fn top_off(&self, voxels: &mut VoxelBlock, rect: Rect, placed: &Placed) {
+        let Some(object) = self.project.shared.get(placed.1) else { return };
+        for (at, spans) in covered(placed, object, rect) {
+            for span in spans {
+                let holds_centre = span.wall().is_none_or(|(_, distance)| distance >= 0.0);
+                let is_surface = holds_centre && !span.is(Span::STRIP) && f64::from(span.opacity()) >= DENSE;
+                if is_surface && span.high > voxels.heights[at] {
+                    voxels.heights[at] = span.high;
+                    voxels.colours[at] = span.top;
+                    voxels.attributes[at].material = span.material;
+                }
+            }
+        }
+    }
+
+    fn tint(&self, ground: &Ground, x: u32, y: u32) -> [f32; 3] {
+        let surface = &ground.surface;
+        let height = |x: u32, y: u32| surface.heights[surface.rect.index(x, y)];
+        let here = height(x, y);
+        let rect = surface.rect;
+        let (west, east) = (x.saturating_sub(1).max(rect.x0), (x + 1).min(rect.x1 - 1));
+        let (south, north) = (y.saturating_sub(1).max(rect.y0), (y + 1).min(rect.y1 - 1));
+        // At rims of the surface and of the area there is one neighbour, or none.
+        let rise = |low: f64, high: f64, steps: u32| {
+            let rise = high - low;
+            if rise.is_nan() || steps == 0 {
+                0.0
+            } else {
+                rise / (f64::from(steps) * self.level.grid.spacing)
+            }
+        };
+        let slope = rise(height(west, y), height(east, y), east - west).hypot(rise(
+            height(x, south),
+            height(x, north),
+            north - south,
+        ));
+        match &self.project.synthetic.palette {
+            Some(palette) => palette.colour(here, slope),
+            None => self.project.tint.colour(here, slope),
+        }
+    }
+}
+
+/// Index in `rect` of a voxel of `around`, if it lies there.
+fn within(rect: Rect, around: Rect, index: usize) -> Option<usize> {
+    let (x, y) = around.voxel(index);
+    let is_in = (rect.x0..rect.x1).contains(&x) && (rect.y0..rect.y1).contains(&y);
+    is_in.then(|| rect.index(x, y))
+}

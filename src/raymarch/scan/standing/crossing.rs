@@ -1,0 +1,202 @@
+//! Spans of a voxel, where a plane crosses them.
+
+use super::column::{Column, Fill};
+use super::crest::Crest;
+use super::{Facet, FacetLight, Ladder, Metric};
+use crate::voxel::{PageId, Span};
+
+/// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
+const SEAM: f32 = 0.04;
+
+/// Spans of a voxel that are put in order.
+const MOST_SORTED: usize = 16;
+
+/// Spans of a voxel where a plane crosses them.
+pub(super) struct Crossing<'c, 'f, L> {
+    pub page: PageId,
+    /// Column and row on the page.
+    pub voxel: [u32; 2],
+    pub metric: &'c Metric,
+    pub column: &'c mut Column,
+    pub light: &'c mut L,
+    pub ladder: &'f Ladder,
+    /// Index of the first row.
+    pub first: f32,
+    /// Metres of ground per unit of major distance; and metres of depth per voxel's side along the ground.
+    pub ground: f32,
+    pub level: f32,
+    pub floor: f32,
+    pub hidden: f32,
+    /// Major distance between the ends, units.
+    pub length: f32,
+    /// Where the plane enters and leaves the voxel: from its centre, sides of it; and inverse depths there, 1/metres.
+    pub ends: [[f32; 2]; 2],
+    pub inverse: [f32; 2],
+    /// How much higher the datum is there than the eye, with the Earth's curvature, metres.
+    pub above: f32,
+}
+
+impl<L: FacetLight> Crossing<'_, '_, L> {
+    /// Looks at the spans of the voxel.
+    pub fn look_at(&mut self, spans: &[Span], crest: &mut Crest<'_>) {
+        let Metric { scale, spacing, .. } = *self.metric;
+        let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
+        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
+        let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
+        if let [span] = spans {
+            if let Some(stretch) = self.within(span) {
+                self.meet(span, stretch, crest);
+            }
+            return;
+        }
+        let outward = spans[first..].iter().chain(spans[..first].iter().rev());
+        let mut met = [(0.0_f32, 0.0_f32, &spans[0]); MOST_SORTED];
+        let mut count = 0;
+        for span in outward {
+            let steepest = f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
+            let top = scale * f32::from(span.high) + self.above + steepest * rise_per_step;
+            if top * self.inverse[usize::from(top < 0.0)] <= self.floor {
+                continue;
+            }
+            let Some([enter, leave]) = self.within(span) else { continue };
+            if count == MOST_SORTED {
+                self.meet(span, [enter, leave], crest);
+                continue;
+            }
+            // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
+            let mut at = count;
+            while at > 0 && met[at - 1].0 > enter {
+                met[at] = met[at - 1];
+                at -= 1;
+            }
+            met[at] = (enter, leave, span);
+            count += 1;
+        }
+        for &(enter, leave, span) in &met[..count] {
+            self.meet(span, [enter, leave], crest);
+        }
+    }
+
+    /// How many rows lie below a tangent; of those that are hidden it does not matter.
+    #[inline]
+    fn row(&self, tangent: f32) -> f32 {
+        if tangent <= self.floor { self.hidden } else { self.ladder.rows_below(tangent) - self.first }
+    }
+
+    /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
+    fn meet(&mut self, span: &Span, cut: [f32; 2], crest: &mut Crest<'_>) {
+        let Metric { scale, spacing, .. } = *self.metric;
+        let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
+        // Inverse depth is not linear in the distance, but 1 / it is.
+        let inverse = cut.map(|share| match share {
+            0.0 => self.inverse[0],
+            1.0 => self.inverse[1],
+            _ => 1.0 / between(self.inverse.map(|inverse| 1.0 / inverse), share),
+        });
+        let at = cut.map(|share| [0, 1].map(|axis| between(self.ends.map(|end| end[axis]), share)));
+        let slope = span.slopes();
+        let rise = at.map(|at| (slope[0] * at[0] + slope[1] * at[1]) * spacing);
+        let top = scale * f32::from(span.high) + self.above;
+        let [top_near, top_far] = [0, 1].map(|end| (top + rise[end]) * inverse[end]);
+        let highest = top_near.max(top_far);
+        let low = scale * f32::from(span.low) + self.above;
+        let low_rise = if span.is(Span::PARALLEL) { rise } else { [0.0; 2] };
+        let lows = (span.low != Span::GROUND).then(|| [0, 1].map(|end| (low + low_rise[end]) * inverse[end]));
+        let lowest = lows.map_or(f32::NEG_INFINITY, |[near, far]| near.min(far));
+        let high_row = self.row(highest);
+        if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
+            return;
+        }
+        let crest = crest.at(inverse[0]);
+        let [low_near, low_far] = lows.unwrap_or([crest; 2]);
+        let (facet, seam) = self.front(span, cut[0], at[0]);
+        // The rim of the front that is lit as the upper end is.
+        let rim = top_near - seam * spacing * inverse[0];
+        let side = [low_near.max(crest), rim.max(low_near)];
+        let upper = [rim.max(low_near).max(crest), highest];
+        let lower = [low_far.max(crest), low_near];
+        let way = self.ground * self.length * (cut[1] - cut[0]);
+        for (tangents, facet, inverse) in [
+            (side, facet, [inverse[0]; 2]),
+            (upper, Facet::Top(span.slope), [inverse[0], inverse[usize::from(top_far > top_near)]]),
+            (lower, Facet::Bottom, [inverse[1], inverse[0]]),
+        ] {
+            let [low, high] = tangents;
+            if low >= high || high <= self.floor {
+                continue;
+            }
+            let high = if high >= highest { high_row } else { self.row(high) };
+            let low = self.row(low);
+            if low >= high || self.column.is_full(low, high) {
+                continue;
+            }
+            let light = self.light.light(self.page, self.voxel, span, facet);
+            let slant = 0.5 * self.level * (tangents[0] + tangents[1]);
+            let way = way * (slant * slant + 1.0).sqrt();
+            let opacity = self.metric.opacity(span, way);
+            self.column.fill([low, high], light, &Fill { opacity, inverse });
+        }
+    }
+
+    /// Shares of the way through the voxel between which the plane lies within a span's wall.
+    #[inline]
+    fn within(&self, span: &Span) -> Option<[f32; 2]> {
+        let Some((normal, distance)) = self.wall(span) else { return Some([0.0, 1.0]) };
+        let beyond = self.ends.map(|at| normal[0] * at[0] + normal[1] * at[1] - distance);
+        if !span.is(Span::STRIP) {
+            return clip([0.0, 1.0], beyond);
+        }
+        let steps = self.metric.scale / self.metric.spacing;
+        let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;
+        let within = clip([0.0, 1.0], beyond.map(|beyond| beyond - half))?;
+        clip(within, beyond.map(|beyond| -beyond - half))
+    }
+
+    /// As [`Span::wall`].
+    #[inline]
+    fn wall(&self, span: &Span) -> Option<([f32; 2], f32)> {
+        let is_whole = span.cut == Span::WHOLE || span.cut == Span::ROUND;
+        let normal = self.metric.directions[usize::from(span.facing)];
+        (!is_whole).then(|| (normal, f32::from(span.cut) / Span::CUT_STEPS))
+    }
+
+    /// Which way the front of a span looks that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
+    /// lit as the upper end, sides of a voxel.
+    #[inline]
+    fn front(&self, span: &Span, share: f32, at: [f32; 2]) -> (Facet, f32) {
+        if share > 0.0 {
+            return (Facet::Side(span.facing), 0.0);
+        }
+        if span.cut == Span::ROUND {
+            return (Facet::Side(span.facing), SEAM);
+        }
+        if let Some((normal, distance)) = self.wall(span)
+            && distance - normal[0] * at[0] - normal[1] * at[1] < SEAM
+        {
+            return (Facet::Side(span.facing), SEAM);
+        }
+        // Of the voxel's sides the one that the plane enters through.
+        let facing = if at[0].abs() >= at[1].abs() {
+            if at[0] > 0.0 { 0 } else { 128 }
+        } else if at[1] > 0.0 {
+            64
+        } else {
+            192
+        };
+        (Facet::Side(facing), SEAM)
+    }
+}
+
+/// What of a range of shares lies where `beyond`, linear from share 0 to 1, is not positive.
+#[inline]
+fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
+    if first <= 0.0 && last <= 0.0 {
+        return Some([from, to]);
+    }
+    if first > 0.0 && last > 0.0 {
+        return None;
+    }
+    let crossing = first / (first - last);
+    let clipped = if first > 0.0 { [from.max(crossing), to] } else { [from, to.min(crossing)] };
+    (clipped[0] < clipped[1]).then_some(clipped)
+}
