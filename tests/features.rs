@@ -5,9 +5,10 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3, dvec2};
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{BuildOptions, FeatureFile, build};
+use hedgehop::modeling::{BuildOptions, FeatureFile, bake_shadows, build};
 use hedgehop::progress::Silent;
 use hedgehop::raymarch::{Contact, Face, LevelBands, Marcher, SolidHit, Surface};
+use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{PageId, PageSource, Span};
 
 /// South-west corner of the area, metres of UTM zone 32, and its side.
@@ -170,6 +171,44 @@ fn trees_of_a_wood_are_stored_once_and_placed() {
     assert!((5500..7500).contains(&many.0), "{many:?}");
     assert_eq!(few.1, many.1, "what there is of trees does not depend on how many stand");
     assert!(many.1 < 80, "{many:?}");
+}
+
+#[test]
+fn shadows_are_baked_into_a_place_with_buildings_and_trees() {
+    let folder = tempfile::tempdir().unwrap();
+    let pages = area(
+        folder.path(),
+        0.0,
+        &[
+            feature(
+                "Polygon",
+                &rectangle(dvec2(200.0, 200.0), dvec2(30.0, 10.0), 0.0),
+                r#""building":"yes","height":30,"building:colour":"white""#,
+            ),
+            feature(
+                "Polygon",
+                &rectangle(dvec2(400.0, 300.0), DVec2::splat(60.0), 0.0),
+                r#""landuse":"forest""#,
+            ),
+        ],
+    );
+    // The sun is in the south: the building darkens what lies north of it.
+    let sun = Sun { azimuth: 180.0, elevation: 30.0 };
+    let ids: Vec<PageId> = pages.directory().present().map(|(id, _)| id).collect();
+    let path = folder.path().join("baked.hop");
+    bake_shadows(&pages, &ids, sun, (&path, false), 2, &Silent).unwrap();
+    let baked = PageFile::open(&path).unwrap();
+    assert_eq!(baked.verify(&Silent).unwrap().problems, []);
+    assert_eq!(baked.header().objects, pages.header().objects);
+    assert_eq!(baked.directory().present().count(), ids.len());
+    let id = PageId { level: 0, px: 0, py: 0 }.bare();
+    let [before, after] = [&pages, &baked].map(|pages| {
+        let (view, spans) = (pages.page(id).unwrap().unwrap(), pages.spans(id).unwrap().unwrap());
+        let colour = |y: u32| i32::from(view.colours[view.sample(200, y)][1]);
+        ([colour(225), colour(150)], spans.at(200, 200)[0].top)
+    });
+    assert!(after.0[0] < before.0[0] - 20, "{before:?} {after:?}");
+    assert_eq!((after.0[1], after.1), (before.0[1], before.1), "what the sun shines on stays as it is");
 }
 
 #[test]

@@ -17,7 +17,7 @@ use crate::progress::Observer;
 use crate::sunlight::{Daylight, SHADE_APRON, Shade, ShadePage, Shades, Sun};
 use crate::voxel::{
     APRON, ContentHash, EncodedPage, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback, PageSource,
-    PageView, PageWriter, StandIn, VoxelBlock, half_steps, sparse_page,
+    PageView, PageWriter, Span, SpanTable, StandIn, VoxelBlock, half_steps, sparse_page,
 };
 
 /// Bytes of shares of the sun that are kept for neighbouring pages.
@@ -48,7 +48,8 @@ pub fn bake_shadows(
         return Err(Error::Configuration(what.into()));
     }
     check_shadows(sun)?;
-    let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?;
+    let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?
+        .with_objects(Arc::clone(&header.objects));
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
     observer.begin("shadows", pages.len() as u64, "pages");
@@ -106,6 +107,10 @@ struct Lit<'s> {
 impl<'s> Oven<'s> {
     fn page(&self, id: PageId) -> Result<EncodedPage> {
         let page = self.copy(id)?;
+        if id.is_bare() {
+            let spans = self.darkened_spans(id)?;
+            return Ok(PageBuffer { colours: self.darkened(id)?, spans, ..page }.encode(id));
+        }
         let colours = if id.level == 0 {
             self.darkened(id)?
         } else {
@@ -118,6 +123,9 @@ impl<'s> Oven<'s> {
     /// The page as it is.
     fn copy(&self, id: PageId) -> Result<PageBuffer> {
         let mut page = self.lit(id)?.view.to_buffer();
+        if id.is_bare() {
+            return Ok(page);
+        }
         if let Some(bounds) = self.source.bounds(id)? {
             (page.low, page.high) = (bounds.low.to_vec(), bounds.high.to_vec());
         }
@@ -128,14 +136,37 @@ impl<'s> Oven<'s> {
         let absent = || {
             Error::Configuration(format!("{id} is not stored; take the pages of the database's directory"))
         };
-        let view = self.source.page(id)?.ok_or_else(absent)?;
-        Ok(Lit { id, view, shares: self.shades.page(self.source, id)?.ok_or_else(absent)? })
+        let view = self.source.page(self.source.ground_of(id))?.ok_or_else(absent)?;
+        let shares = self.shades.page(self.source, surface_of(id))?.ok_or_else(absent)?;
+        Ok(Lit { id, view, shares })
+    }
+
+    /// What stands on a page of bare ground, in the light that comes to the highest of each voxel. Objects that are placed stay as they are.
+    fn darkened_spans(&self, id: PageId) -> Result<SpanTable> {
+        let Some(spans) = self.source.spans(id)? else { return Ok(SpanTable::default()) };
+        let lit = self.lit(id)?;
+        let header = self.source.header();
+        let (size, rise) =
+            ((lit.view.width, lit.view.height), SpanTable::rise(header.heights, header.grid.spacing));
+        let table = SpanTable::new(size, rise, |x, y, all| {
+            let share = lit.shares.at([x, y].map(|at| (at + SHADE_APRON) as usize));
+            let left = self.daylight.on(Vec3::Z, share) / self.daylight.on(Vec3::Z, 1.0);
+            let dark = |colour: [u8; 3]| {
+                (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)
+            };
+            let own = spans.at(x, y).iter();
+            all.extend(own.map(|span| Span { top: dark(span.top), side: dark(span.side), ..*span }));
+        });
+        let mut placements = spans.placements().to_vec();
+        placements.sort_unstable();
+        placements.dedup();
+        Ok(table.with_objects(size, &header.objects, &placements))
     }
 
     /// Colours of a page and around it, each as the page says to which it belongs.
     fn darkened(&self, id: PageId) -> Result<Vec<[u8; 3]>> {
         let own = self.lit(id)?;
-        let (nx, ny) = self.source.header().grid.dims(id.level);
+        let (nx, ny) = self.source.header().grid.dims(surface_of(id).level);
         let place = |page: u32, at: u32, count: u32| {
             let post = (page * PAGE_SIDE + at).saturating_sub(APRON).min(count - 1);
             (post / PAGE_SIDE, post % PAGE_SIDE)
@@ -150,7 +181,7 @@ impl<'s> Oven<'s> {
                     colours.push(self.colour(&own, [column, row].map(|post| post + APRON)));
                     continue;
                 }
-                if beside.iter().all(|lit| lit.id != owner) && self.source.has(owner) {
+                if beside.iter().all(|lit| lit.id != owner) && self.source.has(surface_of(owner)) {
                     beside.push(self.lit(owner)?);
                 }
                 colours.push(match beside.iter().find(|lit| lit.id == owner) {
@@ -173,7 +204,8 @@ impl<'s> Oven<'s> {
             return colour;
         }
         let header = self.source.header();
-        let half_step = 0.5 * header.heights.scale / header.grid.side(id.level);
+        let level = surface_of(*id).level;
+        let half_step = 0.5 * header.heights.scale / header.grid.side(level);
         let code = |x: u32, y: u32| view.heights[(y.min(height - 1) * width + x.min(width - 1)) as usize];
         let here = code(x, y);
         // Where the area ends the apron repeats its last post: half the way, so twice the slope.
@@ -182,13 +214,18 @@ impl<'s> Oven<'s> {
             let is_last = post <= APRON || post + 1 >= count + APRON;
             f64::from(half_steps(here, behind, ahead) << i32::from(is_last)) * half_step
         };
-        let (nx, ny) = header.grid.dims(id.level);
+        let (nx, ny) = header.grid.dims(level);
         let eastward = slope(code(x.saturating_sub(1), y), code(x + 1, y), (id.px, x, nx));
         let northward = slope(code(x, y.saturating_sub(1)), code(x, y + 1), (id.py, y, ny));
         let normal = Vec3::new(-eastward as f32, -northward as f32, 1.0).normalize();
         let left = self.daylight.on(normal, share) / self.daylight.on(normal, 1.0);
         (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)
     }
+}
+
+/// The page of the surface over bare ground; of others themselves.
+fn surface_of(id: PageId) -> PageId {
+    if id.is_bare() { PageId { level: 0, ..id } } else { id }
 }
 
 /// Stands in for finer pages that are not stored: the coarse page itself, darkened.
