@@ -44,6 +44,24 @@ impl Drape<'_> {
         Ok(pigments)
     }
 
+    /// Colours over `rect` where voxels are opaque pixels of the first image there: what [`Self::pigments`] come to as well.
+    pub fn pixels(&mut self, rect: Rect) -> Result<Option<Vec<[u8; 3]>>> {
+        let grid = self.level.grid;
+        let Some(source) = self.sources.iter().find(|source| rect.meets(&source.reach, &grid)) else {
+            return Ok(None);
+        };
+        let pixels = source.placement.pixels(&grid, rect);
+        let window = pixels.and_then(|pixels| pixels.window(rect, source.samples.size(), 0));
+        let Some(window) = window.filter(|_| rect.len() * size_of::<[u8; 4]>() <= self.window_bytes) else {
+            return Ok(None);
+        };
+        source.samples.read(window, &mut self.window)?;
+        let is_opaque = self.window.iter().all(|[.., alpha]| *alpha == u8::MAX);
+        Ok(is_opaque.then(|| {
+            warp::northward(rect, &self.window).map(|[red, green, blue, _]| [red, green, blue]).collect()
+        }))
+    }
+
     fn add(&mut self, source: &ImageryInput, band: Rect, blends: &mut [Blend]) -> Result<()> {
         if !band.meets(&source.reach, &self.level.grid) {
             return Ok(());

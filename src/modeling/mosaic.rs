@@ -95,6 +95,41 @@ impl Accumulate<f64> for Layer {
 impl Mosaic<'_> {
     /// The surface over `rect`, with its voids.
     pub fn surface(&mut self, rect: Rect) -> Result<Surface> {
+        match self.copied(rect)? {
+            Some(surface) => Ok(surface),
+            None => self.merged(rect),
+        }
+    }
+
+    /// The surface where voxels are pixels of one raster, of which none is missing, and to which no other one has anything to add: what [`Self::merged`] comes to
+    /// as well.
+    fn copied(&mut self, rect: Rect) -> Result<Option<Surface>> {
+        let grid = self.level.grid;
+        let mut near = (0_u16..).zip(self.sources).filter(|(_, source)| rect.meets(&source.reach, &grid));
+        let Some((index, source)) = near.next() else { return Ok(None) };
+        let is_plain = self.shape(source) == Shape::Tent && self.refinement(index).is_none();
+        // Where another one lies below, this one fades out towards its edge.
+        let margin = if near.next().is_some() { FEATHER as u32 } else { 0 };
+        let pixels = source.placement.pixels(&grid, rect).filter(|_| is_plain);
+        let window = pixels.and_then(|pixels| pixels.window(rect, source.samples.size(), margin));
+        let Some(window) = window.filter(|_| rect.len() * size_of::<f64>() <= self.window_bytes) else {
+            return Ok(None);
+        };
+        source.samples.read(window, &mut self.window)?;
+        if self.window.iter().any(|height| height.is_nan()) {
+            return Ok(None);
+        }
+        let mut heights: Vec<f64> = warp::northward(rect, &self.window).collect();
+        if !source.shift.is_zero() {
+            for (voxel, height) in heights.iter_mut().enumerate() {
+                *height += source.shift.at(self.level.units(rect.voxel(voxel)));
+            }
+        }
+        Ok(Some(Surface { rect, sources: vec![index; heights.len()], heights }))
+    }
+
+    /// The surface over `rect` from all rasters.
+    fn merged(&mut self, rect: Rect) -> Result<Surface> {
         let (mut heights, mut sources) = (Vec::with_capacity(rect.len()), Vec::with_capacity(rect.len()));
         for band in rect.bands() {
             let layers = self.layers(band)?;

@@ -282,9 +282,14 @@ impl<'a> PageMaker<'a> {
         if let Some(built) = &built {
             ground.surface.heights.clone_from(&built.ground);
         }
-        let voxels = self.draped(rect, (around, &ground), built.as_mut())?;
-        let own = (0..rect.len()).map(|voxel| rect.voxel(voxel));
-        let voids = own.map(|(x, y)| ground.voids[ground.surface.rect.index(x, y)]);
+        let voxels = match self.copied(rect, &ground, built.is_some())? {
+            Some(voxels) => voxels,
+            None => self.draped(rect, (around, &ground), built.as_mut())?,
+        };
+        let voids = rect.rows().flat_map(|y| {
+            let first = ground.surface.rect.index(rect.x0, y);
+            ground.voids[first..first + rect.width()].iter().copied()
+        });
         let mut made = Made { voids: voids.collect(), voxels, bare: None };
         for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
             let colour = self.project.materials.moved(Material::Water, colour);

@@ -52,6 +52,11 @@ impl Shift {
         Ok(Self::Lattice { count: (cells_x + 1, cells_y + 1), step, nodes })
     }
 
+    /// Whether there is nothing to add anywhere.
+    pub fn is_zero(&self) -> bool {
+        matches!(self, Self::Zero)
+    }
+
     /// At a position in units from the area's south-west corner, metres.
     pub fn at(&self, (x, y): (f64, f64)) -> f64 {
         let Self::Lattice { count, step, nodes } = self else { return 0.0 };

@@ -10,7 +10,7 @@
 //! This is how GDAL's warper and most others save transforms (its "approximating transformer" works on
 //! scan lines). Cells hang on the grid, so that a voxel's position does not depend on the page that asks.
 
-use super::raster::GeoTransform;
+use super::raster::{GeoTransform, Window};
 use crate::geo::Transform;
 use crate::voxel::Grid;
 
@@ -18,6 +18,8 @@ use crate::voxel::Grid;
 pub(super) const TOLERANCE: f64 = 0.05;
 /// Voxels along a cell of the lattice; a power of two.
 const CELL: i64 = 16;
+/// How far a position that is a pixel's centre but for rounding may lie from it, in pixels.
+const ROUNDING: f64 = 1.0e-6;
 
 /// A level's voxels as a grid of their own.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +58,10 @@ impl Rect {
     }
     pub fn len(&self) -> usize {
         self.width() * self.height()
+    }
+    /// Its rows.
+    pub fn rows(&self) -> std::ops::Range<u32> {
+        self.y0..self.y1
     }
     /// Row-major index of voxel (x, y), which must lie within.
     pub fn index(&self, x: u32, y: u32) -> usize {
@@ -131,12 +137,61 @@ impl Placement {
             None => (x, y),
         };
         let (column, row) = apply(&self.pixel_from_source, x, y);
-        (column.is_finite() && row.is_finite()).then_some((column - 0.5, row - 0.5))
+        let place = |at: f64| {
+            let (at, whole) = (at - 0.5, (at - 0.5).round());
+            if self.is_affine() && (at - whole).abs() < ROUNDING { whole } else { at }
+        };
+        (column.is_finite() && row.is_finite()).then_some((place(column), place(row)))
+    }
+
+    /// The pixels that the voxels of a block are, if each of them is one but for rounding: rows of pixels run southward. They may lie
+    /// beside a raster.
+    pub fn pixels(&self, grid: &Grid, rect: Rect) -> Option<PixelBlock> {
+        let c = &self.pixel_from_source;
+        let (across, down) = (c[1] * grid.spacing, -c[5] * grid.spacing);
+        // Far from the first voxel as well.
+        let voxels = f64::from(grid.nx.max(grid.ny));
+        let is_one = |scale: f64| ((scale - 1.0) * voxels).abs() < ROUNDING;
+        if !(self.is_affine() && c[2] == 0.0 && c[4] == 0.0 && is_one(across) && is_one(down)) {
+            return None;
+        }
+        let (x, y) = world(grid, f64::from(rect.x0) + 0.5, f64::from(rect.y1) - 0.5);
+        let (column, row) = self.pixel_from_world(x, y)?;
+        let is_whole = column.fract() == 0.0 && row.fract() == 0.0;
+        is_whole.then_some(PixelBlock { column: column as i64, row: row as i64 })
     }
 
     fn is_affine(&self) -> bool {
         self.source_from_world.is_none()
     }
+}
+
+/// Pixels that are the voxels of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct PixelBlock {
+    /// Column and row of the north-west voxel's.
+    pub column: i64,
+    pub row: i64,
+}
+
+impl PixelBlock {
+    /// Where they are in a raster of `size` pixels; `None` unless all of them, and `margin` around, lie within.
+    pub fn window(&self, rect: Rect, size: (u32, u32), margin: u32) -> Option<Window> {
+        let start = |first: i64, count: usize, size: u32| {
+            let margin = i64::from(margin);
+            let fits = first >= margin && first + count as i64 + margin <= i64::from(size);
+            fits.then_some(first as u32)
+        };
+        let (width, height) = (rect.width() as u32, rect.height() as u32);
+        let x = start(self.column, rect.width(), size.0)?;
+        let y = start(self.row, rect.height(), size.1)?;
+        Some(Window { x, y, width, height })
+    }
+}
+
+/// Samples of a block's voxels, row-major northward, from those of its pixels, rows southward.
+pub(super) fn northward<T: Copy>(rect: Rect, samples: &[T]) -> impl Iterator<Item = T> + '_ {
+    samples.chunks_exact(rect.width().max(1)).rev().flatten().copied()
 }
 
 /// Applies a geotransform (or the inverse of one).

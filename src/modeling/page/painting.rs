@@ -16,6 +16,35 @@ use crate::modeling::warp::{self, Rect};
 use crate::voxel::{Attributes, HeightCode, Material, Span, VoxelBlock};
 
 impl PageMaker<'_> {
+    /// Voxels over `rect` where their colours are those of pixels as they stand: what [`Self::draped`] comes to as well.
+    pub(super) fn copied(
+        &mut self,
+        rect: Rect,
+        ground: &Ground,
+        is_built: bool,
+    ) -> Result<Option<VoxelBlock>> {
+        let Project { standees, synthetic, land_cover, .. } = self.project;
+        let has_own_colours = is_built && standees.is_some() || !synthetic.textures.is_empty();
+        if has_own_colours || !land_cover.is_empty() || synthetic.states_materials() {
+            return Ok(None);
+        }
+        let Some(colours) = self.drape.pixels(rect)? else { return Ok(None) };
+        let surface = &ground.surface;
+        let mut heights = Vec::with_capacity(rect.len());
+        let mut attributes = Vec::with_capacity(rect.len());
+        for y in rect.rows() {
+            let first = surface.rect.index(rect.x0, y);
+            for at in first..first + rect.width() {
+                let code = self.project.code.encode(surface.heights[at]);
+                let is_void = ground.voids[at] || code == HeightCode::EMPTY;
+                let flags = if is_void { Attributes::VOID } else { 0 };
+                heights.push(code);
+                attributes.push(Attributes { source: surface.source(at).unwrap_or(0), material: 0, flags });
+            }
+        }
+        Ok(Some(VoxelBlock { x: rect.x0..rect.x1, y: rect.y0..rect.y1, heights, colours, attributes }))
+    }
+
     /// Voxels over `rect` with their colours from imagery, materials, palette and textures; what stands there gets colours from imagery if it has none.
     pub(super) fn draped(
         &mut self,

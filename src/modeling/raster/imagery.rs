@@ -76,7 +76,16 @@ impl ImageryRaster {
         let mut samples = Vec::new();
         self.raster.read(window, &self.bands, &mut samples)?;
         pixels.clear();
-        pixels.extend(samples.chunks_exact(self.bands.len()).map(|pixel| self.pixel(pixel)));
+        // Most images are three bands of bytes that are what they say.
+        let is_plain = self.info().sample == SampleType::U8 && !self.white_is_zero && self.nodata.is_none();
+        if is_plain && self.colours == 3 && self.bands.len() == 3 {
+            pixels.extend(samples.chunks_exact(3).map(|pixel| {
+                let byte = |index: usize| pixel[index] as u8;
+                [byte(0), byte(1), byte(2), u8::MAX]
+            }));
+        } else {
+            pixels.extend(samples.chunks_exact(self.bands.len()).map(|pixel| self.pixel(pixel)));
+        }
         Ok(())
     }
 

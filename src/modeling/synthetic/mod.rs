@@ -102,6 +102,11 @@ impl Synthetic {
         .collect()
     }
 
+    /// Whether shapes state what the ground is made of.
+    pub(super) fn states_materials(&self) -> bool {
+        !self.materials.is_empty()
+    }
+
     /// Material of the ground at a place that shapes and textures state, over what else is `known` of it.
     pub(super) fn material(&self, at: DVec2, known: Material) -> Material {
         let mut material = known;
