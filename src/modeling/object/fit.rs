@@ -1,7 +1,7 @@
 //! Stretches of rays over a voxel, as few solids.
 //!
 //! ```text
-//! layers:  stretches that overlap; a layer is split where the upper or the lower ends of its rays leave a gap
+//! layers:  stretches that overlap; a layer is split where the upper or the lower ends of its rays leave a gap and lie on no plane
 //! a layer: upper end = the plane with the least squares of distances; lower end = the ground, the same plane, or level
 //!          covered places → the whole voxel | a half-plane, of a direction that steep faces have | a strip | what is narrow: as dense as
 //!          the mean width of its outline, which is its length by π (Cauchy 1832)
@@ -19,6 +19,8 @@ use crate::modeling::features::{Solid, Wall};
 
 /// Gap of heights at which a layer is split, and rise of a sheet's places over its plane that is foliage, in voxels.
 const STEP: f64 = 0.25;
+/// What a plane through ends leaves of the widest gap between them, as a share, if they lie on a slope: at a step it leaves a quarter.
+const SLOPED: f64 = 0.2;
 /// Height above the foot up to which a solid stands on the ground, in voxels.
 const STANDS: f64 = 0.25;
 /// Layers of one voxel.
@@ -81,8 +83,11 @@ impl Over<'_> {
         while let Some(layer) = waiting.pop() {
             let room = layers.len() + waiting.len() + 2 <= MOST_LAYERS;
             let ends: [fn(&Stretch) -> f64; 2] = [|stretch| stretch.high, |stretch| stretch.low];
-            let parts =
-                ends.into_iter().filter(|_| room).find_map(|end| split(&layer, end, STEP * self.spacing));
+            let parts = ends.into_iter().filter(|_| room).find_map(|end| {
+                let (gap, parts) = split(&layer, end, STEP * self.spacing)?;
+                // Ends of neighbouring rays on a steep slope lie far apart, too.
+                (self.plane(&layer, end).rest > SLOPED * gap).then_some(parts)
+            });
             match parts {
                 Some(parts) => waiting.extend(parts),
                 None => layers.push(layer),
@@ -346,14 +351,14 @@ fn overlapping(mut stretches: Vec<Stretch>, gap: f64) -> Vec<Vec<Stretch>> {
     layers.into_iter().map(|(_, layer)| layer).collect()
 }
 
-/// The parts of a layer below and above the widest gap of its ends, if that is wider than `least`.
-fn split(layer: &[Stretch], end: fn(&Stretch) -> f64, least: f64) -> Option<[Vec<Stretch>; 2]> {
+/// The widest gap of a layer's ends, if that is wider than `least`, and the parts below and above it.
+fn split(layer: &[Stretch], end: fn(&Stretch) -> f64, least: f64) -> Option<(f64, [Vec<Stretch>; 2])> {
     let mut ends: Vec<f64> = layer.iter().map(end).collect();
     ends.sort_by(f64::total_cmp);
     let gaps = ends.windows(2).map(|pair| (pair[1] - pair[0], 0.5 * (pair[0] + pair[1])));
     let (gap, middle) = gaps.max_by(|a, b| a.0.total_cmp(&b.0))?;
     (gap > least).then(|| {
         let (below, above) = layer.iter().partition(|stretch| end(stretch) < middle);
-        [below, above]
+        (gap, [below, above])
     })
 }
