@@ -19,8 +19,8 @@ pub struct LevelBands {
 }
 
 /// Pixels that a voxel fills where the surface takes the place of bare ground and what stands on it: there its walls, which are
-/// as wide as a voxel, are still as wide as two pixels at most, and a pixel's footprint lies within the finest level.
-const BARE_PIXELS: f64 = 2.0;
+/// as wide as a voxel, are still as wide as two or three pixels at most, and a pixel's footprint lies within the finest level.
+const BARE_PIXELS: f64 = 2.5;
 
 impl LevelBands {
     /// Bands of the levels `0..level_count` for pixels of `pixel_angle` radians (> 0), seen from
