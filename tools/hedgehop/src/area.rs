@@ -220,6 +220,11 @@ pub fn stored(header: &Header, directory: &Directory) -> String {
             "            bare ground: {pages} pages, {all:.1} MB, of which {spans:.1} MB are what stands on it"
         );
     }
+    let objects = header.objects.len();
+    if objects > 0 {
+        let kilobytes = header.objects.to_bytes().len() as f64 / 1e3;
+        let _ = writeln!(text, "            objects that are placed: {objects}, {kilobytes:.1} kB");
+    }
     text
 }
 
@@ -239,6 +244,7 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
         "height_range_m": [header.height_range.0, header.height_range.1],
         "height_step_m": header.heights.scale,
         "levels": sides(header),
+        "placed_objects": header.objects.len(),
         "stored": shares(header, directory)
             .iter()
             .zip(sides(header))
