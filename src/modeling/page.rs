@@ -20,7 +20,7 @@ use super::drape::Drape;
 use super::features::Solid;
 use super::fill;
 use super::groves::{Placed, covered, on_page};
-use super::land_cover::{CoverInput, Sampler};
+use super::land_cover::{Cover, CoverInput, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
 use super::object::Objects;
@@ -241,6 +241,14 @@ impl<'a> PageMaker<'a> {
         let wide = rect.grown(margin, &self.level.grid);
         let natural = self.ground(wide)?.surface.heights;
         let mut changed = vec![false; wide.len()];
+        if objects.avoid_features() {
+            let covers = self.cover.over(wide, self.level.level)?;
+            let is_water = |cover: &Cover| cover.material == Material::Water.code();
+            changed.iter_mut().zip(&covers).for_each(|(changed, cover)| *changed |= is_water(cover));
+            for (index, ..) in self.project.synthetic.water(&self.level, wide) {
+                changed[index] = true;
+            }
+        }
         if objects.avoid_features()
             && let Some(built) = self.features(wide)?
         {

@@ -73,12 +73,13 @@ impl BuiltIn {
             }
             .faces()
         };
+        // Trunks end below crowns: else crowns would have the colours of bark above them.
         let faces = match self {
             Self::Broadleaf => {
                 let outline = ball(3.7, 2.6, 12.0, 0.85);
                 let crown =
                     Turned { outline: &outline, rough: 0.2, colours: [[50, 68, 34], [92, 112, 54]], seed: 1 };
-                [trunk(0.28, 5.0), crown.faces()].concat()
+                [trunk(0.28, 2.5), crown.faces()].concat()
             }
             Self::Conifer => {
                 // No tier overhangs the next: at coarse voxels that would be slits.
@@ -92,7 +93,7 @@ impl BuiltIn {
                 outline.push([0.0, 16.0]);
                 let crown =
                     Turned { outline: &outline, rough: 0.16, colours: [[32, 48, 32], [62, 84, 52]], seed: 2 };
-                [trunk(0.25, 3.0), crown.faces()].concat()
+                [trunk(0.25, 1.5), crown.faces()].concat()
             }
             Self::Shrub => {
                 let outline = ball(1.3, 0.0, 2.0, 1.0);

@@ -72,11 +72,22 @@ pub fn is_own_work(output: &Path) -> bool {
     whole.is_some() && whole == EarlierFile::open(output).and_then(|file| file.content_hash())
 }
 
-/// Forgets the steps of builds of `output`, so that the next one makes all of it.
+/// Forgets the steps of builds of `output`, so that the next one makes all of it; but not that it is [own work](is_own_work).
 pub fn forget_steps(output: &Path) {
+    let path = beside(output);
+    let whole = Known::read(&path).whole;
     // What is not there need not be forgotten.
-    let _ = fs::remove_file(beside(output));
+    let _ = fs::remove_file(&path);
     parts(output).iter().for_each(|part| forget(part));
+    let mut log = Log::default();
+    if let Some(identity) = whole
+        && log.begin(&path).is_ok()
+    {
+        log.whole(identity);
+        // Without it the next build asks for --overwrite.
+        let _ = log.write();
+        log.keep();
+    }
 }
 
 /// The log of a file.

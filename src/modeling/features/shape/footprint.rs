@@ -37,6 +37,8 @@ pub(in crate::modeling) struct Cover {
     pub wall: Wall,
 }
 
+/// Steps of shares: far above what rounding takes, which depends on where places are counted from.
+const SHARES: f64 = (1 << 20) as f64;
 /// Shares below this are nothing, and above 1 less this all: half a step of a cut.
 const LEAST: f64 = 1.0 / 256.0;
 /// Edges of one voxel that are tried as walls: the longest of them.
@@ -219,7 +221,9 @@ impl Covered<'_> {
 
     /// Share and wall; `None` if next to nothing is covered.
     fn wall(&self, spacing: f64) -> Option<(f64, Wall)> {
-        let share = Self::area(self.rings).clamp(0.0, 1.0);
+        // Maps with whole metres have edges through centres of voxels: half a voxel is half of one, whichever page asks.
+        let share = (Self::area(self.rings) * SHARES).round() / SHARES;
+        let share = share.clamp(0.0, 1.0);
         if share < LEAST {
             return None;
         }

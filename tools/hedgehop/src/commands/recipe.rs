@@ -75,14 +75,20 @@ pub fn run(args: &Args) -> Outcome {
         Err(mistakes) => return Err(told(path, &mistakes)),
     };
     let grid = outline.grid;
+    let options = &recipe.options;
+    let is_bare = options.features.is_empty()
+        && options.clouds.is_empty()
+        && options.objects.is_empty()
+        && options.scatters.is_empty();
     let mut text = format!(
-        "{} is sound: {} x {} voxels of {} m in {}, {:.1} MB at most, into {}\n",
+        "{} is sound: {} x {} voxels of {} m in {}, {:.1} MB at most{}, into {}\n",
         path.display(),
         grid.nx,
         grid.ny,
         grid.spacing,
         outline.crs.name(),
         outline.most_bytes as f64 / 1e6,
+        if is_bare { "" } else { " without what stands on it" },
         recipe.options.output.display()
     );
     for note in &outline.notes {
