@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::posts::{PostReader, Posts, Sheet};
 use crate::error::{Error, Result};
-use crate::voxel::{Grid, PageSource};
+use crate::voxel::{Grid, PageSource, RADIX};
 
 /// How far a corner may be from a voxel's, as a share of its side, to count as the same.
 const SAME: f64 = 1e-6;
@@ -71,9 +71,16 @@ impl MapExtent {
     /// A box in pixels of a size, from its upper left corner on.
     ///
     /// # Errors
-    /// [`Error::Configuration`]: the box lies beside the area.
+    /// [`Error::Configuration`]: the box lies beside the area, or pixels are far wider than the coarsest voxels.
     pub fn of_pixels(grid: &Grid, pixel: f64, bounds: [f64; 4]) -> Result<Self> {
         let [west, south, east, north] = within(grid, bounds)?;
+        // What a pixel needs is read at once.
+        let widest = f64::from(RADIX) * grid.side(grid.level_count() - 1);
+        if pixel > widest {
+            return Err(Error::Configuration(format!(
+                "pixels of {pixel} m are far wider than the coarsest voxels; here they may be {widest} m at most"
+            )));
+        }
         let count = |length: f64| (length / pixel - SAME).ceil().max(1.0) as u32;
         let north_west = DVec2::new(west, north);
         Ok(Self { north_west, pixel, width: count(east - west), height: count(north - south) })

@@ -28,10 +28,11 @@ enum Scales {
     Range([f64; 2]),
 }
 
-/// How a model stands, but for its size.
-fn stance(table: &mut Fields<'_, '_, '_>) -> Stance {
+/// How a model stands, but for its size; what is scattered has no heading.
+fn stance(table: &mut Fields<'_, '_, '_>, has_heading: bool) -> Stance {
     let mut angle = |key| table.number(key, f64::is_finite, "must be a number of degrees").unwrap_or(0.0);
-    let (heading_deg, pitch_deg, roll_deg) = (angle("heading_deg"), angle("pitch_deg"), angle("roll_deg"));
+    let (pitch_deg, roll_deg) = (angle("pitch_deg"), angle("roll_deg"));
+    let heading_deg = if has_heading { angle("heading_deg") } else { 0.0 };
     let is_z_up = table.take::<String>("up").and_then(|up| {
         let known = match up.get_ref().as_str() {
             "y" => Ok(false),
@@ -58,7 +59,7 @@ pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path) -> ObjectFile
         }
         places
     });
-    let mut stance = stance(&mut table);
+    let mut stance = stance(&mut table, true);
     stance.scale = table.number("scale", |scale| scale > 0.0, "must be more than 0").unwrap_or(1.0);
     let up_m = table.number("up_m", f64::is_finite, "must be a number of metres").unwrap_or(0.0);
     table.finish();
@@ -98,7 +99,7 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path) -> ScatterFi
         }
         scatter.forms = names.iter().filter_map(|name| form(&table, &span, name, folder)).collect();
     }
-    scatter.stance = Stance { heading_deg: 0.0, ..stance(&mut table) };
+    scatter.stance = stance(&mut table, false);
     scatter.area = table
         .take::<String>("area")
         .and_then(|name| file(&table, &name.span(), &folder.join(name.get_ref())));

@@ -162,9 +162,16 @@ impl Objects {
         for of_form in scatter.soups {
             let mut of_scales = Vec::with_capacity(of_form.len());
             for (soup, material) in of_form {
-                Shape::check(&soup, plan.grid.spacing)
-                    .map_err(|what| Error::Configuration(format!("a form of a scatter: {what}")))?;
                 let [low, high] = soup.corners;
+                let wide = ((high - low).truncate().max_element() / plan.grid.spacing).ceil() + 2.0;
+                // Each one of a wider form would have spans of its own.
+                if wide > f64::from(SharedObject::MOST_VOXELS) {
+                    return Err(Error::Configuration(format!(
+                        "a form of a scatter is {wide:.0} voxels wide, but {} at most can be placed many times; make `scale` smaller or \
+                         `spacing_m` of the place larger, or place it by an [[object]] table",
+                        SharedObject::MOST_VOXELS
+                    )));
+                }
                 let far = low.abs().max(high.abs());
                 self.reach = self.reach.max(far.x.max(far.y));
                 self.soups.push(soup);
