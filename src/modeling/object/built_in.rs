@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::soup::{Face, Soup};
 use crate::colour::linear_from_srgb8;
-use crate::modeling::features::{Material, mix, share};
+use crate::modeling::features::{Leaf, Material, TreeKind, mix, share};
 
 /// What can be scattered without a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,6 +60,16 @@ impl BuiltIn {
             Self::Conifer => Material::Needleleaf,
             Self::Rock => Material::Rock,
         }
+    }
+
+    /// The tree that it is, on voxels too wide for its outline: an eighth of its crown, or more.
+    pub(super) fn tree(self, scale: f64, spacing: f64) -> Option<TreeKind> {
+        let (height_m, crown_m, leaf) = match self {
+            Self::Broadleaf => (12.0 * scale, 7.4 * scale, Leaf::Broad),
+            Self::Conifer => (16.0 * scale, 6.4 * scale, Leaf::Needle),
+            Self::Shrub | Self::Rock => return None,
+        };
+        (8.0 * spacing > crown_m).then(|| TreeKind::nearest(height_m, crown_m, leaf))
     }
 
     /// Its triangles.

@@ -27,12 +27,22 @@ pub(in crate::modeling) struct OpenObject {
     pub notes: Vec<String>,
 }
 
+/// A form of a scatter at one scale.
+#[derive(Debug)]
+pub(super) struct Scaled {
+    pub soup: Soup,
+    /// What it is made of.
+    pub material: Material,
+    /// What it is, with its scale, if no file says.
+    pub built_in: Option<(BuiltIn, f64)>,
+}
+
 /// A scatter whose files were read.
 #[derive(Debug)]
 pub(in crate::modeling) struct OpenScatter {
     pub(super) file: ScatterFile,
-    /// Each form at each of its scales, and what it is made of.
-    pub(super) soups: Vec<Vec<(Soup, Material)>>,
+    /// Each form at each of its scales.
+    pub(super) forms: Vec<Vec<Scaled>>,
     pub(super) content: [u8; 32],
     pub(super) area: Option<Layer>,
     /// What of it is not shown; for messages.
@@ -81,24 +91,29 @@ pub(in crate::modeling) fn open_scatter(file: &ScatterFile) -> Result<OpenScatte
             (0..SCALES).map(|step| low + (high - low) * (step as f64 + 0.5) / SCALES as f64).collect()
         }
     };
-    let mut soups = Vec::new();
+    let mut forms = Vec::new();
     for form in &file.forms {
-        let soups_of = match form {
+        let of_form = match form {
             Form::BuiltIn(form) => {
                 hasher.update(format!("{form:?}").as_bytes());
-                scales.iter().map(|scale| Ok((BuiltIn::soup(*form, *scale), form.material()))).collect()
+                let at = |scale: &f64| {
+                    let built_in = Some((*form, *scale));
+                    Ok(Scaled { soup: form.soup(*scale), material: form.material(), built_in })
+                };
+                scales.iter().map(at).collect()
             }
             Form::File(path) => {
                 let read = model::read(path, &mut hasher)?;
                 notes.extend(named(path, &read.model));
                 let at = |scale: &f64| {
                     let stance = Stance { scale: file.stance.scale * scale, ..file.stance };
-                    Ok((soup(&[&read.model], &[path], &stance)?, Material::Unknown))
+                    let soup = soup(&[&read.model], &[path], &stance)?;
+                    Ok(Scaled { soup, material: Material::Unknown, built_in: None })
                 };
                 scales.iter().map(at).collect::<Result<Vec<_>>>()
             }
         };
-        soups.push(soups_of?);
+        forms.push(of_form?);
     }
     let options = LayerOptions { crs: file.crs.clone(), ..LayerOptions::default() };
     let area = file.area.as_ref().map(|path| features::read(path, &options)).transpose()?;
@@ -112,5 +127,5 @@ pub(in crate::modeling) fn open_scatter(file: &ScatterFile) -> Result<OpenScatte
         notes.extend(area.notes.iter().cloned());
         hasher.update(format!("{:?} {:?}", area.crs.name(), area.rows).as_bytes());
     }
-    Ok(OpenScatter { file: file.clone(), soups, content: *hasher.finalize().as_bytes(), area, notes })
+    Ok(OpenScatter { file: file.clone(), forms, content: *hasher.finalize().as_bytes(), area, notes })
 }

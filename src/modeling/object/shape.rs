@@ -5,7 +5,7 @@ use glam::{DVec2, dvec2};
 use super::fit::Over;
 use super::rays::Window;
 use super::soup::Soup;
-use crate::modeling::features::{Solid, Wall};
+use crate::modeling::features::{Solid, TreeKind, Wall};
 
 /// Voxels along a tile that is looked at at once.
 const TILE: usize = 32;
@@ -81,6 +81,22 @@ impl Shape {
         let first = [first.x as i64, first.y as i64];
         let mut shape = Self { first, columns, rows, starts: vec![0], solids: Vec::new() };
         for solids in found {
+            shape.solids.extend(solids);
+            shape.starts.push(shape.solids.len() as u32);
+        }
+        shape
+    }
+
+    /// Of a tree that stands in the middle of a voxel.
+    pub fn planted(tree: TreeKind, spacing: f64) -> Self {
+        let (side, solids) = tree.voxels(spacing);
+        let mut found: Vec<Vec<Solid>> = vec![Vec::new(); side * side];
+        solids.into_iter().for_each(|(index, solid)| found[index].push(solid));
+        let first = [-(side as i64 / 2); 2];
+        let mut shape = Self { first, columns: side, rows: side, starts: vec![0], solids: Vec::new() };
+        for mut solids in found {
+            let low = |solid: &Solid| solid.low_m.unwrap_or(f64::NEG_INFINITY);
+            solids.sort_by(|a, b| low(a).total_cmp(&low(b)));
             shape.solids.extend(solids);
             shape.starts.push(shape.solids.len() as u32);
         }

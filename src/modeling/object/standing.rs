@@ -11,7 +11,8 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, dvec2};
 
-use super::open::{OpenObject, OpenScatter};
+use super::built_in::BuiltIn;
+use super::open::{OpenObject, OpenScatter, Scaled};
 use super::options::ScatterFile;
 use super::placement::{Placement, raise};
 use super::scatter::{Scatter, Site};
@@ -48,6 +49,8 @@ struct Stock {
     material: u8,
     /// Its foot is on the ground.
     stands: bool,
+    /// What it is, with its scale, if no file says.
+    built_in: Option<(BuiltIn, f64)>,
     /// Where it stands; `None`: in the middle of voxels.
     place: Option<DVec2>,
     shapes: Vec<OnceLock<Shape>>,
@@ -112,7 +115,15 @@ impl Objects {
 
     fn stock(&mut self, soup: usize, material: Material, stands: bool, place: Option<DVec2>) -> u32 {
         let shapes = (0..LEVELS).map(|_| OnceLock::new()).collect();
-        self.stocks.push(Stock { soup, material: material.code(), stands, place, shapes, shared: None });
+        self.stocks.push(Stock {
+            soup,
+            material: material.code(),
+            stands,
+            built_in: None,
+            place,
+            shapes,
+            shared: None,
+        });
         self.stocks.len() as u32 - 1
     }
 
@@ -158,10 +169,10 @@ impl Objects {
 
     fn scatter(&mut self, scatter: OpenScatter, plan: &Plan, highest: f64) -> Result<()> {
         let file = &scatter.file;
-        let mut shapes = Vec::with_capacity(scatter.soups.len());
-        for of_form in scatter.soups {
+        let mut shapes = Vec::with_capacity(scatter.forms.len());
+        for of_form in scatter.forms {
             let mut of_scales = Vec::with_capacity(of_form.len());
-            for (soup, material) in of_form {
+            for Scaled { soup, material, built_in } in of_form {
                 let [low, high] = soup.corners;
                 let wide = ((high - low).truncate().max_element() / plan.grid.spacing).ceil() + 2.0;
                 // Each one of a wider form would have spans of its own.
@@ -176,7 +187,9 @@ impl Objects {
                 self.reach = self.reach.max(far.x.max(far.y));
                 self.soups.push(soup);
                 self.highest = self.highest.max(self.top(self.soups.len() - 1, highest, plan.grid.spacing));
-                of_scales.push(self.stock(self.soups.len() - 1, material, true, None));
+                let number = self.stock(self.soups.len() - 1, material, true, None);
+                self.stocks[number as usize].built_in = built_in;
+                of_scales.push(number);
             }
             shapes.push(of_scales);
         }
@@ -366,6 +379,9 @@ impl Objects {
         let stock = &self.stocks[number as usize];
         let make = || {
             let spacing = level.grid.spacing;
+            if let Some(tree) = stock.built_in.and_then(|(form, scale)| form.tree(scale, spacing)) {
+                return Shape::planted(tree, spacing);
+            }
             let phase = stock.place.map_or(dvec2(0.5, 0.5), |place| {
                 let local = (place - self.origin) / spacing;
                 local - local.floor()

@@ -52,6 +52,11 @@ impl TreeKind {
         }
     }
 
+    /// The kind that comes nearest to a height and a diameter of the crown, metres > 0.
+    pub fn nearest(height_m: f64, crown_m: f64, leaf: Leaf) -> Self {
+        Self::of(&Tree { height_m, crown_m, leaf, paint: crown(leaf) }, 0)
+    }
+
     /// The height that trees of about this one have, metres.
     pub(super) fn height_like(height_m: f64) -> f64 {
         ((height_m.max(0.1).log2() * HEIGHTS).round() / HEIGHTS).exp2()
