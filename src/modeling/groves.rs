@@ -22,6 +22,9 @@ pub(super) struct Groves {
 /// An object on the voxels of the area: its south-west one, and the placement without it.
 pub(super) type Placed = ([i64; 2], Placement);
 
+/// What stands on a block: solids with the index of their voxel, and objects.
+pub(super) type Raised = (Vec<(usize, Solid)>, Vec<Placed>);
+
 impl Groves {
     /// All kinds that woods among `features` have.
     pub fn of(features: &[Feature], spacing: f64) -> Self {

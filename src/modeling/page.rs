@@ -17,9 +17,8 @@ use super::census::Census;
 use super::cloud::Standees;
 use super::corridor::Stored;
 use super::drape::Drape;
-use super::features::Solid;
 use super::fill;
-use super::groves::{Placed, covered, on_page};
+use super::groves::{Placed, Raised, covered, on_page};
 use super::land_cover::{Cover, CoverInput, Sampler};
 use super::materials::Materials;
 use super::mosaic::{Mosaic, Surface};
@@ -235,7 +234,7 @@ impl<'a> PageMaker<'a> {
     }
 
     /// Solids of models over a block, and those models that are placed.
-    fn objects(&mut self, rect: Rect) -> Result<(Vec<(usize, Solid)>, Vec<Placed>)> {
+    fn objects(&mut self, rect: Rect) -> Result<Raised> {
         let Some(objects) = self.project.objects else { return Ok(Default::default()) };
         let Some(margin) = objects.margin(rect, &self.level) else { return Ok(Default::default()) };
         let wide = rect.grown(margin, &self.level.grid);

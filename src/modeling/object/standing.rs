@@ -310,7 +310,7 @@ impl Objects {
         (wide, natural): (Rect, &[f64]),
         features: &[bool],
         (level, code): (&LevelGrid, &HeightCode),
-    ) -> (Vec<(usize, Solid)>, Vec<groves::Placed>) {
+    ) -> groves::Raised {
         let placements = self.placements((wide, natural), features, level);
         let (mut own, mut placed) = (Vec::new(), Vec::new());
         for placement in placements {
