@@ -137,7 +137,7 @@ impl<'s> Oven<'s> {
             Error::Configuration(format!("{id} is not stored; take the pages of the database's directory"))
         };
         let view = self.source.page(self.source.ground_of(id))?.ok_or_else(absent)?;
-        let shares = self.shades.page(self.source, surface_of(id))?.ok_or_else(absent)?;
+        let shares = self.shades.page(self.source, id.surface())?.ok_or_else(absent)?;
         Ok(Lit { id, view, shares })
     }
 
@@ -157,16 +157,13 @@ impl<'s> Oven<'s> {
             let own = spans.at(x, y).iter();
             all.extend(own.map(|span| Span { top: dark(span.top), side: dark(span.side), ..*span }));
         });
-        let mut placements = spans.placements().to_vec();
-        placements.sort_unstable();
-        placements.dedup();
-        Ok(table.with_objects(size, &header.objects, &placements))
+        Ok(table.with_objects(size, &header.objects, spans.placements()))
     }
 
     /// Colours of a page and around it, each as the page says to which it belongs.
     fn darkened(&self, id: PageId) -> Result<Vec<[u8; 3]>> {
         let own = self.lit(id)?;
-        let (nx, ny) = self.source.header().grid.dims(surface_of(id).level);
+        let (nx, ny) = self.source.header().grid.dims(id.surface().level);
         let place = |page: u32, at: u32, count: u32| {
             let post = (page * PAGE_SIDE + at).saturating_sub(APRON).min(count - 1);
             (post / PAGE_SIDE, post % PAGE_SIDE)
@@ -181,7 +178,7 @@ impl<'s> Oven<'s> {
                     colours.push(self.colour(&own, [column, row].map(|post| post + APRON)));
                     continue;
                 }
-                if beside.iter().all(|lit| lit.id != owner) && self.source.has(surface_of(owner)) {
+                if beside.iter().all(|lit| lit.id != owner) && self.source.has(owner.surface()) {
                     beside.push(self.lit(owner)?);
                 }
                 colours.push(match beside.iter().find(|lit| lit.id == owner) {
@@ -204,7 +201,7 @@ impl<'s> Oven<'s> {
             return colour;
         }
         let header = self.source.header();
-        let level = surface_of(*id).level;
+        let level = id.surface().level;
         let half_step = 0.5 * header.heights.scale / header.grid.side(level);
         let code = |x: u32, y: u32| view.heights[(y.min(height - 1) * width + x.min(width - 1)) as usize];
         let here = code(x, y);
@@ -221,11 +218,6 @@ impl<'s> Oven<'s> {
         let left = self.daylight.on(normal, share) / self.daylight.on(normal, 1.0);
         (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)
     }
-}
-
-/// The page of the surface over bare ground; of others themselves.
-fn surface_of(id: PageId) -> PageId {
-    if id.is_bare() { PageId { level: 0, ..id } } else { id }
 }
 
 /// Stands in for finer pages that are not stored: the coarse page itself, darkened.

@@ -29,10 +29,11 @@ use super::corridor::Corridor;
 use super::inputs::{self, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
-use super::object::Objects;
+use super::object::{Objects, ScatterFile};
 use super::options::{BuildOptions, NodataFill};
 use super::page::Project;
 use super::placed::{ElevationInput, ImageryInput};
+use super::placing::Collection;
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};
 use super::standing::{self, Standing};
@@ -114,7 +115,11 @@ fn check_output(options: &BuildOptions) -> Result<()> {
         let elevation = options.elevation.iter().map(|file| &file.path).chain(clouds);
         let imagery = options.imagery.iter().map(|file| &file.path);
         let land_cover = options.land_cover.iter().map(|file| &file.path);
-        if let Some(input) = elevation.chain(imagery).chain(land_cover).find(is_output) {
+        let features = options.features.iter().map(|file| &file.path);
+        let models = options.objects.iter().flat_map(|file| &file.paths);
+        let scattered = options.scatters.iter().flat_map(ScatterFile::paths);
+        let others = features.chain(models).chain(scattered);
+        if let Some(input) = elevation.chain(imagery).chain(land_cover).chain(others).find(is_output) {
             return Err(Error::Configuration(format!(
                 "{} is an input; name another file with -o, like AREA.hop",
                 input.display()
@@ -207,7 +212,7 @@ pub(super) fn build_from(
         shared: &SharedObjects::default(),
         window_bytes: budget.window,
     };
-    let standing = if features.is_empty() {
+    let mut standing = if features.is_empty() {
         None
     } else {
         let (features, notes) = standing::place(&features, &plan)?;
@@ -228,13 +233,14 @@ pub(super) fn build_from(
     let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
     let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
     let code = HeightCode::spanning(low, high.max(tops));
-    let mut shared = standing
-        .as_ref()
-        .map_or_else(Vec::new, |standing| standing.share(&plan.grid, code, &options.materials));
-    if let Some(objects) = &mut objects {
-        objects.share(&mut shared, &plan.grid, code, &options.materials);
+    let mut collection = Collection::new(plan.grid, code, &options.materials);
+    if let Some(standing) = &mut standing {
+        standing.share(plan.grid.spacing, &mut collection);
     }
-    let shared = Arc::new(SharedObjects::new(shared));
+    if let Some(objects) = &mut objects {
+        objects.share(&plan.grid, &mut collection);
+    }
+    let shared = Arc::new(collection.into_shared());
     let (standing, objects, standees) = (standing.as_ref(), objects.as_ref(), standees.as_ref());
     let project = Project { code, standing, standees, objects, shared: &shared, ..natural };
     let page_keys = keys.as_ref().map(|keys| {

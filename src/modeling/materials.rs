@@ -90,16 +90,18 @@ impl Materials {
         std::array::from_fn(|channel| code(channel).clamp(0, 255) as u8)
     }
 
-    /// Gives solids of features and clouds their colours as they are here.
+    /// A solid in the colours that it has here.
+    pub(super) fn dressed(&self, solid: &Solid) -> Solid {
+        let material = Material::of_code(solid.material);
+        // Below a roof are walls, of which a span does not tell the material.
+        let is_roof = matches!(material, Material::RoofTiles | Material::RoofFelt);
+        let side = if is_roof { solid.side } else { self.moved(material, solid.side) };
+        Solid { top: self.moved(material, solid.top), side, ..*solid }
+    }
+
+    /// Gives solids by voxel the colours that they have here.
     pub(super) fn dress(&self, solids: &mut [(usize, Solid)]) {
-        for (_, solid) in solids {
-            let material = Material::of_code(solid.material);
-            solid.top = self.moved(material, solid.top);
-            // Below a roof are walls, of which a span does not tell the material.
-            if !matches!(material, Material::RoofTiles | Material::RoofFelt) {
-                solid.side = self.moved(material, solid.side);
-            }
-        }
+        solids.iter_mut().for_each(|(_, solid)| *solid = self.dressed(solid));
     }
 
     /// What a database records of the classes with these numbers.

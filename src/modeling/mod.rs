@@ -24,6 +24,7 @@ pub mod object;
 mod options;
 mod page;
 mod placed;
+mod placing;
 mod plan;
 mod plausible;
 mod scan;

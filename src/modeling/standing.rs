@@ -20,16 +20,16 @@ use glam::DVec2;
 use super::features::{
     self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square, Wall,
 };
-use super::groves::{Groves, Placed};
-use super::materials::Materials;
+use super::groves::Groves;
 use super::page::{PageMaker, Project};
+use super::placing::{Collection, Placed};
 use super::plan::Plan;
 use super::steps::{Extent, Key, Keyer, Steps};
 use super::warp::{LevelGrid, Rect};
 use super::workers::in_order;
 use crate::error::Result;
 use crate::progress::Observer;
-use crate::voxel::{Grid, HeightCode, PAGE_SIDE, SharedObject};
+use crate::voxel::{Grid, PAGE_SIDE};
 
 /// Least opacity of what is seen from afar as a surface.
 pub(super) const DENSE: f64 = 0.4;
@@ -106,8 +106,7 @@ impl Standing {
         };
         let keys: Vec<Key> = features.iter().filter_map(key).collect();
         let bound = features.iter().map(|_| OnceLock::new()).collect();
-        let groves = Groves::of(&features, grid.spacing);
-        let mut standing = Self { features, groves, keys, bound, ..Self::default() };
+        let mut standing = Self { features, keys, bound, ..Self::default() };
         let mut extents = Vec::with_capacity(standing.features.len());
         observer.begin("features", standing.features.len() as u64, "features");
         in_order(
@@ -134,9 +133,9 @@ impl Standing {
         Ok(standing)
     }
 
-    /// Objects that features place, for heights of this code.
-    pub fn share(&self, grid: &Grid, code: HeightCode, materials: &Materials) -> Vec<SharedObject> {
-        self.groves.share(grid, code, materials)
+    /// Adds the trees of its woods to the objects that the database places.
+    pub fn share(&mut self, spacing: f64, objects: &mut Collection<'_>) {
+        self.groves = Groves::of(&self.features, spacing, objects);
     }
 
     /// What a feature may change.

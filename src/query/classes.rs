@@ -156,7 +156,7 @@ fn add_spans<S: PageSource>(
         return Ok(());
     }
     let Some(spans) = source.spans(bare)? else { return Ok(()) };
-    let (width, height) = source.header().grid.page_size(PageId { level: 0, ..bare }).unwrap_or((0, 0));
+    let (width, height) = source.header().grid.page_size(bare.surface()).unwrap_or((0, 0));
     let (columns, rows) = (part(columns, bare.px, width), part(rows, bare.py, height));
     let header = source.header();
     let rise = SpanTable::rise(header.heights, header.grid.spacing);

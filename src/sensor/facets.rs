@@ -78,7 +78,7 @@ impl ShadedFacets<'_> {
     /// Share of the sun that the highest of a voxel has. A page that cannot be read is an error of whoever reads its heights.
     fn sun(&mut self, page: PageId, voxel: [u32; 2]) -> f32 {
         let Some(shades) = self.shades else { return 1.0 };
-        let surface = PageId { level: 0, ..page };
+        let surface = page.surface();
         if self.latest.as_ref().is_none_or(|(known, _)| *known != surface) {
             self.latest = Some((surface, shades.page(self.source, surface).ok().flatten()));
         }

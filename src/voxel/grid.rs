@@ -41,6 +41,11 @@ impl PageId {
         Self { level: BARE, ..self }
     }
 
+    /// The page of level index 0 over a page of bare ground; of others itself.
+    pub fn surface(self) -> Self {
+        if self.is_bare() { Self { level: 0, ..self } } else { self }
+    }
+
     /// Whether this is bare ground.
     pub fn is_bare(self) -> bool {
         self.level == BARE

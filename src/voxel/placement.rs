@@ -9,6 +9,8 @@
 //! (instancing; Evans & Sutherland placed a desert's bushes and trees so, Continuous Tone 5A, 1981). A turned object lies on the voxels as
 //! the others do, and its spans are spans like any.
 
+use std::ops::Neg;
+
 use super::Span;
 use super::format::{PLANE_ALIGNMENT, objects as at};
 
@@ -41,8 +43,9 @@ pub struct Placement {
     pub first: [i16; 2],
 }
 
-/// How an object is turned: bits 0 and 1 quarter turns counter-clockwise, after bit 2 mirrored it from east to west.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// One of the eight ways to lay a lattice of voxels onto itself: bits 0 and 1 are quarter turns counter-clockwise, after bit 2 mirrored it from
+/// east to west.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Symmetry(u8);
 
 impl Symmetry {
@@ -54,14 +57,40 @@ impl Symmetry {
         Self((bits & 7) as u8)
     }
 
+    /// Quarter turns counter-clockwise, 0…3.
     #[inline]
-    fn turns(self) -> u8 {
+    pub fn turns(self) -> u8 {
         self.0 & 3
     }
 
+    /// Whether east and west change places before that.
     #[inline]
-    fn is_mirrored(self) -> bool {
+    pub fn is_mirrored(self) -> bool {
         self.0 & 4 != 0
+    }
+
+    /// Where a direction, or a voxel counted from the one in the middle, goes: (east, north).
+    #[inline]
+    pub fn turn<T: Copy + Neg<Output = T>>(self, [x, y]: [T; 2]) -> [T; 2] {
+        let x = if self.is_mirrored() { -x } else { x };
+        match self.turns() {
+            0 => [x, y],
+            1 => [-y, x],
+            2 => [-x, -y],
+            _ => [y, -x],
+        }
+    }
+
+    /// Where it comes from.
+    #[inline]
+    pub fn turn_back<T: Copy + Neg<Output = T>>(self, [x, y]: [T; 2]) -> [T; 2] {
+        let [x, y] = match self.turns() {
+            0 => [x, y],
+            1 => [y, -x],
+            2 => [-x, -y],
+            _ => [-y, x],
+        };
+        [if self.is_mirrored() { -x } else { x }, y]
     }
 
     /// Voxels eastward and northward of an object of `size` when it is turned.
@@ -72,30 +101,24 @@ impl Symmetry {
 
     /// Which voxel of an object of `size` lies at a voxel of the turned one.
     #[inline]
-    fn source(self, [x, y]: [u16; 2], [width, depth]: [u16; 2]) -> [u16; 2] {
-        let [x, y] = match self.turns() {
-            0 => [x, y],
-            1 => [y, depth - 1 - x],
-            2 => [width - 1 - x, depth - 1 - y],
-            _ => [width - 1 - y, x],
-        };
-        [if self.is_mirrored() { width - 1 - x } else { x }, y]
+    fn source(self, voxel: [u16; 2], size: [u16; 2]) -> [u16; 2] {
+        let (turned, [width, depth]) = (self.size(size), size.map(i32::from));
+        // Twice the way from the middle: whole numbers.
+        let from_middle = [0, 1].map(|axis| 2 * i32::from(voxel[axis]) + 1 - i32::from(turned[axis]));
+        let [x, y] = self.turn_back(from_middle);
+        [(x + width - 1) / 2, (y + depth - 1) / 2].map(|at| at as u16)
     }
 
     /// A span of an object when it is turned.
     #[inline]
     fn turned(self, span: Span) -> Span {
-        let ([mut east, north], mut facing) = (span.slope, span.facing);
-        if self.is_mirrored() {
-            (east, facing) = (east.saturating_neg(), 128_u8.wrapping_sub(facing));
+        let facing = if self.is_mirrored() { 128_u8.wrapping_sub(span.facing) } else { span.facing };
+        let slope = self.turn(span.slope.map(i16::from));
+        Span {
+            slope: slope.map(|slope| slope.min(i8::MAX.into()) as i8),
+            facing: facing.wrapping_add(64 * self.turns()),
+            ..span
         }
-        let slope = match self.turns() {
-            0 => [east, north],
-            1 => [north.saturating_neg(), east],
-            2 => [east.saturating_neg(), north.saturating_neg()],
-            _ => [north, east.saturating_neg()],
-        };
-        Span { slope, facing: facing.wrapping_add(64 * self.turns()), ..span }
     }
 }
 

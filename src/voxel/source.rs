@@ -33,7 +33,7 @@ pub trait PageSource: Sync {
 
     /// The page that has the ground of `id`: of a page of bare ground that is absent, that of level index 0, where nothing stands.
     fn ground_of(&self, id: PageId) -> PageId {
-        if id.is_bare() && !(self.header().is_built && self.has(id)) { PageId { level: 0, ..id } } else { id }
+        if id.is_bare() && self.header().is_built && self.has(id) { id } else { id.surface() }
     }
 
     /// Whether the page is stored and was not left out as damaged; told without reading it where that can be.

@@ -100,7 +100,7 @@ impl SpanTable {
         &self.placements
     }
 
-    /// The same with objects that stand on the page of `width` × `height` voxels as well.
+    /// The same with objects that stand on the page of `width` × `height` voxels as well; each may come more than once.
     #[must_use]
     pub fn with_objects(
         mut self,
@@ -130,6 +130,8 @@ impl SpanTable {
             return self;
         }
         by_block.sort_unstable();
+        // What stands twice in one place stands there once.
+        by_block.dedup();
         let count = across as usize * height.div_ceil(BLOCK_SIDE) as usize;
         if self.blocks.is_empty() {
             (self.blocks, self.starts) = (vec![SpanBlock::default(); count], vec![0]);

@@ -202,10 +202,8 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
         let owner = PageId { level: id.level, px: column / PAGE_SIDE, py: row / PAGE_SIDE };
         if neighbour.is_none_or(|(known, _)| known != owner) {
             // Where nothing stands, bare ground is the surface.
-            let surface = PageId { level: 0, ..owner };
             let found = store.checked_page(owner).ok().flatten();
-            let found =
-                found.or_else(|| store.checked_page(surface).ok().flatten().filter(|_| owner.is_bare()));
+            let found = found.or_else(|| store.checked_page(owner.surface()).ok().flatten());
             neighbour = found.map(|view| (owner, view));
         }
         let Some((_, other)) = &neighbour else { continue };

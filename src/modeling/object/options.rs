@@ -54,6 +54,17 @@ pub struct ScatterFile {
     pub avoid: bool,
 }
 
+impl ScatterFile {
+    /// The files that it is read from.
+    pub(in crate::modeling) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        let forms = self.forms.iter().filter_map(|form| match form {
+            Form::File(path) => Some(path),
+            Form::BuiltIn(_) => None,
+        });
+        forms.chain(&self.area)
+    }
+}
+
 impl Default for ScatterFile {
     fn default() -> Self {
         Self {

@@ -3,9 +3,10 @@
 //! A shape is laid over whole voxels in one of eight ways, so that one of them serves any number of placements; what a page needs of each are
 //! these few numbers.
 
-use super::shape::{Shape, Symmetry};
+use super::shape::{Shape, laid};
 use crate::modeling::features::Solid;
 use crate::modeling::warp::Rect;
+use crate::voxel::Symmetry;
 
 /// A shape that stands somewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +36,7 @@ pub(super) fn raise<'s>(
         };
         for y in range(1, rect.y0, rect.y1) {
             for x in range(0, rect.x0, rect.x1) {
-                let from = placement.symmetry.origin_of([x - placement.voxel[0], y - placement.voxel[1]]);
+                let from = placement.symmetry.turn_back([x - placement.voxel[0], y - placement.voxel[1]]);
                 let index = rect.index(x as u32, y as u32);
                 out.extend(of.over(from).iter().map(|solid| (index, placement.lifted(solid))));
             }
@@ -47,14 +48,14 @@ impl Placement {
     /// Least and greatest voxel that it covers.
     pub fn bounds(&self, shape: &Shape) -> ([i64; 2], [i64; 2]) {
         let last = [shape.first[0] + shape.columns as i64 - 1, shape.first[1] + shape.rows as i64 - 1];
-        let [a, b] = [shape.first, last].map(|corner| self.symmetry.place_of(corner));
+        let [a, b] = [shape.first, last].map(|corner| self.symmetry.turn(corner));
         let corner = |axis: usize, choose: fn(i64, i64) -> i64| self.voxel[axis] + choose(a[axis], b[axis]);
         ([corner(0, i64::min), corner(1, i64::min)], [corner(0, i64::max), corner(1, i64::max)])
     }
 
     /// A solid of its shape where it stands.
     fn lifted(&self, solid: &Solid) -> Solid {
-        let solid = self.symmetry.solid(solid);
+        let solid = laid(self.symmetry, solid);
         let low_m = solid.low_m.map(|low| low + self.foot_m);
         Solid { low_m, high_m: solid.high_m + self.foot_m, ..solid }
     }

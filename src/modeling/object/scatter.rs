@@ -10,8 +10,8 @@
 use glam::{DVec2, dvec2};
 
 use super::placement::Placement;
-use super::shape::Symmetry;
 use crate::modeling::features::{Footprint, Square, mix, share};
+use crate::voxel::Symmetry;
 
 /// Part of a cell that a place is moved within.
 const JITTER: f64 = 0.86;
@@ -96,7 +96,7 @@ impl Scatter {
         Placement {
             shape: scales[pick(3, scales.len())],
             voxel: [site.square.first[0] + column as i64, site.square.first[1] + row as i64],
-            symmetry: Symmetry::of((chance.of(4) * 8.0) as u64),
+            symmetry: Symmetry::new((chance.of(4) * 8.0) as u64),
             foot_m: site.heights[site.square.index(column, row)],
         }
     }
@@ -195,7 +195,7 @@ mod tests {
         }
         let ways: std::collections::BTreeSet<_> = found
             .iter()
-            .map(|placement| (placement.symmetry.is_mirrored, placement.symmetry.quarters))
+            .map(|placement| (placement.symmetry.is_mirrored(), placement.symmetry.turns()))
             .collect();
         assert_eq!(ways.len(), 8);
         assert_ne!(found, placed(&Scatter { seed: 6, ..EVERYWHERE() }, [1000, 2000], 402, |_| false));

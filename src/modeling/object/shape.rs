@@ -6,6 +6,8 @@ use super::fit::Over;
 use super::rays::Window;
 use super::soup::Soup;
 use crate::modeling::features::{Solid, TreeKind, Wall};
+use crate::modeling::materials::Materials;
+use crate::voxel::{Grid, HeightCode, SharedObject, Span, SpanTable, Symmetry};
 
 /// Voxels along a tile that is looked at at once.
 const TILE: usize = 32;
@@ -15,7 +17,7 @@ const MOST_VOXELS: usize = 1 << 22;
 
 /// What a model is over voxels, its foot at height 0 at a place of voxel (0, 0).
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Shape {
+pub(in crate::modeling) struct Shape {
     /// Its south-west voxel.
     pub first: [i64; 2],
     pub columns: usize,
@@ -30,7 +32,7 @@ impl Shape {
     ///
     /// # Errors
     /// A clause: it is.
-    pub fn check(soup: &Soup, spacing: f64) -> Result<(), String> {
+    pub(super) fn check(soup: &Soup, spacing: f64) -> Result<(), String> {
         let size = (soup.corners[1] - soup.corners[0]) / spacing;
         if (size.x + 2.0) * (size.y + 2.0) <= MOST_VOXELS as f64 {
             return Ok(());
@@ -43,7 +45,7 @@ impl Shape {
 
     /// Of a model that was checked, whose foot is at `phase` from the south-west corner of voxel (0, 0), in voxels, 0…1. What `stands` has its lowest
     /// parts on the ground, wherever that is below them.
-    pub fn of(soup: &Soup, spacing: f64, phase: DVec2, (material, stands): (u8, bool)) -> Self {
+    pub(super) fn of(soup: &Soup, spacing: f64, phase: DVec2, (material, stands): (u8, bool)) -> Self {
         let [low, high] = soup.corners.map(|corner| dvec2(corner.x, corner.y) / spacing + phase);
         let (first, last) = (low.floor(), high.floor());
         let size = last - first + 1.0;
@@ -87,6 +89,25 @@ impl Shape {
         shape
     }
 
+    /// The object that a database places: its solids in the colours of the place, heights by steps from its foot. `None`: it is too wide.
+    pub fn shared(&self, grid: &Grid, code: HeightCode, materials: &Materials) -> Option<SharedObject> {
+        let most = usize::from(SharedObject::MOST_VOXELS);
+        if self.columns > most || self.rows > most {
+            return None;
+        }
+        // Code 0 is kept for the ground.
+        let above = HeightCode { offset: 0.0, ..code };
+        let size = [self.columns as u16, self.rows as u16];
+        let spans_of = |column: u16, row: u16, spans: &mut Vec<Span>| {
+            let first = spans.len();
+            let solids = self.over([self.first[0] + i64::from(column), self.first[1] + i64::from(row)]);
+            let dressed = solids.iter().map(|solid| materials.dressed(solid));
+            spans.extend(dressed.filter_map(|solid| solid.encode(&above, grid.spacing)));
+            spans[first..].sort_by_key(|span| (span.low, span.high));
+        };
+        Some(SharedObject::new(size, SpanTable::rise(code, grid.spacing), spans_of))
+    }
+
     /// Of a tree that stands in the middle of a voxel.
     pub fn planted(tree: TreeKind, spacing: f64) -> Self {
         let (side, solids) = tree.voxels(spacing);
@@ -114,69 +135,16 @@ impl Shape {
     }
 }
 
-/// One of the eight ways to lay a lattice onto itself: a mirror (east and west change places), and then quarter turns counterclockwise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Symmetry {
-    pub is_mirrored: bool,
-    /// 0…3.
-    pub quarters: u8,
-}
-
-impl Symmetry {
-    /// By the lowest three bits of a number.
-    pub fn of(number: u64) -> Self {
-        Self { is_mirrored: number & 4 != 0, quarters: (number & 3) as u8 }
-    }
-
-    /// The number that it is [of](Self::of).
-    pub fn number(self) -> u64 {
-        u64::from(self.quarters & 3) | if self.is_mirrored { 4 } else { 0 }
-    }
-
-    /// Where a voxel of the lattice comes from.
-    pub fn origin_of(self, [x, y]: [i64; 2]) -> [i64; 2] {
-        let [x, y] = match self.quarters & 3 {
-            0 => [x, y],
-            1 => [y, -x],
-            2 => [-x, -y],
-            _ => [-y, x],
-        };
-        if self.is_mirrored { [-x, y] } else { [x, y] }
-    }
-
-    /// Where a voxel of the lattice goes.
-    pub fn place_of(self, [x, y]: [i64; 2]) -> [i64; 2] {
-        let x = if self.is_mirrored { -x } else { x };
-        match self.quarters & 3 {
-            0 => [x, y],
-            1 => [-y, x],
-            2 => [-x, -y],
-            _ => [y, -x],
-        }
-    }
-
-    /// Where a direction goes.
-    fn turned(self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let x = if self.is_mirrored { -x } else { x };
-        match self.quarters & 3 {
-            0 => [x, y],
-            1 => [-y, x],
-            2 => [-x, -y],
-            _ => [y, -x],
-        }
-    }
-
-    /// A solid, laid so.
-    pub fn solid(self, solid: &Solid) -> Solid {
-        let facing = |angle: f64| {
-            let angle = if self.is_mirrored { std::f64::consts::PI - angle } else { angle };
-            angle + f64::from(self.quarters & 3) * std::f64::consts::FRAC_PI_2
-        };
-        let wall = match solid.wall {
-            Wall::Whole => Wall::Whole,
-            Wall::Plane { facing: angle, distance_m } => Wall::Plane { facing: facing(angle), distance_m },
-            Wall::Round(angle) => Wall::Round(facing(angle)),
-        };
-        Solid { slope: self.turned(solid.slope), wall, ..*solid }
-    }
+/// A solid of a shape that is laid in one of eight ways.
+pub fn laid(symmetry: Symmetry, solid: &Solid) -> Solid {
+    let facing = |angle: f64| {
+        let angle = if symmetry.is_mirrored() { std::f64::consts::PI - angle } else { angle };
+        angle + f64::from(symmetry.turns()) * std::f64::consts::FRAC_PI_2
+    };
+    let wall = match solid.wall {
+        Wall::Whole => Wall::Whole,
+        Wall::Plane { facing: angle, distance_m } => Wall::Plane { facing: facing(angle), distance_m },
+        Wall::Round(angle) => Wall::Round(facing(angle)),
+    };
+    Solid { slope: symmetry.turn(solid.slope), wall, ..*solid }
 }

@@ -16,19 +16,18 @@ use super::open::{OpenObject, OpenScatter, Scaled};
 use super::options::ScatterFile;
 use super::placement::{Placement, raise};
 use super::scatter::{Scatter, Site};
-use super::shape::{Shape, Symmetry};
+use super::shape::Shape;
 use super::soup::Soup;
 use crate::error::{Error, Result};
 use crate::geo::Transform;
-use crate::modeling::features::{Footprint, Material, Solid, Square};
-use crate::modeling::groves;
+use crate::modeling::features::{Footprint, Material, Square};
 use crate::modeling::inputs::file_name;
-use crate::modeling::materials::Materials;
 use crate::modeling::page::{PageMaker, Project};
+use crate::modeling::placing::{self, Collection, Raised};
 use crate::modeling::plan::Plan;
 use crate::modeling::steps::{Key, Keyer};
 use crate::modeling::warp::{LevelGrid, Rect};
-use crate::voxel::{self, Grid, HeightCode, SharedObject, SharedObjects};
+use crate::voxel::{self, Grid, HeightCode, SharedObject, Symmetry};
 
 /// Places of one object up to which each has a shape of its own; of more all stand in the middle of their voxels.
 const MOST_EXACT: usize = 64;
@@ -256,50 +255,24 @@ impl Objects {
         placed.map(|placed| placed.key).chain(scatters.map(|(_, key)| *key)).collect()
     }
 
-    /// Appends those that stand in the middle of voxels to the objects that the database places, as far as there is room.
-    pub fn share(
-        &mut self,
-        shared: &mut Vec<SharedObject>,
-        grid: &Grid,
-        code: HeightCode,
-        materials: &Materials,
-    ) {
+    /// Adds those that stand in the middle of voxels to the objects that the database places.
+    pub fn share(&mut self, grid: &Grid, objects: &mut Collection<'_>) {
         let level = LevelGrid::of(grid, 0);
-        let mut voxels = 0;
         for number in 0..self.stocks.len() {
-            if self.stocks[number].place.is_some() || shared.len() >= SharedObjects::MOST {
-                continue;
+            if self.stocks[number].place.is_none() {
+                self.stocks[number].shared = objects.take(self.shape(number as u32, &level));
             }
-            let shape = self.shape(number as u32, &level);
-            let [columns, rows] = [shape.columns, shape.rows];
-            voxels += columns * rows;
-            let most = usize::from(SharedObject::MOST_VOXELS);
-            if columns > most || rows > most || voxels > groves::MOST_VOXELS {
-                continue;
-            }
-            let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column as i64, row as i64]));
-            let dressed: Vec<Vec<Solid>> = all
-                .map(|at| {
-                    let over = shape.over([at[0] + shape.first[0], at[1] + shape.first[1]]);
-                    let mut solids: Vec<(usize, Solid)> = over.iter().map(|solid| (0, *solid)).collect();
-                    materials.dress(&mut solids);
-                    solids.into_iter().map(|(_, solid)| solid).collect()
-                })
-                .collect();
-            let object = groves::shared([columns as u16, rows as u16], grid, code, |x, y| {
-                &dressed[usize::from(y) * columns + usize::from(x)]
-            });
-            self.stocks[number].shared = Some(shared.len() as u16);
-            shared.push(object);
         }
     }
 
     /// A placement as the database has it, if it places the shape as an object.
-    fn shared(&self, placement: &Placement, level: &LevelGrid, code: &HeightCode) -> Option<groves::Placed> {
+    fn shared(&self, placement: &Placement, level: &LevelGrid, code: &HeightCode) -> Option<placing::Placed> {
         let number = self.stocks[placement.shape as usize].shared.filter(|_| level.level == 0)?;
         let (first, _) = placement.bounds(self.shape(placement.shape, level));
-        let symmetry = voxel::Symmetry::new(placement.symmetry.number());
-        Some((first, voxel::Placement::new(number, symmetry, [0, 0], code.encode(placement.foot_m))))
+        Some((
+            first,
+            voxel::Placement::new(number, placement.symmetry, [0, 0], code.encode(placement.foot_m)),
+        ))
     }
 
     /// Their solids over a block, with their index in it, and what is placed there as objects of the database. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
@@ -310,7 +283,7 @@ impl Objects {
         (wide, natural): (Rect, &[f64]),
         features: &[bool],
         (level, code): (&LevelGrid, &HeightCode),
-    ) -> groves::Raised {
+    ) -> Raised {
         let placements = self.placements((wide, natural), features, level);
         let (mut own, mut placed) = (Vec::new(), Vec::new());
         for placement in placements {

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, dvec2};
 
-use super::shape::{Shape, Symmetry};
+use super::shape::{Shape, laid};
 use super::soup::{Face, Soup};
 use crate::model::{Material, Texture, Wrap};
 use crate::modeling::features::{Solid, Wall};
+use crate::voxel::Symmetry;
 
 /// Triangles without a model.
 fn soup(triangles: &[[DVec3; 3]], heading_deg: f64) -> Soup {
@@ -232,24 +233,27 @@ fn eight_ways_to_lay_a_shape() {
     let phase = dvec2(0.5, 0.5);
     let shape = Shape::of(&soup(&triangles, 20.0), 1.0, phase, (0, true));
     for number in 0..8 {
-        let symmetry = Symmetry::of(number);
+        let symmetry = Symmetry::new(number);
         let moved: Vec<_> = triangles
             .iter()
             .map(|triangle| {
                 let turn = DMat3::from_rotation_z(-20.0_f64.to_radians());
-                let quarters = DMat3::from_rotation_z(f64::from(symmetry.quarters) * 0.5 * PI);
-                let mirror =
-                    DMat3::from_diagonal(DVec3::new(if symmetry.is_mirrored { -1.0 } else { 1.0 }, 1.0, 1.0));
+                let quarters = DMat3::from_rotation_z(f64::from(symmetry.turns()) * 0.5 * PI);
+                let mirror = DMat3::from_diagonal(DVec3::new(
+                    if symmetry.is_mirrored() { -1.0 } else { 1.0 },
+                    1.0,
+                    1.0,
+                ));
                 let [a, b, c] = triangle.map(|corner| quarters * mirror * turn * corner);
-                if symmetry.is_mirrored { [a, c, b] } else { [a, b, c] }
+                if symmetry.is_mirrored() { [a, c, b] } else { [a, b, c] }
             })
             .collect();
         let wanted = Shape::of(&soup(&moved, 0.0), 1.0, phase, (0, true));
         let (mut there, mut same) = (0, 0);
         for voxel in (-8..8).flat_map(|y| (-8..8).map(move |x| [x, y])) {
             let laid: Vec<Solid> =
-                shape.over(symmetry.origin_of(voxel)).iter().map(|solid| symmetry.solid(solid)).collect();
-            assert_eq!(symmetry.place_of(symmetry.origin_of(voxel)), voxel);
+                shape.over(symmetry.turn_back(voxel)).iter().map(|solid| laid(symmetry, solid)).collect();
+            assert_eq!(symmetry.turn(symmetry.turn_back(voxel)), voxel);
             let wanted = wanted.over(voxel);
             there += wanted.len();
             same += wanted

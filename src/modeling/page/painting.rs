@@ -8,8 +8,8 @@ use super::{Bare, Ground, Made, PageMaker, Project};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::Result;
 use crate::modeling::cloud;
-use crate::modeling::groves::{Placed, covered};
 use crate::modeling::land_cover::{self, Cover};
+use crate::modeling::placing::{Placed, covered};
 use crate::modeling::standing::{Built, DENSE};
 use crate::modeling::tint::mix;
 use crate::modeling::warp::{self, Rect};
@@ -137,8 +137,7 @@ impl PageMaker<'_> {
             let Some(at) = inside(*index) else { continue };
             let colour = self.project.materials.moved(paint.material, paint.colour);
             let (under, over) = (linear_from_srgb8(colours[at]), linear_from_srgb8(colour));
-            let mixed = |channel: usize| under[channel] + (over[channel] - under[channel]) * *share as f32;
-            colours[at] = std::array::from_fn(|channel| srgb8_from_linear(mixed(channel)));
+            colours[at] = mix(under, over, *share as f32).map(srgb8_from_linear);
             if *share >= 0.5 {
                 attributes[at].material = paint.material.code();
             }

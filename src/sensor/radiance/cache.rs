@@ -15,11 +15,6 @@ use crate::voxel::{Bytes, Derived, Lent, PageId, PageSource, Used};
 /// Bytes of radiance that are kept unless told otherwise.
 const DEFAULT_BUDGET: usize = 1 << 30;
 
-/// The page of which the sun is known: bare ground has that of what stands on it.
-fn of_surface(id: PageId) -> PageId {
-    if id.is_bare() { PageId { level: 0, ..id } } else { id }
-}
-
 /// What is kept under a key.
 #[derive(Debug, Clone)]
 enum Image {
@@ -108,7 +103,7 @@ impl Radiance {
 
     /// What the posts of a page see of the sun, where there are shadows.
     fn shade(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<ShadePage>>> {
-        self.shades.as_ref().map_or(Ok(None), |shades| shades.page(source, of_surface(id)))
+        self.shades.as_ref().map_or(Ok(None), |shades| shades.page(source, id.surface()))
     }
 
     /// Bytes of radiance that are kept.
@@ -124,7 +119,7 @@ impl Radiance {
 
     /// Pages that are read to light a page: itself, and with shadows those towards the sun unless it is known what they hide.
     fn reads(&self, source: &dyn PageSource, id: PageId) -> impl Iterator<Item = PageId> {
-        let seen = of_surface(id);
+        let seen = id.surface();
         let towards_sun = self.shades.iter().filter(move |shades| !shades.has(seen));
         std::iter::once(id).chain(towards_sun.flat_map(move |shades| shades.shade().supports(source, seen)))
     }

@@ -163,7 +163,6 @@ impl Column {
         }
         let first = low as usize;
         let end = (high as usize) + usize::from(high > (high as usize) as f32);
-        let opacity = fill.opacity;
         for row in first..end {
             if self.full[row / WORD] >> (row % WORD) & 1 != 0 {
                 continue;
@@ -171,10 +170,10 @@ impl Column {
             let at = row as f32;
             let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
             let inverse = inverse(at + 0.5 * (from + to));
-            if opacity >= 1.0 && self.covered[row] == 0 && to - from >= 1.0 {
+            if fill.opacity >= 1.0 && self.covered[row] == 0 && to - from >= 1.0 {
                 self.fill_whole(row, light, inverse);
             } else {
-                self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
+                self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, fill.opacity);
             }
         }
         self.extent = [self.extent[0].min(first), self.extent[1].max(end)];

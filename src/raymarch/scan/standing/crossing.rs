@@ -22,9 +22,11 @@ pub(super) struct Crossing<'c, 'f, L> {
     pub ladder: &'f Ladder,
     /// Index of the first row.
     pub first: f32,
-    /// Metres of ground per unit of major distance; and metres of depth per voxel's side along the ground.
+    /// Sides of a voxel along the ground per unit of major distance.
     pub ground: f32,
+    /// Depth per distance along the ground.
     pub level: f32,
+    /// What is hidden below by the ground or by what stands nearer: tangent, and rows from the first one.
     pub floor: f32,
     pub hidden: f32,
     /// Major distance between the ends, units.
@@ -41,14 +43,14 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
     pub fn look_at(&mut self, spans: &[Span], crest: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
-        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
-        let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
         if let [span] = spans {
             if let Some(stretch) = self.within(span) {
                 self.meet(span, stretch, crest);
             }
             return;
         }
+        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
+        let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
         let outward = spans[first..].iter().chain(spans[..first].iter().rev());
         let mut met = [(0.0_f32, 0.0_f32, &spans[0]); MOST_SORTED];
         let mut count = 0;

@@ -124,8 +124,9 @@ struct Plane<'f, 'a, L> {
     standing: Standing<'f>,
     light: &'f mut L,
     lane: usize,
-    /// Metres of depth, and of ground, per unit of major distance.
+    /// Metres of depth per unit of major distance.
     depth: f64,
+    /// Sides of a voxel along the ground per unit of major distance.
     ground: f32,
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
