@@ -84,6 +84,26 @@ fn rectangle(middle: DVec2, half: DVec2, turn: f64) -> Vec<DVec2> {
 }
 
 #[test]
+fn edges_through_the_middles_of_voxels_are_the_same_for_all_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    // Beside the edge of pages, where two of them decide about the same voxel.
+    let ring = |low: DVec2, high: DVec2| {
+        [low, dvec2(high.x, low.y), high, dvec2(low.x + 3.0, high.y), dvec2(low.x, high.y - 7.0)]
+    };
+    let lake = ring(dvec2(200.5, 180.5), dvec2(256.5, 257.5));
+    let house = ring(dvec2(255.5, 300.5), dvec2(262.5, 320.5));
+    let wood = ring(dvec2(100.5, 254.5), dvec2(190.5, 330.5));
+    let features = [
+        feature("Polygon", &lake, r#""natural":"water""#),
+        feature("Polygon", &house, r#""building":"yes","height":8"#),
+        feature("Polygon", &wood, r#""natural":"wood""#),
+    ];
+    // Sound, or it is not opened.
+    let pages = area(folder.path(), 0.02, &features);
+    assert!((top(&pages, dvec2(258.0, 310.0)).unwrap() - 106.0).abs() < 9.0);
+}
+
+#[test]
 fn houses_have_their_walls_corners_and_heights() {
     let folder = tempfile::tempdir().unwrap();
     let half = dvec2(15.0, 8.0);

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use hedgehop::memory::PageFile;
+use hedgehop::modeling::object::{BuiltIn, Form, ScatterFile};
 use hedgehop::modeling::{
     BuildOptions, ElevationFile, FeatureFile, Finish, LandCoverFile, Materials, Scheme, build,
 };
@@ -162,6 +163,31 @@ fn nodata_of_files_and_of_recipes_says_nothing() {
     );
     let told = pages.header().metadata.notes.join("; ");
     assert!(told.contains("33 (1 pixels)") && !told.contains("77"), "{told}");
+}
+
+#[test]
+fn plants_keep_to_their_ground() {
+    let folder = site();
+    let trees = |on: &[Material]| ScatterFile {
+        forms: vec![Form::BuiltIn(BuiltIn::Broadleaf)],
+        spacing_m: 12.0,
+        grounds: on.to_vec(),
+        ..ScatterFile::default()
+    };
+    let mut options = options(folder.path(), "a.hop");
+    options.scatters = vec![trees(&[Material::Grass])];
+    build(&options, &Silent).unwrap();
+    let pages = PageFile::open(&options.output).unwrap();
+    assert_eq!(pages.verify(&Silent).unwrap().problems, []);
+    let count = |left: u32, right: u32, class: &str| {
+        let places = (36..64).flat_map(|row| (left..right).map(move |column| (column, row)));
+        let at = |(column, row)| material(&pages, 8.0 * f64::from(column) + 4.0, 8.0 * f64::from(row) + 4.0);
+        places.map(at).filter(|found| found == class).count()
+    };
+    // A crown reaches into the next field, and no farther.
+    assert_eq!((count(0, 18, "broadleaf"), count(42, 64, "broadleaf")), (0, 0));
+    let trees = count(21, 39, "broadleaf");
+    assert!((100..600).contains(&trees), "{trees}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use hedgehop::modeling::{
     BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, Place, Route,
-    build, is_own_work,
+    build, forget_steps, is_own_work,
 };
 use hedgehop::progress::{Observer, Silent};
 use hedgehop::{Error, Result};
@@ -229,6 +229,17 @@ fn what_was_stopped_before_its_first_page_leaves_nothing() {
     let options = options(folder.path(), "a.hop");
     assert!(matches!(interrupted(&options, 1), Err(Error::Interrupted(_))));
     assert_eq!(left(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn what_was_to_be_made_afresh_stays_a_work_of_its_own() {
+    let folder = site();
+    let options = BuildOptions { threads: 1, ..options(folder.path(), "a.hop") };
+    updated(&options);
+    forget_steps(&options.output);
+    assert!(matches!(interrupted(&options, 20), Err(Error::Interrupted(_))));
+    assert!(is_own_work(&options.output), "so that the next build may replace it");
+    assert_eq!(updated(&BuildOptions { overwrite: false, ..options }).pages, PAGES);
 }
 
 #[test]

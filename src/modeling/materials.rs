@@ -71,6 +71,16 @@ impl Materials {
         self.said(material).and_then(|finish| finish.like).unwrap_or(material)
     }
 
+    /// Numbers of these classes, and of those that behave as one of them.
+    pub(super) fn numbers_of(&self, classes: &[Material]) -> Classes {
+        let mut numbers = Classes::default();
+        let asked = |material: Material| classes.contains(&material);
+        let all = (1..=u8::MAX).map(|number| (number, Material::of_code(number)));
+        all.filter(|(_, material)| asked(*material) || asked(self.like(*material)))
+            .for_each(|(number, _)| numbers.add(number));
+        numbers
+    }
+
     /// Its colour in linear light.
     pub(super) fn linear(&self, material: Material) -> [f32; 3] {
         linear_from_srgb8(self.colour(material))
@@ -131,13 +141,17 @@ impl Classes {
         self.0[usize::from(number / 64)] |= 1 << (number % 64);
     }
 
+    pub fn has(&self, number: u8) -> bool {
+        self.0[usize::from(number / 64)] >> (number % 64) & 1 == 1
+    }
+
     pub fn join(&mut self, other: &Self) {
         self.0.iter_mut().zip(other.0).for_each(|(word, other)| *word |= other);
     }
 
     /// Their numbers, rising.
     pub fn numbers(self) -> impl Iterator<Item = u8> {
-        (0..=u8::MAX).filter(move |number| self.0[usize::from(number / 64)] >> (number % 64) & 1 == 1)
+        (0..=u8::MAX).filter(move |number| self.has(*number))
     }
 }
 

@@ -240,17 +240,23 @@ impl<'a> PageMaker<'a> {
         let wide = rect.grown(margin, &self.level.grid);
         let natural = self.ground(wide)?.surface.heights;
         let mut changed = vec![false; wide.len()];
-        if objects.avoid_features() {
+        let mut materials = Vec::new();
+        let (avoids, asks) = (objects.avoid_features(), objects.ask_for_materials());
+        let built = if avoids || asks { self.features(wide)? } else { None };
+        if avoids || asks {
             let covers = self.cover.over(wide, self.level.level)?;
             let is_water = |cover: &Cover| cover.material == Material::Water.code();
-            changed.iter_mut().zip(&covers).for_each(|(changed, cover)| *changed |= is_water(cover));
+            changed.iter_mut().zip(&covers).for_each(|(changed, cover)| *changed = avoids && is_water(cover));
+            if asks {
+                materials = self.materials(wide, &covers, built.as_ref());
+            }
+        }
+        if avoids {
             for (index, ..) in self.project.synthetic.water(&self.level, wide) {
                 changed[index] = true;
             }
         }
-        if objects.avoid_features()
-            && let Some(built) = self.features(wide)?
-        {
+        if avoids && let Some(built) = built {
             let painted = built.paints.iter().map(|(index, ..)| *index);
             painted
                 .chain(built.solids.iter().map(|(index, _)| *index))
@@ -261,7 +267,8 @@ impl<'a> PageMaker<'a> {
                 covered(placed, object, wide).filter_map(stands).for_each(|index| changed[index] = true);
             }
         }
-        Ok(objects.solids(rect, (wide, &natural), &changed, (&self.level, &self.project.code)))
+        let site = (materials.as_slice(), changed.as_slice());
+        Ok(objects.solids(rect, (wide, &natural), site, (&self.level, &self.project.code)))
     }
 
     /// What features make of a block; `None`: none reaches it.

@@ -5,9 +5,12 @@ use std::path::Path;
 
 use toml::Spanned;
 
+use super::cover::named;
 use super::fields::Fields;
 use super::tables::{OneOrMany, crs, file, files};
+use crate::modeling::Materials;
 use crate::modeling::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
+use crate::voxel::Material;
 
 /// Square metres of a hectare.
 const HECTARE: f64 = 10_000.0;
@@ -87,8 +90,20 @@ fn form(table: &Fields<'_, '_, '_>, span: &Range<usize>, name: &str, folder: &Pa
     file(table, span, &folder.join(name)).map(Form::File)
 }
 
+/// Materials of the ground that a scatter keeps to.
+fn grounds(table: &mut Fields<'_, '_, '_>, materials: &Materials) -> Vec<Material> {
+    let Some(names) = table.take::<OneOrMany<String>>("on") else { return Vec::new() };
+    let span = names.span();
+    let names = names.into_inner().into_vec();
+    if names.is_empty() {
+        table.mistakes.add(&span, "on names no material; write on = [\"conifer\"], or leave it out");
+    }
+    let known = |name| named(&Spanned::new(span.clone(), name), materials, table.mistakes);
+    names.into_iter().filter_map(known).collect()
+}
+
 /// `[[scatter]]`.
-pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path) -> ScatterFile {
+pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &Materials) -> ScatterFile {
     let mistakes = table.mistakes;
     let mut scatter = ScatterFile::default();
     if let Some(names) = table.need::<OneOrMany<String>>("objects", "[\"broadleaf\", \"oak.glb\"]") {
@@ -148,6 +163,7 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path) -> ScatterFi
     {
         mistakes.add(&table.span(), "slopes_deg lie from 0 to less than 90 degrees");
     }
+    scatter.grounds = grounds(&mut table, materials);
     scatter.avoid = table.take("avoid").is_none_or(Spanned::into_inner);
     table.finish();
     scatter

@@ -114,7 +114,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     }
     for table in root.tables("scatter", "[[scatter]]") {
         lines.scatters.push(table.line());
-        options.scatters.push(objects::scatter(table, &folder));
+        options.scatters.push(objects::scatter(table, &folder, &options.materials));
     }
     let tables = root.tables("corridor", "[[corridor]]");
     options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();

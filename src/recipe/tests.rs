@@ -315,6 +315,9 @@ fn objects_and_scatters_say_what_they_are() {
         ("[[scatter]]\nobjects = \"shrub\"\n", "needs `spacing_m`"),
         ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nper_hectare = 5\n", "keep one"),
         ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nscale = [2, 1]\n", "the first is the least"),
+        ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\non = \"conifers\"\n", "did you mean \"conifer\"?"),
+        ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\non = []\n", "on names no material"),
+        ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nheading_deg = 5\n", "has no key `heading_deg`"),
         ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nslopes_deg = [20, 95]\n", "less than 90"),
     ] {
         let mistakes = site.mistakes(&format!("{ELEVATION}{table}"));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::built_in::BuiltIn;
 use super::soup::Stance;
+use crate::voxel::Material;
 
 /// Models that stand on the ground, all of them at each of some places.
 #[derive(Debug, Clone, Default)]
@@ -50,6 +51,8 @@ pub struct ScatterFile {
     pub heights_m: Option<[f64; 2]>,
     /// Only where the ground is so steep, degrees.
     pub slopes_deg: Option<[f64; 2]>,
+    /// Only where the ground is made of one of these, or of what is like one; empty: of anything.
+    pub grounds: Vec<Material>,
     /// Not where features stand or lie.
     pub avoid: bool,
 }
@@ -78,6 +81,7 @@ impl Default for ScatterFile {
             seed: 0,
             heights_m: None,
             slopes_deg: None,
+            grounds: Vec::new(),
             avoid: true,
         }
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! for each cell of a lattice of the mean distance, counted from the origin of coordinates:
 //!     a place within it, by chance (jittered grid; Cook 1986), moved to the middle of its voxel
-//!     dropped: outside of the area, on ground that is too high, low, steep or level, where something else is
+//!     dropped: outside of the area, on ground that is too high, low, steep or level, or of another material, where something else is
 //!     form, scale and one of eight ways to lay it, by chance
 //! ```
 
@@ -11,6 +11,7 @@ use glam::{DVec2, dvec2};
 
 use super::placement::Placement;
 use crate::modeling::features::{Footprint, Square, mix, share};
+use crate::modeling::materials::Classes;
 use crate::voxel::Symmetry;
 
 /// Part of a cell that a place is moved within.
@@ -30,6 +31,8 @@ pub(super) struct Scatter {
     pub heights_m: Option<[f64; 2]>,
     /// Rise over run.
     pub slopes: Option<[f64; 2]>,
+    /// Materials of the ground; `None`: any.
+    pub grounds: Option<Classes>,
     pub avoids: bool,
 }
 
@@ -38,6 +41,8 @@ pub(super) struct Site<'s> {
     pub square: Square,
     /// Heights, metres; NaN where there is none.
     pub heights: &'s [f64],
+    /// Numbers of its materials; empty if no scatter asks for them.
+    pub materials: &'s [u8],
     /// What features change.
     pub features: &'s [bool],
     /// What objects cover.
@@ -80,7 +85,9 @@ impl Scatter {
                 let (column, row) = (local.x as usize, local.y as usize);
                 let index = square.index(column, row);
                 let is_taken = site.objects[index] || self.avoids && site.features[index];
+                let is_ground = |grounds: &Classes| grounds.has(site.materials[index]);
                 if !is_taken
+                    && self.grounds.as_ref().is_none_or(is_ground)
                     && within.as_ref().is_none_or(|within| within[index])
                     && self.suits(site, column, row)
                 {
@@ -163,6 +170,7 @@ mod tests {
         bbox: None,
         heights_m: None,
         slopes: None,
+        grounds: None,
         avoids: true,
     };
 
@@ -178,7 +186,9 @@ mod tests {
         let heights: Vec<f64> = (0..side * side).map(height).collect();
         let features: Vec<bool> = (0..side * side).map(taken).collect();
         let objects = vec![false; side * side];
-        let site = Site { square, heights: &heights, features: &features, objects: &objects };
+        let materials: Vec<u8> = (0..side * side).map(|index| (index / side % 3) as u8).collect();
+        let site =
+            Site { square, heights: &heights, materials: &materials, features: &features, objects: &objects };
         let mut placements = Vec::new();
         scatter.placements(&site, &mut placements);
         placements
@@ -221,6 +231,12 @@ mod tests {
         let found = placed(&gentle, [0, 0], 300, |_| false);
         assert!(found.len() > 300);
         assert!(found.iter().all(|placement| (50..=150).contains(&placement.voxel[0])));
+        // Rows of three materials, of which two are asked for.
+        let mut classes = Classes::default();
+        [0, 2].into_iter().for_each(|number| classes.add(number));
+        let found = placed(&Scatter { grounds: Some(classes), ..EVERYWHERE() }, [0, 0], 300, |_| false);
+        assert!((found.len() as f64 / 936.0 - 1.0).abs() < 0.05, "{}", found.len());
+        assert!(found.iter().all(|placement| placement.voxel[1] % 3 != 1));
         // A triangle, but for where something is already.
         let corners = [(20.0, 20.0), (280.0, 20.0), (20.0, 280.0)].map(|(x, y)| dvec2(x, y));
         let area = Area { outer: Path::flat(corners.to_vec()), holes: Vec::new() };

@@ -22,6 +22,7 @@ use crate::error::{Error, Result};
 use crate::geo::Transform;
 use crate::modeling::features::{Footprint, Material, Square};
 use crate::modeling::inputs::file_name;
+use crate::modeling::materials::Materials;
 use crate::modeling::page::{PageMaker, Project};
 use crate::modeling::placing::{self, Collection, Raised};
 use crate::modeling::plan::Plan;
@@ -107,7 +108,7 @@ impl Objects {
             all.place(object, plan, &mut maker, &mut notes)?;
         }
         for scatter in scatters {
-            all.scatter(scatter, plan, highest)?;
+            all.scatter(scatter, plan, (natural.materials, highest))?;
         }
         Ok((all, notes))
     }
@@ -166,7 +167,12 @@ impl Objects {
         Ok(())
     }
 
-    fn scatter(&mut self, scatter: OpenScatter, plan: &Plan, highest: f64) -> Result<()> {
+    fn scatter(
+        &mut self,
+        scatter: OpenScatter,
+        plan: &Plan,
+        (materials, highest): (&Materials, f64),
+    ) -> Result<()> {
         let file = &scatter.file;
         let mut shapes = Vec::with_capacity(scatter.forms.len());
         for of_form in scatter.forms {
@@ -212,6 +218,7 @@ impl Objects {
             bbox: file.bbox,
             heights_m: file.heights_m,
             slopes: file.slopes_deg.map(|slopes| slopes.map(|slope| slope.to_radians().tan())),
+            grounds: (!file.grounds.is_empty()).then(|| materials.numbers_of(&file.grounds)),
             avoids: file.avoid,
         };
         self.scatters.push((scatter, key));
@@ -221,6 +228,11 @@ impl Objects {
     /// Greatest height that they may bring about, metres; `None`: there are none.
     pub fn highest(&self) -> f64 {
         self.highest
+    }
+
+    /// Whether scatters need to know what the ground is made of.
+    pub fn ask_for_materials(&self) -> bool {
+        self.scatters.iter().any(|(scatter, _)| scatter.grounds.is_some())
     }
 
     /// Whether scatters need to know what features change.
@@ -276,15 +288,15 @@ impl Objects {
     }
 
     /// Their solids over a block, with their index in it, and what is placed there as objects of the database. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
-    /// none), and `features` which of its voxels these change.
+    /// none), `materials` what that is made of, if they [ask](Self::ask_for_materials), and `features` which of its voxels these change.
     pub fn solids(
         &self,
         rect: Rect,
         (wide, natural): (Rect, &[f64]),
-        features: &[bool],
+        (materials, features): (&[u8], &[bool]),
         (level, code): (&LevelGrid, &HeightCode),
     ) -> Raised {
-        let placements = self.placements((wide, natural), features, level);
+        let placements = self.placements((wide, natural), (materials, features), level);
         let (mut own, mut placed) = (Vec::new(), Vec::new());
         for placement in placements {
             match self.shared(&placement, level, code) {
@@ -301,7 +313,7 @@ impl Objects {
     fn placements(
         &self,
         (wide, natural): (Rect, &[f64]),
-        features: &[bool],
+        (materials, features): (&[u8], &[bool]),
         level: &LevelGrid,
     ) -> Vec<Placement> {
         let spacing = level.grid.spacing;
@@ -334,7 +346,7 @@ impl Objects {
             columns: wide.width(),
             rows: wide.height(),
         };
-        let site = Site { square, heights: natural, features, objects: &objects };
+        let site = Site { square, heights: natural, materials, features, objects: &objects };
         for (scatter, _) in &self.scatters {
             let is_seen = |number: &u32| {
                 let [low, high] = self.soups[self.stocks[*number as usize].soup].corners;

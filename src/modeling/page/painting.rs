@@ -101,6 +101,21 @@ impl PageMaker<'_> {
         Ok(voxels)
     }
 
+    /// Numbers of what bare ground over `rect` is made of, without what lies on it.
+    pub(super) fn materials(&self, rect: Rect, covers: &[Cover], built: Option<&Built>) -> Vec<u8> {
+        let stated = |(voxel, mapped): (usize, &Cover)| {
+            let (x, y) = rect.voxel(voxel);
+            let place = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            self.stated(mapped, place.into()).material
+        };
+        let mut materials: Vec<u8> = covers.iter().enumerate().map(stated).collect();
+        let natural = built.into_iter().flat_map(|built| &built.natural);
+        natural
+            .filter(|(.., share)| *share >= 0.5)
+            .for_each(|(index, paint, _)| materials[*index] = paint.material.code());
+        materials
+    }
+
     /// The cover at a place, as shapes and textures state it over what maps show.
     fn stated(&self, mapped: &Cover, at: DVec2) -> Cover {
         let known = Material::of_code(mapped.material);

@@ -84,6 +84,19 @@ fn an_object_stands_where_it_says_and_moves_alone() {
 }
 
 #[test]
+fn forms_of_scatters_have_a_greatest_width() {
+    let folder = tempfile::tempdir().unwrap();
+    let forms = vec![Form::File(files(folder.path()))];
+    let mut options = plain(folder.path(), "a.hop");
+    options.scatters =
+        vec![ScatterFile { forms, spacing_m: 300.0, scale: [26.0; 2], ..ScatterFile::default() }];
+    let told = build(&options, &Silent).unwrap_err().to_string();
+    assert!(told.contains("262 voxels wide") && told.contains("[[object]]"), "{told}");
+    options.scatters[0].scale = [24.0; 2];
+    assert!(build(&options, &Silent).is_ok());
+}
+
+#[test]
 fn scatters_are_the_same_for_any_machine() {
     let folder = tempfile::tempdir().unwrap();
     let path = files(folder.path());

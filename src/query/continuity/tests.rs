@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::*;
 use crate::progress::Silent;
-use crate::voxel::{Grid, MemPages, Metadata, build_in_memory};
+use crate::voxel::{BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PageView, build_in_memory};
 
 const SIDE: u32 = 600;
 
@@ -135,6 +135,50 @@ fn voids_are_holes_unless_they_are_the_end_of_the_data() {
     assert_eq!((found.voxels, holed.ends), (120, 1));
     assert_eq!(found.extent, [DVec2::new(7500.0, 9000.0), DVec2::new(7620.0, 9100.0)]);
     assert!(found.height.is_nan() && (found.size - 120.0_f64.sqrt() * 10.0).abs() < 1e-6);
+}
+
+/// An area, one page of which says something else of its neighbours.
+struct Cracked {
+    pages: MemPages,
+    id: PageId,
+    heights: Vec<u16>,
+}
+
+impl PageSource for Cracked {
+    fn header(&self) -> &Header {
+        self.pages.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        self.pages.page(id)
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        self.pages.bounds(id)
+    }
+
+    fn heights(&self, id: PageId) -> Result<Option<HeightsView<'_>>> {
+        let own = |view: HeightsView<'_>| HeightsView { heights: &self.heights, ..view };
+        let view = self.pages.heights(id)?;
+        Ok(if id == self.id { view.map(own) } else { view })
+    }
+}
+
+#[test]
+fn cracks_are_where_a_page_disagrees_with_its_neighbour() {
+    let pages = area(&ground);
+    let id = PageId { level: 0, px: 1, py: 0 };
+    let mut heights = pages.heights(id).unwrap().unwrap().heights.to_vec();
+    let scale = pages.header().heights.scale;
+    // Beside its western edge, in the apron: row 40 of its own.
+    let stride = (PAGE_SIDE + 2 * APRON) as usize;
+    let at = (40 + APRON as usize) * stride + APRON as usize - 1;
+    heights[at] += 9;
+    heights[at + stride] += 5;
+    let found = continuity(&Cracked { pages, id, heights }, &ContinuityLimits::default(), &Silent).unwrap();
+    let crack = only(&found, Fault::Crack);
+    assert!((crack.size - 9.0 * scale).abs() < 1.0e-9 && crack.voxels == 2, "{crack:?}");
+    assert_eq!(crack.place, middle(255, 40));
 }
 
 #[test]

@@ -99,6 +99,7 @@ fn hillshades_refuse_what_makes_no_sense() {
         ("-o shade.png --bbox 0,0,10,10", 2, "outside the area"),
         ("-o shade.png --level 3", 2, "levels 1, 4, 16, 64"),
         ("-o shade.png --pixel 0.05", 2, "give --pixel"),
+        ("-o shade.png --pixel 1e9", 2, "far wider than the coarsest voxels"),
         ("-o shade.png --pixel 0", 2, "above 0"),
         ("-o shade.png --sun 90,-5", 2, "above the horizon"),
         ("-o place.toml/shade.png", 5, "place.toml"),
@@ -223,11 +224,8 @@ fn parts_are_sound_and_say_what_the_whole_says() {
     assert!(told.contains("44 x 44 voxels"), "{told}");
     ends(&run(&folder, "verify corner.hop"), 0);
     let height = |area: &str, place: &str| ends(&run(&folder, &format!("height {area} {place} --xy")), 0);
-    for place in ["500005 5000005", "502503 5000111", "502559 5002559"] {
-        let told = [height("place.hop", place), height("part.hop", place)];
-        if !place.starts_with("502559") {
-            assert_eq!(told[0], told[1]);
-        }
+    for place in ["500005 5000005", "502503 5000111"] {
+        assert_eq!(height("place.hop", place), height("part.hop", place));
     }
     for (args, words) in [
         ("--bbox 0,0,1,1 -o none.hop", "outside the area"),
