@@ -239,7 +239,7 @@ fn what_was_to_be_made_afresh_stays_a_work_of_its_own() {
     forget_steps(&options.output);
     assert!(matches!(interrupted(&options, 20), Err(Error::Interrupted(_))));
     assert!(is_own_work(&options.output), "so that the next build may replace it");
-    assert_eq!(updated(&BuildOptions { overwrite: false, ..options }).pages, PAGES);
+    assert_eq!(updated(&options).pages, PAGES);
 }
 
 #[test]
