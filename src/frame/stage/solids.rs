@@ -58,7 +58,10 @@ impl Kernel for Solids<'_> {
             for (light, sum) in light.iter_mut().zip(seen) {
                 *light = simd.load(&sum.0) * per_share;
             }
-            let inverse = (simd.load(&seen[4].0) * per_share).select(shows, one);
+            // Of what hides less than the half of a row the mean counts.
+            let is_half = simd.splat(Cover::HALF).le(share);
+            let inverse = simd.load(&seen[4].0) * one.select(is_half, per_share);
+            let inverse = inverse.select(shows, one);
             let slope = simd.splat(*centre);
             let depth = inverse.recip();
             let slant = slope.mul_add(slope, squares).sqrt_rough();
@@ -69,7 +72,7 @@ impl Kernel for Solids<'_> {
             }
             self.scale.encode(simd, mixed).store_masked(shows, &mut cell.0);
             if let Some(known) = self.inverse.get_mut(row) {
-                inverse.store_masked(simd.splat(0.5).le(share), &mut known.0);
+                inverse.store_masked(is_half, &mut known.0);
             }
         }
     }

@@ -19,12 +19,25 @@ pub struct Seen {
     pub light: [f32; 3],
     /// That share, 0…1.
     pub share: f32,
-    /// Inverse depth times share, 1/metres.
+    /// Inverse depth of what hides the half of the row, 1/metres; below half the sum of inverse depths times shares.
     pub inverse: f32,
 }
 
-/// What rows of sixteen planes show of what stands on the ground: red, green and blue of its light times the share of the row that shows it, that share, and
-/// inverse depth (1/metres) times the share.
+impl Seen {
+    #[inline]
+    fn add(&mut self, weight: f32, light: [f32; 3], inverse: f32) {
+        for (sum, light) in self.light.iter_mut().zip(light) {
+            *sum += weight * light;
+        }
+        let before = self.share;
+        self.share += weight;
+        if before < Cover::HALF {
+            self.inverse = if self.share < Cover::HALF { self.inverse + weight * inverse } else { inverse };
+        }
+    }
+}
+
+/// What rows of sixteen planes show of what stands on the ground: as [`Seen`] has it, red, green and blue, the share, and inverse depth.
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     rows: Vec<[Sixteen; 5]>,
@@ -35,10 +48,42 @@ pub struct Cover {
 /// How a span fills rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fill {
-    /// Share of light that it hides, 0…1.
-    pub opacity: f32,
-    /// Inverse depth at the lower and at the upper place, 1/metres.
-    pub inverse: [f32; 2],
+    /// Share of light that it hides, 0…1; `None`: all.
+    pub opacity: Option<Line>,
+    /// Inverse depth, 1/metres.
+    pub inverse: Line,
+    /// What that is at least and at most, beyond the span as well.
+    pub bounds: [f32; 2],
+}
+
+/// What is linear in the tangent of elevation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    tangent: f32,
+    value: f32,
+    slope: f32,
+}
+
+impl Line {
+    /// The same everywhere.
+    #[inline]
+    pub fn level(value: f32) -> Self {
+        Self { tangent: 0.0, value, slope: 0.0 }
+    }
+
+    /// Through two values; level if their tangents are the same.
+    #[inline]
+    pub fn through(tangents: [f32; 2], values: [f32; 2]) -> Self {
+        let run = tangents[1] - tangents[0];
+        let slope = if run == 0.0 { 0.0 } else { (values[1] - values[0]) / run };
+        Self { tangent: tangents[0], value: values[0], slope }
+    }
+
+    /// The value at a tangent.
+    #[inline]
+    pub fn at(&self, tangent: f32) -> f32 {
+        (tangent - self.tangent) * self.slope + self.value
+    }
 }
 
 /// The rows of one plane.
@@ -59,6 +104,9 @@ pub(super) struct Column {
 }
 
 impl Cover {
+    /// Share of a row from which on what hides it is what is there, as the reference has it.
+    pub const HALF: f32 = 0.5;
+
     /// Empties it.
     pub(super) fn clear(&mut self) {
         self.extent = [usize::MAX, 0];
@@ -151,12 +199,9 @@ impl Column {
         true
     }
 
-    /// Fills what is open between two places, in rows.
-    pub fn fill(&mut self, [low, high]: [f32; 2], light: [f32; 3], fill: &Fill) {
+    /// Fills what is open between two places, in rows, of which `centres` are the middles' tangents.
+    pub fn fill(&mut self, [low, high]: [f32; 2], light: [f32; 3], fill: &Fill, centres: &[f32]) {
         let rows = self.covered.len();
-        let [below, above] = fill.inverse;
-        let per_row = (above - below) / (high - low).max(f32::MIN_POSITIVE);
-        let inverse = |place: f32| (place - low) * per_row + below;
         let (low, high) = (low.max(0.0), high.min(rows as f32));
         if low >= high {
             return;
@@ -169,11 +214,13 @@ impl Column {
             }
             let at = row as f32;
             let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
-            let inverse = inverse(at + 0.5 * (from + to));
-            if fill.opacity >= 1.0 && self.covered[row] == 0 && to - from >= 1.0 {
+            // What a row shows is where its middle is, though that may lie a little beyond the span.
+            let inverse = fill.inverse.at(centres[row]).max(fill.bounds[0]).min(fill.bounds[1]);
+            if fill.opacity.is_none() && self.covered[row] == 0 && to - from >= 1.0 {
                 self.fill_whole(row, light, inverse);
             } else {
-                self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, fill.opacity);
+                let opacity = fill.opacity.map_or(1.0, |opacity| opacity.at(centres[row]).clamp(0.0, 1.0));
+                self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
             }
         }
         self.extent = [self.extent[0].min(first), self.extent[1].max(end)];
@@ -182,13 +229,7 @@ impl Column {
     /// Fills all of a row of which opaque matter covers nothing yet with opaque matter.
     #[inline]
     fn fill_whole(&mut self, row: usize, light: [f32; 3], inverse: f32) {
-        let weight = self.left[row];
-        let seen = &mut self.seen[row];
-        for (sum, light) in seen.light.iter_mut().zip(light) {
-            *sum += weight * light;
-        }
-        seen.share += weight;
-        seen.inverse += weight * inverse;
+        self.seen[row].add(self.left[row], light, inverse);
         self.covered[row] = ALL;
         self.full[row / WORD] |= 1 << (row % WORD);
         self.open -= 1;
@@ -209,12 +250,7 @@ impl Column {
         };
         let weight = self.left[row] * share * opacity;
         if weight > 0.0 {
-            let seen = &mut self.seen[row];
-            for (sum, light) in seen.light.iter_mut().zip(light) {
-                *sum += weight * light;
-            }
-            seen.share += weight;
-            seen.inverse += weight * inverse;
+            self.seen[row].add(weight, light, inverse);
         }
         if opacity >= 1.0 && !is_narrow {
             self.covered[row] |= bits;

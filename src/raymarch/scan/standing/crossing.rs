@@ -1,6 +1,6 @@
 //! Spans of a voxel, where a plane crosses them.
 
-use super::column::{Column, Fill};
+use super::column::{Column, Fill, Line};
 use super::crest::Crest;
 use super::{Facet, FacetLight, Ladder, Metric};
 use crate::voxel::{PageId, Span};
@@ -22,6 +22,8 @@ pub(super) struct Crossing<'c, 'f, L> {
     pub ladder: &'f Ladder,
     /// Index of the first row.
     pub first: f32,
+    /// Tangents of the middles of rows from there on.
+    pub centres: &'f [f32],
     /// Sides of a voxel along the ground per unit of major distance.
     pub ground: f32,
     /// Depth per distance along the ground.
@@ -117,11 +119,17 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let side = [low_near.max(crest), rim.max(low_near)];
         let upper = [rim.max(low_near).max(crest), highest];
         let lower = [low_far.max(crest), low_near];
-        let way = self.ground * self.length * (cut[1] - cut[0]);
+        // Along an end inverse depth is linear in the tangent.
+        let front = Line::level(inverse[0]);
+        let along =
+            |ends: [f32; 2], is_seen: bool| if is_seen { Line::through(ends, inverse) } else { front };
+        let beyond = inverse[0] - inverse[1];
+        let bounds = [(inverse[1] - beyond).max(0.5 * inverse[1]), inverse[0] + beyond];
+        let passage = Passage { top: [top_near, top_far], bottom: lows.unwrap_or([f32::NEG_INFINITY; 2]) };
         for (tangents, facet, inverse) in [
-            (side, facet, [inverse[0]; 2]),
-            (upper, Facet::Top(span.slope), [inverse[0], inverse[usize::from(top_far > top_near)]]),
-            (lower, Facet::Bottom, [inverse[1], inverse[0]]),
+            (side, facet, front),
+            (upper, Facet::Top(span.slope), along([top_near, top_far], top_far > top_near)),
+            (lower, Facet::Bottom, along([low_near, low_far], low_far < low_near)),
         ] {
             let [low, high] = tangents;
             if low >= high || high <= self.floor {
@@ -133,10 +141,24 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
                 continue;
             }
             let light = self.light.light(self.page, self.voxel, span, facet);
+            if span.state & Span::OPACITY == Span::OPAQUE {
+                let fill = Fill { opacity: None, inverse, bounds };
+                self.column.fill([low, high], light, &fill, self.centres);
+                continue;
+            }
             let slant = 0.5 * self.level * (tangents[0] + tangents[1]);
-            let way = way * (slant * slant + 1.0).sqrt();
-            let opacity = self.metric.opacity(span, way);
-            self.column.fill([low, high], light, &Fill { opacity, inverse });
+            let way = self.ground * self.length * (cut[1] - cut[0]) * (slant * slant + 1.0).sqrt();
+            let opacity = |tangent: f32| self.metric.opacity(span, way * passage.share(tangent));
+            let bends = passage.bends(tangents);
+            let ends = [tangents[0], bends[0], bends[1], tangents[1]];
+            for pair in ends.windows(2).filter(|pair| pair[0] < pair[1]).map(|pair| [pair[0], pair[1]]) {
+                let row = |end: usize| {
+                    if pair[end] == tangents[end] { [low, high][end] } else { self.row(pair[end]) }
+                };
+                let opacity = Some(Line::through(pair, pair.map(opacity)));
+                let fill = Fill { opacity, inverse, bounds };
+                self.column.fill([row(0), row(1)], light, &fill, self.centres);
+            }
         }
     }
 
@@ -186,6 +208,44 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
             192
         };
         (Facet::Side(facing), SEAM)
+    }
+}
+
+/// The ends of a span where a plane enters its voxel and where it leaves it, as tangents.
+struct Passage {
+    top: [f32; 2],
+    bottom: [f32; 2],
+}
+
+impl Passage {
+    /// Share of the way through the voxel that a ray of this tangent is within the span: ends are lines between the sides.
+    fn share(&self, tangent: f32) -> f32 {
+        let crossing = |[near, far]: [f32; 2]| (tangent - near) / (far - near);
+        let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
+        let [near, far] = self.top;
+        if tangent > near.min(far) {
+            // Sinking beside the ray, or rising above it.
+            if far < near {
+                leave = leave.min(crossing(self.top))
+            } else {
+                enter = enter.max(crossing(self.top))
+            }
+        }
+        let [near, far] = self.bottom;
+        if tangent < near.max(far) {
+            if far > near {
+                leave = leave.min(crossing(self.bottom));
+            } else {
+                enter = enter.max(crossing(self.bottom));
+            }
+        }
+        (leave - enter).max(0.0)
+    }
+
+    /// Where within a range of tangents that share bends, rising.
+    fn bends(&self, [low, high]: [f32; 2]) -> [f32; 2] {
+        let [one, other] = [self.bottom[1], self.top[1]].map(|at| at.clamp(low, high));
+        [one.min(other), one.max(other)]
     }
 }
 

@@ -335,6 +335,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 light: &mut *self.light,
                 ladder,
                 first: first as f32,
+                centres: ladder.centres.get(first..).unwrap_or_default(),
                 ground: self.ground,
                 level: depth as f32 / (self.ground * metric.spacing),
                 floor: self.floor,
