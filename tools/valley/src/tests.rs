@@ -8,7 +8,7 @@ use crate::land::Valley;
 use crate::path::{Place, highest_around};
 use crate::{files, path, roads, terrain, valley, village, water};
 
-static VALLEY: LazyLock<Valley> = LazyLock::new(valley);
+static SAMPLE: LazyLock<Sample> = LazyLock::new(sample);
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data")
