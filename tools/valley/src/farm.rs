@@ -5,8 +5,8 @@ use crate::noise::{gradient, uniform};
 use crate::palette::{Material, colour};
 use crate::sites::FARM;
 
-/// Cosine and sine of the angle, from east, of the frame's first axis.
-const AXIS: (f64, f64) = (0.9781, 0.2079);
+/// Cosine and sine of the angle, from east, of the frame's first axis: walls run along the sides of pixels.
+const AXIS: (f64, f64) = (1.0, 0.0);
 
 /// A rectangular part of a building, along the frame's axes.
 pub struct Part {
@@ -38,8 +38,8 @@ const PLASTER: [u8; 3] = [214, 206, 188];
 /// The house's two wings, the barn, the shed.
 pub const PARTS: [Part; 4] = [
     Part {
-        middle: (-14.0, 14.0),
-        half: (8.5, 4.5),
+        middle: (-13.75, 14.375),
+        half: (8.75, 4.375),
         eaves: 5.2,
         rise: 3.4,
         form: Form::RidgeAlong,
@@ -48,8 +48,8 @@ pub const PARTS: [Part; 4] = [
         level_of: 0,
     },
     Part {
-        middle: (-9.25, 6.0),
-        half: (3.75, 8.0),
+        middle: (-8.75, 5.9375),
+        half: (3.75, 8.4375),
         eaves: 5.2,
         rise: 2.8,
         form: Form::RidgeAcross,
@@ -58,8 +58,8 @@ pub const PARTS: [Part; 4] = [
         level_of: 0,
     },
     Part {
-        middle: (14.0, 6.0),
-        half: (6.0, 11.0),
+        middle: (14.375, 6.25),
+        half: (5.625, 11.25),
         eaves: 5.5,
         rise: 4.4,
         form: Form::RidgeAcross,
@@ -68,8 +68,8 @@ pub const PARTS: [Part; 4] = [
         level_of: 2,
     },
     Part {
-        middle: (2.0, -18.0),
-        half: (8.0, 3.5),
+        middle: (1.875, -18.125),
+        half: (8.125, 3.125),
         eaves: 3.4,
         rise: 1.2,
         form: Form::Shed,

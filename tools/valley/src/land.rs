@@ -3,7 +3,7 @@
 use crate::farm::Farm;
 use crate::grid::{PIXELS, SIZE, SPACING, around, centre, steepness};
 use crate::land_cover::{self, Class};
-use crate::noise::{crown, fractal, gradient, hash, mix, smooth, uniform};
+use crate::noise::{Crown, crown, fractal, gradient, hash, mix, smooth, stems, uniform};
 use crate::palette::{Material, colour};
 use crate::roads::{self, Road};
 use crate::sites::{self, Kept};
@@ -12,6 +12,9 @@ use crate::village::{self, Building};
 use crate::water::Water;
 
 const SEED: u64 = 9000;
+/// Distance of trees in gardens, of which only some stand there, metres; their greatest height.
+const GARDEN_TREES: f64 = 11.0;
+const GARDEN_TALL: f64 = 6.5;
 
 /// The finished valley.
 pub struct Valley {
@@ -79,9 +82,10 @@ pub fn cover(terrain: &Terrain, bare: &[f64], water: &Water, roads: &[Road]) -> 
         classes.push(cover.class);
     }
     land_cover::settle(&mut classes, &wild);
-    let trees = plant(&scene, &mut surface, &mut colours);
+    let mut trees = plant(&scene, &mut surface, &mut colours);
     skirt(&scene, &surface, &mut colours);
     let buildings = village::place(roads, water);
+    trees.extend(garden_trees(&scene, &buildings));
     village::draw(&buildings, &terrain.ground, &mut surface, |pixel, material, shade| {
         colours[pixel] = colour(material, shade);
         if material != Material::Wall {
@@ -208,10 +212,10 @@ impl Scene<'_> {
             p if p < -0.2 => Material::PastureLush,
             _ => Material::Garden,
         };
-        let crown = crown(x, y, 11.0, SEED + 21);
-        if crown.height > 0.45 && crown.tree % 7 < 2 {
+        let crown = crown(x, y, GARDEN_TREES, SEED + 21);
+        if crown.height > 0.45 && in_garden(&crown) {
             let tree = Cover::flat(Material::BroadMid, crown.height * 1.2 - 0.9 + 0.3 * grain);
-            return Cover { height: 6.5 * crown.height, class: Class::Gardens, ..tree };
+            return Cover { height: GARDEN_TALL * crown.height, class: Class::Gardens, ..tree };
         }
         Cover::flat(material, 0.8 * grain).of(Class::Gardens)
     }
@@ -405,6 +409,24 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) -> Vec
         }
     }
     trees
+}
+
+fn in_garden(crown: &Crown) -> bool {
+    crown.tree % 7 < 2
+}
+
+/// The trees of gardens, where they have room between buildings and lanes.
+fn garden_trees<'a>(scene: &'a Scene<'_>, buildings: &'a [Building]) -> impl Iterator<Item = Tree> + use<'a> {
+    let stems = stems(GARDEN_TREES, SEED + 21, 2.0 * SIZE as f64 * SPACING);
+    stems.filter(|(.., crown)| in_garden(crown)).filter_map(|(x, y, crown)| {
+        let radius = 3.4 * crown.height;
+        let pixel = around(x, y, 0.0).next().filter(|&pixel| roads::village_radius(pixel) < 1.1)?;
+        let free = !buildings.iter().any(|building| building.covers(x, y, radius))
+            && roads::outside(scene.roads, pixel) > radius
+            && sites::bears_tree(x, y, radius);
+        let is_garden = scene.at(pixel).class == Class::Gardens;
+        (free && is_garden).then_some(Tree { x, y, radius, tall: GARDEN_TALL * crown.height, conifer: false })
+    })
 }
 
 /// Darkens the ground at the foot of trees: it is what the steep side of a crown shows.

@@ -9,6 +9,8 @@ mod grid;
 mod land;
 mod land_cover;
 mod map;
+#[cfg(test)]
+mod map_tests;
 mod noise;
 mod outline;
 mod palette;

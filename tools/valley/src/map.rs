@@ -15,10 +15,10 @@ use crate::water::Water;
 
 /// Colours of houses' walls, sRGB.
 const WALLS: [[u8; 3]; 6] =
-    [[224, 216, 198], [214, 202, 178], [230, 226, 214], [204, 190, 164], [222, 206, 176], [206, 206, 200]];
+    [[206, 198, 180], [196, 184, 160], [212, 206, 192], [188, 174, 148], [204, 188, 158], [190, 190, 184]];
 /// Walls of barns, and of the church.
 const PLANKS: [u8; 3] = [126, 102, 78];
-const CHURCH: [u8; 3] = [222, 216, 202];
+const CHURCH: [u8; 3] = [204, 198, 184];
 
 /// Height of the pylons, metres.
 pub const PYLON: f64 = 30.0;
@@ -30,7 +30,7 @@ pub fn draw(sample: &Sample) -> Vec<Feature> {
     let valley = &sample.valley;
     let mut features: Vec<Feature> = valley.buildings.iter().map(building).collect();
     for (number, road) in sample.roads.iter().enumerate() {
-        features.extend(ways(number, road, &sample.water));
+        features.extend(ways(number, road, &sample.water, &valley.bare));
     }
     features.push(strip());
     features.extend(waters(&sample.water));
@@ -94,7 +94,7 @@ fn building(building: &Building) -> Feature {
 }
 
 /// A road within the area, cut where bridges begin and end.
-fn ways(number: usize, road: &Road, water: &Water) -> Vec<Feature> {
+fn ways(number: usize, road: &Road, water: &Water, bare: &[f64]) -> Vec<Feature> {
     let (class, name) = match number {
         0 => ("secondary", "V 1"),
         _ if road.paved => ("residential", ""),
@@ -104,6 +104,8 @@ fn ways(number: usize, road: &Road, water: &Water) -> Vec<Feature> {
     let inside = |&(x, y): &Place| (0.0..=SIDE).contains(&x) && (0.0..=SIDE).contains(&y);
     let first = road.line.iter().position(inside).unwrap_or(0);
     let last = road.line.iter().rposition(inside).unwrap_or(road.line.len() - 1);
+    // The track is drawn straight over steep slopes, where no vehicle goes.
+    let last = if road.paved { last } else { last.min(roads::gentle(road, bare, 0.2) - 1) };
     let bridges: Vec<(usize, usize)> = roads::bridges(road, water);
     let mut cuts = vec![(first, false)];
     for (from, to) in bridges {

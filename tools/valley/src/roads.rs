@@ -6,8 +6,8 @@ use crate::sites;
 use crate::terrain::{Terrain, area_from_valley, centre_line, floor, valley_from_area};
 use crate::water::{self, Water};
 
-/// Bridges reach so far beyond the banks, metres.
-const BEYOND: f64 = 12.0;
+/// Bridges reach so far beyond the water's edge that the dams at their ends end before it, metres.
+const BEYOND: f64 = 14.0;
 
 /// A made way.
 pub struct Road {
@@ -65,9 +65,9 @@ pub fn lay_out() -> Vec<Road> {
         (330.0, 160.0),
         (520.0, 122.0),
         (700.0, 62.0),
-        (900.0, 22.0),
-        (1200.0, 21.0),
-        (1600.0, 21.0),
+        (900.0, 26.0),
+        (1200.0, 30.0),
+        (1600.0, 30.0),
     ];
     let upper = [
         (-470.0, -154.0),
@@ -117,19 +117,20 @@ pub fn grade(terrain: &mut Terrain, water: &Water, roads: &[Road]) {
     }
 }
 
-/// Indices of the vertices from which to which a road lies on bridges: [`BEYOND`] farther than the water on both sides.
+/// Indices of the vertices from which to which a road lies on bridges: they begin and end [`BEYOND`] from the water's edge.
 pub fn bridges(road: &Road, water: &Water) -> Vec<(usize, usize)> {
-    let wet = |&(x, y): &(f64, f64)| {
+    let outside = |k: usize| {
+        let (x, y) = road.line[k];
         let inside = (0.0..SIDE).contains(&x) && (0.0..SIDE).contains(&y);
-        inside && around(x, y, 0.0).next().is_some_and(|pixel| water.outside[pixel] <= 0.0)
+        let pixel = around(x, y, 0.0).next().filter(|_| inside);
+        pixel.map_or(f64::INFINITY, |pixel| water.outside[pixel])
     };
     let mut spans: Vec<(usize, usize)> = Vec::new();
-    for k in (0..road.line.len()).filter(|&k| wet(&road.line[k])) {
-        let vertices = (BEYOND / 4.0).ceil() as usize;
-        let (from, to) = (k.saturating_sub(vertices), (k + vertices).min(road.line.len() - 1));
-        match spans.last_mut() {
-            Some(last) if last.1 >= from => last.1 = to,
-            _ => spans.push((from, to)),
+    for k in (0..road.line.len()).filter(|&k| outside(k) <= 0.0) {
+        let from = (0..k).rev().find(|&k| outside(k) > BEYOND).unwrap_or(0);
+        let to = (k..road.line.len()).find(|&k| outside(k) > BEYOND).unwrap_or(road.line.len() - 1);
+        if spans.last() != Some(&(from, to)) {
+            spans.push((from, to));
         }
     }
     spans
@@ -171,6 +172,17 @@ fn profile(terrain: &Terrain, road: &Road, embanked: bool) -> Vec<f64> {
             .collect();
     }
     heights
+}
+
+/// How many of a road's vertices, from the first, lie on ground that is no steeper along it than `most`, over 12 m.
+pub fn gentle(road: &Road, bare: &[f64], most: f64) -> usize {
+    let heights: Vec<f64> = road.line.iter().map(|&(x, y)| sample(bare, x, y)).collect();
+    let length = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
+    let steep = |k: &usize| {
+        let run: f64 = road.line[*k..*k + 4].windows(2).map(length).sum();
+        (heights[k + 3] - heights[*k]).abs() > most * run
+    };
+    (0..heights.len() - 3).find(steep).map_or(heights.len(), |k| k + 1)
 }
 
 /// Distance of a pixel outside the nearest of the roads' edges.

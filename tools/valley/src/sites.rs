@@ -31,8 +31,8 @@ pub const LINE: [(f64, f64); 8] = [
     (1585.0, 1579.0),
     (1450.0, 1690.0),
     (1310.0, 1800.0),
-    (1175.0, 1915.0),
-    (1030.0, 2040.0),
+    (1270.0, 1930.0),
+    (1210.0, 2120.0),
 ];
 
 /// A use that keeps the ground free of woods, crops and hedges.
@@ -104,4 +104,4 @@ pub fn beside([west, south, east, north]: [f64; 4], x: f64, y: f64) -> f64 {
 }
 
 /// About where the mast stands: on the highest ground nearby.
-pub const MAST: (f64, f64) = (1820.0, 1026.0);
+pub const MAST: (f64, f64) = (1181.0, 1906.0);
