@@ -63,7 +63,7 @@ pub fn class(material: Material) -> Class {
 }
 
 /// Gives unfarmed ground the class that most of it has within [`REACH`] pixels, so that patches are whole: the drawing mixes
-/// materials grain by grain.
+/// materials grain by grain. Single pixels join those beside them.
 pub fn settle(classes: &mut [Class], wild: &[bool]) {
     const REACH: usize = 3;
     let before = classes.to_vec();
@@ -81,5 +81,16 @@ pub fn settle(classes: &mut [Class], wild: &[bool]) {
                 if counts[other as usize] > counts[best as usize] { other } else { best }
             });
         *class = most;
+    }
+    let before = classes.to_vec();
+    for row in 1..SIZE - 1 {
+        for column in 1..SIZE - 1 {
+            let pixel = row * SIZE + column;
+            let [a, b, c, d] = [pixel - 1, pixel + 1, pixel - SIZE, pixel + SIZE].map(|other| before[other]);
+            let made = (Class::Roads..=Class::Buildings).contains(&before[pixel]);
+            if !made && [a, b, c, d].iter().all(|&other| other != before[pixel]) {
+                classes[pixel] = if c == d { c } else { a };
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use crate::features::{Feature, Geometry};
 use crate::geotiff::ORIGIN;
-use crate::grid::{around, sample};
+use crate::grid::{SIDE, around, sample};
 use crate::land_cover::Class;
 use crate::map::{self, MAST, PYLON};
 use crate::outline::{Place, area};
@@ -94,8 +94,11 @@ fn water_lies_where_it_is_drawn() {
     let wet = SAMPLE.water.outside.iter().filter(|&&outside| outside <= 0.0).count() as f64 * 6.25;
     assert!((total / wet - 1.0).abs() < 0.02, "{total} m² of {wet} m²");
     for place in rings.into_iter().flatten() {
-        let near = around(place.0, place.1, 0.0).next().map(|pixel| SAMPLE.water.outside[pixel]);
-        assert!(near.is_none_or(|outside| outside.abs() < 3.6), "{near:?} m off the shore at {place:?}");
+        let pixel = around(place.0.min(SIDE - 1.0), place.1.max(1.0), 0.0).next().unwrap();
+        // Rings also run where river and lake meet.
+        let off = SAMPLE.water.outside[pixel].abs().min(SAMPLE.water.beside_lake[pixel].abs());
+        let at_edge = [place.0, place.1].into_iter().any(|metres| !(2.6..SIDE - 2.6).contains(&metres));
+        assert!(off < 3.6 || at_edge, "{off} m off the shore at {place:?}");
     }
 }
 
@@ -232,9 +235,9 @@ fn scan_joins_the_ground_and_shows_the_farm() {
     let bytes = scan::encode(&scan::take(&SAMPLE.valley)).unwrap();
     assert!(bytes.len() < 350_000, "{} bytes", bytes.len());
     let mut reader = las::Reader::new(Cursor::new(bytes)).unwrap();
-    assert_eq!(reader.header().vlrs().len(), 1);
+    assert!(reader.header().vlrs().iter().any(|record| record.user_id == "LASF_Projection"));
     let mut counts = [0usize; 7];
-    for point in reader.points() {
+    for point in reader.read_all().unwrap().points() {
         let point = point.unwrap();
         let (x, y) = (point.x - ORIGIN.0, point.y - ORIGIN.1);
         let (ground, class) = (sample(&SAMPLE.valley.bare, x, y), u8::from(point.classification));

@@ -123,7 +123,7 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
 }
 
 fn church() -> Building {
-    let (x, y) = area_from_valley(-318.0, centre_line(-318.0) - 112.0);
+    let (x, y) = area_from_valley(-276.4, centre_line(-276.4) - 113.7);
     Building {
         kind: Use::Church,
         x,
