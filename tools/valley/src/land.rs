@@ -131,7 +131,7 @@ impl Scene<'_> {
             return Self::kept_at(&kept, grain + 0.5 * fractal(x / 24.0, y / 24.0, 3, SEED + 60));
         }
         if let Some(wood) = self.wood_at(pixel, grain) {
-            return wood;
+            return Cover { wild: true, ..wood };
         }
         let village = roads::village_radius(pixel);
         if village < 1.0 + 0.1 * grain && self.terrain.relief[pixel] < 40.0 {

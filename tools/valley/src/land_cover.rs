@@ -62,6 +62,17 @@ pub fn class(material: Material) -> Class {
     }
 }
 
+/// Classes of unfarmed ground.
+const WILD: [Class; 7] = [
+    Class::Snow,
+    Class::Rock,
+    Class::Heath,
+    Class::Alp,
+    Class::Broadleaved,
+    Class::Coniferous,
+    Class::MixedWood,
+];
+
 /// Gives unfarmed ground the class that most of it has within [`REACH`] pixels, so that patches are whole: the drawing mixes
 /// materials grain by grain. Single pixels join those beside them.
 pub fn settle(classes: &mut [Class], wild: &[bool]) {
@@ -76,10 +87,9 @@ pub fn settle(classes: &mut [Class], wild: &[bool]) {
                 counts[before[other] as usize] += u8::from(wild[other]);
             }
         }
-        let most =
-            [Class::Snow, Class::Rock, Class::Heath, Class::Alp].into_iter().fold(*class, |best, other| {
-                if counts[other as usize] > counts[best as usize] { other } else { best }
-            });
+        let most = WILD.into_iter().fold(*class, |best, other| {
+            if counts[other as usize] > counts[best as usize] { other } else { best }
+        });
         *class = most;
     }
     let before = classes.to_vec();

@@ -69,10 +69,10 @@ fn rings_run_counterclockwise_and_do_not_cross_themselves() {
         assert!(area(ring) > 20.0, "{} m²", area(ring));
         waters += usize::from(feature.text("natural") == Some("water"));
         let side = |k: usize| [ring[k], ring[(k + 1) % ring.len()]];
-        for k in 0..ring.len() {
-            assert!(distance(side(k)[0], side(k)[1]) > 0.05, "two corners at {:?}", ring[k]);
+        for (k, corner) in ring.iter().enumerate() {
+            assert!(distance(side(k)[0], side(k)[1]) > 0.05, "two corners at {corner:?}");
             for other in 0..k {
-                assert!(!cross(side(k), side(other)), "sides {other} and {k} cross at {:?}", ring[k]);
+                assert!(!cross(side(k), side(other)), "sides {other} and {k} cross at {corner:?}");
             }
         }
     }
