@@ -23,12 +23,14 @@ pub enum Samples<'a> {
     Heights(&'a [f32]),
     /// sRGB.
     Colours(&'a [[u8; 3]]),
+    /// Numbers of land cover.
+    Classes(&'a [u8]),
 }
 
 impl Samples<'_> {
     fn bands(&self) -> usize {
         match self {
-            Self::Heights(_) => 1,
+            Self::Heights(_) | Self::Classes(_) => 1,
             Self::Colours(_) => 3,
         }
     }
@@ -41,6 +43,7 @@ impl Samples<'_> {
             match self {
                 Self::Heights(heights) => predict_heights(&heights[range], &mut bytes),
                 Self::Colours(colours) => bytes.extend_from_slice(colours[range].as_flattened()),
+                Self::Classes(classes) => bytes.extend_from_slice(&classes[range]),
             }
         }
         bytes
@@ -77,6 +80,7 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
     let (bits, format, photometric, predictor) = match samples {
         Samples::Heights(_) => (32u16, 3u16, 1u16, 3u16),
         Samples::Colours(_) => (8, 1, 2, 1),
+        Samples::Classes(_) => (8, 1, 1, 1),
     };
     let side = u32::try_from(SIZE)?;
     directory.write_tag(Tag::ImageWidth, side)?;
@@ -99,14 +103,16 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
             directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS_HEIGHTS.as_slice())?;
             directory.write_tag(Tag::GdalNodata, "-9999")?;
         }
-        Samples::Colours(_) => directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS.as_slice())?,
+        Samples::Colours(_) | Samples::Classes(_) => {
+            directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS.as_slice())?
+        }
     }
     directory.finish()?;
     Ok(file.into_inner())
 }
 
 /// Key, place (0: here), count, value: version 1.1.0, then model type projected, pixel is area, EPSG:32632, metres.
-const GEO_KEYS: [u16; 20] = [
+pub const GEO_KEYS: [u16; 20] = [
     1, 1, 0, 4, //
     1024, 0, 1, 1, //
     1025, 0, 1, 1, //

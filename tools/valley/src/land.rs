@@ -1,21 +1,44 @@
 //! What grows and lies on the ground: fields and hedges, woods and single trees, alp, scree, rock and snow.
 
+use crate::farm::Farm;
 use crate::grid::{PIXELS, SIZE, SPACING, around, centre, steepness};
-use crate::noise::{crown, fractal, gradient, hash, mix, smooth, uniform};
+use crate::land_cover::{self, Class};
+use crate::noise::{Crown, crown, fractal, gradient, hash, mix, smooth, stems, uniform};
 use crate::palette::{Material, colour};
 use crate::roads::{self, Road};
+use crate::sites::{self, Kept};
 use crate::terrain::{Terrain, centre_line, valley_from_area};
-use crate::village;
+use crate::village::{self, Building};
 use crate::water::Water;
 
 const SEED: u64 = 9000;
+/// Distance of trees in gardens, of which only some stand there, metres; their greatest height.
+const GARDEN_TREES: f64 = 11.0;
+const GARDEN_TALL: f64 = 6.5;
 
 /// The finished valley.
 pub struct Valley {
     /// Height of what is seen from above (ground, roofs, crowns), metres above the sea.
     pub surface: Vec<f64>,
+    /// Height of the bare ground, metres above the sea.
+    pub bare: Vec<f64>,
     /// sRGB.
     pub colours: Vec<[u8; 3]>,
+    /// Land cover.
+    pub classes: Vec<Class>,
+    pub trees: Vec<Tree>,
+    pub buildings: Vec<Building>,
+}
+
+/// A tree that stands by itself.
+pub struct Tree {
+    pub x: f64,
+    pub y: f64,
+    /// Radius of the crown, metres.
+    pub radius: f64,
+    /// Height above the ground, metres.
+    pub tall: f64,
+    pub conifer: bool,
 }
 
 struct Scene<'a> {
@@ -32,33 +55,49 @@ struct Cover {
     shade: f64,
     /// Metres above the ground.
     height: f64,
+    class: Class,
+    /// Nobody farms it.
+    wild: bool,
 }
 
 impl Cover {
     fn flat(material: Material, shade: f64) -> Self {
-        Self { material, shade, height: 0.0 }
+        Self { material, shade, height: 0.0, class: land_cover::class(material), wild: false }
+    }
+
+    fn of(self, class: Class) -> Self {
+        Self { class, ..self }
     }
 }
 
-/// Covers the terrain.
-pub fn cover(terrain: &Terrain, water: &Water, roads: &[Road]) -> Valley {
+/// Covers the terrain; `bare` is its ground with bridges open.
+pub fn cover(terrain: &Terrain, bare: &[f64], water: &Water, roads: &[Road]) -> Valley {
     let scene = Scene { terrain, water, roads, steep: steepness(&terrain.ground) };
-    let covered = (0..PIXELS).map(|pixel| {
+    let (mut surface, mut colours, mut classes, mut wild) = (vec![], vec![], vec![], vec![]);
+    for pixel in 0..PIXELS {
         let cover = scene.at(pixel);
-        let height = rounded(terrain.ground[pixel] + cover.height, scene.quantum(pixel, &cover));
-        (height, colour(cover.material, cover.shade))
-    });
-    let (mut surface, mut colours): (Vec<_>, Vec<_>) = covered.unzip();
-    plant(&scene, &mut surface, &mut colours);
+        surface.push(rounded(terrain.ground[pixel] + cover.height, scene.quantum(pixel, cover.height)));
+        colours.push(colour(cover.material, cover.shade));
+        wild.push(cover.wild);
+        classes.push(cover.class);
+    }
+    land_cover::settle(&mut classes, &wild);
+    let mut trees = plant(&scene, &mut surface, &mut colours);
     skirt(&scene, &surface, &mut colours);
     let buildings = village::place(roads, water);
+    trees.extend(garden_trees(&scene, &buildings));
     village::draw(&buildings, &terrain.ground, &mut surface, |pixel, material, shade| {
         colours[pixel] = colour(material, shade);
+        if material != Material::Wall {
+            classes[pixel] = Class::Buildings;
+        }
     });
     for height in &mut surface {
         *height = rounded(*height, 1.0 / 16.0);
     }
-    Valley { surface, colours }
+    let bare: Vec<f64> = (0..PIXELS).map(|pixel| rounded(bare[pixel], scene.quantum(pixel, 0.0))).collect();
+    Farm::new(&bare).draw(&mut surface, &mut colours);
+    Valley { surface, bare, colours, classes, trees, buildings }
 }
 
 /// Multiples of a power of two leave the last bits of a float32 zero, for compression.
@@ -67,8 +106,8 @@ fn rounded(value: f64, quantum: f64) -> f64 {
 }
 
 impl Scene<'_> {
-    fn quantum(&self, pixel: usize, cover: &Cover) -> f64 {
-        match (cover.height > 3.0, self.steep[pixel] > 0.35) {
+    fn quantum(&self, pixel: usize, height: f64) -> f64 {
+        match (height > 3.0, self.steep[pixel] > 0.35) {
             (true, _) => 0.5,
             (false, true) => 0.25,
             (false, false) => 1.0 / 16.0,
@@ -88,8 +127,11 @@ impl Scene<'_> {
         if shore < 2.0 + 9.0 * fractal(x / 45.0, y / 45.0, 2, SEED + 1).max(0.0) {
             return Cover::flat(Material::Gravel, grain * 0.9);
         }
+        if let Some(kept) = sites::kept(x, y) {
+            return Self::kept_at(&kept, grain + 0.5 * fractal(x / 24.0, y / 24.0, 3, SEED + 60));
+        }
         if let Some(wood) = self.wood_at(pixel, grain) {
-            return wood;
+            return Cover { wild: true, ..wood };
         }
         let village = roads::village_radius(pixel);
         if village < 1.0 + 0.1 * grain && self.terrain.relief[pixel] < 40.0 {
@@ -101,7 +143,20 @@ impl Scene<'_> {
         {
             return self.field_at(x, y, grain);
         }
-        self.wild_at(pixel, grain)
+        Cover { wild: true, ..self.wild_at(pixel, grain) }
+    }
+
+    /// Ground that a use keeps free.
+    fn kept_at(kept: &Kept, tone: f64) -> Cover {
+        match kept {
+            Kept::Strip { along } => {
+                let mown = if (along / 22.0).rem_euclid(2.0) < 1.0 { 0.25 } else { -0.05 };
+                Cover::flat(Material::PastureLush, mown + 0.4 * tone)
+            }
+            Kept::Verge => Cover::flat(Material::Meadow, 0.8 * tone),
+            Kept::Farm => Cover::flat(Material::Pasture, 0.7 * tone),
+            Kept::Tanks => Cover::flat(Material::Yard, 0.5 * tone).of(Class::Roads),
+        }
     }
 
     fn water_at(&self, pixel: usize, grain: f64) -> Cover {
@@ -112,12 +167,11 @@ impl Scene<'_> {
     }
 
     fn road_at(&self, pixel: usize, grain: f64) -> Option<Cover> {
-        let (track, made) = self.roads.split_last()?;
-        let outside = roads::outside(made, pixel);
+        let outside = roads::outside(self.roads.iter().filter(|road| road.paved), pixel);
         if outside < 0.0 {
             return Some(Cover::flat(Material::Asphalt, 0.35 * grain));
         }
-        if track.near.distance[pixel] < track.half {
+        if roads::outside(self.roads.iter().filter(|road| !road.paved), pixel) < 0.0 {
             return Some(Cover::flat(Material::Track, 0.8 * grain));
         }
         (outside < 4.0).then(|| Cover::flat(Material::Meadow, 0.9 * grain))
@@ -141,12 +195,13 @@ impl Scene<'_> {
             || roads::outside(self.roads, pixel) < 7.0
             || roads::village_radius(pixel) < 1.25
             || self.water.outside[pixel] < 4.0
+            || sites::beside_line(x, y) < 12.0
         {
             return None;
         }
         let conifers = smooth(30.0, 130.0, relief) * 0.85 + 0.35 * gradient(x / 130.0, y / 130.0, SEED + 14);
         let edge = smooth(0.12, 0.34, patch + favour + stream);
-        Some(tree_cover(x, y, conifers, edge, grain))
+        Some(tree_cover(x, y, conifers, edge, grain).of(Class::wood(conifers)))
     }
 
     fn garden_at(&self, x: f64, y: f64, grain: f64) -> Cover {
@@ -157,15 +212,12 @@ impl Scene<'_> {
             p if p < -0.2 => Material::PastureLush,
             _ => Material::Garden,
         };
-        let crown = crown(x, y, 11.0, SEED + 21);
-        if crown.height > 0.45 && crown.tree % 7 < 2 {
-            return Cover {
-                material: Material::BroadMid,
-                shade: crown.height * 1.2 - 0.9 + 0.3 * grain,
-                height: 6.5 * crown.height,
-            };
+        let crown = crown(x, y, GARDEN_TREES, SEED + 21);
+        if crown.height > 0.45 && in_garden(&crown) {
+            let tree = Cover::flat(Material::BroadMid, crown.height * 1.2 - 0.9 + 0.3 * grain);
+            return Cover { height: GARDEN_TALL * crown.height, class: Class::Gardens, ..tree };
         }
-        Cover::flat(material, 0.8 * grain)
+        Cover::flat(material, 0.8 * grain).of(Class::Gardens)
     }
 
     /// Strips along the valley, cut across into fields, each under one crop, most with a hedge around.
@@ -185,13 +237,14 @@ impl Scene<'_> {
         let ragged = 2.3 + 1.3 * gradient(x / 8.0, y / 8.0, SEED + 37);
         if hedged && border < ragged && gradient(x / 40.0, y / 40.0, SEED + 38) > -0.62 {
             let height = 2.2 + 1.1 * gradient(x / 9.0, y / 9.0, SEED + 39);
-            return Cover { material: Material::Hedge, shade: 1.2 * grain - 0.1, height: height.max(1.2) };
+            let hedge = Cover::flat(Material::Hedge, 1.2 * grain - 0.1);
+            return Cover { height: height.max(1.2), ..hedge };
         }
         if border < 4.2 {
             return Cover::flat(Material::Meadow, grain);
         }
         let turn = if field & 64 == 0 { u } else { v };
-        crop(field, turn, x, y, grain)
+        crop(field, turn, x, y, grain).of(if field % 16 < 8 { Class::Pasture } else { Class::Crops })
     }
 
     /// Unfarmed ground by height and steepness.
@@ -204,7 +257,8 @@ impl Scene<'_> {
             smooth(250.0, 430.0, relief + 110.0 * fractal(x / 95.0, y / 95.0, 5, SEED + 52)) - 0.72 * steep;
         if snow + 0.10 * grain > 0.06 {
             let shaded = 2.0 * mottle + 0.4 * grain < -0.9;
-            return Cover::flat(if shaded { Material::SnowShade } else { Material::Snow }, 0.25 * mottle);
+            let material = if shaded { Material::SnowShade } else { Material::Snow };
+            return Cover::flat(material, 0.25 * mottle).of(Class::Snow);
         }
         if steep + wander > 1.02 {
             let bedding = gradient(
@@ -221,13 +275,13 @@ impl Scene<'_> {
             } else {
                 Material::RockDark
             };
-            return Cover::flat(material, 0.8 * grain + 0.5 * bedding + 0.3 * mottle);
+            return Cover::flat(material, 0.8 * grain + 0.5 * bedding + 0.3 * mottle).of(Class::Rock);
         }
         let stones =
             fractal(x / 60.0, y / 60.0, 4, SEED + 54) + smooth(150.0, 420.0, relief) + 0.7 * (steep - 0.5);
         if stones + 0.9 * grain > 0.72 {
             let material = if grain + mottle > 0.45 { Material::RockMid } else { Material::Scree };
-            return Cover::flat(material, 1.1 * grain);
+            return Cover::flat(material, 1.1 * grain).of(Class::Rock);
         }
         let dry = mottle + 0.9 * grain + smooth(60.0, 240.0, relief) - 0.5;
         let material = match (relief > 190.0 + 60.0 * mottle, dry) {
@@ -236,7 +290,8 @@ impl Scene<'_> {
             (_, d) if d > -0.35 => Material::AlpGreen,
             _ => Material::Pasture,
         };
-        Cover::flat(material, 0.9 * grain + 0.4 * mottle)
+        let class = if material == Material::Heath { Class::Heath } else { Class::Alp };
+        Cover::flat(material, 0.9 * grain + 0.4 * mottle).of(class)
     }
 }
 
@@ -272,7 +327,7 @@ fn crop(field: u64, turn: f64, x: f64, y: f64, grain: f64) -> Cover {
             pick(1.6 * grain + mottle, Material::Rape, Material::Meadow),
             fine - if tramline { 0.6 } else { 0.0 },
         ),
-        11 | 12 => Cover { material: Material::Maize, shade: fine + 0.4 * rows(8.5), height: 1.7 },
+        11 | 12 => Cover { height: 1.7, ..Cover::flat(Material::Maize, fine + 0.4 * rows(8.5)) },
         13 => Cover::flat(pick(mottle + grain, Material::Soil, Material::Stubble), fine + 0.3 * rows(9.5)),
         14 => Cover::flat(Material::Beet, fine + 0.35 * rows(10.5)),
         _ => Cover::flat(pick(rows(12.5) + 0.8 * grain, Material::Stubble, Material::Hay), fine),
@@ -288,7 +343,7 @@ fn tree_cover(x: f64, y: f64, conifers: f64, edge: f64, grain: f64) -> Cover {
     let crown = crown(x, y, 7.4, SEED + 40);
     if crown.height < 0.22 {
         let material = if grain > 0.2 { Material::PastureLush } else { Material::ForestFloor };
-        return Cover { material, shade: -0.6 + 0.4 * grain, height: 0.4 + 2.0 * edge };
+        return Cover { height: 0.4 + 2.0 * edge, ..Cover::flat(material, -0.6 + 0.4 * grain) };
     }
     let conifer = (crown.tree >> 8 & 255) as f64 / 255.0 < conifers;
     let material = match (conifer, crown.tree % 4) {
@@ -303,11 +358,12 @@ fn tree_cover(x: f64, y: f64, conifers: f64, edge: f64, grain: f64) -> Cover {
     let height = if conifer { tall * crown.height.powf(1.3) } else { tall * crown.height };
     let ragged = 1.6 * (uniform((x * 4.0) as i64, (y * 4.0) as i64, SEED + 41) - 0.5);
     let shade = 1.5 * crown.height - 1.05 + own + 0.5 * grain + 0.12 * ragged;
-    Cover { material, shade, height: (height + ragged).max(2.0) }
+    Cover { height: (height + ragged).max(2.0), ..Cover::flat(material, shade) }
 }
 
 /// Single trees: along hedges and water, on pastures and at the upper edge of the woods.
-fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) {
+fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) -> Vec<Tree> {
+    let mut trees = Vec::new();
     for tree in 0..4200i64 {
         let pick = |salt: u64| uniform(tree, 0, SEED + 80 + salt);
         let side = SIZE as f64 * SPACING;
@@ -327,6 +383,10 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) {
         let conifer = pick(3) < smooth(60.0, 170.0, relief);
         let radius = if conifer { 3.4 + 1.2 * pick(4) } else { 4.2 + 2.6 * pick(4) };
         let tall = if conifer { 9.0 + 5.0 * pick(5) } else { 7.0 + 6.0 * pick(5) };
+        if !sites::bears_tree(x, y, radius) {
+            continue;
+        }
+        trees.push(Tree { x, y, radius, tall, conifer });
         let material = if conifer {
             Material::Conifer
         } else if pick(6) < 0.5 {
@@ -348,6 +408,25 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) {
             }
         }
     }
+    trees
+}
+
+fn in_garden(crown: &Crown) -> bool {
+    crown.tree % 7 < 2
+}
+
+/// The trees of gardens, where they have room between buildings and lanes.
+fn garden_trees<'a>(scene: &'a Scene<'_>, buildings: &'a [Building]) -> impl Iterator<Item = Tree> + use<'a> {
+    let stems = stems(GARDEN_TREES, SEED + 21, 2.0 * SIZE as f64 * SPACING);
+    stems.filter(|(.., crown)| in_garden(crown)).filter_map(|(x, y, crown)| {
+        let radius = 3.4 * crown.height;
+        let pixel = around(x, y, 0.0).next().filter(|&pixel| roads::village_radius(pixel) < 1.1)?;
+        let free = !buildings.iter().any(|building| building.covers(x, y, radius))
+            && roads::outside(scene.roads, pixel) > radius
+            && sites::bears_tree(x, y, radius);
+        let is_garden = scene.at(pixel).class == Class::Gardens;
+        (free && is_garden).then_some(Tree { x, y, radius, tall: GARDEN_TALL * crown.height, conifer: false })
+    })
 }
 
 /// Darkens the ground at the foot of trees: it is what the steep side of a crown shows.

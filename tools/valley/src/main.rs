@@ -1,14 +1,23 @@
-//! Makes the sample in `data/`: elevation, imagery and a path of a synthetic valley.
+//! Makes the sample in `data/`: ground, imagery, maps, a scan and a path of a synthetic valley.
 //!
-//! `cargo run --release -p hedgehop-valley -- data` writes the three files there and prints their hashes.
+//! `cargo run --release -p hedgehop-valley -- data` writes the files there and prints their hashes.
 
+mod farm;
+mod features;
 mod geotiff;
 mod grid;
 mod land;
+mod land_cover;
+mod map;
+#[cfg(test)]
+mod map_tests;
 mod noise;
+mod outline;
 mod palette;
 mod path;
 mod roads;
+mod scan;
+mod sites;
 mod terrain;
 #[cfg(test)]
 mod tests;
@@ -19,11 +28,18 @@ use std::error::Error;
 use std::path::PathBuf;
 
 /// The files' names and contents.
-type Files = [(&'static str, Vec<u8>); 3];
+type Files = [(&'static str, Vec<u8>); 6];
+
+/// All that the files show.
+struct Sample {
+    water: water::Water,
+    roads: Vec<roads::Road>,
+    valley: land::Valley,
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: hedgehop-valley FOLDER")?);
-    for (name, bytes) in files(&valley())? {
+    for (name, bytes) in files(&sample())? {
         std::fs::write(folder.join(name), &bytes)?;
         #[expect(clippy::print_stdout, reason = "a program's answer")]
         {
@@ -34,20 +50,29 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The valley, as it is drawn.
-fn valley() -> land::Valley {
+fn sample() -> Sample {
     let mut terrain = terrain::build();
     let water = water::carve(&mut terrain);
     let roads = roads::lay_out();
+    let natural = terrain.ground.clone();
     roads::grade(&mut terrain, &water, &roads);
-    land::cover(&terrain, &water, &roads)
+    let mut bare = terrain.ground.clone();
+    roads::open_bridges(&mut bare, &natural, &water, &roads);
+    let valley = land::cover(&terrain, &bare, &water, &roads);
+    Sample { water, roads, valley }
 }
 
-fn files(valley: &land::Valley) -> Result<Files, Box<dyn Error>> {
+fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
+    let valley = &sample.valley;
     let places = path::fly(&valley.surface);
-    let heights: Vec<f32> = valley.surface.iter().map(|&height| height as f32).collect();
+    let heights: Vec<f32> = valley.bare.iter().map(|&height| height as f32).collect();
+    let classes: Vec<u8> = valley.classes.iter().map(|&class| class as u8).collect();
     Ok([
         ("valley-elevation.tif", geotiff::encode(&geotiff::Samples::Heights(&heights))?),
         ("valley-imagery.tif", geotiff::encode(&geotiff::Samples::Colours(&valley.colours))?),
+        ("valley-land-cover.tif", geotiff::encode(&geotiff::Samples::Classes(&classes))?),
+        ("valley-map.geojson", features::to_geojson(&map::draw(sample)).into_bytes()),
+        ("valley-scan.laz", scan::encode(&scan::take(valley))?),
         ("valley-path.csv", path::to_csv(&places).into_bytes()),
     ])
 }

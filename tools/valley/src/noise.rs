@@ -77,13 +77,27 @@ pub fn crown(x: f64, y: f64, spacing: f64, seed: u64) -> Crown {
             let dv = v - j as f64 - uniform(i, j, seed + 2);
             let radius = 0.55 + 0.4 * uniform(i, j, seed + 3);
             let inside = 1.0 - (du * du + dv * dv) / (radius * radius);
-            let height = (0.62 + 0.38 * uniform(i, j, seed + 4)) * inside.max(0.0).sqrt();
+            let height = tallness(i, j, seed) * inside.max(0.0).sqrt();
             if height > best.height {
                 best = Crown { height, tree };
             }
         }
     }
     best
+}
+
+fn tallness(i: i64, j: i64, seed: u64) -> f64 {
+    0.62 + 0.38 * uniform(i, j, seed + 4)
+}
+
+/// The trees of [`crown`] no farther than `reach` from the origin: their place, height and number.
+pub fn stems(spacing: f64, seed: u64, reach: f64) -> impl Iterator<Item = (f64, f64, Crown)> {
+    let cells = (reach / spacing).ceil() as i64;
+    (-cells..=cells).flat_map(move |i| (-cells..=cells).map(move |j| (i, j))).map(move |(i, j)| {
+        let (u, v) = (i as f64 + uniform(i, j, seed + 1), j as f64 + uniform(i, j, seed + 2));
+        let crown = Crown { height: tallness(i, j, seed), tree: hash(i, j, seed) };
+        (spacing * (0.8 * u + 0.6 * v), spacing * (0.8 * v - 0.6 * u), crown)
+    })
 }
 
 /// Linear blend.

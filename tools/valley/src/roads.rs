@@ -1,9 +1,13 @@
-//! The road along the valley and across it on an embankment, the village's lanes, and a track up the slope.
+//! The road along the valley and across it on an embankment, the village's lanes, and tracks up the slope and to the farm.
 
-use crate::grid::{Near, PIXELS, centre, near, sample, spline};
+use crate::grid::{Near, PIXELS, SIDE, around, centre, near, sample, spline};
 use crate::noise::smooth;
+use crate::sites;
 use crate::terrain::{Terrain, area_from_valley, centre_line, floor, valley_from_area};
-use crate::water::Water;
+use crate::water::{self, Water};
+
+/// Bridges reach so far beyond the water's edge that the dams at their ends end before it, metres.
+const BEYOND: f64 = 14.0;
 
 /// A made way.
 pub struct Road {
@@ -13,17 +17,34 @@ pub struct Road {
     pub near: Near,
     /// Half the width of the surface, metres.
     pub half: f64,
+    /// Asphalt; else gravel.
+    pub paved: bool,
 }
 
 /// Knots are along the valley and metres left of its centre line.
-fn road(knots: &[(f64, f64)], half: f64) -> Road {
+fn road(knots: &[(f64, f64)], half: f64, paved: bool) -> Road {
     let knots: Vec<_> =
         knots.iter().map(|&(along, offset)| area_from_valley(along, centre_line(along) + offset)).collect();
-    let line = spline(&knots, 4.0);
-    Road { near: near(&line, 60.0), line, half }
+    through(&knots, half, paved)
 }
 
-/// The main road first, then the lanes of the village, the track last.
+fn through(knots: &[(f64, f64)], half: f64, paved: bool) -> Road {
+    let line = spline(knots, 4.0);
+    Road { near: near(&line, 60.0), line, half, paved }
+}
+
+/// From the nearest vertex of the main road to the farm.
+fn farm_track(main: &Road) -> Road {
+    let far = |place: (f64, f64)| {
+        let (dx, dy) = (place.0 - sites::FARM_TRACK[0].0, place.1 - sites::FARM_TRACK[0].1);
+        dx.hypot(dy)
+    };
+    let mut knots = sites::FARM_TRACK.to_vec();
+    knots[0] = main.line.iter().copied().fold(main.line[0], |a, b| if far(b) < far(a) { b } else { a });
+    through(&knots, 1.8, false)
+}
+
+/// The main road first, then the lanes of the village, the tracks last.
 pub fn lay_out() -> Vec<Road> {
     let main = [
         (-1700.0, -21.0),
@@ -44,9 +65,9 @@ pub fn lay_out() -> Vec<Road> {
         (330.0, 160.0),
         (520.0, 122.0),
         (700.0, 62.0),
-        (900.0, 22.0),
-        (1200.0, 21.0),
-        (1600.0, 21.0),
+        (900.0, 26.0),
+        (1200.0, 30.0),
+        (1600.0, 30.0),
     ];
     let upper = [
         (-470.0, -154.0),
@@ -66,7 +87,16 @@ pub fn lay_out() -> Vec<Road> {
         (-360.0, -580.0),
         (-230.0, -640.0),
     ];
-    vec![road(&main, 4.2), road(&upper, 2.9), road(&lower, 2.9), road(&cross, 2.7), road(&track, 2.2)]
+    let main = road(&main, 4.2, true);
+    let farm = farm_track(&main);
+    vec![
+        main,
+        road(&upper, 2.9, true),
+        road(&lower, 2.9, true),
+        road(&cross, 2.7, true),
+        road(&track, 2.2, false),
+        farm,
+    ]
 }
 
 /// Levels the ground under the roads: cut and fill at slopes of 1 : 1.5, walls beside water.
@@ -83,6 +113,42 @@ pub fn grade(terrain: &mut Terrain, water: &Water, roads: &[Road]) {
             let level = heights[k] * (1.0 - t) + heights[k + 1] * t;
             let slack = beside.max(0.0) / 1.5;
             terrain.ground[pixel] = terrain.ground[pixel].clamp(level - slack, level + slack);
+        }
+    }
+}
+
+/// Indices of the vertices from which to which a road lies on bridges: they begin and end [`BEYOND`] from the water's edge.
+pub fn bridges(road: &Road, water: &Water) -> Vec<(usize, usize)> {
+    let outside = |k: usize| {
+        let (x, y) = road.line[k];
+        let inside = (0.0..SIDE).contains(&x) && (0.0..SIDE).contains(&y);
+        let pixel = around(x, y, 0.0).next().filter(|_| inside);
+        pixel.map_or(f64::INFINITY, |pixel| water.outside[pixel])
+    };
+    let mut spans: Vec<(usize, usize)> = Vec::new();
+    for k in (0..road.line.len()).filter(|&k| outside(k) <= 0.0) {
+        let from = (0..k).rev().find(|&k| outside(k) > BEYOND).unwrap_or(0);
+        let to = (k..road.line.len()).find(|&k| outside(k) > BEYOND).unwrap_or(road.line.len() - 1);
+        if spans.last() != Some(&(from, to)) {
+            spans.push((from, to));
+        }
+    }
+    spans
+}
+
+/// The ground below bridges: the water, and banks instead of the dams that the drawing has there.
+pub fn open_bridges(ground: &mut [f64], natural: &[f64], water: &Water, roads: &[Road]) {
+    for road in roads {
+        for (from, to) in bridges(road, water) {
+            for &(x, y) in &road.line[from..=to] {
+                for pixel in around(x, y, road.half + 16.0) {
+                    let (px, py) = centre(pixel);
+                    let level = water::level(valley_from_area(px, py).0);
+                    let bank = level + 0.5 + 0.75 * water.outside[pixel].max(0.0);
+                    let open = if water.outside[pixel] <= 0.0 { level } else { bank.max(natural[pixel]) };
+                    ground[pixel] = ground[pixel].min(open);
+                }
+            }
         }
     }
 }
@@ -108,9 +174,20 @@ fn profile(terrain: &Terrain, road: &Road, embanked: bool) -> Vec<f64> {
     heights
 }
 
+/// How many of a road's vertices, from the first, lie on ground that is no steeper along it than `most`, over 12 m.
+pub fn gentle(road: &Road, bare: &[f64], most: f64) -> usize {
+    let heights: Vec<f64> = road.line.iter().map(|&(x, y)| sample(bare, x, y)).collect();
+    let length = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
+    let steep = |k: &usize| {
+        let run: f64 = road.line[*k..*k + 4].windows(2).map(length).sum();
+        (heights[k + 3] - heights[*k]).abs() > most * run
+    };
+    (0..heights.len() - 3).find(steep).map_or(heights.len(), |k| k + 1)
+}
+
 /// Distance of a pixel outside the nearest of the roads' edges.
-pub fn outside(roads: &[Road], pixel: usize) -> f64 {
-    roads.iter().map(|road| road.near.distance[pixel] - road.half).fold(f64::INFINITY, f64::min)
+pub fn outside<'a>(roads: impl IntoIterator<Item = &'a Road>, pixel: usize) -> f64 {
+    roads.into_iter().map(|road| road.near.distance[pixel] - road.half).fold(f64::INFINITY, f64::min)
 }
 
 /// How far from the village's middle a pixel lies: 0 there, 1 at the rim of its ellipse, more outside.

@@ -7,18 +7,29 @@ use crate::roads::Road;
 use crate::terrain::{area_from_valley, centre_line};
 use crate::water::Water;
 
+/// What a building is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    House,
+    Barn,
+    Church,
+    Tower,
+}
+
 /// One building.
 pub struct Building {
-    x: f64,
-    y: f64,
+    pub kind: Use,
+    pub x: f64,
+    pub y: f64,
     /// Unit vector along the ridge.
-    axis: (f64, f64),
+    pub axis: (f64, f64),
     /// Half the length and half the width, metres.
-    half: (f64, f64),
-    eaves: f64,
+    pub half: (f64, f64),
+    pub eaves: f64,
     /// Rise from the eaves to the ridge.
-    roof: f64,
-    material: Material,
+    pub roof: f64,
+    /// That of the roof.
+    pub material: Material,
 }
 
 impl Building {
@@ -26,6 +37,33 @@ impl Building {
     fn local(&self, x: f64, y: f64) -> (f64, f64) {
         let (dx, dy) = (x - self.x, y - self.y);
         (dx * self.axis.0 + dy * self.axis.1, dy * self.axis.0 - dx * self.axis.1)
+    }
+
+    /// Corners, counterclockwise, of a building that is `margin` metres wider on all sides.
+    pub fn corners(&self, margin: f64) -> [(f64, f64); 4] {
+        let (length, width) = (self.half.0 + margin, self.half.1 + margin);
+        [(-length, -width), (length, -width), (length, width), (-length, width)].map(|(u, v)| {
+            (self.x + u * self.axis.0 - v * self.axis.1, self.y + u * self.axis.1 + v * self.axis.0)
+        })
+    }
+
+    /// Whether a place lies in it or no more than `margin` metres beside it.
+    pub fn covers(&self, x: f64, y: f64, margin: f64) -> bool {
+        let (u, v) = self.local(x, y);
+        u.abs() < self.half.0 + margin && v.abs() < self.half.1 + margin
+    }
+
+    /// Whether two lie on each other: no edge of either has the other wholly beyond it.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let apart = |a: &Self, b: &Self| {
+            let corners = b.corners(0.0).map(|(x, y)| a.local(x, y));
+            let beyond = |far: &dyn Fn((f64, f64)) -> f64| corners.iter().all(|&corner| far(corner) > -0.01);
+            beyond(&|(u, _)| u - a.half.0)
+                || beyond(&|(u, _)| -u - a.half.0)
+                || beyond(&|(_, v)| v - a.half.1)
+                || beyond(&|(_, v)| -v - a.half.1)
+        };
+        !apart(self, other) && !apart(other, self)
     }
 }
 
@@ -73,6 +111,7 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
         _ => Material::RoofWood,
     };
     Building {
+        kind: if barn { Use::Barn } else { Use::House },
         x: road.line[k].0 - setback * along.1,
         y: road.line[k].1 + setback * along.0,
         axis,
@@ -84,8 +123,9 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
 }
 
 fn church() -> Building {
-    let (x, y) = area_from_valley(-318.0, centre_line(-318.0) - 112.0);
+    let (x, y) = area_from_valley(-276.4, centre_line(-276.4) - 113.7);
     Building {
+        kind: Use::Church,
         x,
         y,
         axis: (0.94, 0.342),
@@ -98,8 +138,8 @@ fn church() -> Building {
 
 fn tower() -> Building {
     let church = church();
-    let (x, y) = (church.x - 15.0 * church.axis.0, church.y - 15.0 * church.axis.1);
-    Building { x, y, half: (4.0, 4.0), eaves: 17.0, roof: 5.0, ..church }
+    let (x, y) = (church.x - 16.0 * church.axis.0, church.y - 16.0 * church.axis.1);
+    Building { kind: Use::Tower, x, y, half: (4.0, 4.0), eaves: 17.0, roof: 9.0, ..church }
 }
 
 fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water) -> bool {
@@ -113,9 +153,18 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
     let Some(pixel) = around(building.x, building.y, 0.0).next() else { return false };
     let density = 1.36 - crate::roads::village_radius(pixel);
     let clear = others.iter().all(|other| {
-        (other.x - building.x).hypot(other.y - building.y) > reach + other.half.0.hypot(other.half.1) - 3.0
+        let away = (other.x - building.x).hypot(other.y - building.y);
+        away > reach + other.half.0.hypot(other.half.1) - 3.0 && !other.overlaps(building)
+    });
+    let on_road = roads.iter().any(|road| {
+        let mut middles = road.line.windows(2).map(|pair| {
+            let [(ax, ay), (bx, by)] = [pair[0], pair[1]];
+            ((ax + bx) / 2.0, (ay + by) / 2.0)
+        });
+        middles.any(|(x, y)| building.covers(x, y, road.half + 1.0))
     });
     clear
+        && !on_road
         && uniform((building.x * 8.0) as i64, (building.y * 8.0) as i64, 720) < density
         && water.outside[pixel] > reach + 8.0
         && crate::roads::outside(roads, pixel) > building.half.1 + 1.5

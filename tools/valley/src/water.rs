@@ -8,6 +8,8 @@ use crate::terrain::{LAKE, Terrain, area_from_valley, centre_line, floor, half_w
 pub struct Water {
     /// Distance outside the water's edge, metres; negative in the water; infinite far away.
     pub outside: Vec<f64>,
+    /// The same of the lake alone, roughly in metres.
+    pub beside_lake: Vec<f64>,
 }
 
 /// Level of the water at a place along the valley, metres above the sea.
@@ -28,7 +30,9 @@ pub fn carve(terrain: &mut Terrain) -> Water {
         .map(|along| area_from_valley(along, river_line(along)))
         .collect();
     let river = near(&line, 60.0);
-    let outside: Vec<f64> = (0..PIXELS).map(|pixel| outside_at(pixel, &river)).collect();
+    let beside_lake: Vec<f64> = (0..PIXELS).map(beside_lake_at).collect();
+    let outside: Vec<f64> =
+        (0..PIXELS).map(|pixel| beside_river_at(pixel, &river).min(beside_lake[pixel])).collect();
     for (pixel, &shore) in outside.iter().enumerate() {
         let (x, y) = centre(pixel);
         let level = level(valley_from_area(x, y).0);
@@ -41,16 +45,21 @@ pub fn carve(terrain: &mut Terrain) -> Water {
             terrain.ground[pixel] = mix(bank, terrain.ground[pixel], smooth(0.3 * reach, 1.6 * reach, shore));
         }
     }
-    Water { outside }
+    Water { outside, beside_lake }
 }
 
-fn outside_at(pixel: usize, river: &Near) -> f64 {
+fn beside_river_at(pixel: usize, river: &Near) -> f64 {
+    let (x, y) = centre(pixel);
+    let half = 8.5 + 4.0 * fractal(x / 75.0, y / 75.0, 3, 510);
+    river.distance[pixel] - half
+}
+
+fn beside_lake_at(pixel: usize) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);
-    let half = 8.5 + 4.0 * fractal(x / 75.0, y / 75.0, 3, 510);
     let middle = (LAKE.0 + LAKE.1) / 2.0;
     let (du, dv) = (along - middle, across - centre_line(middle) + 0.12 * (along - middle));
     let radius =
         ((du / 108.0).powi(2) + (dv / 72.0).powi(2)).sqrt() + 0.34 * fractal(x / 95.0, y / 95.0, 4, 520);
-    (river.distance[pixel] - half).min((radius - 1.0) * 80.0)
+    (radius - 1.0) * 80.0
 }
