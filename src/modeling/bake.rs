@@ -141,7 +141,7 @@ impl<'s> Oven<'s> {
         Ok(Lit { id, view, shares })
     }
 
-    /// What stands on a page of bare ground, in the light that comes to the highest of each voxel. Objects that are placed stay as they are.
+    /// What stands on a page of bare ground, in the light that comes to the surface there. Objects that are placed stay as they are.
     fn darkened_spans(&self, id: PageId) -> Result<SpanTable> {
         let Some(spans) = self.source.spans(id)? else { return Ok(SpanTable::default()) };
         let lit = self.lit(id)?;
@@ -149,7 +149,10 @@ impl<'s> Oven<'s> {
         let (size, rise) =
             ((lit.view.width, lit.view.height), SpanTable::rise(header.heights, header.grid.spacing));
         let table = SpanTable::new(size, rise, |x, y, all| {
-            let share = lit.shares.at([x, y].map(|at| (at + SHADE_APRON) as usize));
+            // A wall divides light from the shadow that it throws itself: the lightest place beside it counts.
+            let about = (0..9).map(|index| [x + index % 3, y + index / 3]);
+            let share = |place: [u32; 2]| lit.shares.at(place.map(|at| (at + SHADE_APRON - 1) as usize));
+            let share = about.map(share).fold(0.0, f32::max);
             let left = self.daylight.on(Vec3::Z, share) / self.daylight.on(Vec3::Z, 1.0);
             let dark = |colour: [u8; 3]| {
                 (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)

@@ -51,4 +51,4 @@ pub use merge::{Join, Merged, Merger};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };
-pub use steps::{forget_steps, is_own_work};
+pub use steps::{forget_steps, is_own_work, note_own_work};

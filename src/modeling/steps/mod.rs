@@ -74,13 +74,18 @@ pub fn is_own_work(output: &Path) -> bool {
 
 /// Forgets the steps of builds of `output`, so that the next one makes all of it; but not that it is [own work](is_own_work).
 pub fn forget_steps(output: &Path) {
+    let whole = Known::read(&beside(output)).whole;
+    parts(output).iter().for_each(|part| forget(part));
+    note_own_work(output, whole);
+}
+
+/// Notes that a build of a recipe wrote `output`, which has this identity, without any steps; nothing is known of it if it has none.
+pub fn note_own_work(output: &Path, identity: Option<ContentHash>) {
     let path = beside(output);
-    let whole = Known::read(&path).whole;
     // What is not there need not be forgotten.
     let _ = fs::remove_file(&path);
-    parts(output).iter().for_each(|part| forget(part));
     let mut log = Log::default();
-    if let Some(identity) = whole
+    if let Some(identity) = identity
         && log.begin(&path).is_ok()
     {
         log.whole(identity);

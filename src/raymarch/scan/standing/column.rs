@@ -208,18 +208,18 @@ impl Column {
         }
         let first = low as usize;
         let end = (high as usize) + usize::from(high > (high as usize) as f32);
-        for row in first..end {
+        for (row, &centre) in centres.iter().enumerate().take(end).skip(first) {
             if self.full[row / WORD] >> (row % WORD) & 1 != 0 {
                 continue;
             }
             let at = row as f32;
             let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
             // What a row shows is where its middle is, though that may lie a little beyond the span.
-            let inverse = fill.inverse.at(centres[row]).max(fill.bounds[0]).min(fill.bounds[1]);
+            let inverse = fill.inverse.at(centre).max(fill.bounds[0]).min(fill.bounds[1]);
             if fill.opacity.is_none() && self.covered[row] == 0 && to - from >= 1.0 {
                 self.fill_whole(row, light, inverse);
             } else {
-                let opacity = fill.opacity.map_or(1.0, |opacity| opacity.at(centres[row]).clamp(0.0, 1.0));
+                let opacity = fill.opacity.map_or(1.0, |opacity| opacity.at(centre).clamp(0.0, 1.0));
                 self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
             }
         }

@@ -11,7 +11,7 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::synthetic::Synthetic;
 use hedgehop::modeling::{
     BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
-    LandCoverFile, Materials, NodataFill, Scheme, build, forget_steps, is_own_work,
+    LandCoverFile, Materials, NodataFill, Scheme, build, forget_steps, is_own_work, note_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -297,8 +297,8 @@ impl Args {
 }
 
 /// What is to be built, whoever says it.
-struct Order {
-    options: BuildOptions,
+pub struct Order {
+    pub options: BuildOptions,
     /// The sun whose shadows go into the colours.
     shadows: Option<SunSetting>,
 }
@@ -308,21 +308,18 @@ impl Args {
         let Some(file) = &self.recipe else {
             return Ok(Order { options: self.options()?, shadows: self.bake_shadows });
         };
-        let recipe = Recipe::read(file)?;
-        let output = self.output.clone().unwrap_or(recipe.options.output);
-        // What a build of a recipe left is there to be brought up to date.
-        let overwrite = self.making.overwrite || is_own_work(&output);
-        if self.fresh {
-            forget_steps(&output);
+        let mut order = Order::of(file)?;
+        let options = &mut order.options;
+        if let Some(output) = &self.output {
+            options.output.clone_from(output);
         }
-        let options = BuildOptions {
-            output,
-            overwrite,
-            memory: self.memory,
-            threads: self.making.workers.count(),
-            ..recipe.options
-        };
-        Ok(Order { options, shadows: recipe.shadows })
+        // What a build of a recipe left is there to be brought up to date.
+        options.overwrite = self.making.overwrite || is_own_work(&options.output);
+        if self.fresh {
+            forget_steps(&options.output);
+        }
+        (options.memory, options.threads) = (self.memory, self.making.workers.count());
+        Ok(order)
     }
 }
 
@@ -351,7 +348,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 impl Order {
-    fn fill(&self, observer: &dyn Observer) -> hedgehop::Result<BuildReport> {
+    /// What a recipe says.
+    pub fn of(recipe: &Path) -> hedgehop::Result<Self> {
+        let recipe = Recipe::read(recipe)?;
+        Ok(Self { options: recipe.options, shadows: recipe.shadows })
+    }
+
+    /// Builds it.
+    pub fn fill(&self, observer: &dyn Observer) -> hedgehop::Result<BuildReport> {
         let Some(sun) = self.shadows else { return build(&self.options, observer) };
         // Beside the output, and shadows into what goes there.
         let BuildOptions { output, overwrite, threads, .. } = &self.options;
@@ -368,6 +372,9 @@ impl Order {
         let report = build(&options, observer)?;
         let target = (output.as_path(), *overwrite);
         let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, *threads, observer)?;
+        if self.options.steps {
+            note_own_work(output, Some(PageFile::open(output)?.header().content_hash));
+        }
         Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
     }
 }

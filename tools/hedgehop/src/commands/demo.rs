@@ -7,11 +7,12 @@ use hedgehop::frame::FramePattern;
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::frame::video::check_video;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{BuildOptions, build};
+use hedgehop::progress::Observer;
 use hedgehop::{Error, Result};
 
 use crate::aov::AovArgs;
 use crate::args::{self, Instructions, Overlap, Size, Workers};
+use crate::commands::build::Order;
 use crate::commands::render;
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
@@ -32,11 +33,29 @@ Examples:
   hedgehop demo
   hedgehop demo -o /data/hedgehop-demo";
 
-/// A synthetic valley that this project made; its licence lies beside it in `data/`.
-const ELEVATION: (&str, &[u8]) =
-    ("valley-elevation.tif", include_bytes!("../../../../data/valley-elevation.tif"));
-const IMAGERY: (&str, &[u8]) = ("valley-imagery.tif", include_bytes!("../../../../data/valley-imagery.tif"));
-const PATH: (&str, &[u8]) = ("valley-path.csv", include_bytes!("../../../../data/valley-path.csv"));
+/// The recipe of a synthetic valley that this project made.
+const RECIPE: &str = "valley.toml";
+const PATH: &str = "valley-path.csv";
+
+/// A file of `data/` with its name; its licence lies beside it there.
+macro_rules! carried {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_bytes!(concat!("../../../../data/", $name)).as_slice())),*]
+    };
+}
+
+/// The recipe, and all that it names.
+const FILES: [(&str, &[u8]); 9] = carried![
+    "valley.toml",
+    "valley-elevation.tif",
+    "valley-imagery.tif",
+    "valley-land-cover.tif",
+    "valley-map.geojson",
+    "valley-scan.laz",
+    "valley-barn.obj",
+    "valley-barn.mtl",
+    "valley-path.csv",
+];
 
 /// Small enough that the whole flight takes half a minute on two cores.
 const SIZE: Size = Size { width: 480, height: 270 };
@@ -68,20 +87,25 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     let folder = &args.output;
     fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", error))?;
-    for (name, bytes) in [ELEVATION, IMAGERY, PATH] {
+    let recipe = folder.join(RECIPE);
+    // Somebody may have tried another line in it.
+    let is_changed = |file: &Path, bytes: &[u8]| fs::read(file).is_ok_and(|there| there != bytes);
+    for (name, bytes) in FILES {
         let file = folder.join(name);
+        if file == recipe && is_changed(&file, bytes) {
+            reporter.note(&format!("{} was changed, and stays as it is", file.display()));
+            continue;
+        }
         fs::write(&file, bytes).map_err(|error| Error::io(&file, "write", error))?;
     }
-    exit::print(&format!(
-        "1. wrote {}, {} and {} to {}\n",
-        ELEVATION.0,
-        IMAGERY.0,
-        PATH.0,
-        folder.display()
-    ))?;
+    let rest = FILES.len() - 1;
+    exit::print(&format!("1. wrote the recipe {} and the {rest} files that it names\n", recipe.display()))?;
 
-    let area = folder.join("valley.hop");
-    let report = build(&options(folder, &area), &reporter)?;
+    let mut order = Order::of(&recipe)?;
+    let options = &mut order.options;
+    (options.overwrite, options.memory, options.threads) = (true, MEMORY, args::available_cores());
+    let report = order.fill(&reporter)?;
+    let area = order.options.output;
     exit::print(&format!(
         "2. built {}: {} x {} voxels of {} m, {:.1} MB in {:.1} s\n",
         area.display(),
@@ -102,15 +126,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     }
     exit::print(&next(folder, &area, flight.video.is_some()))?;
     Ok(())
-}
-
-fn options(folder: &Path, area: &Path) -> BuildOptions {
-    BuildOptions {
-        overwrite: true,
-        memory: MEMORY,
-        threads: args::available_cores(),
-        ..BuildOptions::new(vec![folder.join(ELEVATION.0)], vec![folder.join(IMAGERY.0)], area.to_owned())
-    }
 }
 
 /// The flight as `hedgehop render` would fly it.
@@ -134,7 +149,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         trust: TrustArgs::default(),
         instructions: Instructions::default(),
         flight: FlightArgs {
-            path: Some(folder.join(PATH.0)),
+            path: Some(folder.join(PATH)),
             eye: None,
             eye_lonlat: false,
             ypr: None,
@@ -163,7 +178,7 @@ fn contact_sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
 /// Commands to go on with; each works as it stands.
 fn next(folder: &Path, area: &Path, has_film: bool) -> String {
     let me = program();
-    let (area, path) = (area.display(), folder.join(PATH.0));
+    let (area, path) = (area.display(), folder.join(PATH));
     let path = path.display();
     let film = if has_film {
         String::new()
@@ -180,7 +195,8 @@ fn next(folder: &Path, area: &Path, has_film: bool) -> String {
          {me} render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
          {me} render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
          {me} bench {area} --path {path}\n  \
-         {me} build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
+         {me} build {recipe}   (change a line of it first: only what it changes is made again)\n",
+        recipe = folder.join(RECIPE).display(),
         blocks = folder.join("blocks-####.png").display(),
         haze = folder.join("haze-####.png").display()
     )
