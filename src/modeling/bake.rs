@@ -149,10 +149,7 @@ impl<'s> Oven<'s> {
         let (size, rise) =
             ((lit.view.width, lit.view.height), SpanTable::rise(header.heights, header.grid.spacing));
         let table = SpanTable::new(size, rise, |x, y, all| {
-            // A wall divides light from the shadow that it throws itself: the lightest place beside it counts.
-            let about = (0..9).map(|index| [x + index % 3, y + index / 3]);
-            let share = |place: [u32; 2]| lit.shares.at(place.map(|at| (at + SHADE_APRON - 1) as usize));
-            let share = about.map(share).fold(0.0, f32::max);
+            let share = lit.shares.about([x, y].map(|at| (at + SHADE_APRON) as usize));
             let left = self.daylight.on(Vec3::Z, share) / self.daylight.on(Vec3::Z, 1.0);
             let dark = |colour: [u8; 3]| {
                 (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)

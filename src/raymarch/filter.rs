@@ -136,8 +136,10 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let colour = if hit.face == Face::Top { hit.span.top } else { hit.span.side };
         let mut attributes = self.cursor.attributes_at(0, units)?;
         attributes.material = hit.span.material;
-        let blend = LevelBlend { fine: 0, coarse: 0, share: 0.0 };
-        let sun = if self.shade.is_some() { self.sun(blend, units)? } else { 1.0 };
+        let sun = match &mut self.shade {
+            Some(shade) => shade.about(self.source, units)?,
+            None => 1.0,
+        };
         Ok(SurfaceSample {
             range: hit.range,
             level: 0,

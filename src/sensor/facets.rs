@@ -75,7 +75,7 @@ impl Facets {
 }
 
 impl ShadedFacets<'_> {
-    /// Share of the sun that the highest of a voxel has. A page that cannot be read is an error of whoever reads its heights.
+    /// Share of the sun that comes to what stands over a voxel. A page that cannot be read is an error of whoever reads its heights.
     fn sun(&mut self, page: PageId, voxel: [u32; 2]) -> f32 {
         let Some(shades) = self.shades else { return 1.0 };
         let surface = page.surface();
@@ -83,7 +83,7 @@ impl ShadedFacets<'_> {
             self.latest = Some((surface, shades.page(self.source, surface).ok().flatten()));
         }
         let shade = self.latest.as_ref().and_then(|(_, shade)| shade.as_ref());
-        shade.map_or(1.0, |shade| shade.at(voxel.map(|at| at as usize + SHADE_APRON as usize)))
+        shade.map_or(1.0, |shade| shade.about(voxel.map(|at| at as usize + SHADE_APRON as usize)))
     }
 }
 

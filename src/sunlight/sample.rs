@@ -46,6 +46,21 @@ impl<'a> ShadeSampler<'a> {
         Ok(1.0)
     }
 
+    /// Share of the sun, 0…1, that comes to what stands over the finest voxel at a place (units); all of it where its page is absent.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn about(&mut self, source: &dyn PageSource, units: DVec2) -> Result<f32> {
+        let header = source.header();
+        self.latest.resize(usize::from(header.level_count), None);
+        let (nx, ny) = header.grid.dims(0);
+        let last = DVec2::new(f64::from(nx), f64::from(ny)) - 1.0;
+        let [x, y] = units.floor().clamp(DVec2::ZERO, last).to_array().map(|at| at as u32);
+        let page = self.page(source, PageId { level: 0, px: x / PAGE_SIDE, py: y / PAGE_SIDE })?;
+        let post = [x, y].map(|at| (at % PAGE_SIDE + SHADE_APRON) as usize);
+        Ok(page.map_or(1.0, |page| page.about(post)))
+    }
+
     fn page(&mut self, source: &dyn PageSource, id: PageId) -> Result<Option<&ShadePage>> {
         let latest = &mut self.latest[usize::from(id.level)];
         if latest.as_ref().is_none_or(|(known, _)| *known != id) {
