@@ -37,8 +37,8 @@ pub(in crate::modeling) struct Cover {
     pub wall: Wall,
 }
 
-/// Steps of shares: far above what rounding takes, which depends on where places are counted from.
-const SHARES: f64 = (1 << 20) as f64;
+/// Steps of shares, and of distances of walls in voxels: far above what rounding takes, which depends on where places are counted from.
+const STEPS: f64 = (1 << 20) as f64;
 /// Shares below this are nothing, and above 1 less this all: half a step of a cut.
 const LEAST: f64 = 1.0 / 256.0;
 /// Edges of one voxel that are tried as walls: the longest of them.
@@ -222,7 +222,7 @@ impl Covered<'_> {
     /// Share and wall; `None` if next to nothing is covered.
     fn wall(&self, spacing: f64) -> Option<(f64, Wall)> {
         // Maps with whole metres have edges through centres of voxels: half a voxel is half of one, whichever page asks.
-        let share = (Self::area(self.rings) * SHARES).round() / SHARES;
+        let share = (Self::area(self.rings) * STEPS).round() / STEPS;
         let share = share.clamp(0.0, 1.0);
         if share < LEAST {
             return None;
@@ -245,7 +245,9 @@ impl Covered<'_> {
         }
         let error = |(normal, distance): &(DVec2, f64)| self.error(*normal, *distance, share);
         let best = tried.iter().min_by(|a, b| error(a).total_cmp(&error(b)))?;
-        Some((share, Wall::plane(best.0, best.1 * spacing)))
+        // A wall through the centre holds it, whichever page asks: that decides on the surface there.
+        let distance = (best.1 * STEPS).round() / STEPS;
+        Some((share, Wall::plane(best.0, distance * spacing)))
     }
 
     /// Length, outward normal and distance from the centre of each edge that is not the voxel's own border.

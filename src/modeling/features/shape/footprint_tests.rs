@@ -151,6 +151,24 @@ fn voxels_do_not_depend_on_the_square_that_asks() {
 }
 
 #[test]
+fn walls_through_centres_lie_there_whichever_square_asks() {
+    for step in 0..40 {
+        let whole = square(1.0);
+        let (middle, half) = (dvec2(20.0, 14.9 + 0.0137 * f64::from(step)), dvec2(13.5, 11.3));
+        let footprint = Footprint::of(&area(rectangle(whole.corner() + middle, half, 0.0), vec![])).unwrap();
+        for first in 0..20 {
+            let part = Square { first: [2, first], rows: 9, ..whole };
+            for cover in footprint.cover(&part) {
+                if let (Wall::Plane { distance_m, .. }, 4 | 31) = (cover.wall, cover.column) {
+                    let is_corner = cover.share < 0.5;
+                    assert!(is_corner || distance_m == 0.0, "{first}: {cover:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn what_encloses_nothing_is_nothing() {
     let line = vec![dvec2(0.0, 0.0), dvec2(5.0, 5.0), dvec2(9.0, 9.0)];
     assert_eq!(Footprint::of(&area(line, vec![])), None);
