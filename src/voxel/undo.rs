@@ -273,6 +273,13 @@ fn is_half_changed(database: &Path, file: &File) -> bool {
     journal.is_some_and(|journal| journal.ends.state(file).is_ok_and(|state| state == State::Half))
 }
 
+/// Whether a file that somebody holds has no header because it is new: while one is changed, there is a journal.
+fn is_being_made(database: &Path, file: &File) -> bool {
+    let mut record = [0; at::SIZE];
+    let has_header = file.read_at(0, &mut record).is_ok() && record.iter().any(|byte| *byte != 0);
+    !has_header && !journal_of(database).exists()
+}
+
 /// Opens a database so that nobody changes it in place while it is open. A change that was stopped is taken back before; one that is going on
 /// is waited for.
 ///
@@ -286,7 +293,7 @@ pub fn open_to_read(database: &Path) -> Result<File> {
         let file = File::open(database).map_err(open)?;
         let is_late = begun.elapsed() > PATIENCE;
         match file.try_lock_shared() {
-            Err(TryLockError::WouldBlock) if is_late => {
+            Err(TryLockError::WouldBlock) if is_late || is_being_made(database, &file) => {
                 let what = "another process is writing it; repeat the command when that one has ended";
                 return Err(open(io::Error::new(io::ErrorKind::ResourceBusy, what)));
             }

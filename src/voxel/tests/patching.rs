@@ -275,3 +275,14 @@ fn who_opens_a_database_waits_for_a_change() {
     });
     assert!(change.is_before() && change.is_alone());
 }
+
+#[test]
+fn what_is_being_written_for_the_first_time_is_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    let writer = PageWriter::create(&path, grid(300, 40), HeightCode::spanning(0.0, 1.0), false).unwrap();
+    let begun = std::time::Instant::now();
+    let error = open_to_read(writer.part()).unwrap_err().to_string();
+    assert!(error.contains("another process is writing it"), "{error}");
+    assert!(begun.elapsed().as_secs() < 10);
+}
