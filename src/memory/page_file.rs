@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
     BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView,
-    SpansView, Touched, Trust, VerifyReport, verify,
+    SpansView, Touched, Trust, VerifyReport, open_to_read, verify,
 };
 
 /// What to do about a database that changed under its readers.
@@ -43,7 +43,7 @@ struct Mapping {
 
 impl Mapping {
     fn new(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(|error| Error::io(path, "open it as a database", error))?;
+        let file = open_to_read(path)?;
         let modified = file.metadata().and_then(|metadata| metadata.modified()).ok();
         // SAFETY: the mapping is private to this value, is only read, and is never handed out beyond its life. That
         // nobody truncates or rewrites the file meanwhile is the contract of `PageFile::open`.
@@ -132,10 +132,10 @@ pub struct PageFile {
 }
 
 impl PageFile {
-    /// Opens a database. Header, metadata and directory are checked now, pages when they are first touched.
+    /// Opens a database. What a build that was killed left half changed is what it was before first. Header, metadata and directory are checked now, pages when they are first touched.
     ///
-    /// The file must not be truncated or written to while it is open. Builds never do this; they replace a database
-    /// by renaming, and the old one lives on until it is closed. A file that changes nevertheless makes [`PageSource::intact`] an error,
+    /// The file must not be truncated or written to while it is open. Builds never do this: they change a database in place only if nobody has it
+    /// open, which a lock tells them; otherwise they replace it by renaming, and the old one lives on until it is closed. A file that changes nevertheless makes [`PageSource::intact`] an error,
     /// which whoever renders asks after every frame; one that is cut short ends the process with a bus error, as with every mapped
     /// file, unless [`guard_mapped_files`](super::guard_mapped_files) was called.
     pub fn open(path: &Path) -> Result<Self> {

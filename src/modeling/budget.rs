@@ -21,6 +21,9 @@ const PAGE_WORK: u64 = 10 * MIB;
 const SPARSE_PAGE_WORK: u64 = 44 * MIB;
 /// An encoded page: heights, colours, attributes, bounds and slopes of every voxel.
 const PAGE_BYTES: u64 = (PAGE_SIDE as u64 + 2 * APRON as u64).pow(2) * 18;
+/// Most bytes of new pages that wait to be written into a database in place, and which part of the memory they may be.
+const MOST_CHANGES: u64 = 64 * MIB;
+const CHANGES_SHARE: u64 = 8;
 /// Least worth having for one window, and for all decoded blocks together.
 const LEAST_WINDOW: u64 = MIB / 4;
 const LEAST_CACHE: u64 = 16 * MIB;
@@ -34,6 +37,8 @@ pub(super) struct Budget {
     pub window: usize,
     /// Workers that fit.
     pub threads: usize,
+    /// New pages that wait to be written into a database in place, bytes.
+    pub changes: u64,
     /// Bytes of all of it.
     memory: u64,
 }
@@ -42,12 +47,20 @@ impl Budget {
     /// Splits what a build may hold.
     pub fn of(options: &BuildOptions) -> Result<Self> {
         let BuildOptions { memory, threads, .. } = *options;
-        if options.corridors.is_empty() {
-            Self::split(memory, threads, PAGE_WORK)
+        let budget = if options.corridors.is_empty() {
+            Self::split(memory, threads, PAGE_WORK)?
         } else {
             let spared = memory - memory / DIRECTORY_SHARE;
-            Ok(Self { memory, ..Self::split(spared, threads, SPARSE_PAGE_WORK)? })
-        }
+            Self { memory, ..Self::split(spared, threads, SPARSE_PAGE_WORK)? }
+        };
+        Ok(if options.steps { budget.with_changes() } else { budget })
+    }
+
+    /// Takes what changes may be from the cache, as far as that can do without.
+    fn with_changes(self) -> Self {
+        let spare = self.cache.saturating_sub(LEAST_CACHE);
+        let taken = (MOST_CHANGES.min(self.memory / CHANGES_SHARE) / KEPT).min(spare);
+        Self { cache: self.cache - taken, changes: taken * KEPT, ..self }
     }
 
     /// Refuses a directory of so many pages, most of them absent, that it does not fit.
@@ -83,7 +96,7 @@ impl Budget {
         // Workers beyond a third of what is left would only take turns to decode the same blocks.
         let threads = threads.min((shared / 3 / worker).max(1));
         let cache = (shared - threads * worker) / KEPT;
-        Ok(Self { cache, window: window as usize, threads: threads as usize, memory })
+        Ok(Self { cache, window: window as usize, threads: threads as usize, changes: 0, memory })
     }
 }
 
@@ -100,7 +113,9 @@ mod tests {
                     budget.threads as u64 * (2 * budget.window as u64 + PAGE_WORK + AHEAD * PAGE_BYTES);
                 assert!(budget.threads >= 1 && budget.threads <= threads);
                 assert!(FIXED + workers + KEPT * budget.cache <= memory);
-                assert!(budget.cache >= LEAST_CACHE);
+                let changing = budget.with_changes();
+                assert!(KEPT * changing.cache + changing.changes <= KEPT * budget.cache);
+                assert!(changing.changes <= MOST_CHANGES && changing.cache >= LEAST_CACHE);
             }
         }
     }

@@ -6,13 +6,13 @@
 //! look at every height once: the range of the code, the broad shape for wide voids  scan
 //! which pages are stored: all, or near routes only                                  corridor
 //! for each page of level 1, in parallel, written in order:                          writing
-//!     copied if it was made of the same before, or else made:                       steps, page
+//!     taken over if it was made of the same before, or else made:                   steps, page
 //!     locate its voxels in each raster                                              warp
 //!     merge elevation by priority, fill voids                                       kernel, mosaic, fill
 //!     drape imagery, tint what it leaves bare                                       kernel, drape, tint
 //! for each coarser level: each page from the 16 below it, as far as these are stored voxel
 //!     the rest straight from the rasters, as level 1 is                             page
-//! write metadata, header, give the file its name
+//! write metadata, header, give the file its name; or write pages that were made into the one that has it
 //! ```
 //!
 //! Every sample is a function of its place in the grid and of the inputs, so two builds agree byte by byte,
@@ -63,7 +63,7 @@ pub struct BuildReport {
     pub void_share: f64,
     /// Pages that were written.
     pub pages: u64,
-    /// Those of them that were copied from a build before.
+    /// Those of them that are those of a build before.
     pub reused: u64,
     /// Wall time, seconds.
     pub seconds: f64,
@@ -251,6 +251,9 @@ pub(super) fn build_from(
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?
         .with_objects(Arc::clone(&shared));
     writer.expect(plan::most_bytes(&plan));
+    if let Some(base) = steps.as_ref().and_then(Steps::base) {
+        writer = writer.patching(base, budget.changes);
+    }
     let part = writer.part().to_owned();
     let trace = steps.as_ref().zip(page_keys.as_ref());
     trace.map_or(Ok(()), |(steps, _)| steps.begin(&part))?;
@@ -286,8 +289,11 @@ pub(super) fn build_from(
     metadata.materials = options.materials.records(census.classes.numbers());
     metadata.void_share = share(census.voids);
     metadata.empty_share = share(census.empty);
-    let (content_hash, bytes) = writer.finish(&metadata, decoded_range(&code, &census))?;
-    steps.iter().for_each(|steps| steps.finish(content_hash));
+    let sealed = writer.seal(&metadata, decoded_range(&code, &census))?;
+    let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);
+    steps.as_ref().map_or(Ok(()), |steps| steps.seal(content_hash))?;
+    sealed.publish()?;
+    steps.iter().for_each(Steps::finish);
     Ok(BuildReport {
         grid: plan.grid,
         content_hash,

@@ -1,4 +1,4 @@
-//! Writing the pages of all levels: made, or copied where a build before made them of the same.
+//! Writing the pages of all levels: made, or taken over where a build before made them of the same.
 
 use super::census::Census;
 use super::corridor::Tasks;
@@ -21,7 +21,7 @@ pub(super) struct Written {
     pub census: Census,
     /// Pages.
     pub pages: u64,
-    /// Those of them that were copied.
+    /// Those of them that a build before made.
     pub reused: u64,
     /// Those of them that are not noted as steps: they may be set aside still.
     pending: Vec<Made>,

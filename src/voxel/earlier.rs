@@ -8,9 +8,9 @@ use super::assembly::Storage;
 use super::fixed_header::FixedHeader;
 use super::format::header as at;
 use super::page::{is_page_length, part_crc};
-use super::{ContentHash, Grid, PageEntry, PageId, PagePart};
+use super::{ContentHash, Grid, PageEntry, PageId, PagePart, open_to_read};
 
-/// A file that pages are taken from: a database, or what is left of one that was not finished.
+/// A file that pages are taken from: a database, or what is left of one that was not finished. While it is open nobody changes it in place.
 #[derive(Debug, Clone)]
 pub struct EarlierFile(Arc<File>);
 
@@ -26,16 +26,27 @@ pub struct EarlierPage {
 
 impl EarlierPage {
     pub(super) fn file(&self) -> &File {
-        &self.file.0
+        self.file.file()
     }
 }
 
 impl EarlierFile {
-    /// Opens a file; `None` if there is none that can be read.
+    /// Opens a database; `None` if there is none that can be read.
     pub fn open(path: &Path) -> Option<Self> {
         // To open a pipe would wait for its other end.
         std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-        File::open(path).ok().map(|file| Self(Arc::new(file)))
+        open_to_read(path).ok().map(|file| Self(Arc::new(file)))
+    }
+
+    /// Opens what is left of a file that a [`super::PageWriter`] wrote; `None` if there is none, or one that writes it still.
+    pub fn open_abandoned(path: &Path) -> Option<Self> {
+        std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+        let file = File::open(path).ok()?;
+        file.try_lock_shared().is_ok().then(|| Self(Arc::new(file)))
+    }
+
+    pub(super) fn file(&self) -> &File {
+        &self.0
     }
 
     /// What a finished database says it is; `None` if it is none of this version.
@@ -63,10 +74,5 @@ impl EarlierFile {
         let is_good =
             |part: PagePart| part_crc(scratch, part, size, entry.spans as usize) == entry.crc[part.number()];
         PagePart::all(id).all(is_good).then(|| EarlierPage { id, entry: *entry, file: self.clone() })
-    }
-
-    /// Whether nobody holds the file as a [`super::PageWriter`] does while it writes.
-    pub fn is_abandoned(&self) -> bool {
-        self.0.try_lock_shared().is_ok()
     }
 }

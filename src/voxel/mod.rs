@@ -13,6 +13,7 @@ mod grid;
 mod header;
 mod material;
 mod page;
+mod patch;
 mod placement;
 mod pyramid;
 mod relief;
@@ -25,6 +26,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 mod trust;
+mod undo;
 mod used;
 mod verify;
 mod window;
@@ -53,8 +55,9 @@ pub use span::Span;
 pub use span_table::{BLOCK_SIDE, SpanBlock, SpanTable, SpansView};
 pub use store::{FileBytes, MemPages, PageStore, Touched};
 pub use trust::{Damaged, Trust, Verify};
+pub use undo::open_to_read;
 pub use used::{Lent, Used};
 
 pub use verify::{Problem, VerifyReport, verify};
 pub use window::{FinerPages, StandIn, VoxelBlock, finer_pages};
-pub use writer::PageWriter;
+pub use writer::{PageWriter, SealedFile};

@@ -1,5 +1,6 @@
 //! Writing a database file: everything under a temporary name beside the target, which it takes
-//! only when it is whole and on the disk. A build that is killed leaves `NAME.part-…`, whose header is missing.
+//! only when it is whole and on the disk; or the target is [changed in place](super::patch). A build that is killed leaves
+//! `NAME.part-…`, whose header is missing.
 
 use std::fs::{self, File};
 use std::io;
@@ -9,8 +10,11 @@ use std::sync::Arc;
 use tempfile::TempPath;
 
 use super::assembly::{Assembly, PageReadback, Storage};
+use super::patch::Part;
+use super::undo::journal_of;
 use super::{
-    ContentHash, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId, SharedObjects,
+    ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId,
+    SharedObjects,
 };
 use crate::error::{Error, Result};
 
@@ -77,6 +81,7 @@ impl Storage for File {
 #[derive(Debug)]
 pub struct PageWriter {
     assembly: Assembly,
+    part: Arc<Part>,
     objects: Arc<SharedObjects>,
     target: PathBuf,
     temporary: TempPath,
@@ -103,8 +108,10 @@ impl PageWriter {
         // Held until the file is closed: who finds one that nobody holds knows that its writer is gone. File systems without locks
         // leave that open.
         let _ = file.try_lock();
-        let assembly = Assembly::new(path, Arc::new(file), grid, heights)?;
-        Ok(Self { assembly, objects: Arc::default(), target: path.to_owned(), temporary, overwrite })
+        let part = Arc::new(Part::new(file));
+        let storage: Arc<dyn Storage> = Arc::clone(&part) as _;
+        let assembly = Assembly::new(path, storage, grid, heights)?;
+        Ok(Self { assembly, part, objects: Arc::default(), target: path.to_owned(), temporary, overwrite })
     }
 
     /// Refuses a `path` that no database can take: it exists and `overwrite` is false, or it is a folder, a device or
@@ -134,9 +141,20 @@ impl PageWriter {
         Self { objects, ..self }
     }
 
+    /// The target is `base`: where pages of it stay in their place, it is changed in place, if no more than `most` bytes are new and nobody reads it.
+    /// Before the first page.
+    #[must_use]
+    pub fn patching(self, base: &EarlierFile, most: u64) -> Self {
+        if self.overwrite {
+            self.part.patch(base, most);
+        }
+        self
+    }
+
     /// Leaves what was written so far under its temporary name, for one who comes after.
     pub fn keep(self) {
         // What cannot be kept is lost: it can be made again.
+        let _ = self.part.keep();
         let _ = self.temporary.keep();
     }
 
@@ -180,17 +198,55 @@ impl PageWriter {
     /// Writes directory, metadata and header, flushes to disk and gives the file its name. `height_range`: lowest
     /// and highest surface in metres, (0, 0) if there is none. Returns identity and bytes.
     pub fn finish(self, metadata: &Metadata, height_range: (f64, f64)) -> Result<(ContentHash, u64)> {
-        let sealed = self.assembly.seal(metadata, &self.objects, height_range)?;
-        let Self { target, temporary, overwrite, .. } = self;
+        let sealed = self.seal(metadata, height_range)?;
+        let result = (sealed.content_hash, sealed.bytes);
+        sealed.publish().map(|()| result)
+    }
+
+    /// All of [`Self::finish`] but the name.
+    pub fn seal(self, metadata: &Metadata, height_range: (f64, f64)) -> Result<SealedFile> {
+        let (content_hash, bytes) = self.assembly.seal(metadata, &self.objects, height_range)?;
+        Ok(SealedFile { content_hash, bytes, writer: self })
+    }
+
+    fn publish(self, bytes: u64) -> Result<()> {
+        let Self { target, temporary, overwrite, part, assembly, .. } = self;
+        let is_patched = part
+            .publish(&target, bytes)
+            .map_err(|error| assembly.storage_error("write it to the disk", error))?;
+        if is_patched {
+            return Ok(());
+        }
         let renamed =
             if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };
         renamed.map_err(|failure| match failure.error.kind() {
             io::ErrorKind::AlreadyExists => already_exists(&target),
             _ => Error::io(&target, "give the finished file this name", failure.error),
         })?;
+        // What was of the file before. What cannot be removed does no harm: it says which file it is of.
+        let _ = fs::remove_file(journal_of(&target));
         sync_folder(folder_of(&target))
-            .map_err(|error| Error::io(&target, "flush its folder to the disk", error))?;
-        Ok(sealed)
+            .map_err(|error| Error::io(&target, "flush its folder to the disk", error))
+    }
+}
+
+/// A database that is whole but for its name; dropped, it is removed.
+#[derive(Debug)]
+pub struct SealedFile {
+    writer: PageWriter,
+    /// What it is.
+    pub content_hash: ContentHash,
+    /// Bytes of the file.
+    pub bytes: u64,
+}
+
+impl SealedFile {
+    /// Gives the file its name, or makes the one that has it the same; it is on the disk then.
+    ///
+    /// # Errors
+    /// What was there before is there still.
+    pub fn publish(self) -> Result<()> {
+        self.writer.publish(self.bytes)
     }
 }
 
@@ -202,7 +258,7 @@ fn already_exists(path: &Path) -> Error {
 }
 
 /// The folder that holds `path`.
-fn folder_of(path: &Path) -> &Path {
+pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -210,6 +266,6 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// Makes a rename durable; only Unix can flush a folder.
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }

@@ -7,7 +7,8 @@
 //!     page of level 1               ← the grid, the code of heights, the rasters and features that reach it
 //!     coarser page                  ← the hashes of the finer pages that it is made from; where some are absent, as of level 1
 //! beside AREA.hop lies AREA.hop.steps: keys and results of steps, where each page lies
-//! a page whose key is there is copied from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
+//! a page whose key is there is taken from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
+//! where pages stay in their place, only those that were made are written
 //! while a build runs, its pages lie in AREA.hop.part-…, and what is known of them in AREA.hop.part-….steps: the next build takes them from there
 //! ```
 //! After "Build Systems à la Carte" (Mokhov, Mitchell and Peyton Jones 2018, §3): verifying traces, with early cut-off at coarser
@@ -47,6 +48,8 @@ pub(super) struct Steps {
     surveys: HashMap<Key, Survey>,
     features: HashMap<Key, Extent>,
     earlier: Vec<Earlier>,
+    /// What is to be replaced, if pages of it are known.
+    base: Option<EarlierFile>,
     /// Parts that earlier builds left, and pages that are known of each.
     left: Vec<(PathBuf, usize)>,
     log: Mutex<Log>,
@@ -68,12 +71,30 @@ pub(super) struct Reused {
 
 /// Whether a build that keeps its steps wrote what is there now, so that the next build may replace it.
 pub fn is_own_work(output: &Path) -> bool {
+    let file = EarlierFile::open(output);
+    adopt(output, file.as_ref());
     let whole = Known::read(&beside(output)).whole;
-    whole.is_some() && whole == EarlierFile::open(output).and_then(|file| file.content_hash())
+    whole.is_some() && whole == file.and_then(|file| file.content_hash())
+}
+
+/// Gives `output` its log, if the build that wrote it was killed before it could.
+fn adopt(output: &Path, file: Option<&EarlierFile>) {
+    let Some(identity) = file.and_then(EarlierFile::content_hash) else { return };
+    let is_of_output = |log: &Path| Known::read(log).whole == Some(identity);
+    let parts = parts(output);
+    if parts.is_empty() || is_of_output(&beside(output)) {
+        return;
+    }
+    if let Some(part) = parts.into_iter().find(|part| is_of_output(&beside(part)))
+        && fs::rename(beside(&part), beside(output)).is_ok()
+    {
+        forget(&part);
+    }
 }
 
 /// Forgets the steps of builds of `output`, so that the next one makes all of it; but not that it is [own work](is_own_work).
 pub fn forget_steps(output: &Path) {
+    adopt(output, EarlierFile::open(output).as_ref());
     let whole = Known::read(&beside(output)).whole;
     parts(output).iter().for_each(|part| forget(part));
     note_own_work(output, whole);
@@ -111,14 +132,18 @@ impl Steps {
             surveys: HashMap::new(),
             features: HashMap::new(),
             earlier: Vec::new(),
+            base: None,
             left: Vec::new(),
             log: Mutex::default(),
         };
+        let file = EarlierFile::open(output);
+        adopt(output, file.as_ref());
         let known = Known::read(&beside(output));
-        let file = EarlierFile::open(output).filter(|file| file.content_hash() == known.whole);
+        let file = file.filter(|file| file.content_hash() == known.whole);
+        steps.base = file.clone().filter(|_| !known.pages.is_empty());
         steps.take(known, file);
         for part in parts(output) {
-            let Some(file) = EarlierFile::open(&part).filter(EarlierFile::is_abandoned) else { continue };
+            let Some(file) = EarlierFile::open_abandoned(&part) else { continue };
             let known = Known::read(&beside(&part));
             steps.left.push((part, known.pages.len()));
             steps.take(known, Some(file));
@@ -131,6 +156,11 @@ impl Steps {
         self.surveys.extend(known.surveys);
         self.features.extend(known.features);
         self.earlier.extend(file.map(|file| Earlier { file, pages: known.pages }));
+    }
+
+    /// The file that the build replaces, if pages of it may stay where they are.
+    pub fn base(&self) -> Option<&EarlierFile> {
+        self.base.as_ref()
     }
 
     fn log(&self) -> std::sync::MutexGuard<'_, Log> {
@@ -195,17 +225,25 @@ impl Steps {
     pub fn made(&self, pages: &[Made]) -> Result<()> {
         let mut log = self.log();
         pages.iter().for_each(|made| log.page(made));
-        log.write()
-            .map_err(|error| Error::io(beside(&self.output), "write what is known of the pages", error))
+        log.write().map_err(|error| self.unwritable(error))
     }
 
-    /// The build is done: its part has become the output.
-    pub fn finish(&self, identity: ContentHash) {
+    fn unwritable(&self, error: std::io::Error) -> Error {
+        Error::io(beside(&self.output), "write what is known of the pages", error)
+    }
+
+    /// Notes what the output will be: from then on, should the build be killed, its log is known for that of the output.
+    pub fn seal(&self, identity: ContentHash) -> Result<()> {
         let mut log = self.log();
         log.whole(identity);
+        log.write().map_err(|error| self.unwritable(error))
+    }
+
+    /// The build is done: the output has all pages.
+    pub fn finish(&self) {
+        let mut log = self.log();
         // Without its log a database is as good; the next build then makes all of it.
-        if log.write().is_ok()
-            && let Some(path) = log.keep()
+        if let Some(path) = log.keep()
             && fs::rename(&path, beside(&self.output)).is_err()
         {
             let _ = fs::remove_file(path);

@@ -2,6 +2,7 @@
 
 mod damage;
 mod forgetting;
+pub(super) mod patching;
 mod placements;
 mod sparse;
 mod standing;

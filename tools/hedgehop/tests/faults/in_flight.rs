@@ -135,3 +135,61 @@ pub fn build_killed(site: &Site, random: &mut Random) -> Verdict {
         Ok(_) => Ok(Outcome::Recovered),
     }
 }
+
+/// A grid of 20 × 20 posts on top of the others, of one height but for one post.
+fn cover(folder: &Path, height: u32) {
+    let mut rows = vec![vec![120; 20]; 20];
+    rows[9][9] = height;
+    let rows: Vec<String> =
+        rows.iter().map(|row| row.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")).collect();
+    let head = "ncols 20\nnrows 20\nxllcorner 400\nyllcorner 400\ncellsize 10\n";
+    fs::write(folder.join("cover.asc"), format!("{head}{}\n", rows.join("\n"))).expect("the grid is written");
+}
+
+/// A recipe is built, changed, and built again: killed at any time, or as soon as the database itself is being changed.
+pub fn update_killed(site: &Site, random: &mut Random) -> Verdict {
+    let folder = site.fresh("rest");
+    let (target, journal) = (folder.join("area.hop"), folder.join("area.hop.undo"));
+    let dem = site.path("dem.asc");
+    let recipe = format!(
+        "[place]\nlocal = true\n[[elevation]]\nfile = \"cover.asc\"\n[[elevation]]\nfile = \"{}\"\n",
+        dem.display()
+    );
+    fs::write(folder.join("area.toml"), recipe).expect("the recipe is written");
+    let build = |output: &str| {
+        let mut command = program();
+        command.current_dir(&folder).args(["build", "area.toml", "--progress", "none", "-o", output]);
+        command
+    };
+    cover(&folder, 120);
+    ended(&run(build("area.hop")), &[0], "")?;
+    let before = fs::read(&target).map_err(|error| error.to_string())?;
+    cover(&folder, 121 + random.below(9) as u32);
+    ended(&run(build("clean.hop")), &[0], "")?;
+    let after = fs::read(folder.join("clean.hop")).map_err(|error| error.to_string())?;
+
+    let mut child = start_silently(build("area.hop"));
+    if random.below(4) == 0 {
+        kill_later(&mut child, site.build_time.div_f64(2.0), random);
+    } else {
+        while !journal.exists() && child.try_wait().map_err(|error| error.to_string())?.is_none() {
+            thread::yield_now();
+        }
+        thread::sleep(Duration::from_micros(random.below(3000) as u64));
+        let _ = child.kill();
+    }
+    let status = child.wait().map_err(|error| error.to_string())?;
+    let mut info = program();
+    info.arg("info").arg(&target);
+    ended(&run(info), &[0], "")?;
+    let found = fs::read(&target).map_err(|error| error.to_string())?;
+    if journal.exists() || !(found == after || (found == before && !status.success())) {
+        return Err("neither the database that was there, nor the new one".into());
+    }
+    ended(&run(build("area.hop")), &[0], "")?;
+    match fs::read(&target) {
+        Ok(bytes) if bytes == after && status.success() => Ok(Outcome::Same),
+        Ok(bytes) if bytes == after => Ok(Outcome::Recovered),
+        _ => Err("a second build gives other bytes".into()),
+    }
+}

@@ -60,7 +60,7 @@ struct Kind {
     mounts: bool,
 }
 
-const KINDS: [Kind; 15] = [
+const KINDS: [Kind; 16] = [
     Kind { name: "bit flips, `render`", inject: at_rest::flips_rendered, mounts: false },
     Kind { name: "bit flips, `verify`", inject: at_rest::flips_verified, mounts: false },
     Kind {
@@ -80,6 +80,7 @@ const KINDS: [Kind; 15] = [
     Kind { name: "database written anew under `render`", inject: in_flight::rewritten, mounts: false },
     Kind { name: "`render` killed", inject: in_flight::render_killed, mounts: false },
     Kind { name: "`build` killed", inject: in_flight::build_killed, mounts: false },
+    Kind { name: "second `build` of a recipe killed", inject: in_flight::update_killed, mounts: false },
     Kind { name: "file size limit reached", inject: disks::limited, mounts: false },
     Kind { name: "full disk (small tmpfs)", inject: disks::full, mounts: true },
     Kind { name: "hole of a file on a full tmpfs", inject: disks::holed, mounts: true },
