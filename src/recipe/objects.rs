@@ -9,8 +9,8 @@ use super::cover::named;
 use super::fields::Fields;
 use super::tables::{OneOrMany, crs, file, files};
 use crate::modeling::Materials;
+use crate::modeling::features::Material;
 use crate::modeling::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
-use crate::voxel::Material;
 
 /// Square metres of a hectare.
 const HECTARE: f64 = 10_000.0;
