@@ -138,6 +138,27 @@ fn only_what_changed_is_written() {
 
 #[test]
 #[cfg(unix)]
+fn gaps_between_pages_become_zeros() {
+    let change = Change::new("one", "two");
+    change.restore();
+    let number = file_number(&change.path());
+    let ends = change
+        .before
+        .directory()
+        .present()
+        .map(|(_, entry)| (entry.offset + u64::from(entry.length)) as usize);
+    let gaps = ends.filter(|end| end % 4096 != 0).chain([300]);
+    let mut bytes = change.before.bytes().to_vec();
+    let last = change.before.directory().present().map(|(_, entry)| entry.offset as usize).max().unwrap();
+    gaps.filter(|gap| *gap < last).for_each(|gap| bytes[gap] = 7);
+    assert!(bytes.iter().zip(change.before.bytes()).filter(|(a, b)| a != b).count() > 3);
+    fs::write(change.path(), &bytes).unwrap();
+    change.make().unwrap();
+    assert!(change.is_after() && file_number(&change.path()) == number);
+}
+
+#[test]
+#[cfg(unix)]
 fn a_change_that_is_stopped_anywhere_is_taken_back_or_done() {
     let (mut taken_back, mut done) = (0, 0);
     for change in changes() {
