@@ -73,7 +73,7 @@ const WILD: [Class; 7] = [
     Class::MixedWood,
 ];
 
-/// Gives unfarmed ground the class that most of it has within [`REACH`] pixels, so that patches are whole: the drawing mixes
+/// Gives unfarmed ground the class that most of it has within three pixels, so that patches are whole: the drawing mixes
 /// materials grain by grain. Single pixels join those beside them.
 pub fn settle(classes: &mut [Class], wild: &[bool]) {
     const REACH: usize = 3;

@@ -37,7 +37,7 @@ impl Seen {
     }
 }
 
-/// What rows of sixteen planes show of what stands on the ground: as [`Seen`] has it, red, green and blue, the share, and inverse depth.
+/// What rows of sixteen planes show of what stands on the ground: red, green and blue, the share, and inverse depth.
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     rows: Vec<[Sixteen; 5]>,
