@@ -71,6 +71,12 @@ impl Line {
         Self { tangent: 0.0, value, slope: 0.0 }
     }
 
+    /// Through a value, rising by `slope` for each unit of the tangent.
+    #[inline]
+    pub fn new(tangent: f32, value: f32, slope: f32) -> Self {
+        Self { tangent, value, slope }
+    }
+
     /// Through two values; level if their tangents are the same.
     #[inline]
     pub fn through(tangents: [f32; 2], values: [f32; 2]) -> Self {

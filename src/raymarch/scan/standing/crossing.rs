@@ -119,17 +119,20 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let side = [low_near.max(crest), rim.max(low_near)];
         let upper = [rim.max(low_near).max(crest), highest];
         let lower = [low_far.max(crest), low_near];
-        // Along an end inverse depth is linear in the tangent.
+        // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
         let front = Line::level(inverse[0]);
-        let along =
-            |ends: [f32; 2], is_seen: bool| if is_seen { Line::through(ends, inverse) } else { front };
+        let depth = inverse.map(|inverse| 1.0 / inverse);
+        let along = |height: f32, rise: [f32; 2], far: f32, is_seen: bool| {
+            let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
+            if is_seen && at_eye != 0.0 { Line::new(far, inverse[1], 1.0 / at_eye) } else { front }
+        };
         let beyond = inverse[0] - inverse[1];
         let bounds = [(inverse[1] - beyond).max(0.5 * inverse[1]), inverse[0] + beyond];
         let passage = Passage { top: [top_near, top_far], bottom: lows.unwrap_or([f32::NEG_INFINITY; 2]) };
         for (tangents, facet, inverse) in [
             (side, facet, front),
-            (upper, Facet::Top(span.slope), along([top_near, top_far], top_far > top_near)),
-            (lower, Facet::Bottom, along([low_near, low_far], low_far < low_near)),
+            (upper, Facet::Top(span.slope), along(top, rise, top_far, top_far > top_near)),
+            (lower, Facet::Bottom, along(low, low_rise, low_far, low_far < low_near)),
         ] {
             let [low, high] = tangents;
             if low >= high || high <= self.floor {
