@@ -15,6 +15,7 @@ use crate::geo::{Crs, VerticalDatum};
 use crate::modeling::features::{Class, Columns, LayerOptions};
 use crate::modeling::{
     BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
+    check_shadows,
 };
 use crate::sunlight::{SunSetting, written};
 
@@ -318,6 +319,9 @@ fn sun(mut table: Fields<'_, '_, '_>) -> Option<SunSetting> {
         Ok(None) if is_empty => {
             mistakes.add(&span, "[shadows] needs azimuth_deg and elevation_deg, or time");
             None
+        }
+        Ok(Some(SunSetting::At(sun))) => {
+            mistakes.check(&span, check_shadows(sun).map(|()| SunSetting::At(sun)))
         }
         Ok(sun) => sun,
         Err((span, what)) => {
