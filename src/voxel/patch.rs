@@ -20,7 +20,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::EarlierFile;
 use super::assembly::Storage;
 use super::format::{PAGE_ALIGNMENT, header as at};
-use super::undo::{Ends, Range, Record, journal_of, recover, remove_journal, stage, write_journal};
+use super::undo::{
+    Ends, Range, Record, is_of_another, journal_of, recover, remove_journal, stage, write_journal,
+};
 
 /// Bytes that are compared, and overwritten, at once.
 const BLOCK: u64 = 4096;
@@ -217,6 +219,11 @@ impl Patch {
         }
         let Some(file) = self.seize(target)? else { return Ok(false) };
         let (journal, ranges) = (journal_of(target), before(&pieces, &ends));
+        if is_of_another(&journal, &file) {
+            drop(file);
+            self.hold_again()?;
+            return Ok(false);
+        }
         if write_journal(&journal, &file, &ends, &ranges).is_err() {
             // Nothing was changed yet. What cannot be removed is not whole, or of no use.
             let _ = remove_journal(&journal);

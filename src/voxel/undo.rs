@@ -248,7 +248,7 @@ pub(super) fn remove_journal(path: &Path) -> io::Result<()> {
 /// There is a journal, and the file cannot be written.
 pub(super) fn recover(database: &Path) -> io::Result<()> {
     let path = journal_of(database);
-    if !path.exists() || !database.is_file() {
+    if !path.is_file() || !database.is_file() {
         return Ok(());
     }
     let target = OpenOptions::new().read(true).write(true).open(database)?;
@@ -257,8 +257,10 @@ pub(super) fn recover(database: &Path) -> io::Result<()> {
         locked => locked?,
     }
     // Read now: who held the file may have removed it.
-    let journal = Journal::read(&path)?;
-    let Some(journal) = journal else { return remove_journal(&path) };
+    let Some(journal) = Journal::read(&path)? else {
+        // One that was never finished belongs to a file that is whole; beside another it may be all that is left of what was there.
+        return if has_header(&target) { remove_journal(&path) } else { Err(damaged()) };
+    };
     match journal.ends.state(&target)? {
         State::Whole => remove_journal(&path),
         State::Half => journal.take_back(&target).and_then(|()| remove_journal(&path)),
@@ -267,17 +269,33 @@ pub(super) fn recover(database: &Path) -> io::Result<()> {
     }
 }
 
-/// Whether a change of `file` was stopped, and what it held before is known.
+/// Whether a change of `file` was stopped: its journal says so, or cannot be read while the file has no header.
 fn is_half_changed(database: &Path, file: &File) -> bool {
-    let journal = Journal::read(&journal_of(database)).ok().flatten();
-    journal.is_some_and(|journal| journal.ends.state(file).is_ok_and(|state| state == State::Half))
+    let path = journal_of(database);
+    match Journal::read(&path) {
+        Ok(Some(journal)) => journal.ends.state(file).is_ok_and(|state| state == State::Half),
+        Ok(None) | Err(_) => path.is_file() && !has_header(file),
+    }
+}
+
+/// Whether a journal at `path` is that of another file than `database`, which may come back for it.
+pub(super) fn is_of_another(path: &Path, database: &File) -> bool {
+    let journal = Journal::read(path).ok().flatten();
+    journal.is_some_and(|journal| journal.ends.state(database).is_ok_and(|state| state == State::Foreign))
+}
+
+fn has_header(file: &File) -> bool {
+    let mut record: Record = [0; at::SIZE];
+    file.read_at(0, &mut record).is_ok() && record.iter().any(|byte| *byte != 0)
+}
+
+fn damaged() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, "the journal is damaged")
 }
 
 /// Whether a file that somebody holds has no header because it is new: while one is changed, there is a journal.
 fn is_being_made(database: &Path, file: &File) -> bool {
-    let mut record = [0; at::SIZE];
-    let has_header = file.read_at(0, &mut record).is_ok() && record.iter().any(|byte| *byte != 0);
-    !has_header && !journal_of(database).exists()
+    !has_header(file) && !journal_of(database).exists()
 }
 
 /// Opens a database so that nobody changes it in place while it is open. A change that was stopped is taken back before; one that is going on
@@ -318,7 +336,7 @@ fn stuck(database: &Path, why: &io::Error) -> Error {
         database,
         format!(
             "a build was stopped while it changed it, and what it held before cannot be written back from {}: {why}; \
-             make the database and its folder writable and repeat the command",
+             make the database, the journal and their folder writable and repeat the command, or build it again with --overwrite",
             journal.display()
         ),
     )

@@ -217,14 +217,17 @@ impl PageWriter {
         if is_patched {
             return Ok(());
         }
+        let had_target = target.exists();
         let renamed =
             if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };
         renamed.map_err(|failure| match failure.error.kind() {
             io::ErrorKind::AlreadyExists => already_exists(&target),
             _ => Error::io(&target, "give the finished file this name", failure.error),
         })?;
-        // What was of the file before. What cannot be removed does no harm: it says which file it is of.
-        let _ = fs::remove_file(journal_of(&target));
+        // What was of the file before goes with it, and what is of one that was moved away waits for that.
+        if had_target {
+            let _ = fs::remove_file(journal_of(&target));
+        }
         sync_folder(folder_of(&target))
             .map_err(|error| Error::io(&target, "flush its folder to the disk", error))
     }

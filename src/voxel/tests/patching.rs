@@ -221,8 +221,15 @@ fn damaged_journals_change_nothing() {
     for at in damages {
         let mut damaged = journal.clone();
         damaged[at] ^= 0x20;
-        assert!(opened(&half, &damaged) == half, "byte {at}");
-        assert!(opened(&half, &journal[..at]) == half, "{at} bytes");
+        // All that is left of what the file held is not thrown away.
+        for journal in [&damaged[..], &journal[..at]] {
+            fs::write(change.path(), &half).unwrap();
+            fs::write(change.journal(), journal).unwrap();
+            let told = open_to_read(&change.path()).unwrap_err().to_string();
+            assert!(told.contains("the journal is damaged") && told.contains("--overwrite"), "{at}: {told}");
+            assert!(fs::read(change.path()).unwrap() == half, "{at}");
+            assert!(fs::read(change.journal()).unwrap() == journal, "{at}");
+        }
         // A whole database stays as it is, and the journal goes.
         assert!(opened(change.before.bytes(), &journal[..at]) == change.before.bytes());
         assert!(!change.journal().exists());
