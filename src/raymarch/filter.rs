@@ -136,8 +136,9 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let colour = if hit.face == Face::Top { hit.span.top } else { hit.span.side };
         let mut attributes = self.cursor.attributes_at(0, units)?;
         attributes.material = hit.span.material;
+        let within = self.within(units);
         let sun = match &mut self.shade {
-            Some(shade) => shade.about(self.source, units)?,
+            Some(shade) => shade.about(self.source, within)?,
             None => 1.0,
         };
         Ok(SurfaceSample {
@@ -214,11 +215,16 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Ok(sum / taps as f32)
     }
 
+    /// A position in units, brought into the area if that goes on without end.
+    fn within(&self, units: DVec2) -> DVec2 {
+        let area = DVec2::new(f64::from(self.grid.nx), f64::from(self.grid.ny));
+        if self.cursor.is_endless() { units.rem_euclid(area) } else { units }
+    }
+
     /// Share of the sun at a position in units, blended between two levels.
     fn sun(&mut self, blend: LevelBlend, units: DVec2) -> Result<f32> {
-        let Self { shade: Some(shade), source, cursor, grid, .. } = self else { return Ok(1.0) };
-        let area = DVec2::new(f64::from(grid.nx), f64::from(grid.ny));
-        let units = if cursor.is_endless() { units.rem_euclid(area) } else { units };
+        let units = self.within(units);
+        let Self { shade: Some(shade), source, .. } = self else { return Ok(1.0) };
         let fine = shade.share(*source, blend.fine, units)?;
         if blend.share == 0.0 {
             return Ok(fine);

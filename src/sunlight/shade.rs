@@ -39,17 +39,17 @@ pub struct ShadePage {
 }
 
 impl ShadePage {
-    /// The greatest share of the sun, 0…1, at a post, counted likewise, and the eight about it: what stands there divides light from the shadow that it throws itself,
-    /// and its sides belong to the light.
-    pub fn about(&self, [x, y]: [usize; 2]) -> f32 {
-        let nine = (0..9).map(|index| [(x + index % 3).saturating_sub(1), (y + index / 3).saturating_sub(1)]);
-        nine.map(|place| self.at(place)).fold(0.0, f32::max)
-    }
-
     /// Share of the sun, 0…1, at a post (eastward, northward), counted from the first of those around the page; beyond them that of the nearest.
     pub fn at(&self, [x, y]: [usize; 2]) -> f32 {
         let rows = self.shares.len() / self.stride;
         f32::from(self.shares[y.min(rows - 1) * self.stride + x.min(self.stride - 1)]) / ALL
+    }
+
+    /// The greatest share of the sun, 0…1, at a post, counted as [`Self::at`] counts, and the eight about it. What stands there divides light from the shadow that it throws
+    /// itself, and its sides belong to the light.
+    pub fn about(&self, [x, y]: [usize; 2]) -> f32 {
+        let nine = (0..9).map(|index| [(x + index % 3).saturating_sub(1), (y + index / 3).saturating_sub(1)]);
+        nine.map(|place| self.at(place)).fold(0.0, f32::max)
     }
 }
 
