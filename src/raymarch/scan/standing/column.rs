@@ -77,12 +77,14 @@ impl Line {
         Self { tangent, value, slope }
     }
 
-    /// Through two values; level if their tangents are the same.
+    /// Through two values; level if their tangents are the same, or one of them is the zenith or the nadir.
     #[inline]
     pub fn through(tangents: [f32; 2], values: [f32; 2]) -> Self {
         let run = tangents[1] - tangents[0];
-        let slope = if run == 0.0 { 0.0 } else { (values[1] - values[0]) / run };
-        Self { tangent: tangents[0], value: values[0], slope }
+        if run == 0.0 || run.is_infinite() {
+            return Self::level(values[0]);
+        }
+        Self { tangent: tangents[0], value: values[0], slope: (values[1] - values[0]) / run }
     }
 
     /// The value at a tangent.

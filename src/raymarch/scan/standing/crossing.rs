@@ -8,6 +8,9 @@ use crate::voxel::{PageId, Span};
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
 const SEAM: f32 = 0.04;
 
+/// Steepest way through a voxel whose length is told, rise over run: above and below the eye there is no end to it.
+const STEEPEST: f32 = 1.0e6;
+
 /// Spans of a voxel that are put in order.
 const MOST_SORTED: usize = 16;
 
@@ -149,7 +152,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
                 self.column.fill([low, high], light, &fill, self.centres);
                 continue;
             }
-            let slant = 0.5 * self.level * (tangents[0] + tangents[1]);
+            let slant = (0.5 * self.level * (tangents[0] + tangents[1])).clamp(-STEEPEST, STEEPEST);
             let way = self.ground * self.length * (cut[1] - cut[0]) * (slant * slant + 1.0).sqrt();
             let opacity = |tangent: f32| self.metric.opacity(span, way * passage.share(tangent));
             let bends = passage.bends(tangents);
