@@ -11,7 +11,7 @@ use tempfile::TempPath;
 
 use super::assembly::{Assembly, PageReadback, Storage};
 use super::patch::Part;
-use super::undo::journal_of;
+use super::undo::{is_of_another, journal_of};
 use super::{
     ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId,
     SharedObjects,
@@ -217,7 +217,8 @@ impl PageWriter {
         if is_patched {
             return Ok(());
         }
-        let had_target = target.exists();
+        let journal = journal_of(&target);
+        let has_own_journal = File::open(&target).is_ok_and(|file| !is_of_another(&journal, &file));
         let renamed =
             if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };
         renamed.map_err(|failure| match failure.error.kind() {
@@ -225,8 +226,8 @@ impl PageWriter {
             _ => Error::io(&target, "give the finished file this name", failure.error),
         })?;
         // What was of the file before goes with it, and what is of one that was moved away waits for that.
-        if had_target {
-            let _ = fs::remove_file(journal_of(&target));
+        if has_own_journal {
+            let _ = fs::remove_file(journal);
         }
         sync_folder(folder_of(&target))
             .map_err(|error| Error::io(&target, "flush its folder to the disk", error))
