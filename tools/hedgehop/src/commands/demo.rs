@@ -195,7 +195,8 @@ fn next(folder: &Path, area: &Path, has_film: bool) -> String {
          {me} render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
          {me} render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
          {me} bench {area} --path {path}\n  \
-         {me} build {recipe}   (when you have changed a line of it)\n",
+         {me} build {recipe}   (when you have changed a line of it)\n  \
+         {me} build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
         recipe = folder.join(RECIPE).display(),
         blocks = folder.join("blocks-####.png").display(),
         haze = folder.join("haze-####.png").display()
