@@ -246,9 +246,8 @@ fn damaged_journals_change_nothing() {
             .unwrap();
         assert!(fs::read(change.journal()).unwrap() == journal);
     }
-    assert!(opened(&half, &journal) == change.before.bytes());
+    assert!(opened(&half, &journal) == change.before.bytes() && !change.journal().exists());
     // A database that has no journal any more says that it is none.
-    fs::remove_file(change.journal()).unwrap();
     fs::write(change.path(), &half).unwrap();
     let error = MemPages::from_bytes("area.hop", &fs::read(change.path()).unwrap()).unwrap_err();
     assert!(error.to_string().contains("no header yet"), "{error}");
