@@ -1,6 +1,7 @@
 //! A frame through scan planes: march, then the image stage.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,7 @@ use glam::DVec3;
 use super::standing::{self, Stander};
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
 use crate::error::Result;
-use crate::frame::stage::{Air, Band, Cell, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
+use crate::frame::stage::{Air, Band, Cell, Depths, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
 use crate::frame::{Frame, Picture};
 use crate::raymarch::PageCursor;
 use crate::raymarch::scan::{
@@ -107,6 +108,33 @@ impl LastScreen {
 pub struct Fan {
     cells: Vec<Cell>,
     inverse: Vec<Sixteen>,
+    tilts: [Vec<Sixteen>; 2],
+}
+
+/// Distances in a part of it; as of [`Depths`].
+#[derive(Default)]
+pub struct DepthsMut<'f> {
+    pub inverse: &'f mut [Sixteen],
+    pub tilts: [&'f mut [Sixteen]; 2],
+}
+
+impl<'f> DepthsMut<'f> {
+    /// Takes those of up to `count` rows away from the beginning.
+    fn first_part(&mut self, count: usize) -> Self {
+        let Self { inverse, tilts } = self;
+        Self {
+            inverse: first_part(inverse, count),
+            tilts: tilts.each_mut().map(|tilts| first_part(tilts, count)),
+        }
+    }
+
+    /// Those of some rows, if anybody asks.
+    fn of(&mut self, rows: Range<usize>) -> DepthsMut<'_> {
+        DepthsMut {
+            inverse: self.inverse.get_mut(rows.clone()).unwrap_or_default(),
+            tilts: self.tilts.each_mut().map(|tilts| tilts.get_mut(rows.clone()).unwrap_or_default()),
+        }
+    }
 }
 
 /// Time that tasks took, added up by all workers.
@@ -199,10 +227,15 @@ fn render<S: PageSource>(
     let mut fan = renderer.shared.fans.take();
     fan.cells.resize(size, Cell::default());
     fan.inverse.resize(if with_range { size } else { 0 }, Sixteen::default());
+    let stands = with_range && renderer.source.header().is_built;
+    for tilts in &mut fan.tilts {
+        tilts.resize(if stands { size } else { 0 }, Sixteen::default());
+    }
     let rays =
         see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
     let tint = renderer.options.brightness().tint().to_array();
-    let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, tint, inverse: &fan.inverse };
+    let depths = Depths { inverse: &fan.inverse, tilts: fan.tilts.each_ref().map(Vec::as_slice) };
+    let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, tint, depths };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
     farm.each(Stage::Image, bands, |index, band| {
         imaging.time(|| {
@@ -231,17 +264,16 @@ struct Task<'f> {
     first: usize,
     groups: &'f [Kept],
     cells: &'f mut [Cell],
-    /// Empty if nobody asks.
-    inverse: &'f mut [Sixteen],
+    depths: DepthsMut<'f>,
 }
 
 impl<'f> Task<'f> {
     /// Its groups that see something.
     fn looks(self) -> impl Iterator<Item = Look<'f>> {
-        let Self { first, groups, mut cells, mut inverse } = self;
+        let Self { first, groups, mut cells, mut depths } = self;
         let looks = (first..).zip(groups).map(move |(index, kept)| {
-            let (cells, inverse) = (first_part(&mut cells, kept.rows), first_part(&mut inverse, kept.rows));
-            Look { index, kept, cells, inverse, bare_until: 0.0 }
+            let (cells, depths) = (first_part(&mut cells, kept.rows), depths.first_part(kept.rows));
+            Look { index, kept, cells, depths, bare_until: 0.0 }
         });
         looks.filter(|look| !look.kept.filled.is_empty())
     }
@@ -250,8 +282,9 @@ impl<'f> Task<'f> {
 impl<'f> Seen<'f> {
     /// Tasks of so many groups.
     fn tasks(self, per_task: usize) -> Vec<Task<'f>> {
-        let Fan { cells, inverse } = self.fan;
-        let (mut cells, mut inverse) = (cells.as_mut_slice(), inverse.as_mut_slice());
+        let Fan { cells, inverse, tilts } = self.fan;
+        let mut cells = cells.as_mut_slice();
+        let mut depths = DepthsMut { inverse, tilts: tilts.each_mut().map(Vec::as_mut_slice) };
         let chunks = self.groups.chunks(per_task).enumerate();
         let task = |(index, groups): (usize, &'f [Kept])| {
             let rows = groups.iter().map(|kept| kept.rows).sum();
@@ -259,7 +292,7 @@ impl<'f> Seen<'f> {
                 first: index * per_task,
                 groups,
                 cells: first_part(&mut cells, rows),
-                inverse: first_part(&mut inverse, rows),
+                depths: depths.first_part(rows),
             }
         };
         chunks.map(task).collect()
@@ -349,7 +382,7 @@ struct Look<'f> {
     index: usize,
     kept: &'f Kept,
     cells: &'f mut [Cell],
-    inverse: &'f mut [Sixteen],
+    depths: DepthsMut<'f>,
     /// Major distance up to which bare ground was seen, units.
     bare_until: f64,
 }
@@ -410,20 +443,20 @@ fn see<S: PageSource>(
                  look: &mut Look<'_>,
                  profile: &Profile| {
         let Lighting { lights, sums } = &mut **light;
-        let Look { index, kept, cells, inverse, bare_until } = look;
+        let Look { index, kept, cells, depths, bare_until } = look;
         let squares = view.shape.squares(*index);
         let angle = view.shape.plane_angle(*index, angle);
         painter.air.face(group);
         painter.paint(renderer.isa, group, profile, angle, &squares, lights)?;
         let missing = painter.sampler.take_missing();
         if missing.is_empty() {
-            let inverse = inverse.get_mut(kept.filled.clone()).unwrap_or_default();
+            let mut depths = depths.of(kept.filled.clone());
             let rows = Rows {
                 ladder: &ladder,
                 first: kept.first,
                 cells: &mut cells[kept.filled.clone()],
                 scale,
-                inverse: &mut *inverse,
+                inverse: &mut *depths.inverse,
             };
             rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
             if let Some(stander) = stander {
@@ -431,9 +464,9 @@ fn see<S: PageSource>(
                 let (bare_until, ladder, squares) = (*bare_until, &ladder, &squares);
                 let seen =
                     standing::Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares };
-                stander.put(&seen, &mut cells[kept.filled.clone()], inverse)?;
+                stander.put(&seen, &mut cells[kept.filled.clone()], depths.of(0..kept.filled.len()))?;
             }
-            view.shape.finish(*index, inverse);
+            view.shape.finish(*index, depths.inverse, depths.tilts);
         }
         Result::Ok(missing)
     };

@@ -3,11 +3,12 @@
 use glam::DVec3;
 
 use super::Renderer;
+use super::planes::DepthsMut;
 use crate::error::Result;
 use crate::frame::stage::{Air, Cell, Scale, Solids};
 use crate::raymarch::scan::{Cover, Field, Kept, Ladder, PlaneGroup, Profile, Standing, StandingMarch};
 use crate::sensor::ShadedFacets;
-use crate::simd::{Isa, LANES, Sixteen};
+use crate::simd::{Isa, LANES};
 use crate::voxel::PageSource;
 
 /// Puts what stands on the ground into rows that show it already; one per worker.
@@ -46,11 +47,11 @@ impl<'a> Stander<'a> {
         })
     }
 
-    /// Puts it into the rows that are filled, and their inverse depths, if somebody asks for these.
+    /// Puts it into the rows that are filled, and their distances, if somebody asks for these.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn put(&mut self, seen: &Seen<'_>, cells: &mut [Cell], inverse: &mut [Sixteen]) -> Result<()> {
+    pub fn put(&mut self, seen: &Seen<'_>, cells: &mut [Cell], depths: DepthsMut<'_>) -> Result<()> {
         let Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares } = *seen;
         let standing = Standing {
             eye: self.eye,
@@ -61,10 +62,12 @@ impl<'a> Stander<'a> {
             ladder,
             first: kept.first,
             rows: kept.filled.len(),
+            has_depths: !depths.inverse.is_empty(),
         };
         self.march.see(&standing, &mut self.facets, &mut self.cover)?;
-        let solids =
-            Solids { ladder, first: kept.first, cells, scale, inverse, cover: &self.cover, air, squares };
+        let DepthsMut { inverse, tilts } = depths;
+        let cover = &self.cover;
+        let solids = Solids { ladder, first: kept.first, cells, scale, inverse, tilts, cover, air, squares };
         solids.put(self.isa);
         Ok(())
     }

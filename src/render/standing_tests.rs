@@ -2,8 +2,10 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::reference::marcher;
 use super::*;
 use crate::raymarch::solid_tests::{pillar, standing_as};
+use crate::raymarch::{Marcher, SolidHit};
 use crate::space::{Attitude, Pose};
 use crate::voxel::{MemPages, Span};
 
@@ -182,14 +184,101 @@ fn objects_are_seen_as_the_spans_that_they_have() {
     }
 }
 
-/// Those of the surface (`tests/engine.rs`): median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean
-/// difference of light. The outline of what stands may be off by a pixel: of nine ranges about a pixel's own the nearest one counts. In
-/// a wood each voxel has an edge, and light comes through many crowns: of a hundredth of the pixels what hides their half is another voxel.
+/// Rays that are looked along within a pixel, along each side of it.
+const RAYS: u32 = 8;
+
+/// Relative difference of range that needs no second look.
+const SAME: f64 = 1e-3;
+
+/// What a ray through a place of the screen meets (pixels from its upper left corner): range of what hides half of the light, metres; infinite: the sky.
+fn range_along<S: PageSource>(marcher: &mut Marcher<'_, S>, camera: &Camera, x: f64, y: f64) -> f64 {
+    let ray = camera.ray(x, y).unwrap();
+    let ray = marcher.ray(ray.origin, ray.direction);
+    let ground = marcher.first_contact(&ray, 0.0).unwrap();
+    let (mut hits, mut left) = (Vec::new(), 1.0);
+    marcher.solids(&ray, ground.as_ref(), &mut hits).unwrap();
+    let mut hides_half = |hit: &SolidHit| {
+        left *= 1.0 - hit.opacity;
+        left <= 0.5
+    };
+    let standing = hits.iter().position(|hit| hides_half(hit));
+    standing.map_or(ground.map_or(f64::INFINITY, |ground| ground.range), |index| hits[index].range)
+}
+
+/// Differences of the engine from the reference over several views: sorted relative ones of range, by the ray nearest to what was found of all through a pixel,
+/// and by the pixel's own; share of pixels where one sees sky, and mean difference of light.
+struct Differences {
+    within: Vec<f64>,
+    own: Vec<f64>,
+    sky: f64,
+    light: f64,
+}
+
+impl Differences {
+    /// Looks at what stands as far as it is seen: at level 1, as the surface is in `tests/engine.rs`.
+    fn of(pages: &MemPages, cameras: &[Camera]) -> Self {
+        let farm = Farm::new(2).unwrap();
+        let options = RenderOptions {
+            curvature: Curvature::standard(),
+            detail: 50.0,
+            ..RenderOptions::of(pages.header())
+        };
+        let mut all = Self { within: Vec::new(), own: Vec::new(), sky: 0.0, light: 0.0 };
+        let pixels: usize = cameras.iter().map(|camera| (camera.width * camera.height) as usize).sum();
+        for camera in cameras {
+            let fast = Renderer::new(pages, &options).frame(camera, &farm).unwrap().frame;
+            let exact = render_reference(pages, camera, &options, &farm).unwrap().frame;
+            let mut marcher = marcher(pages, camera, &options);
+            for (index, (&found, &own)) in fast.range.iter().zip(&exact.range).enumerate() {
+                let [one, other] = [&fast, &exact].map(|frame| Vec3::from_array(frame.colour[index]));
+                all.light += f64::from((one - other).abs().element_sum()) / (3 * pixels) as f64;
+                if found.is_infinite() || own.is_infinite() {
+                    all.sky += f64::from(u8::from(found != own)) / pixels as f64;
+                    continue;
+                }
+                let error = (f64::from(found) - f64::from(own)).abs() / f64::from(own);
+                all.own.push(error);
+                all.within.push(error.min(least_error(&mut marcher, camera, index, (found, error))));
+            }
+        }
+        all.within.sort_by(f64::total_cmp);
+        all.own.sort_by(f64::total_cmp);
+        all
+    }
+
+    /// Median, 99 % and 99.6 % of some of them.
+    fn shares(errors: &[f64]) -> [f64; 3] {
+        [0.5, 0.99, 0.996].map(|share| errors[(errors.len() as f64 * share) as usize])
+    }
+}
+
+/// Least relative difference of a range from those along rays through its pixel; `error`, that of its own ray, if that is small.
+fn least_error<S: PageSource>(
+    marcher: &mut Marcher<'_, S>,
+    camera: &Camera,
+    index: usize,
+    (found, error): (f32, f64),
+) -> f64 {
+    let corner = [index as u32 % camera.width, index as u32 / camera.width].map(f64::from);
+    let mut least = error;
+    for ray in 0..RAYS * RAYS {
+        if least <= SAME {
+            break;
+        }
+        let [x, y] = [ray % RAYS, ray / RAYS].map(|ray| (f64::from(ray) + 0.5) / f64::from(RAYS));
+        let range = range_along(marcher, camera, corner[0] + x, corner[1] + y);
+        least = least.min((f64::from(found) - range).abs() / range);
+    }
+    least
+}
+
+/// The bounds of the surface (`tests/engine.rs`): median, 99 % and 99.6 % of the relative differences of range, share of pixels where one sees sky, mean difference of
+/// light.
+///
+/// Planes lie up to half a pixel from a pixel's own ray, and in a wood there is an outline in every second pixel: what counts is whether a ray through the pixel
+/// meets what was found. In the village the pixels' own rays do.
 #[test]
 fn planes_see_what_stands_within_the_bounds_of_the_surface() {
-    let farm = Farm::new(2).unwrap();
-    let bounds = [1.5e-4, 3e-3, 1e-2, 1e-3, 0.01];
-    let of_crowns = [1.5e-4, 3e-2, 6e-2, 1e-3, 0.01];
     let of_village = [
         camera(150.0, 100.0, 12.0, [0.0, 0.0, 0.0]),
         camera(100.0, 155.0, 25.0, [80.0, -8.0, 0.0]),
@@ -202,28 +291,17 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
         camera(100.0, 155.0, 60.0, [80.0, -25.0, 0.0]),
         camera(203.0, 210.0, 2.5, [225.0, 0.0, 0.0]),
     ];
-    for (pages, cameras, bounds) in [
-        (village(false), &of_village[..], bounds),
-        (wood(Span::OPAQUE), &of_wood[..], of_crowns),
-        (wood(DENSE), &of_wood[..], of_crowns),
+    for (name, pages, cameras, own_too) in [
+        ("village", village(false), &of_village[..], true),
+        ("wood", wood(Span::OPAQUE), &of_wood[..], false),
+        ("wood that light comes through", wood(DENSE), &of_wood[..], false),
     ] {
-        let options = RenderOptions { curvature: Curvature::standard(), ..RenderOptions::of(pages.header()) };
-        let (mut errors, mut sky, mut light, mut pixels) = (Vec::new(), 0, 0.0, 0);
-        for camera in cameras {
-            let fast = Renderer::new(&pages, &options).frame(camera, &farm).unwrap().frame;
-            let exact = render_reference(&pages, camera, &options, &farm).unwrap().frame;
-            pixels += fast.range.len();
-            for (index, (&one, own)) in fast.range.iter().zip(&exact.range).enumerate() {
-                sky += u32::from(one.is_finite() != own.is_finite());
-                let about = nine(&exact, index).filter(|other| one.is_finite() && other.is_finite());
-                errors.extend(about.map(|other| f64::from((one - other).abs() / other)).reduce(f64::min));
-                let [one, other] = [&fast, &exact].map(|frame| Vec3::from_array(frame.colour[index]));
-                light += f64::from((one - other).abs().element_sum()) / 3.0;
-            }
-        }
-        errors.sort_by(f64::total_cmp);
-        let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
-        let found = [at(0.5), at(0.99), at(0.996), f64::from(sky) / pixels as f64, light / pixels as f64];
-        assert!(found.iter().zip(bounds).all(|(found, bound)| *found <= bound), "{found:?}");
+        let found = Differences::of(&pages, cameras);
+        let [within, own] = [&found.within, &found.own].map(|errors| Differences::shares(errors));
+        println!("{name}: {within:?}, own rays {own:?}, sky {}, light {}", found.sky, found.light);
+        let is_met = |shares: [f64; 3]| shares[0] <= 1.5e-4 && shares[1] <= 3e-3 && shares[2] <= 1e-2;
+        assert!(is_met(within), "{name}: {within:?}");
+        assert!(!own_too || is_met(own), "{name}, own rays: {own:?}");
+        assert!(found.sky <= 1e-3 && found.light <= 0.01, "{name}: {} {}", found.sky, found.light);
     }
 }

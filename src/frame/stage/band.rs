@@ -135,10 +135,10 @@ impl Kernel for Filling<'_, '_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         let rows = self.first..self.first + self.band.rows(self.width);
-        let Planes { shape, cells, inverse, .. } = self.planes;
+        let Planes { shape, cells, depths, .. } = self.planes;
         match shape {
-            Shape::Upright(upright) => self.fill(simd, &UprightFan::new(simd, upright, cells, inverse, rows)),
-            Shape::Panorama(panorama) => self.fill(simd, &PanoramaFan { simd, panorama, cells, inverse }),
+            Shape::Upright(upright) => self.fill(simd, &UprightFan::new(simd, upright, cells, depths, rows)),
+            Shape::Panorama(panorama) => self.fill(simd, &PanoramaFan { simd, panorama, cells, depths }),
         }
     }
 }

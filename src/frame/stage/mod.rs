@@ -28,7 +28,7 @@ mod tests;
 pub use air::Air;
 pub use band::{Band, Pixels};
 pub use cell::{Cell, Scale};
-pub use fan::Planes;
+pub use fan::{Depths, Planes};
 pub use paint::{Light, Painter};
 pub use rows::{Rows, Sums};
 pub use solids::Solids;

@@ -8,6 +8,9 @@ use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 /// Share of a row above which it shows something.
 const LEAST_SHARE: f32 = 1.0e-3;
 
+/// Tilt of inverse depth where nothing stands.
+pub const GROUND: f32 = f32::INFINITY;
+
 /// Puts what `cover` has of a group of planes before what its rows show already, with the air before it.
 pub struct Solids<'r> {
     /// Rows of the fan.
@@ -20,6 +23,9 @@ pub struct Solids<'r> {
     pub scale: Scale,
     /// Inverse depth in the rows' middles, 1/metres; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
+    /// How it goes on from there where something stands: to the next plane, and for each unit of the tangent; [`GROUND`] where nothing does. Empty if nobody
+    /// asks.
+    pub tilts: [&'r mut [Sixteen]; 2],
     /// What stands before them.
     pub cover: &'r Cover,
     /// Haze.
@@ -39,8 +45,11 @@ impl Kernel for Solids<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<V: Simd>(self, simd: V) {
+    fn run<V: Simd>(mut self, simd: V) {
         let squares = simd.load(self.squares);
+        for tilts in self.tilts.iter_mut() {
+            tilts.fill(Sixteen([GROUND; LANES]));
+        }
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         for (row, seen) in self.cover.rows() {
             let (Some(cell), Some(centre)) =
@@ -58,10 +67,7 @@ impl Kernel for Solids<'_> {
             for (light, sum) in light.iter_mut().zip(seen) {
                 *light = simd.load(&sum.0) * per_share;
             }
-            // Of what hides less than the half of a row the mean counts.
-            let is_half = simd.splat(Cover::HALF).le(share);
-            let inverse = simd.load(&seen[4].0) * one.select(is_half, per_share);
-            let inverse = inverse.select(shows, one);
+            let inverse = (simd.load(&seen[4].0) * per_share).select(shows, one);
             let slope = simd.splat(*centre);
             let depth = inverse.recip();
             let slant = slope.mul_add(slope, squares).sqrt_rough();
@@ -72,7 +78,12 @@ impl Kernel for Solids<'_> {
             }
             self.scale.encode(simd, mixed).store_masked(shows, &mut cell.0);
             if let Some(known) = self.inverse.get_mut(row) {
-                inverse.store_masked(is_half, &mut known.0);
+                let middle = simd.load(&seen[5].0);
+                let stands = zero.lt(middle);
+                middle.store_masked(stands, &mut known.0);
+                for (tilts, seen) in self.tilts.iter_mut().zip(&seen[6..]) {
+                    simd.load(&seen.0).store_masked(stands, &mut tilts[row].0);
+                }
             }
         }
     }

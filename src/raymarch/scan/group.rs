@@ -50,6 +50,20 @@ impl PlaneGroup {
         }
         Self { major, forward, minor, depth, drop, over, ground: per_unit[LANES / 2].length() }
     }
+
+    /// Units eastward and northward per unit of major distance of a plane.
+    pub fn way(&self, lane: usize) -> [f64; 2] {
+        let minor = f64::from(self.minor[lane]);
+        if self.major == 0 { [self.forward, minor] } else { [minor, self.forward] }
+    }
+
+    /// By how much a plane's units eastward and northward per metre of depth change to the next one.
+    pub fn beside(&self, lane: usize) -> [f32; 2] {
+        let ahead = |lane: usize| self.way(lane).map(|way| way / f64::from(self.depth[lane]));
+        let from = lane.min(LANES - 2);
+        let (from, to) = (ahead(from), ahead(from + 1));
+        [0, 1].map(|axis| (to[axis] - from[axis]) as f32)
+    }
 }
 
 /// Distances ≥ 0 between which `eye + slope · distance` lies in `0..=size`.

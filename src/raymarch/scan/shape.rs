@@ -106,10 +106,12 @@ impl Shape {
         }
     }
 
-    /// Makes of a group's inverse depths what the image stage interpolates.
-    pub fn finish(&self, index: usize, filled: &mut [Sixteen]) {
-        if let Self::Panorama(panorama) = self {
-            panorama.to_ranges(index, filled);
+    /// Makes of a group's inverse depths what the image stage interpolates, and of how they go on (to the next plane, and per unit of the tangent; empty
+    /// if all is ground) what leads to the next plane and to the next row.
+    pub fn finish(&self, index: usize, inverse: &mut [Sixteen], tilts: [&mut [Sixteen]; 2]) {
+        match self {
+            Self::Upright(upright) => upright.per_row(index, tilts),
+            Self::Panorama(panorama) => panorama.to_ranges(index, inverse, tilts),
         }
     }
 }

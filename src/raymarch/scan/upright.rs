@@ -19,7 +19,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::PlaneGroup;
-use crate::simd::{Floats, LANES, Simd};
+use crate::simd::{Floats, LANES, Simd, Sixteen};
 use crate::space::{Attitude, Camera, Screen};
 use crate::voxel::Grid;
 
@@ -137,6 +137,16 @@ impl Upright {
         let [sin, cos] = self.pitch;
         let y = (self.row + row) / self.focal;
         (y * cos + sin) / (cos - y * sin)
+    }
+
+    /// What rises by so much for each unit of the tangent rises by what for each row; those of a group that are filled.
+    pub fn per_row(&self, index: usize, [_, along]: [&mut [Sixteen]; 2]) {
+        let [first, per_row] = self.horizontal().map(f64::from);
+        for (row, lanes) in self.rows(index).zip(along) {
+            let horizontal = first + row as f64 * per_row;
+            let tangents = (1.0 / (self.focal * horizontal * horizontal)) as f32;
+            lanes.0.iter_mut().for_each(|lane| *lane *= tangents);
+        }
     }
 
     /// Horizontal depth per depth along the optical axis: of row 0, and from one row to the next.

@@ -7,11 +7,15 @@ pub use panorama::PanoramaFan;
 pub use upright::UprightFan;
 
 use super::cell::{Cell, Scale};
+use super::solids::GROUND;
 use crate::raymarch::scan::Shape;
-use crate::simd::{Floats, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Ints, Mask, Simd, Sixteen};
 
-/// Inverse depths of neighbouring planes that differ by more than this share belong to two surfaces.
+/// Inverse depths of neighbouring planes that differ by more than this share of their sum belong to two surfaces.
 const EDGE: f32 = 0.06;
+
+/// Inverse depths that differ by no more than this share of their sum have a straight line between them.
+const FLAT: f32 = 0.003;
 
 /// Inverse depth from which on the surface is at the eye, 1/metres.
 const AT_EYE: f32 = 1.0e20;
@@ -27,8 +31,56 @@ pub struct Planes<'a> {
     pub scale: Scale,
     /// Factor on the light that a screen shows, by channel: how bright the hour is.
     pub tint: [f32; 3],
-    /// Inverse depth, or what the shape makes of it; in the same order, empty if nobody asks.
+    /// Distances.
+    pub depths: Depths<'a>,
+}
+
+/// Distances that planes saw, in the order of their light; empty if nobody asks.
+#[derive(Clone, Copy)]
+pub struct Depths<'a> {
+    /// Inverse depth, or what the shape makes of it.
     pub inverse: &'a [Sixteen],
+    /// How that of what stands goes on, to the next plane and to the next row; [`GROUND`] where nothing does. Empty if all is ground.
+    pub tilts: [&'a [Sixteen]; 2],
+}
+
+/// Where pixels lie among four words: left and right of the row below and of the row above.
+struct Among<V: Simd> {
+    words: [[V::I; 2]; 2],
+    /// Share of the way to the right, and up.
+    shares: [V::F; 2],
+}
+
+impl Depths<'_> {
+    #[inline(always)]
+    fn inverse<V: Simd>(&self, simd: V, words: V::I) -> V::F {
+        simd.gather(bytemuck::cast_slice(self.inverse), words)
+    }
+
+    /// Inverse depth of pixels about which something stands: that of the nearest word, along the face that is seen there. Elsewhere it is `ground`.
+    ///
+    /// Faces end from one plane to the next: between them there is nothing to interpolate.
+    #[inline(always)]
+    fn standing<V: Simd>(&self, simd: V, ground: V::F, among: &Among<V>) -> V::F {
+        let [across, along] = self.tilts.map(bytemuck::cast_slice);
+        if across.is_empty() {
+            return ground;
+        }
+        let Among { words, shares: [aside, up] } = among;
+        let is_standing = |words: V::I| simd.gather(across, words).lt(simd.splat(GROUND));
+        let stands = words.as_flattened().iter().map(|words| is_standing(*words)).reduce(|a, b| a | b);
+        let Some(stands) = stands.filter(|stands| stands.any()) else { return ground };
+        let half = simd.splat(0.5);
+        let (left, below) = (aside.lt(half), up.lt(half));
+        let nearest = words.map(|[west, east]| west.select(left, east));
+        let nearest = nearest[0].select(below, nearest[1]);
+        let (known, one) = (self.inverse(simd, nearest), simd.splat(1.0));
+        let (aside, up) = (aside.select(left, *aside - one), up.select(below, *up - one));
+        let (across, along) = (simd.gather(across, nearest), simd.gather(along, nearest));
+        let on = aside.mul_add(across, up.mul_add(along, known));
+        let on = on.max(known * half).min(known * simd.splat(2.0));
+        on.select(across.lt(simd.splat(GROUND)), known).select(stands, ground)
+    }
 }
 
 /// Looks pixels up in a fan.
@@ -55,38 +107,84 @@ fn cubic<V: Simd>(simd: V, share: V::F) -> [V::F; 4] {
     [first, simd.splat(1.0) - first - third - last, third, last]
 }
 
-/// Inverse depth between four neighbours, with the weights of left and right and of below and above; across an edge that of the
-/// nearest. `inverse` has left and right of four rows, rising, of which the middle ones count.
+/// Inverse depth between four neighbours, with the weights of left and right and of below and above. Across an edge it is that of the nearest, and goes on from
+/// there as the surface on that side does.
+///
+/// `tap` is what the weights are of, for a plane, 0 and 1 being those to the left and to the right, in a row, 0 and 1 being those below and above. Where the four
+/// differ it is asked for those beside them, −1 and 2. `is_plain`: it is linear between planes and rows where the surface is a plane, so a surface that bends is
+/// followed; and planes beside were marched.
 #[inline(always)]
-fn smooth_or_nearest<V: Simd>(simd: V, inverse: [[V::F; 2]; 4], [across, along]: [[V::F; 2]; 2]) -> V::F {
-    let [_, lower, upper, _] = inverse;
-    let smooth = is_near(simd, lower[0], lower[1])
-        & is_near(simd, upper[0], upper[1])
-        & is_even(simd, inverse, 0)
-        & is_even(simd, inverse, 1);
-    let (left, below) = (across[1].lt(across[0]), along[1].lt(along[0]));
-    let nearest = lower[0].select(left, lower[1]).select(below, upper[0].select(left, upper[1]));
+fn along_surface<V: Simd>(
+    simd: V,
+    tap: impl Fn(i32, i32) -> V::F,
+    is_plain: bool,
+    [across, along]: [[V::F; 2]; 2],
+) -> V::F {
+    let row = |row: i32| [tap(0, row), tap(1, row)];
+    let (lower, upper) = (row(0), row(1));
     let low = lower[1].mul_add(across[1], lower[0] * across[0]);
     let high = upper[1].mul_add(across[1], upper[0] * across[0]);
-    high.mul_add(along[1], low * along[0]).select(smooth, nearest)
+    let straight = high.mul_add(along[1], low * along[0]);
+    let is_flat = is_near(simd, FLAT, lower[0], lower[1])
+        & is_near(simd, FLAT, upper[0], upper[1])
+        & is_near(simd, FLAT, lower[0], upper[0])
+        & is_near(simd, FLAT, lower[1], upper[1]);
+    if is_flat.all() {
+        return straight;
+    }
+    let (under, over) = (row(-1), row(2));
+    let is_smooth = is_near(simd, EDGE, lower[0], lower[1])
+        & is_near(simd, EDGE, upper[0], upper[1])
+        & is_even(simd, [under[0], lower[0], upper[0], over[0]])
+        & is_even(simd, [under[1], lower[1], upper[1], over[1]]);
+    let (is_left, is_below) = (across[1].lt(across[0]), along[1].lt(along[0]));
+    let nearest = |[below, above]: [[V::F; 2]; 2]| {
+        below[0].select(is_left, below[1]).select(is_below, above[0].select(is_left, above[1]))
+    };
+    let zero = simd.splat(0.0);
+    // From the nearest to the other one, and to the nearest from the one beyond it; and from the other one to that beyond it.
+    let steps = |other: V::F, beyond: V::F, behind: V::F, known: V::F| {
+        [other - known, known - beyond, behind - other]
+    };
+    let known = nearest([lower, upper]);
+    let by_rows = steps(nearest([upper, lower]), nearest([under, over]), nearest([over, under]), known);
+    let mut by_planes = [zero; 3];
+    if is_plain {
+        let beside = [[tap(-1, 0), tap(2, 0)], [tap(-1, 1), tap(2, 1)]];
+        let others = [[lower[1], lower[0]], [upper[1], upper[0]]];
+        let behind = beside.map(|[left, right]| [right, left]);
+        by_planes = steps(nearest(others), nearest(beside), nearest(behind), known);
+    }
+    let (mut curved, mut on) = (straight, known);
+    for ([there, before, behind], [a, b]) in [(by_planes, across), (by_rows, along)] {
+        on = a.min(b).mul_add(lesser(simd, there, before), on);
+        if is_plain {
+            let bend = lesser(simd, there - before, behind - there);
+            curved = (a * b * simd.splat(-0.5)).mul_add(bend, curved);
+        }
+    }
+    // An eye at the surface has no steps.
+    let found = curved.select(is_smooth, on.max(known * simd.splat(0.5)));
+    found.select(known.lt(simd.splat(AT_EYE)), known)
 }
 
-/// Whether two rows may belong to one surface on both sides of all pixels: then [`smooth_or_nearest`] does not look at the rows about them.
+/// The lesser of two values of one sign; 0 of two (the minmod limiter, Roe 1986).
 #[inline(always)]
-fn is_along<V: Simd>(simd: V, lower: [V::F; 2], upper: [V::F; 2]) -> bool {
-    (is_near(simd, lower[0], upper[0]) & is_near(simd, lower[1], upper[1])).all()
+fn lesser<V: Simd>(simd: V, one: V::F, other: V::F) -> V::F {
+    let zero = simd.splat(0.0);
+    one.min(other).max(zero) + one.max(other).min(zero)
 }
 
-/// Whether inverse depths may belong to one surface.
+/// Whether inverse depths differ by no more than a share of their sum.
 #[inline(always)]
-fn is_near<V: Simd>(simd: V, a: V::F, b: V::F) -> V::M {
-    (a - b).abs().le((a + b) * simd.splat(EDGE))
+fn is_near<V: Simd>(simd: V, share: f32, a: V::F, b: V::F) -> V::M {
+    (a - b).abs().le((a + b) * simd.splat(share))
 }
 
 /// Whether the middle ones of four rows may belong to one surface. Towards the horizon its rows lie far apart, but evenly.
 #[inline(always)]
-fn is_even<V: Simd>(simd: V, [under, lower, upper, over]: [[V::F; 2]; 4], side: usize) -> V::M {
-    let step = (upper[side] - lower[side]).abs() * simd.splat(0.5);
-    let others = (lower[side] - under[side]).abs().min((over[side] - upper[side]).abs());
-    is_near(simd, lower[side], upper[side]) | step.le(others)
+fn is_even<V: Simd>(simd: V, [under, lower, upper, over]: [V::F; 4]) -> V::M {
+    let step = (upper - lower).abs() * simd.splat(0.5);
+    let others = (lower - under).abs().min((over - upper).abs());
+    is_near(simd, EDGE, lower, upper) | step.le(others)
 }

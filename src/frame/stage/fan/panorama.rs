@@ -1,9 +1,9 @@
 //! What pixels of any screen see of planes at equal steps of azimuth and elevation.
 
 use super::super::cell::{Cell, add};
-use super::{AT_EYE, LookUp, cubic, is_along, smooth_or_nearest};
+use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{Annulus, Between, Gaze, Panorama};
-use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen};
+use crate::simd::{Floats, Ints, LANES, Mask, Simd};
 
 /// Looks up what planes around the eye saw.
 pub struct PanoramaFan<'a, V: Simd> {
@@ -11,8 +11,8 @@ pub struct PanoramaFan<'a, V: Simd> {
     pub panorama: &'a Panorama,
     /// Light, group by group.
     pub cells: &'a [Cell],
-    /// Inverse range in the same order; empty if nobody asks.
-    pub inverse: &'a [Sixteen],
+    /// Distances in the same order, of inverse range.
+    pub depths: Depths<'a>,
 }
 
 /// Where sixteen pixels lie among planes and rows.
@@ -94,17 +94,15 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
             let (_, here, between) = self.next(place, left);
             let share = between.share;
             let [west, east] = between.words;
-            let inverses = bytemuck::cast_slice(self.inverse);
-            let mut taps = [[zero; 2]; 4];
-            for index in [1, 2, 0, 3] {
-                // The outer ones come last, if they are asked for.
-                if index == 0 && is_along(simd, taps[1], taps[2]) {
-                    break;
-                }
-                let row = rows[index];
-                taps[index] = [simd.gather(inverses, west + row), simd.gather(inverses, east + row)];
-            }
-            let found = smooth_or_nearest(simd, taps, [[simd.splat(1.0) - share, share], along]);
+            // Of the planes beside these two it is not known whether they were marched.
+            let word = |plane: i32, row: i32| {
+                if plane <= 0 { west + rows[(row + 1) as usize] } else { east + rows[(row + 1) as usize] }
+            };
+            let across = [simd.splat(1.0) - share, share];
+            let tap = |plane, row| self.depths.inverse(simd, word(plane, row));
+            let ground = along_surface(simd, tap, false, [across, along]);
+            let words = [rows[1], rows[2]].map(|row| [west + row, east + row]);
+            let found = self.depths.standing(simd, ground, &Among { words, shares: [share, place.rise] });
             inverse = found.select(here, inverse);
             left = left & !here;
         }

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::super::cell::{Cell, add, between};
-use super::{AT_EYE, LookUp, cubic, is_along, smooth_or_nearest};
+use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{LevelRow, Upright};
-use crate::simd::{Floats, Ints, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Ints, LANES, Simd};
 
 /// Where sixteen pixels lie among planes and rows.
 pub struct Place<V: Simd> {
@@ -24,8 +24,8 @@ pub struct UprightFan<'a, V: Simd> {
     upright: &'a Upright,
     /// Light, `[group][row]`.
     cells: &'a [Cell],
-    /// Inverse depth, `[group][row]`; empty if nobody asks.
-    inverse: &'a [Sixteen],
+    /// Distances, `[group][row]`.
+    depths: Depths<'a>,
     columns: V::F,
     /// First row of `levels`.
     first: usize,
@@ -40,31 +40,20 @@ impl<'a, V: Simd> UprightFan<'a, V> {
         simd: V,
         upright: &'a Upright,
         cells: &'a [Cell],
-        inverse: &'a [Sixteen],
+        depths: Depths<'a>,
         rows: Range<usize>,
     ) -> Self {
         let first = rows.start;
         let levels = rows.map_while(|row| upright.level_row(row as f32 + 0.5)).collect();
         let mut columns = [0.0; LANES];
         columns.iter_mut().enumerate().for_each(|(lane, column)| *column = lane as f32 + 0.5);
-        Self { simd, upright, cells, inverse, columns: simd.load(&columns), first, levels }
+        Self { simd, upright, cells, depths, columns: simd.load(&columns), first, levels }
     }
 
     /// Light that a plane saw in a row; both are taken into the fan.
     #[inline(always)]
     fn words(&self, plane: V::I, row: V::I) -> V::I {
         self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
-    }
-
-    #[inline(always)]
-    fn inverse(&self, plane: V::I, row: V::I) -> V::F {
-        self.simd.gather(bytemuck::cast_slice(self.inverse), self.index(plane, row))
-    }
-
-    /// Those of two planes in a row.
-    #[inline(always)]
-    fn inverses(&self, [left, right]: [V::I; 2], row: V::I) -> [V::F; 2] {
-        [self.inverse(left, row), self.inverse(right, row)]
     }
 
     /// Where a plane's row is among words.
@@ -151,26 +140,23 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
         let simd = self.simd;
         let (left, below) = (place.plane.floor(), place.row.floor());
         let (share, rise) = (place.plane - left, place.row - below);
-        // Inverse depth along the optical axis is what is linear from row to row.
-        let [first, per_row] = self.upright.horizontal();
-        let (first, per_row) = (simd.splat(first), simd.splat(per_row));
-        let (lower, depth) = (below.mul_add(per_row, first), place.row.mul_add(per_row, first));
-        let per_depth = depth.recip();
-        let weights = [
-            [simd.splat(1.0) - share, share],
-            [(simd.splat(1.0) - rise) * lower * per_depth, rise * (lower + per_row) * per_depth],
-        ];
         let (left, below) = (left.to_int(), below.to_int());
-        let right = left + simd.splat_int(1);
-        let mut rows = [self.inverses([left, right], below); 4];
-        if self.levels.is_empty() {
-            rows[2] = self.inverses([left, right], below + simd.splat_int(1));
-            if !is_along(simd, rows[1], rows[2]) {
-                rows[0] = self.inverses([left, right], below - simd.splat_int(1));
-                rows[3] = self.inverses([left, right], below + simd.splat_int(2));
-            }
-        }
-        let inverse = smooth_or_nearest(simd, rows, weights);
+        // Rows of an unrolled screen are those of the fan.
+        let rows_apart = i32::from(self.levels.is_empty());
+        let word = |plane: i32, row: i32| {
+            self.index(left + simd.splat_int(plane), below + simd.splat_int(row * rows_apart))
+        };
+        // Inverse depth along the optical axis is what is linear from row to row.
+        let [first, per_row] = self.upright.horizontal().map(|depth| simd.splat(depth));
+        let per_depth = place.row.mul_add(per_row, first).recip();
+        let tap = |plane: i32, row: i32| {
+            let at = below.to_float() + simd.splat((row * rows_apart) as f32);
+            self.depths.inverse(simd, word(plane, row)) * (at.mul_add(per_row, first) * per_depth)
+        };
+        let one = simd.splat(1.0);
+        let ground = along_surface(simd, tap, true, [[one - share, share], [one - rise, rise]]);
+        let words = [[word(0, 0), word(1, 0)], [word(0, 1), word(1, 1)]];
+        let inverse = self.depths.standing(simd, ground, &Among { words, shares: [share, rise] });
         let zero = simd.splat(0.0);
         let range = place.square.sqrt() * inverse.recip();
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), range);

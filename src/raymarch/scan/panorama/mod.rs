@@ -213,10 +213,21 @@ impl Panorama {
         TAU / self.annuli[self.needed[index].annulus].planes() as f64
     }
 
-    /// Inverse depth of a group's rows becomes inverse range.
-    pub fn to_ranges(&self, index: usize, inverse: &mut [Sixteen]) {
-        for (row, lanes) in self.rows(index).zip(inverse) {
-            let cosine = self.elevation(row as f64).cos() as f32;
+    /// Inverse depth of a group's rows becomes inverse range, and how it goes on to the next plane and per unit of the tangent becomes how that goes on to the
+    /// next plane and to the next row. `tilts` are empty, or as long as `inverse`.
+    pub fn to_ranges(&self, index: usize, inverse: &mut [Sixteen], [across, along]: [&mut [Sixteen]; 2]) {
+        let step = self.step as f32;
+        for (nth, (row, lanes)) in self.rows(index).zip(inverse).enumerate() {
+            let (sine, cosine) = self.elevation(row as f64).sin_cos();
+            let (sine, cosine) = (sine as f32, cosine as f32);
+            if let (Some(across), Some(along)) = (across.get_mut(nth), along.get_mut(nth)) {
+                for ((across, along), inverse) in across.0.iter_mut().zip(&mut along.0).zip(&lanes.0) {
+                    // Along a plane inverse depth is A + B·tan ε, and inverse range A·cos ε + B·sin ε.
+                    let level = inverse - *along * sine / cosine;
+                    *along = (*along * cosine - level * sine) * step;
+                    *across *= cosine;
+                }
+            }
             lanes.0.iter_mut().for_each(|lane| *lane *= cosine);
         }
     }

@@ -9,8 +9,23 @@ const ALL: u8 = u8::MAX;
 /// Share of the light behind that counts as none.
 const NOTHING_LEFT: f32 = 1.0 / 256.0;
 
+/// Share of light from which on what hides it is what is there, as the reference has it.
+const HALF: f32 = 0.5;
+
+/// Steepest way through a voxel whose length is told, rise over run: above and below the eye there is no end to it.
+const STEEPEST: f32 = 1.0e6;
+
 /// Rows in a word of flags.
 const WORD: usize = u64::BITS as usize;
+
+/// Depth in a row's middle.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Middle {
+    /// Its inverse, 1/metres; 0: nothing.
+    pub inverse: f32,
+    /// How that goes on: to the next plane, and for each unit of the tangent of elevation.
+    pub tilt: [f32; 2],
+}
 
 /// What a row shows of what stands on the ground: shares of light, as yet without the air before it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -19,8 +34,12 @@ pub struct Seen {
     pub light: [f32; 3],
     /// That share, 0…1.
     pub share: f32,
-    /// Inverse depth of what hides the half of the row, 1/metres; below half the sum of inverse depths times shares.
+    /// Sum of inverse depths times shares, 1/metres.
     pub inverse: f32,
+    /// What hides the half of the light in the row's middle.
+    pub middle: Middle,
+    /// Share of light that is hidden in the middle, 0…1.
+    hidden: f32,
 }
 
 impl Seen {
@@ -29,18 +48,30 @@ impl Seen {
         for (sum, light) in self.light.iter_mut().zip(light) {
             *sum += weight * light;
         }
-        let before = self.share;
         self.share += weight;
-        if before < Cover::HALF {
-            self.inverse = if self.share < Cover::HALF { self.inverse + weight * inverse } else { inverse };
+        self.inverse += weight * inverse;
+    }
+
+    /// Hides a share of the light in the row's middle.
+    #[inline]
+    fn hide(&mut self, opacity: f32, middle: Middle) {
+        if self.hidden >= HALF {
+            return;
+        }
+        self.hidden += (1.0 - self.hidden) * opacity;
+        if self.hidden >= HALF {
+            self.middle = middle;
         }
     }
 }
 
-/// What rows of sixteen planes show of what stands on the ground: red, green and blue, the share, and inverse depth.
+/// Elements of a row: red, green and blue, the share, inverse depth times that, inverse depth in the middle and how it goes on.
+const ELEMENTS: usize = 8;
+
+/// What rows of sixteen planes show of what stands on the ground.
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
-    rows: Vec<[Sixteen; 5]>,
+    rows: Vec<[Sixteen; ELEMENTS]>,
     /// Rows of which some plane shows something, first and one beyond the last.
     extent: [usize; 2],
 }
@@ -48,12 +79,15 @@ pub struct Cover {
 /// How a span fills rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fill {
-    /// Share of light that it hides, 0…1; `None`: all.
-    pub opacity: Option<Line>,
-    /// Inverse depth, 1/metres.
+    /// What it hides of light that comes through; `None`: all.
+    pub haze: Option<Haze>,
+    /// Inverse depth, 1/metres, and by how much it rises to the next plane.
     pub inverse: Line,
-    /// What that is at least and at most, beyond the span as well.
+    pub across: f32,
+    /// What the first is at least and at most: where the plane leaves what is seen, and at the front of that.
     pub bounds: [f32; 2],
+    /// By how much it rises to the next plane at the front.
+    pub front: f32,
 }
 
 /// What is linear in the tangent of elevation.
@@ -77,20 +111,67 @@ impl Line {
         Self { tangent, value, slope }
     }
 
-    /// Through two values; level if their tangents are the same, or one of them is the zenith or the nadir.
-    #[inline]
-    pub fn through(tangents: [f32; 2], values: [f32; 2]) -> Self {
-        let run = tangents[1] - tangents[0];
-        if run == 0.0 || run.is_infinite() {
-            return Self::level(values[0]);
-        }
-        Self { tangent: tangents[0], value: values[0], slope: (values[1] - values[0]) / run }
-    }
-
     /// The value at a tangent.
     #[inline]
     pub fn at(&self, tangent: f32) -> f32 {
         (tangent - self.tangent) * self.slope + self.value
+    }
+}
+
+/// What lets some light through, on a plane's way through one voxel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Haze {
+    /// Logarithm (of 2) of the share of light that comes through on a level way between the voxel's sides.
+    pub clearness: f32,
+    /// Depth per distance along the ground.
+    pub level: f32,
+    /// Tangents between which it is seen.
+    pub tangents: [f32; 2],
+    /// Where its ends lie.
+    pub passage: Passage,
+}
+
+/// The ends of a span where a plane enters its voxel and where it leaves it, as tangents.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passage {
+    pub top: [f32; 2],
+    pub bottom: [f32; 2],
+}
+
+impl Haze {
+    /// Share of light that it hides from a ray of this tangent, 0…1.
+    #[inline]
+    fn opacity(&self, tangent: f32) -> f32 {
+        let tangent = tangent.max(self.tangents[0]).min(self.tangents[1]);
+        let slant = (self.level * tangent).clamp(-STEEPEST, STEEPEST);
+        let way = (slant * slant + 1.0).sqrt() * self.passage.share(tangent);
+        1.0 - (self.clearness * way).exp2()
+    }
+}
+
+impl Passage {
+    /// Share of the way through the voxel that a ray of this tangent is within the span: ends are lines between the sides.
+    fn share(&self, tangent: f32) -> f32 {
+        let crossing = |[near, far]: [f32; 2]| (tangent - near) / (far - near);
+        let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
+        let [near, far] = self.top;
+        if tangent > near.min(far) {
+            // Sinking beside the ray, or rising above it.
+            if far < near {
+                leave = leave.min(crossing(self.top))
+            } else {
+                enter = enter.max(crossing(self.top))
+            }
+        }
+        let [near, far] = self.bottom;
+        if tangent < near.max(far) {
+            if far > near {
+                leave = leave.min(crossing(self.bottom));
+            } else {
+                enter = enter.max(crossing(self.bottom));
+            }
+        }
+        (leave - enter).max(0.0)
     }
 }
 
@@ -109,12 +190,11 @@ pub(super) struct Column {
     lowest: usize,
     /// Rows that show something, first and one beyond the last.
     extent: [usize; 2],
+    /// Whether it is of interest how far away that is.
+    has_depths: bool,
 }
 
 impl Cover {
-    /// Share of a row from which on what hides it is what is there, as the reference has it.
-    pub const HALF: f32 = 0.5;
-
     /// Empties it.
     pub(super) fn clear(&mut self) {
         self.extent = [usize::MAX, 0];
@@ -126,21 +206,29 @@ impl Cover {
         let end = columns.iter().map(|column| column.extent[1]).max().unwrap_or(0);
         self.extent = [first, end];
         if self.rows.len() < end {
-            self.rows.resize(end, [Sixteen::default(); 5]);
+            self.rows.resize(end, [Sixteen::default(); ELEMENTS]);
         }
         for row in first..end {
             let elements = &mut self.rows[row];
             for (lane, column) in columns.iter().enumerate() {
-                let Seen { light: [red, green, blue], share, inverse } = column.seen[row];
+                let Seen { light: [red, green, blue], share, inverse, .. } = column.seen[row];
                 for (element, value) in elements.iter_mut().zip([red, green, blue, share, inverse]) {
+                    element.0[lane] = value;
+                }
+            }
+            for (lane, column) in columns.iter().enumerate().filter(|(_, column)| column.has_depths) {
+                let Middle { inverse, tilt: [across, along] } = column.seen[row].middle;
+                for (element, value) in elements[5..].iter_mut().zip([inverse, across, along]) {
                     element.0[lane] = value;
                 }
             }
         }
     }
 
-    /// Rows that show something, with their numbers: red, green and blue of the light, share, inverse depth.
-    pub fn rows(&self) -> impl Iterator<Item = (usize, &[Sixteen; 5])> {
+    /// Rows that show something, with their numbers: red, green and blue of the light, share, the sum of inverse depths times shares, and what hides the
+    /// middle's half: inverse depth (0: nothing does), which rises by so much to the next plane, and for each unit of the tangent. Without depths the last
+    /// three tell nothing.
+    pub fn rows(&self) -> impl Iterator<Item = (usize, &[Sixteen; ELEMENTS])> {
         let [first, end] = self.extent;
         (first.min(end)..end).zip(self.rows.get(first..end).unwrap_or_default())
     }
@@ -148,7 +236,8 @@ impl Cover {
 
 impl Column {
     /// Empties it for so many rows.
-    pub fn begin(&mut self, rows: usize) {
+    pub fn begin(&mut self, rows: usize, has_depths: bool) {
+        self.has_depths = has_depths;
         // Beyond its extent all rows are as they were.
         let [first, end] = self.extent;
         let used = first.min(end)..end.min(self.covered.len());
@@ -222,12 +311,20 @@ impl Column {
             }
             let at = row as f32;
             let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
-            // What a row shows is where its middle is, though that may lie a little beyond the span.
-            let inverse = fill.inverse.at(centre).max(fill.bounds[0]).min(fill.bounds[1]);
-            if fill.opacity.is_none() && self.covered[row] == 0 && to - from >= 1.0 {
+            let [least, most] = fill.bounds;
+            let inverse = fill.inverse.at(centre).max(least).min(most);
+            let tilt = if inverse < most { [fill.across, fill.inverse.slope] } else { [fill.front, 0.0] };
+            let middle = Middle { inverse, tilt };
+            if fill.haze.is_none() && self.covered[row] == 0 && to - from >= 1.0 {
+                if self.has_depths {
+                    self.seen[row].hide(1.0, middle);
+                }
                 self.fill_whole(row, light, inverse);
             } else {
-                let opacity = fill.opacity.map_or(1.0, |opacity| opacity.at(centre).clamp(0.0, 1.0));
+                let opacity = fill.haze.as_ref().map_or(1.0, |haze| haze.opacity(centre));
+                if self.has_depths && (from..to).contains(&0.5) {
+                    self.seen[row].hide(opacity, middle);
+                }
                 self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
             }
         }
@@ -266,8 +363,12 @@ impl Column {
             self.left[row] *= 1.0 - share * opacity;
         }
         if self.covered[row] == ALL || self.left[row] < NOTHING_LEFT {
-            self.full[row / WORD] |= 1 << (row % WORD);
-            self.open -= 1;
+            // No light comes from behind, though it may not be known yet how far away the middle is.
+            self.left[row] = 0.0;
+            if !self.has_depths || self.seen[row].hidden >= HALF {
+                self.full[row / WORD] |= 1 << (row % WORD);
+                self.open -= 1;
+            }
         }
     }
 }

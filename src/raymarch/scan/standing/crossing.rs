@@ -1,15 +1,12 @@
 //! Spans of a voxel, where a plane crosses them.
 
-use super::column::{Column, Fill, Line};
+use super::column::{Column, Fill, Haze, Line, Passage};
 use super::crest::Crest;
 use super::{Facet, FacetLight, Ladder, Metric};
 use crate::voxel::{PageId, Span};
 
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
 const SEAM: f32 = 0.04;
-
-/// Steepest way through a voxel whose length is told, rise over run: above and below the eye there is no end to it.
-const STEEPEST: f32 = 1.0e6;
 
 /// Spans of a voxel that are put in order.
 const MOST_SORTED: usize = 16;
@@ -31,6 +28,9 @@ pub(super) struct Crossing<'c, 'f, L> {
     pub ground: f32,
     /// Depth per distance along the ground.
     pub level: f32,
+    /// Sides of a voxel eastward and northward per metre of depth, and by how much that changes to the next plane.
+    pub ahead: [f32; 2],
+    pub beside: [f32; 2],
     /// What is hidden below by the ground or by what stands nearer: tangent, and rows from the first one.
     pub floor: f32,
     pub hidden: f32,
@@ -123,19 +123,23 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let upper = [rim.max(low_near).max(crest), highest];
         let lower = [low_far.max(crest), low_near];
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
-        let front = Line::level(inverse[0]);
         let depth = inverse.map(|inverse| 1.0 / inverse);
-        let along = |height: f32, rise: [f32; 2], far: f32, is_seen: bool| {
+        let front = (Line::level(inverse[0]), inverse[0] * self.turning(span, cut[0], at[0], depth[0]));
+        let along = |height: f32, slope: [f32; 2], rise: [f32; 2], far: f32, is_seen: bool| {
             let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
-            if is_seen && at_eye != 0.0 { Line::new(far, inverse[1], 1.0 / at_eye) } else { front }
+            if !is_seen || at_eye == 0.0 {
+                return front;
+            }
+            (Line::new(far, inverse[1], 1.0 / at_eye), -dot(slope, self.beside) * spacing / at_eye)
         };
-        let beyond = inverse[0] - inverse[1];
-        let bounds = [(inverse[1] - beyond).max(0.5 * inverse[1]), inverse[0] + beyond];
+        let low_slope = if span.is(Span::PARALLEL) { slope } else { [0.0; 2] };
+        let bounds = [inverse[1], inverse[0]];
         let passage = Passage { top: [top_near, top_far], bottom: lows.unwrap_or([f32::NEG_INFINITY; 2]) };
-        for (tangents, facet, inverse) in [
+        let opacity = span.state & Span::OPACITY;
+        for (tangents, facet, (inverse, across)) in [
             (side, facet, front),
-            (upper, Facet::Top(span.slope), along(top, rise, top_far, top_far > top_near)),
-            (lower, Facet::Bottom, along(low, low_rise, low_far, low_far < low_near)),
+            (upper, Facet::Top(span.slope), along(top, slope, rise, top_far, top_far > top_near)),
+            (lower, Facet::Bottom, along(low, low_slope, low_rise, low_far, low_far < low_near)),
         ] {
             let [low, high] = tangents;
             if low >= high || high <= self.floor {
@@ -147,25 +151,32 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
                 continue;
             }
             let light = self.light.light(self.page, self.voxel, span, facet);
-            if span.state & Span::OPACITY == Span::OPAQUE {
-                let fill = Fill { opacity: None, inverse, bounds };
-                self.column.fill([low, high], light, &fill, self.centres);
-                continue;
-            }
-            let slant = (0.5 * self.level * (tangents[0] + tangents[1])).clamp(-STEEPEST, STEEPEST);
-            let way = self.ground * self.length * (cut[1] - cut[0]) * (slant * slant + 1.0).sqrt();
-            let opacity = |tangent: f32| self.metric.opacity(span, way * passage.share(tangent));
-            let bends = passage.bends(tangents);
-            let ends = [tangents[0], bends[0], bends[1], tangents[1]];
-            for pair in ends.windows(2).filter(|pair| pair[0] < pair[1]).map(|pair| [pair[0], pair[1]]) {
-                let row = |end: usize| {
-                    if pair[end] == tangents[end] { [low, high][end] } else { self.row(pair[end]) }
-                };
-                let opacity = Some(Line::through(pair, pair.map(opacity)));
-                let fill = Fill { opacity, inverse, bounds };
-                self.column.fill([row(0), row(1)], light, &fill, self.centres);
-            }
+            let haze = (opacity < Span::OPAQUE).then(|| {
+                let way = self.ground * self.length * (cut[1] - cut[0]);
+                let clearness = self.metric.clearness[usize::from(opacity)] * way;
+                Haze { clearness, level: self.level, tangents, passage }
+            });
+            let fill = Fill { haze, inverse, across, bounds, front: front.1 };
+            self.column.fill([low, high], light, &fill, self.centres);
         }
+    }
+
+    /// By what share of itself the inverse depth of a span's front, which is seen at a depth, rises to the next plane.
+    ///
+    /// A wall goes on in the next voxel. A side of a voxel may end with it: half of the way to the next plane is to end there, too.
+    #[inline]
+    fn turning(&self, span: &Span, share: f32, at: [f32; 2], depth: f32) -> f32 {
+        let finite = |turning: f32| if turning.is_finite() { turning } else { 0.0 };
+        if let Some((normal, _)) = self.wall(span)
+            && share > 0.0
+        {
+            return finite(dot(normal, self.beside) / dot(normal, self.ahead));
+        }
+        let (through, along) = if at[0].abs() >= at[1].abs() { (0, 1) } else { (1, 0) };
+        let turning = finite(self.beside[through] / self.ahead[through]);
+        let step = depth * (self.beside[along] - self.ahead[along] * turning);
+        let room = (0.5 - at[along].abs()).max(0.0);
+        turning * (2.0 * room / step.abs()).min(1.0)
     }
 
     /// Shares of the way through the voxel between which the plane lies within a span's wall.
@@ -217,44 +228,6 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
     }
 }
 
-/// The ends of a span where a plane enters its voxel and where it leaves it, as tangents.
-struct Passage {
-    top: [f32; 2],
-    bottom: [f32; 2],
-}
-
-impl Passage {
-    /// Share of the way through the voxel that a ray of this tangent is within the span: ends are lines between the sides.
-    fn share(&self, tangent: f32) -> f32 {
-        let crossing = |[near, far]: [f32; 2]| (tangent - near) / (far - near);
-        let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
-        let [near, far] = self.top;
-        if tangent > near.min(far) {
-            // Sinking beside the ray, or rising above it.
-            if far < near {
-                leave = leave.min(crossing(self.top))
-            } else {
-                enter = enter.max(crossing(self.top))
-            }
-        }
-        let [near, far] = self.bottom;
-        if tangent < near.max(far) {
-            if far > near {
-                leave = leave.min(crossing(self.bottom));
-            } else {
-                enter = enter.max(crossing(self.bottom));
-            }
-        }
-        (leave - enter).max(0.0)
-    }
-
-    /// Where within a range of tangents that share bends, rising.
-    fn bends(&self, [low, high]: [f32; 2]) -> [f32; 2] {
-        let [one, other] = [self.bottom[1], self.top[1]].map(|at| at.clamp(low, high));
-        [one.min(other), one.max(other)]
-    }
-}
-
 /// What of a range of shares lies where `beyond`, linear from share 0 to 1, is not positive.
 #[inline]
 fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
@@ -267,4 +240,9 @@ fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
     let crossing = first / (first - last);
     let clipped = if first > 0.0 { [from.max(crossing), to] } else { [from, to.min(crossing)] };
     (clipped[0] < clipped[1]).then_some(clipped)
+}
+
+#[inline]
+fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
+    a[0] * b[0] + a[1] * b[1]
 }

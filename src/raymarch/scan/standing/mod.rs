@@ -78,6 +78,8 @@ pub struct Standing<'f> {
     pub first: usize,
     /// How many.
     pub rows: usize,
+    /// Whether it is of interest how far away what stands in their middles is.
+    pub has_depths: bool,
 }
 
 /// Follows planes through what stands in one database.
@@ -106,18 +108,6 @@ struct Metric {
     clearness: [f32; Span::OPAQUE as usize + 1],
 }
 
-impl Metric {
-    /// Share of light that a span hides on a way through it, sides of a voxel.
-    #[inline]
-    fn opacity(&self, span: &Span, way: f32) -> f32 {
-        let opacity = span.state & Span::OPACITY;
-        if opacity == Span::OPAQUE {
-            return 1.0;
-        }
-        1.0 - (self.clearness[usize::from(opacity)] * way).exp2()
-    }
-}
-
 /// One plane on its way.
 struct Plane<'f, 'a, L> {
     march: &'f mut StandingMarch<'a>,
@@ -130,6 +120,8 @@ struct Plane<'f, 'a, L> {
     ground: f32,
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
+    /// By how much units per metre of depth change to the next plane.
+    beside: [f32; 2],
     crest: Crest<'f>,
     /// What is hidden below by the ground or by what stands nearer: tangent, and rows.
     floor: f32,
@@ -178,10 +170,9 @@ impl<'a> StandingMarch<'a> {
             return Ok(());
         }
         for lane in 0..LANES {
-            self.columns[lane].begin(standing.rows);
+            self.columns[lane].begin(standing.rows, standing.has_depths);
             let group = standing.group;
-            let minor = f64::from(group.minor[lane]);
-            let way = if group.major == 0 { [group.forward, minor] } else { [minor, group.forward] };
+            let way = group.way(lane);
             let plane = Plane {
                 march: self,
                 standing: *standing,
@@ -190,6 +181,7 @@ impl<'a> StandingMarch<'a> {
                 depth: f64::from(group.depth[lane]),
                 ground: (way[0].hypot(way[1])) as f32,
                 way,
+                beside: group.beside(lane),
                 crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
                 floor: standing.field.tangents[0],
                 hidden: 0.0,
@@ -338,6 +330,8 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 centres: ladder.centres.get(first..).unwrap_or_default(),
                 ground: self.ground,
                 level: depth as f32 / (self.ground * metric.spacing),
+                ahead: way.map(|way| (way / depth) as f32),
+                beside: self.beside,
                 floor: self.floor,
                 hidden: self.hidden,
                 length: (step.leave - step.enter) as f32,
