@@ -4,9 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec2, DVec3, dvec2};
+use hedgehop::earth::Curvature;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{BuildOptions, FeatureFile, bake_shadows, build};
 use hedgehop::progress::Silent;
+use hedgehop::query::{Ground, Sight, sight};
 use hedgehop::raymarch::{Contact, Face, LevelBands, Marcher, SolidHit, Surface};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{PageId, PageSource, Span};
@@ -337,4 +339,98 @@ fn wires_sag_and_hang_free_and_bridges_are_open_below() {
     let under = 100.3;
     let (hit, _) = met(&pages, dvec2(495.5, 100.0).extend(under), dvec2(495.5, 200.0).extend(under));
     assert_eq!(hit.map(|hit| hit.span), None::<Span>, "one flies under it");
+}
+
+/// What two places (metres from the corner) see of each other.
+fn looked(pages: &PageFile, from: DVec3, to: DVec3) -> Sight {
+    let corner = CORNER.extend(0.0);
+    sight(pages, from + corner, to + corner, Curvature::FLAT).unwrap()
+}
+
+#[test]
+fn lines_of_sight_go_under_bridges_and_end_at_their_decks() {
+    let folder = tempfile::tempdir().unwrap();
+    let bridge = feature(
+        "LineString",
+        &[dvec2(200.0, 300.0), dvec2(400.0, 300.0)],
+        r#""highway":"secondary","bridge":"yes","layer":"1","width":8"#,
+    );
+    let pages = area(folder.path(), 0.0, &[bridge]);
+    let middle = dvec2(300.5, 300.5);
+    let deck = top(&pages, middle).unwrap();
+    let (hit, _) = met(&pages, middle.extend(100.1), middle.extend(200.0));
+    let lower = 100.1 + hit.unwrap().range;
+    assert!(102.0 < lower && lower < deck - 0.5, "a deck from {lower} m to {deck} m");
+    let across = |height: f64| {
+        let [from, to] = [250.0, 350.0].map(|y| dvec2(middle.x, y).extend(height));
+        looked(&pages, from, to)
+    };
+    let under = across(0.5 * (100.0 + lower));
+    assert_eq!((under.blocked, under.missing), (None, 0.0), "one sees under it");
+    let through = across(0.5 * (lower + deck));
+    let place = through.blocked.expect("the deck hides").place - CORNER;
+    // Its edge is four metres beside its middle.
+    assert!((295.0..297.0).contains(&place.y), "{place}");
+    let concrete = pages.header().metadata.material_name(through.material.expect("a material"));
+    assert!(["concrete", "asphalt"].contains(&concrete.as_str()), "{concrete}");
+    let over = across(deck + 4.0);
+    assert_eq!(over.blocked, None);
+    let raised = across(0.5 * (lower + deck)).missing;
+    assert!((0.0..8.0).contains(&raised) && raised > 0.0, "{raised} m");
+    // Bare ground is below the deck, which is the highest surface.
+    let place = middle + CORNER;
+    let [highest, bare] =
+        [Ground::Highest, Ground::Bare].map(|ground| ground.height_at(&pages, place).unwrap().unwrap());
+    assert!((highest - deck).abs() < 0.1 && (bare - 100.0).abs() < 0.1, "{highest} {bare}");
+}
+
+#[test]
+fn crowns_hide_and_one_sees_past_their_stems() {
+    let folder = tempfile::tempdir().unwrap();
+    let tree = feature(
+        "Point",
+        &[dvec2(300.0, 300.0)],
+        r#""natural":"tree","height":16,"diameter_crown":10,"leaf_type":"broadleaved""#,
+    );
+    let pages = area(folder.path(), 0.0, &[tree]);
+    // Two metres beside the stem.
+    let across =
+        |height: f64| looked(&pages, dvec2(260.0, 302.2).extend(height), dvec2(340.0, 302.2).extend(height));
+    assert_eq!(across(101.7).blocked, None, "below the crown there is air");
+    let hidden = across(110.0);
+    let place = hidden.blocked.expect("the crown hides").place - CORNER;
+    assert!((294.0..300.0).contains(&place.x), "{place}");
+    assert_eq!(pages.header().metadata.material_name(hidden.material.unwrap()), "broadleaf");
+    // The far point would have to be so much higher that the line, here half way, clears the crown.
+    assert!((116.0 - 3.0..117.5).contains(&(110.0 + 0.5 * hidden.missing)), "{hidden:?}");
+    assert_eq!(across(117.0).blocked, None, "one sees over it");
+}
+
+#[test]
+fn wires_have_no_gaps_whatever_their_direction() {
+    let folder = tempfile::tempdir().unwrap();
+    let half = 60.0;
+    let lines = [(20.0_f64, dvec2(150.3, 120.7)), (37.0, dvec2(300.1, 300.4)), (63.0, dvec2(450.8, 480.2))];
+    let ends = |(degrees, middle): (f64, DVec2)| {
+        let along = DVec2::from_angle(degrees.to_radians()) * half;
+        [middle - along, middle + along]
+    };
+    let tags = r#""power":"minor_line","cables":"1","height":8.5"#;
+    // On a slope of 600 m, for steps of height of which a wire's thickness is no multiple.
+    let pages = area(folder.path(), 1.0, &lines.map(|line| feature("LineString", &ends(line), tags)));
+    for line in lines {
+        let [a, b] = ends(line);
+        let aside = -(b - a).perp() / (b - a).length();
+        for step in 1..400 {
+            // Not where poles stand.
+            let share = 0.03 + 0.94 * f64::from(step) / 400.0;
+            let place = a.lerp(b, share);
+            let sag = 2.5e-4 * (2.0 * half).powi(2);
+            let height = 100.0 + place.y + 8.5 - 4.0 * sag * share * (1.0 - share);
+            let (hit, _) = met(&pages, (place + 15.0 * aside).extend(height), place.extend(height));
+            let hit = hit.unwrap_or_else(|| panic!("nothing at {share} of the wire at {}°", line.0));
+            assert!((hit.range - 15.0).abs() < 0.1, "{hit:?} at {share} of the wire at {}°", line.0);
+            assert_eq!(hit.opacity, 1.0, "at {share} of the wire at {}°", line.0);
+        }
+    }
 }

@@ -111,3 +111,68 @@ fn profiles_are_drawn_and_listed() {
         assert!(told.contains(words), "{args}: {told}");
     }
 }
+
+/// A database of level ground of 100 m, voxels of a metre, with a bridge from west to east across its middle and a hall south of it.
+fn crossing() -> TempDir {
+    let folder = TempDir::new().expect("a temporary folder");
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).expect("a file");
+    let row = vec!["100"; 200].join(" ");
+    let head = "ncols 200\nnrows 200\nxllcorner 500000\nyllcorner 5000000\ncellsize 1\n";
+    write("dem.asc", format!("{head}{}\n", vec![row; 200].join("\n")));
+    let bridge = r#"{"type":"Feature","properties":{"highway":"secondary","bridge":"yes","layer":1,"width":8},
+        "geometry":{"type":"LineString","coordinates":[[500010,5000100],[500190,5000100]]}}"#;
+    let hall = r#"{"type":"Feature","properties":{"building":"yes","height":9,"roof:shape":"flat"},
+        "geometry":{"type":"Polygon","coordinates":[[[500080,5000030],[500110,5000030],[500110,5000050],[500080,5000050],[500080,5000030]]]}}"#;
+    let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::32632"}}"#;
+    write("map.geojson", format!(r#"{{"type":"FeatureCollection",{crs},"features":[{bridge},{hall}]}}"#));
+    let elevation = "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n";
+    write("place.toml", format!("{elevation}[[features]]\nfile = \"map.geojson\"\n"));
+    ends(&run(&folder, "build place.toml"), 0);
+    folder
+}
+
+fn json(folder: &TempDir, args: &str) -> Value {
+    serde_json::from_str(&ends(&run(folder, args), 0)).expect("JSON")
+}
+
+#[test]
+fn bare_ground_is_told_below_roofs_and_bridges() {
+    let folder = crossing();
+    let height =
+        |more: &str| json(&folder, &format!("height place.hop 500095.5 5000040.5 --xy --json{more}"));
+    let (roof, bare) = (height(""), height(" --bare"));
+    assert!((number(&roof, "/0/height_m") - 109.0).abs() < 0.1, "{roof}");
+    assert!((number(&bare, "/0/height_m") - 100.0).abs() < 0.1, "{bare}");
+    assert_ne!(roof.pointer("/0/material"), bare.pointer("/0/material"), "ground is not made of roofs");
+    let highest = |more: &str| {
+        let line = "profile place.hop --from 500095.5,5000010 --to 500095.5,5000150 --xy -o line.csv";
+        ends(&run(&folder, &format!("{line}{more}")), 0);
+        let table = fs::read_to_string(folder.path().join("line.csv")).expect("a table");
+        let heights =
+            table.lines().skip(1).map(|line| line.rsplit(',').next().and_then(|told| told.parse().ok()));
+        heights.map(|height: Option<f64>| height.expect("a height")).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let [roof, bare] = ["", " --bare"].map(highest);
+    assert!(roof > 108.0 && (bare - 100.0).abs() < 0.1, "{roof} {bare}");
+}
+
+#[test]
+fn points_see_each_other_under_a_bridge() {
+    let folder = crossing();
+    let ends_at = |height: f64| {
+        format!("sight place.hop --from 500095.5,5000070,{height} --to 500095.5,5000130,{height} --xy --msl")
+    };
+    let sees = |height: f64| json(&folder, &format!("{} --json", ends_at(height)));
+    let under = sees(101.0);
+    assert_eq!(
+        (&under["sees"], &under["standing"], number(&under, "/missing_m")),
+        (&true.into(), &Value::Null, 0.0)
+    );
+    assert!((number(&under, "/nearest/above_ground_m") - 1.0).abs() < 0.1, "{under}");
+    let deck = number(&json(&folder, "height place.hop 500095.5 5000100.5 --xy --json"), "/0/height_m");
+    let hidden = sees(deck - 0.1);
+    assert_eq!(hidden["sees"], false, "{hidden}");
+    assert!(hidden["standing"].is_string() && number(&hidden, "/missing_m") > 0.0, "{hidden}");
+    let told = ends(&run(&folder, &ends_at(deck - 0.1)), 0);
+    assert!(told.contains("what stands on the ground (") && told.contains("hides the far point"), "{told}");
+}

@@ -142,15 +142,18 @@ impl Solid {
 
     /// Its code for voxels of this side (metres); `None` if nothing of it is left.
     pub fn encode(&self, heights: &HeightCode, spacing: f64) -> Option<Span> {
-        let steps = |slope: f64| (slope * f64::from(Span::SLOPE_STEPS)).round().clamp(-127.0, 127.0) as i8;
-        let high = heights.encode(self.high_m);
-        let mut low = self.low_m.map_or(Span::GROUND, |low| heights.encode(low));
+        let (mut low, mut high) =
+            (self.low_m.map_or(Span::GROUND, |low| heights.encode(low)), heights.encode(self.high_m));
         let mut opacity = self.opacity;
         if let (true, Some(low_m)) = (self.strip, self.low_m) {
-            // A wire is a step thick at least, and then hides less.
-            low = low.min(high.saturating_sub(1).max(1));
-            let thickness = f64::from(high.saturating_sub(low)) * heights.scale;
-            opacity *= ((self.high_m - low_m) / thickness).clamp(0.0, 1.0);
+            // A wire is as many steps thick as fits best, and dense: a ray loses next to nothing on so short a way through what is not. Of
+            // less than half a step there is one, which hides less.
+            let thickness = (self.high_m - low_m) / heights.scale;
+            let steps = thickness.round().max(1.0);
+            high = heights.encode(0.5 * (self.high_m + low_m) + 0.5 * steps * heights.scale);
+            // Casts saturate.
+            low = high.saturating_sub(steps as u16).max(1);
+            opacity *= if thickness < 0.5 { thickness } else { 1.0 };
         }
         let opacity = (opacity * f64::from(Span::OPAQUE)).round().clamp(0.0, f64::from(Span::OPAQUE)) as u8;
         if self.high_m.is_nan() || low >= high || opacity == 0 {
@@ -161,7 +164,7 @@ impl Solid {
         Some(Span {
             low,
             high,
-            slope: self.slope.map(steps),
+            slope: self.slope.map(slope_steps),
             facing,
             cut,
             top: self.top,
@@ -172,8 +175,6 @@ impl Solid {
     }
 
     fn cut(&self, spacing: f64) -> Option<(u8, i8)> {
-        // Casts wrap: a whole turn is none.
-        let turn = |angle: f64| (angle / TAU * 256.0).round().rem_euclid(256.0) as u8;
         match self.wall {
             Wall::Whole => Some((0, Span::WHOLE)),
             Wall::Round(facing) => Some((turn(facing), Span::ROUND)),
@@ -190,6 +191,27 @@ impl Solid {
             }
         }
     }
+}
+
+/// A slope in [`Span::SLOPE_STEPS`].
+fn slope_steps(slope: f64) -> i8 {
+    (slope * f64::from(Span::SLOPE_STEPS)).round().clamp(-127.0, 127.0) as i8
+}
+
+/// A direction (radians counter-clockwise from east) in 256ths of a turn.
+fn turn(angle: f64) -> u8 {
+    // Casts wrap: a whole turn is none.
+    (angle / TAU * 256.0).round().rem_euclid(256.0) as u8
+}
+
+/// The slope that is stored for one.
+pub(super) fn stored_slope(slope: f64) -> f64 {
+    f64::from(slope_steps(slope)) / f64::from(Span::SLOPE_STEPS)
+}
+
+/// The direction that is stored for one, radians counter-clockwise from east.
+pub(super) fn stored_facing(angle: f64) -> f64 {
+    f64::from(turn(angle)) * (TAU / 256.0)
 }
 
 /// Heights of the bare ground.
@@ -251,5 +273,31 @@ mod tests {
         assert_eq!(span.high - span.low, 1);
         assert_eq!(span.state & Span::OPACITY, 6);
         assert!(span.is(Span::STRIP));
+    }
+
+    #[test]
+    fn wires_are_dense_wherever_they_hang_between_steps() {
+        // 0.04 m are 4.3 steps or 0.7 of one, and hide all wherever they end between two steps.
+        let cases = [(0.0093, 4), (0.06, 1)].map(|case| (0..120).map(move |part| (case, part)));
+        for ((scale, steps), part) in cases.into_iter().flatten() {
+            let heights = HeightCode { scale, offset: 99.95 };
+            let middle = 112.0 + 0.001 * f64::from(part);
+            let wire = Solid {
+                low_m: Some(middle - 0.02),
+                high_m: middle + 0.02,
+                strip: true,
+                wall: Wall::plane(dvec2(1.0, 0.0), 0.1),
+                ..block()
+            };
+            let span = wire.encode(&heights, 1.25).unwrap();
+            assert_eq!(
+                (span.high - span.low, span.state & Span::OPACITY),
+                (steps, Span::OPAQUE),
+                "at {middle} m"
+            );
+            let [low, high] = [span.low, span.high].map(|code| heights.decode(code).unwrap());
+            let off = (0.5 * (low + high) - middle).abs();
+            assert!(off <= 0.5 * heights.scale + 1e-9, "off by {off} m at {middle} m");
+        }
     }
 }

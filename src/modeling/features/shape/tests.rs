@@ -10,7 +10,7 @@ use super::testing::{
     square,
 };
 use super::{Bound, Solid, Square, Wall, bind, settle};
-use crate::voxel::Span;
+use crate::voxel::{HeightCode, Span};
 
 #[test]
 fn roads_are_as_wide_as_they_are_said_to_be() {
@@ -173,6 +173,59 @@ fn wires_hang_by_the_formula() {
     assert_eq!(strips.len(), 56 + 37 - 1);
 }
 
+/// Whether a place at a height lies in one of the spans over its voxel.
+fn is_within(
+    square: &Square,
+    solids: &[(usize, Solid)],
+    heights: &HeightCode,
+    place: DVec2,
+    height_m: f64,
+) -> bool {
+    let local = square.local(place);
+    let index = square.index(local.x as usize, local.y as usize);
+    let at = place - square.centre(local.x as usize, local.y as usize);
+    solids.iter().filter(|(over, _)| *over == index).any(|(_, solid)| {
+        let Some(span) = solid.encode(heights, square.spacing) else { return false };
+        let [low, high] = [span.low, span.high].map(|code| heights.offset + heights.scale * f64::from(code));
+        let rise = DVec2::from(span.slopes().map(f64::from)).dot(at);
+        let is_inside = span.wall().is_none_or(|(normal, distance)| {
+            let beyond = DVec2::from(normal.map(f64::from)).dot(at) - f64::from(distance) * square.spacing;
+            if span.is(Span::STRIP) { beyond.abs() <= 0.5 * (high - low) } else { beyond <= 0.0 }
+        });
+        let is_dense = span.state & Span::OPACITY == Span::OPAQUE;
+        is_dense && is_inside && (low + rise..=high + rise).contains(&height_m)
+    })
+}
+
+#[test]
+fn wires_have_no_gaps_whatever_their_direction() {
+    let heights = HeightCode { scale: 0.0093, offset: 0.0 };
+    for spacing in [0.5, 1.0, 1.25] {
+        let square = square(spacing);
+        for degrees in [0.0_f64, 1.0, 20.0, 37.0, 45.0, 63.0, 160.0] {
+            let along = DVec2::from_angle(degrees.to_radians()) * (20.0 * spacing);
+            let middle = square.corner() + dvec2(32.37, 24.21) * spacing;
+            let length = 2.0 * along.length();
+            let ends = [middle - along, middle + along];
+            let wire = super::BoundWire {
+                ends,
+                ends_m: [120.0, 123.0],
+                sag_m: 1e-3 * length * length,
+                thickness_m: 0.04,
+            };
+            let mut strips = Vec::new();
+            wire.raise(&square, &mut strips);
+            let steps = (16.0 * length / spacing) as u32;
+            for step in 1..steps {
+                let share = f64::from(step) / f64::from(steps);
+                let (place, height) = (ends[0].lerp(ends[1], share), wire.height(share).0);
+                let is_there = is_within(&square, &strips, &heights, place, height);
+                assert!(is_there, "nothing at {share} of a wire at {degrees}° over voxels of {spacing} m");
+            }
+        }
+    }
+}
+
 #[test]
 fn catenaries_differ_by_millimetres() {
     let (length, sag) = (300.0_f64, 9.0_f64);
@@ -228,6 +281,39 @@ fn bridges_span_valleys_and_leave_the_ground() {
     let bound = bind(&Meaning::Way(bridge), &of_line(&[at(-100.0, 24.0), at(160.0, 24.0)]), 1, &level);
     let highest = raised(&bound, &square, &level).iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
     assert!((106.0..108.0).contains(&highest), "{highest}");
+}
+
+#[test]
+fn bridges_have_parapets_along_both_edges_whatever_their_direction() {
+    for spacing in [0.5, 1.0, 1.25] {
+        let square = square(spacing);
+        for (width, aside) in [(8.0, 0.0), (8.0, 1e-6), (8.2, 0.0), (7.3, 0.5)] {
+            for degrees in [0.0_f64, 20.0, 45.0, 90.0, 117.0] {
+                let direction = DVec2::from_angle(degrees.to_radians());
+                let middle = square.corner() + (dvec2(32.0, 24.0) + aside) * spacing;
+                // Beyond the square at both ends: the level deck is raised towards its middle.
+                let ends = [middle - direction * 200.0, middle + direction * 200.0];
+                let bridge = Way { is_bridge: true, ..road(width) };
+                let solids =
+                    raised(&bind(&Meaning::Way(bridge), &of_line(&ends), 1, &level), &square, &level);
+                let deck = solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max) - 1.0;
+                for step in -60..=60 {
+                    let along = direction * (0.11 * f64::from(step) * spacing);
+                    for side in [-1.0, 1.0] {
+                        let place =
+                            middle + along + direction.perp() * (side * (0.5 * width - spacing / 16.0));
+                        let is_there = is_within(&square, &solids, &HEIGHTS, place, deck + 0.5);
+                        assert!(
+                            is_there,
+                            "no parapet at {along} of {width} m at {degrees}°, voxels of {spacing} m"
+                        );
+                    }
+                    // Between them one drives.
+                    assert!(!is_within(&square, &solids, &HEIGHTS, middle + along, deck + 0.5));
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -223,6 +223,14 @@ impl BoundBridge {
         self.ends_m[0].max(self.ends_m[1]) + self.arch_m + PARAPET
     }
 
+    /// Whether a voxel of this side (metres) carries parapet: as thin as voxels allow, but without gaps. So all do that reach the outermost
+    /// eighth of a voxel of the deck, however the bridge lies to the grid; in the middle of the narrowest there is room to walk.
+    fn has_parapet(&self, cross: &Cross, spacing: f64) -> bool {
+        let corner = 0.5 * spacing * (cross.outward.x.abs() + cross.outward.y.abs());
+        let is_edge = self.half - cross.off < PARAPET_THICKNESS.max(corner + 0.125 * spacing);
+        is_edge && cross.off >= 0.75 * spacing && spacing <= PARAPET_COARSEST
+    }
+
     /// Its solids, with the index of their voxel.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         // A corner of a voxel may be covered whose centre is not.
@@ -241,9 +249,7 @@ impl BoundBridge {
                 ..Solid::level(Some(low), high, self.paint)
             };
             out.push((index, deck));
-            // As thin as its voxel allows.
-            let is_edge = self.half - cross.off < PARAPET_THICKNESS.max(0.5 * square.spacing);
-            if is_edge && square.spacing <= PARAPET_COARSEST {
+            if self.has_parapet(&cross, square.spacing) {
                 let parapet = Solid::level(Some(high), high + PARAPET, CONCRETE);
                 out.push((index, Solid { slope, wall, parallel: true, ..parapet }));
             }

@@ -9,7 +9,7 @@ use super::super::kinds::{Paint, PowerLine};
 use super::super::meaning::Material;
 use super::ribbon::Line;
 use super::round::BoundUpright;
-use super::solid::{Ground, Solid, Square, Wall};
+use super::solid::{Ground, Solid, Square, Wall, stored_facing, stored_slope};
 
 /// One span of one wire.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,9 @@ impl BoundWire {
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         let [a, b] = self.ends;
         let Some(tangent) = (b - a).try_normalize() else { return };
-        let normal = DVec2::new(tangent.y, -tangent.x);
+        // Directions and slopes are stored in steps. In the middle of its way through a voxel a wire is where it should be, whatever they make of
+        // its ends; else it would lie beside a voxel of which it cuts a corner.
+        let facing = stored_facing((-tangent.x).atan2(tangent.y));
         let length = a.distance(b);
         let (low, high) = (a.min(b), a.max(b));
         let (columns, rows) = square.touched([low.x, low.y, high.x, high.y]);
@@ -64,15 +66,19 @@ impl BoundWire {
                 let Some((enter, leave)) = within(a.x, tangent.x, length, west, west + square.spacing) else {
                     continue;
                 };
-                if leave.min(to) - enter.max(from) <= 1e-9 * square.spacing {
+                let (enter, leave) = (enter.max(from), leave.min(to));
+                if leave - enter <= 1e-9 * square.spacing {
                     continue;
                 }
-                let along = (centre - a).dot(tangent);
-                let (height, slope) = self.height(along / length);
+                let along = enter.midpoint(leave);
+                let (middle_m, grade) = self.height(along / length);
+                let middle = a + tangent * along - centre;
+                let slope = stored_grade(tangent, grade);
+                let height = middle_m - middle.dot(slope.into());
                 let half = 0.5 * self.thickness_m;
                 let solid = Solid {
-                    slope: (tangent * slope).into(),
-                    wall: Wall::plane(normal, (a - centre).dot(normal)),
+                    slope,
+                    wall: Wall::Plane { facing, distance_m: middle.dot(DVec2::from_angle(facing)) },
                     parallel: true,
                     strip: true,
                     ..Solid::level(Some(height - half), height + half, WIRE)
@@ -81,6 +87,17 @@ impl BoundWire {
             }
         }
     }
+}
+
+/// The slope that is stored for a grade in a direction (a unit vector): the axis nearer to it makes up for what the other is rounded by, since
+/// across a wire slope says little.
+fn stored_grade(tangent: DVec2, grade: f64) -> [f64; 2] {
+    let major = usize::from(tangent.y.abs() > tangent.x.abs());
+    let minor = 1 - major;
+    let mut slope = [0.0; 2];
+    slope[minor] = stored_slope(grade * tangent[minor]);
+    slope[major] = stored_slope((grade - slope[minor] * tangent[minor]) / tangent[major]);
+    slope
 }
 
 /// From where to where along a line of a length one coordinate lies within bounds.

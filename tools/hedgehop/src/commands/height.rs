@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use hedgehop::Error;
 use hedgehop::memory::PageFile;
-use hedgehop::query::{Sample, attributes_at};
-use hedgehop::raymarch::ground_height;
+use hedgehop::query::{Ground, Sample};
 use hedgehop::voxel::PageSource;
 
 use crate::args;
@@ -16,7 +15,8 @@ use crate::places::Places;
 const EXAMPLE: &str = "\
 Examples:
   hedgehop height area.hop -105.54 40.38
-  hedgehop height area.hop 455120 4470300 455180 4470300 --xy";
+  hedgehop height area.hop 455120 4470300 455180 4470300 --xy
+  hedgehop height area.hop -105.54 40.38 --bare";
 
 /// Say how high the ground is, and what it is made of, at places of a database.
 #[derive(Debug, clap::Args)]
@@ -33,6 +33,10 @@ pub struct Args {
     /// Places are x and y, metres of the database's reference system
     #[arg(long)]
     xy: bool,
+
+    /// Tell bare ground, below roofs, crowns and bridges
+    #[arg(long)]
+    bare: bool,
 
     /// Print one JSON array
     #[arg(long)]
@@ -51,13 +55,14 @@ pub fn run(args: &Args) -> Outcome {
     }
     let source = PageFile::open(&args.file)?;
     let places = Places::new(&source, args.xy)?;
+    let ground = if args.bare { Ground::Bare } else { Ground::Highest };
     let metadata = &source.header().metadata;
     let (mut samples, mut materials) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
     for pair in pairs {
         let place = places.find(*pair)?;
-        samples.push(Sample { distance: 0.0, place, ground: ground_height(&source, place)? });
-        let material =
-            attributes_at(&source, place)?.map(|found| found.material).filter(|number| *number > 0);
+        samples.push(Sample { distance: 0.0, place, ground: ground.height_at(&source, place)? });
+        let material = ground.attributes_at(&source, place)?.map(|found| found.material);
+        let material = material.filter(|number| *number > 0);
         materials.push(material.map(|number| metadata.material_name(number)));
     }
     if args.json {

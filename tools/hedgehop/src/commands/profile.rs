@@ -7,7 +7,7 @@ use glam::DVec2;
 use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::memory::PageFile;
-use hedgehop::query::{Sample, profile};
+use hedgehop::query::{Ground, Sample, profile};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 
@@ -61,6 +61,10 @@ pub struct Args {
     #[arg(long, requires = "from")]
     xy: bool,
 
+    /// Tell bare ground, below roofs, crowns and bridges
+    #[arg(long)]
+    bare: bool,
+
     /// Metres from place to place [default: the side of the finest voxel]
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
     step: Option<f64>,
@@ -68,6 +72,12 @@ pub struct Args {
     /// Plot or table to write
     #[arg(short, long, value_name = "PROFILE.svg|.csv")]
     output: Option<PathBuf>,
+}
+
+impl Args {
+    fn ground(&self) -> Ground {
+        if self.bare { Ground::Bare } else { Ground::Highest }
+    }
 }
 
 /// Ground along a line, and how high a flight is above the datum at each place.
@@ -99,7 +109,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         (None, Some(from), Some(to)) => {
             let ends = [places.find(from)?, places.find(to)?];
             let title = format!("{} to {}", places.name(ends[0]), places.name(ends[1]));
-            Line { title, samples: profile(&source, &ends, step)?, flight: None }
+            Line { title, samples: profile(&source, args.ground(), &ends, step)?, flight: None }
         }
         _ => return Err(Error::Configuration("give --path, or --from and --to".into()).into()),
     };
@@ -143,7 +153,7 @@ fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter
     for ends in eyes.windows(2) {
         let places: [DVec2; 2] = [ends[0].truncate(), ends[1].truncate()];
         let length = places[0].distance(places[1]);
-        let mut part = profile(source, &places, step)?;
+        let mut part = profile(source, args.ground(), &places, step)?;
         // The next piece begins with its last place.
         part.pop();
         for sample in part {
@@ -154,7 +164,7 @@ fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter
         begun += length;
     }
     if let Some(eye) = eyes.last() {
-        let last = profile(source, &[eye.truncate()], step)?;
+        let last = profile(source, args.ground(), &[eye.truncate()], step)?;
         samples.extend(last.into_iter().map(|sample| Sample { distance: begun, ..sample }));
         flight.push(eye.z);
     }

@@ -19,9 +19,9 @@ Examples:
   hedgehop sight area.hop --from -105.54,40.38,2 --to -105.60,40.33,30
   hedgehop sight area.hop --from 455120,4470300,2900 --to 458120,4471300,3100 --xy --msl";
 
-/// Say whether one point sees another over the ground of a database.
+/// Say whether one point sees another over the ground of a database, and past what stands on it.
 ///
-/// As a picture would show it, over the Earth's curvature. Where the ground hides the far point, it says where, and how much higher that would have to be.
+/// As a picture from near by would show it, under bridges and crowns, over the Earth's curvature. Where something hides the far point, it says where, and how much higher that would have to be.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
@@ -64,12 +64,14 @@ pub fn run(args: &Args) -> Outcome {
     let world = WorldArgs { curvature: args.curvature, tile_world: false };
     let curvature = world.apply(source.header(), RenderOptions::default()).curvature;
     let found = sight(&source, from, to, curvature)?;
-    let Sight { distance, blocked, nearest, missing } = &found;
+    let Sight { distance, blocked, material, nearest, missing } = &found;
+    let standing = material.map(|number| source.header().metadata.material_name(number));
     if args.json {
         let json = json!({
             "sees": blocked.is_none(),
             "distance_m": distance,
             "blocked_at": blocked.map(|sample| places.json(&sample)),
+            "standing": standing,
             "nearest": nearest.map(|(sample, above)| json!({ "above_ground_m": above, "at": places.json(&sample) })),
             "missing_m": missing,
         });
@@ -78,7 +80,8 @@ pub fn run(args: &Args) -> Outcome {
     let mut text = match blocked {
         None => format!("they see each other over {distance:.0} m"),
         Some(sample) => format!(
-            "the ground hides the far point, {:.0} m of {distance:.0} m on the way, at {} (the line of sight is {:.1} m high there)",
+            "{} hides the far point, {:.0} m of {distance:.0} m on the way, at {} (the line of sight is {:.1} m high there)",
+            standing.map_or("the ground".into(), |name| format!("what stands on the ground ({name})")),
             sample.distance,
             places.name(sample.place),
             sample.ground.unwrap_or(f64::NAN)
@@ -89,7 +92,7 @@ pub fn run(args: &Args) -> Outcome {
         (Some(_), _) if *missing > 0.0 => write!(text, "; it would have to be {missing:.1} m higher"),
         (None, Some((sample, above))) => write!(
             text,
-            "; the line comes nearest to the ground at {}, {:.0} m on the way: {above:.1} m",
+            "; the line comes nearest to what lies below it at {}, {:.0} m on the way: {above:.1} m",
             places.name(sample.place),
             sample.distance
         ),
