@@ -1,10 +1,11 @@
 //! Imagery over the surface: which colour each voxel has.
 //!
 //! Filtered in linear light with premultiplied alpha (Porter and Duff 1984). Sources by priority; where one is
-//! transparent, the next shows. Sums at the edges of rasters complete each other as in the mosaic of heights.
+//! transparent, the next shows; where one ends and a lower one goes on, it fades into that ([`super::feather`]). Sums at the edges of rasters complete each other as in the mosaic of heights.
 //! Imagery coarser than the voxels is sharpened by the Catmull–Rom cubic, held within the range of the four
 //! nearest pixels so that it cannot ring, and only where its sixteen pixels are all there and opaque.
 
+use super::feather::{FEATHER, Feather, Ramps, Sheets};
 use super::kernel::{Accumulate, Gather, Shape, Tap};
 use super::placed::ImageryInput;
 use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
@@ -21,6 +22,8 @@ pub(super) struct Pigment {
 /// Drapes imagery; one per worker, since it keeps scratch memory.
 pub(super) struct Drape<'a> {
     pub sources: &'a [ImageryInput],
+    /// Which of them are tiles of one.
+    pub sheets: Sheets,
     pub level: LevelGrid,
     /// Largest window, bytes.
     pub window_bytes: usize,
@@ -32,14 +35,8 @@ impl Drape<'_> {
     pub fn pigments(&mut self, rect: Rect) -> Result<Vec<Pigment>> {
         let mut pigments = Vec::with_capacity(rect.len());
         for band in rect.bands() {
-            let mut blends = vec![Blend::default(); band.len()];
-            for source in self.sources {
-                self.add(source, band, &mut blends)?;
-                if blends.iter().all(Blend::is_opaque) {
-                    break;
-                }
-            }
-            pigments.extend(blends.iter().map(Blend::pigment));
+            let layers = self.layers(band)?;
+            pigments.extend((0..band.len()).map(|voxel| blended(&layers, voxel)));
         }
         Ok(pigments)
     }
@@ -47,11 +44,12 @@ impl Drape<'_> {
     /// Colours over `rect` where voxels are opaque pixels of the first image there: what [`Self::pigments`] come to as well.
     pub fn pixels(&mut self, rect: Rect) -> Result<Option<Vec<[u8; 3]>>> {
         let grid = self.level.grid;
-        let Some(source) = self.sources.iter().find(|source| rect.meets(&source.reach, &grid)) else {
-            return Ok(None);
-        };
+        let mut near = self.sources.iter().filter(|source| rect.meets(&source.reach, &grid));
+        let Some(source) = near.next() else { return Ok(None) };
+        // Where another one lies below, this one fades out towards its edge.
+        let margin = if near.next().is_some() { FEATHER } else { 0 };
         let pixels = source.placement.pixels(&grid, rect);
-        let window = pixels.and_then(|pixels| pixels.window(rect, source.samples.size(), 0));
+        let window = pixels.and_then(|pixels| pixels.window(rect, source.samples.size(), margin));
         let Some(window) = window.filter(|_| rect.len() * size_of::<[u8; 4]>() <= self.window_bytes) else {
             return Ok(None);
         };
@@ -62,27 +60,51 @@ impl Drape<'_> {
         }))
     }
 
-    fn add(&mut self, source: &ImageryInput, band: Rect, blends: &mut [Blend]) -> Result<()> {
-        if !band.meets(&source.reach, &self.level.grid) {
-            return Ok(());
+    /// What the images that matter in a band say: down to where all voxels are opaque and nothing fades.
+    fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
+        let (sources, grid) = (self.sources, self.level.grid);
+        let is_near = |source: &&ImageryInput| band.meets(&source.reach, &grid);
+        let is_alone = sources.iter().filter(is_near).nth(1).is_none();
+        let mut layers = Vec::new();
+        let mut settled = vec![false; band.len()];
+        for (index, source) in sources.iter().enumerate().filter(|(_, source)| is_near(source)) {
+            let field = warp::locate(&source.placement, &grid, band);
+            if !field.touches(source.samples.size()) {
+                continue;
+            }
+            let paints = self.paints(source, &field)?;
+            let ramps = if is_alone { None } else { Some(self.ramps(index, &field)?) };
+            let layer = Layer { paints, ramps };
+            settled.iter_mut().enumerate().for_each(|(voxel, settled)| *settled |= layer.settles(voxel));
+            layers.push(layer);
+            if settled.iter().all(|settled| *settled) {
+                break;
+            }
         }
-        let field = warp::locate(&source.placement, &self.level.grid, band);
-        let size = source.samples.size();
-        if !field.touches(size) {
-            return Ok(());
-        }
+        Ok(layers)
+    }
+
+    fn paints(&mut self, source: &ImageryInput, field: &Field) -> Result<Vec<Paint>> {
         // Pixels are coarser than voxels.
         let is_magnified = source.pixel_side > self.level.grid.spacing;
         let shape = if is_magnified { Shape::Cubic } else { Shape::Tent };
-        let mut sums = vec![Sums::default(); band.len()];
+        let mut sums = vec![Sums::default(); field.rect.len()];
         let (samples, window) = (source.samples.as_ref(), &mut self.window);
         let window_bytes = self.window_bytes;
-        Gather { samples, field: &field, shape, window_bytes, window }
-            .run(&mut Painter { sums: &mut sums })?;
-        for (voxel, (blend, sums)) in blends.iter_mut().zip(&sums).enumerate() {
-            blend.add(sums, shape, covered(&field, voxel, size));
-        }
-        Ok(())
+        Gather { samples, field, shape, window_bytes, window }.run(&mut Painter { sums: &mut sums })?;
+        let paint = |(voxel, sums): (usize, &Sums)| Paint {
+            linear: sums.colour(shape),
+            alpha: sums.alpha,
+            inside: sums.inside,
+            is_covered: covered(field, voxel, samples.size()),
+        };
+        Ok(sums.iter().enumerate().map(paint).collect())
+    }
+
+    /// How far inside an image voxels lie; where it is transparent it does not end.
+    fn ramps(&self, index: usize, field: &Field) -> Result<Ramps> {
+        let (sheets, window_bytes) = (&self.sheets, self.window_bytes);
+        Feather { sheets, index, field, samples: &|_| None, window_bytes }.ramps()
     }
 }
 
@@ -158,37 +180,75 @@ impl Sums {
     }
 }
 
+/// One image over a band.
+struct Layer {
+    paints: Vec<Paint>,
+    /// `None` where no other one is near.
+    ramps: Option<Ramps>,
+}
+
+/// What one image says of a voxel.
+struct Paint {
+    /// Linear light, premultiplied by `alpha`.
+    linear: [f32; 3],
+    alpha: f32,
+    /// Weight of the kernel within the image.
+    inside: f32,
+    is_covered: bool,
+}
+
+impl Layer {
+    /// Nothing of a lower image shows, up to the rounding of a byte.
+    fn settles(&self, voxel: usize) -> bool {
+        let is_opaque = self.paints[voxel].alpha > 1.0 - 0.5 / 255.0;
+        is_opaque && self.ramps.as_ref().is_none_or(|ramps| ramps.is_inside(voxel))
+    }
+
+    /// Part of this image's share that lower ones take over, 0…1.
+    fn ceded(&self, lower: &[Self], voxel: usize) -> f32 {
+        let take_over = |below: &Self| {
+            let (own, lower) = self.ramps.as_ref().zip(below.ramps.as_ref())?;
+            Some(own.ceded(lower, voxel) as f32 * below.paints[voxel].alpha)
+        };
+        lower.iter().filter_map(take_over).fold(0.0, f32::max).min(1.0)
+    }
+}
+
+/// Colour of a voxel from the layers, highest priority first.
+fn blended(layers: &[Layer], voxel: usize) -> Pigment {
+    let mut blend = Blend::default();
+    for (index, layer) in layers.iter().enumerate() {
+        blend.add(&layer.paints[voxel], layer.ceded(&layers[index + 1..], voxel));
+    }
+    blend.pigment()
+}
+
 /// What all sources so far add up to at a voxel.
-#[derive(Clone, Default)]
+#[derive(Default)]
 struct Blend {
     linear: [f32; 3],
     alpha: f32,
     inside: f32,
-    covered: bool,
+    is_covered: bool,
 }
 
 impl Blend {
-    fn add(&mut self, sums: &Sums, shape: Shape, covered: bool) {
-        self.covered |= covered;
-        self.inside += sums.inside;
-        if sums.alpha <= 0.0 {
+    fn add(&mut self, paint: &Paint, ceded: f32) {
+        self.is_covered |= paint.is_covered;
+        self.inside += paint.inside;
+        if paint.alpha <= 0.0 {
             return;
         }
-        let share = sums.alpha.min(1.0 - self.alpha).max(0.0) / sums.alpha;
-        for (sum, part) in self.linear.iter_mut().zip(sums.colour(shape)) {
+        let share = (paint.alpha * (1.0 - ceded)).min(1.0 - self.alpha).max(0.0) / paint.alpha;
+        for (sum, part) in self.linear.iter_mut().zip(paint.linear) {
             *sum += share * part;
         }
-        self.alpha += share * sums.alpha;
-    }
-
-    /// Nothing shows through, up to the rounding of a byte.
-    fn is_opaque(&self) -> bool {
-        self.alpha > 1.0 - 0.5 / 255.0
+        self.alpha += share * paint.alpha;
     }
 
     /// Beyond the outermost pixel centres of all rasters the kernel's missing part repeats them.
     fn pigment(&self) -> Pigment {
-        if !self.covered || self.inside <= 0.0 {
+        if !self.is_covered || self.inside <= 0.0 {
             return Pigment::default();
         }
         let whole = self.inside.min(1.0);

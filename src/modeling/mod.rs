@@ -12,6 +12,7 @@ mod cloud;
 mod corridor;
 mod drape;
 mod extract;
+mod feather;
 mod fill;
 mod groves;
 mod inputs;

@@ -3,7 +3,7 @@
 //! ```text
 //! for each voxel, sources by priority:
 //!     valid, inside = weights of the kernel's valid taps, of its taps within the raster (both ≤ 1)
-//!     share = valid, less near the raster's edge if a lower source is there to take over (feathering),
+//!     share = valid, less near where the source ends if a lower one goes on there (feathering, [`super::feather`]),
 //!             less where it is incomplete and a lower source holds what it has as well as what it lacks
 //!     take min(share, what is still missing to 1) of the source's mean
 //! height = taken sum / taken weight, if half of what lay inside any raster was valid: else a void
@@ -15,16 +15,16 @@
 //! the voids of a higher. Where voxels are finer than posts, heights may be rounded between these instead of straight, and detail be added; kernels that meet
 //! no void then have the weights of the rounded one.
 
+use super::feather::{FEATHER, Feather, Ramps, Sheets};
 use super::kernel::{Accumulate, Gather, Samples, Shape, Tap};
 use super::options::Interpolation;
 use super::placed::ElevationInput;
+use super::raster::Window;
 use super::scan::Survey;
 use super::synthetic::{Detail, Refinement};
 use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
 use crate::error::Result;
 
-/// Width of the transition from a source to a lower one, in pixels of the upper.
-const FEATHER: f64 = 16.0;
 /// Marks a voxel outside of all rasters.
 const NOWHERE: u16 = u16::MAX;
 /// Part of the range of a source's heights by which rounding may leave it.
@@ -56,6 +56,8 @@ pub(super) struct Mosaic<'a> {
     pub sources: &'a [ElevationInput],
     /// What was seen in each of them.
     pub surveys: &'a [Survey],
+    /// Which of them are tiles of one.
+    pub sheets: Sheets,
     pub interpolation: Interpolation,
     pub detail: Option<Detail>,
     pub level: LevelGrid,
@@ -72,8 +74,8 @@ struct Layer {
     inside: Vec<f64>,
     /// Sum and weight under the rounded kernel, if that is not the tent; the sum is NaN where it meets a void.
     rounded: Option<Vec<(f64, f64)>>,
-    /// 0 at the outermost pixel centres and beyond, 1 from [`FEATHER`] pixels inward.
-    ramp: Vec<f64>,
+    /// How far inside the source voxels lie; `None` where no other one is near.
+    ramps: Option<Ramps>,
     /// Whether the voxel lies on the raster's area.
     covered: Vec<bool>,
 }
@@ -108,16 +110,15 @@ impl Mosaic<'_> {
         let mut near = (0_u16..).zip(self.sources).filter(|(_, source)| rect.meets(&source.reach, &grid));
         let Some((index, source)) = near.next() else { return Ok(None) };
         let is_plain = self.shape(source) == Shape::Tent && self.refinement(index).is_none();
-        // Where another one lies below, this one fades out towards its edge.
-        let margin = if near.next().is_some() { FEATHER as u32 } else { 0 };
-        let pixels = source.placement.pixels(&grid, rect).filter(|_| is_plain);
-        let window = pixels.and_then(|pixels| pixels.window(rect, source.samples.size(), margin));
-        let Some(window) = window.filter(|_| rect.len() * size_of::<f64>() <= self.window_bytes) else {
+        // Where another one lies below, this one fades out towards where it ends.
+        let margin = if near.next().is_some() { FEATHER } else { 0 };
+        let Some(pixels) = source.placement.pixels(&grid, rect).filter(|_| is_plain) else { return Ok(None) };
+        let Some(window) = pixels.window(rect, source.samples.size(), margin) else { return Ok(None) };
+        if !self.is_whole(source, grown(window, margin))? {
             return Ok(None);
-        };
-        source.samples.read(window, &mut self.window)?;
-        if self.window.iter().any(|height| height.is_nan()) {
-            return Ok(None);
+        }
+        if margin > 0 {
+            source.samples.read(window, &mut self.window)?;
         }
         let mut heights: Vec<f64> = warp::northward(rect, &self.window).collect();
         if !source.shift.is_zero() {
@@ -126,6 +127,15 @@ impl Mosaic<'_> {
             }
         }
         Ok(Some(Surface { rect, sources: vec![index; heights.len()], heights }))
+    }
+
+    /// Whether a source has data all over a window that may be held; it then is.
+    fn is_whole(&mut self, source: &ElevationInput, window: Window) -> Result<bool> {
+        if window.width as usize * window.height as usize * size_of::<f64>() > self.window_bytes {
+            return Ok(false);
+        }
+        source.samples.read(window, &mut self.window)?;
+        Ok(!self.window.iter().any(|height| height.is_nan()))
     }
 
     /// The surface over `rect` from all rasters.
@@ -145,6 +155,8 @@ impl Mosaic<'_> {
     /// Sums of the sources that matter in a band: down to where nothing is missing and nothing fades.
     fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
         let mut layers = Vec::new();
+        let is_near = |source: &&ElevationInput| band.meets(&source.reach, &self.level.grid);
+        let is_alone = self.sources.iter().filter(is_near).nth(1).is_none();
         for (index, source) in self.sources.iter().enumerate() {
             if !band.meets(&source.reach, &self.level.grid) {
                 continue;
@@ -153,7 +165,8 @@ impl Mosaic<'_> {
             if !field.touches(source.samples.size()) {
                 continue;
             }
-            let layer = self.layer(index as u16, source, &field)?;
+            let mut layer = self.layer(index as u16, source, &field)?;
+            layer.ramps = if is_alone { None } else { Some(self.ramps(index, &field)?) };
             let suffices = layer.suffices();
             layers.push(layer);
             if suffices {
@@ -161,6 +174,14 @@ impl Mosaic<'_> {
             }
         }
         Ok(layers)
+    }
+
+    /// How far inside a source voxels lie.
+    fn ramps(&self, index: usize, field: &Field) -> Result<Ramps> {
+        let sources = self.sources;
+        let samples = |index: usize| Some(sources[index].samples.as_ref());
+        let (sheets, window_bytes) = (&self.sheets, self.window_bytes);
+        Feather { sheets, index, field, samples: &samples, window_bytes }.ramps()
     }
 
     /// Sums of one source, rounded and with detail where these are asked for and voxels are finer than its posts.
@@ -227,17 +248,13 @@ pub(super) fn room(
 impl Layer {
     fn new(source: u16, field: &Field, size: (u32, u32), is_rounded: bool) -> Self {
         let none = vec![0.0; field.rect.len()];
-        let places = || field.columns.iter().zip(&field.rows);
-        let edge = |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position);
-        let ramp = |position, size| {
-            let width = FEATHER.min(0.25 * f64::from(size));
-            (edge(position, size) / width).clamp(0.0, 1.0)
-        };
-        let on_area = |position, size| edge(position, size) >= -0.5 - TOLERANCE;
+        let places = field.columns.iter().zip(&field.rows);
+        let on_area =
+            |position: f64, size: u32| position.min(f64::from(size) - 1.0 - position) >= -0.5 - TOLERANCE;
         Self {
             source,
-            ramp: places().map(|(&c, &r)| ramp(c, size.0).min(ramp(r, size.1))).collect(),
-            covered: places().map(|(&c, &r)| on_area(c, size.0) && on_area(r, size.1)).collect(),
+            ramps: None,
+            covered: places.map(|(&c, &r)| on_area(c, size.0) && on_area(r, size.1)).collect(),
             sums: none.clone(),
             valid: none.clone(),
             inside: none,
@@ -280,9 +297,10 @@ impl Layer {
 
     /// Part of this source's share that lower ones take over, 0…1.
     fn ceded(&self, lower: &[Self], voxel: usize) -> f64 {
-        let (valid, fade) = (self.valid[voxel], 1.0 - self.ramp[voxel]);
+        let valid = self.valid[voxel];
         let take_over = |below: &Self| {
-            let faded = fade * below.ramp[voxel] * below.valid[voxel];
+            let ramps = self.ramps.as_ref().zip(below.ramps.as_ref());
+            let faded = ramps.map_or(0.0, |(own, lower)| own.ceded(lower, voxel)) * below.valid[voxel];
             // The mean of some taps lies beside the position; what both kernels hold is better said by the fuller.
             let common =
                 if valid > 0.0 && valid < WHOLE { (valid + below.valid[voxel] - 1.0) / valid } else { 0.0 };
@@ -293,8 +311,15 @@ impl Layer {
 
     /// No lower source can change anything.
     fn suffices(&self) -> bool {
-        self.valid.iter().zip(&self.ramp).all(|(&valid, &ramp)| valid >= WHOLE && ramp >= 1.0)
+        let is_inside = |voxel: usize| self.ramps.as_ref().is_none_or(|ramps| ramps.is_inside(voxel));
+        self.valid.iter().enumerate().all(|(voxel, &valid)| valid >= WHOLE && is_inside(voxel))
     }
+}
+
+/// A window with a margin that lies within the raster as well.
+fn grown(window: Window, margin: u32) -> Window {
+    let (x, y) = (window.x - margin, window.y - margin);
+    Window { x, y, width: window.width + 2 * margin, height: window.height + 2 * margin }
 }
 
 /// A weight that is 1 but for rounding: the largest relative error of a sum of some ten million weights.

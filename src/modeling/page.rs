@@ -17,6 +17,7 @@ use super::census::Census;
 use super::cloud::Standees;
 use super::corridor::Stored;
 use super::drape::Drape;
+use super::feather::Sheets;
 use super::fill;
 use super::land_cover::{Cover, CoverInput, Sampler};
 use super::materials::Materials;
@@ -113,12 +114,15 @@ impl<'a> PageMaker<'a> {
     pub fn new(project: &'a Project<'a>) -> Self {
         let window_bytes = project.window_bytes;
         let level = LevelGrid::of(&project.grid, 0);
+        let elevation = project.elevation.iter().map(|source| (&source.placement, source.samples.size()));
+        let imagery = project.imagery.iter().map(|source| (&source.placement, source.samples.size()));
         Self {
             project,
             level,
             mosaic: Mosaic {
                 sources: project.elevation,
                 surveys: project.surveys,
+                sheets: Sheets::of(elevation, &project.grid),
                 interpolation: project.interpolation,
                 detail: project.synthetic.detail,
                 level,
@@ -127,6 +131,7 @@ impl<'a> PageMaker<'a> {
             },
             drape: Drape {
                 sources: project.imagery,
+                sheets: Sheets::of(imagery, &project.grid),
                 level,
                 window_bytes: window_bytes / DECODED_PIXEL,
                 window: Vec::new(),

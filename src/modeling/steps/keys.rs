@@ -3,6 +3,7 @@
 use super::{Key, Keyer, Steps};
 use crate::error::Result;
 use crate::geo::VerticalDatum;
+use crate::modeling::feather::Sheets;
 use crate::modeling::fill;
 use crate::modeling::inputs::{Bounds, Inputs, Opened};
 use crate::modeling::land_cover::CoverInput;
@@ -11,7 +12,7 @@ use crate::modeling::options::{BuildOptions, NodataFill};
 use crate::modeling::placed::{ElevationInput, ImageryInput};
 use crate::modeling::plan::Plan;
 use crate::modeling::standing::Standing;
-use crate::modeling::warp::{LevelGrid, Rect};
+use crate::modeling::warp::{LevelGrid, Placement, Rect};
 use crate::voxel::{APRON, Grid, HeightCode, PAGE_SIDE, PageId, PageReadback, SharedObjects, finer_pages};
 
 /// Keys of the rasters of a build, in their order.
@@ -81,6 +82,21 @@ fn keys<T>(rasters: &[Opened<T>], steps: &Steps) -> Result<Vec<Key>> {
     rasters.iter().enumerate().map(key).collect()
 }
 
+/// Keys of rasters and what a change of them can reach: their ends count further inside others that fade there.
+fn reaching<'r>(
+    keys: &[Key],
+    rasters: impl Iterator<Item = (&'r Placement, (u32, u32), Bounds, f64)> + Clone,
+    grid: &Grid,
+) -> Vec<(Key, Bounds)> {
+    let sheets = Sheets::of(rasters.clone().map(|(placement, size, ..)| (placement, size)), grid);
+    let reached = |(index, (key, (_, _, reach, pixel_side))): (usize, (&Key, _))| {
+        // Tiles far away may widen its ramp.
+        let key = Keyer::of("tile").with_key(*key).with(&sheets.width(index)).key();
+        (key, sheets.reach(index, reach, pixel_side))
+    };
+    keys.iter().zip(rasters).enumerate().map(reached).collect()
+}
+
 /// Keys of a build's pages.
 #[derive(Debug)]
 pub(in crate::modeling) struct PageKeys<'a> {
@@ -104,13 +120,15 @@ impl<'a> PageKeys<'a> {
         tint: &dyn std::fmt::Debug,
         (standing, objects): (Option<&'a Standing>, Option<&'a Objects>),
     ) -> Self {
-        let elevation = keys.elevation.iter().zip(elevation).map(|(key, source)| (*key, source.reach));
-        let imagery = keys.imagery.iter().zip(imagery).map(|(key, source)| (*key, source.reach));
+        let heights = elevation.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
+        let colours = imagery.iter().map(|s| (&s.placement, s.samples.size(), s.reach, s.pixel_side));
+        let elevation = reaching(&keys.elevation, heights, &grid);
+        let imagery = reaching(&keys.imagery, colours, &grid);
         let land_cover = keys.land_cover.iter().zip(land_cover).map(|(key, source)| (*key, source.reach));
         let settings = Keyer::of("pages").with_key(keys.settings).with(&code).with(tint).key();
         // The broad shape of wide voids comes from the whole of a raster.
         let ground = (fill == NodataFill::Interpolate).then(|| keys.ground());
-        let sources = elevation.chain(imagery).chain(land_cover).collect();
+        let sources = elevation.into_iter().chain(imagery).chain(land_cover).collect();
         Self { settings, sources, ground, grid, standing, objects }
     }
 

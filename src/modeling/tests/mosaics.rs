@@ -1,6 +1,6 @@
 //! Several rasters as one.
 
-use super::support::{built, north_up, sheet, terrain};
+use super::support::{Area, built, north_up, sheet, terrain};
 use crate::geo::Crs;
 use crate::voxel::PageSource;
 
@@ -83,6 +83,68 @@ fn a_lower_raster_fills_the_voids_of_a_higher() {
     let middle = area.attributes(75, 75);
     assert_eq!((middle.source, middle.flags & crate::voxel::Attributes::VOID), (1, 0));
     assert_eq!(area.pages.header().metadata.void_share, 0.0);
+}
+
+/// A raster of 110 m with a hole and a ragged diagonal rim, over one of 100 m that goes on all around.
+fn ragged(adjust: impl Fn(&mut crate::modeling::options::BuildOptions)) -> Area {
+    let local = Crs::local();
+    let upper = sheet(&local, north_up(0.0, 800.0, 5.0), (160, 160), |column, row| {
+        let is_hole = (50..54).contains(&column) && (60..63).contains(&row);
+        let is_cut = column + row + row * 7 % 5 > 230;
+        if is_hole || is_cut { f64::NAN } else { 110.0 }
+    });
+    let lower = terrain(&local, north_up(-600.0, 1400.0, 10.0), (200, 200), |_, _| 100.0);
+    built(vec![upper, lower], vec![], adjust)
+}
+
+#[test]
+fn a_raster_fades_towards_its_voids() {
+    let area = ragged(|_| {});
+    assert_eq!((area.grid.spacing, area.grid.nx), (5.0, 400));
+    // Columns and rows of the upper one's pixels.
+    let height = |column: u32, row: u32| area.height(120 + column, 279 - row).unwrap();
+    let mut steepest = 0.0_f64;
+    for (column, row) in (0..160).flat_map(|row| (0..160).map(move |column| (column, row))) {
+        let here = height(column, row);
+        steepest = steepest.max((height(column + 1, row) - here).abs());
+        steepest = steepest.max((height(column, row + 1) - here).abs());
+    }
+    assert!(steepest > 0.3 && steepest < 10.0 / 8.0, "a step of {steepest} m is a seam");
+    // Sixteen pixels from the hole, the rim and the edge it has its own posts, in the hole the lower one's.
+    for (column, row) in [(20, 20), (80, 20), (30, 110), (100, 80), (52, 90)] {
+        assert!((height(column, row) - 110.0).abs() <= area.step(), "({column}, {row})");
+    }
+    for (column, row) in [(51, 61), (49, 61), (155, 120)] {
+        assert!((height(column, row) - 100.0).abs() <= area.step(), "({column}, {row})");
+    }
+}
+
+#[test]
+fn fading_depends_on_neither_memory_nor_workers() {
+    let wide = ragged(|options| options.threads = 1);
+    for memory in [100, 400].map(|mib: u64| mib << 20) {
+        let narrow = ragged(|options| (options.threads, options.memory) = (3, memory));
+        assert!(narrow.bytes == wide.bytes, "{memory} bytes");
+    }
+}
+
+#[test]
+fn what_lies_under_abutting_tiles_does_not_show_at_their_joins() {
+    let local = Crs::local();
+    let tile = |x: f64, y: f64| terrain(&local, north_up(200.0 + x, 800.0 - y, 5.0), (60, 60), |_, _| 110.0);
+    let base = terrain(&local, north_up(0.0, 1000.0, 10.0), (100, 100), |_, _| 100.0);
+    let tiles = vec![tile(0.0, 0.0), tile(300.0, 0.0), tile(0.0, 300.0), tile(300.0, 300.0), base];
+    let area = built(tiles, vec![], |_| {});
+    for (x, y) in area.voxels() {
+        let (east, north) = area.centre(x, y);
+        let inside = (east - 200.0).min(800.0 - east).min(north - 200.0).min(800.0 - north);
+        let height = area.height(x, y).unwrap();
+        if inside > 85.0 {
+            assert!((height - 110.0).abs() <= area.step(), "({east}, {north}): {height}");
+        } else if inside < -5.0 {
+            assert!((height - 100.0).abs() <= area.step(), "({east}, {north}): {height}");
+        }
+    }
 }
 
 #[test]

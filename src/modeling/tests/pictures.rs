@@ -130,3 +130,48 @@ fn abutting_pictures_join_without_a_line() {
         assert!(two.colour(x, y)[0].abs_diff(one.colour(x, y)[0]) <= 2, "{x} {y}");
     }
 }
+
+/// Of one colour, with its north-west corner at (x, 640).
+fn plain(x: f64, size: (u32, u32), colour: [u8; 3]) -> crate::modeling::inputs::Opened<[u8; 4]> {
+    let [red, green, blue] = colour;
+    sheet(&Crs::local(), north_up(x, 640.0, 10.0), size, move |_, _| [red, green, blue, 255])
+}
+
+#[test]
+fn a_picture_fades_into_a_lower_one_where_it_ends() {
+    // Tiles alike, and pixels of another size below.
+    let coarse = sheet(&Crs::local(), north_up(-160.0, 800.0, 20.0), (48, 48), |_, _| [20, 20, 20, 255]);
+    for lower in [plain(80.0, (64, 64), [20; 3]), coarse] {
+        let area = built(ground(), vec![plain(0.0, (40, 64), [220; 3]), lower], |_| {});
+        let light: Vec<f32> = (0..64).map(|x| linear_from_srgb8([area.colour(x, 32)[0]; 3])[0]).collect();
+        let difference = light[22] - light[45];
+        let steps = light[16..].windows(2).map(|pair| pair[0] - pair[1]);
+        let (least, most) = steps.fold((f32::MAX, 0.0_f32), |(a, b), step| (a.min(step), b.max(step)));
+        // Bytes are rounded.
+        assert!(most < difference / 8.0 && least > -0.01, "steps of {least} to {most}");
+        let colours = [16, 22, 40, 63].map(|x| area.colour(x, 32)[0]);
+        assert_eq!(colours, [220, 220, 20, 20]);
+    }
+}
+
+#[test]
+fn nothing_shows_through_where_pictures_abut() {
+    let row = |imagery| {
+        let area = built(ground(), imagery, |_| {});
+        (0..64).map(|x| area.colour(x, 32)).collect::<Vec<_>>()
+    };
+    let tiles = || [plain(0.0, (32, 64), [200, 10, 10]), plain(320.0, (32, 64), [10, 10, 200])];
+    let joined = row(tiles().into());
+    assert_eq!((joined[31], joined[32]), ([200, 10, 10], [10, 10, 200]));
+    let base = plain(-320.0, (128, 64), [10, 200, 10]);
+    assert_eq!(row(tiles().into_iter().chain([base]).collect())[16..48], joined[16..48]);
+}
+
+#[test]
+fn a_picture_without_a_lower_one_is_whole_to_its_edge() {
+    let area = built(ground(), vec![plain(0.0, (40, 64), [220; 3])], |_| {});
+    for x in [0, 30, 38, 39] {
+        assert_eq!(area.colour(x, 32), [220; 3]);
+    }
+    assert_eq!(area.attributes(40, 32).flags, Attributes::NO_IMAGERY);
+}
