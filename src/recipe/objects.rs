@@ -47,8 +47,14 @@ fn stance(table: &mut Fields<'_, '_, '_>, has_heading: bool) -> Stance {
     Stance { scale: 1.0, is_z_up, heading_deg, pitch_deg, roll_deg }
 }
 
+/// What models are made of.
+fn material(table: &mut Fields<'_, '_, '_>, materials: &Materials) -> Material {
+    let name = table.take::<String>("material");
+    name.and_then(|name| named(&name, materials, table.mistakes)).unwrap_or_default()
+}
+
 /// `[[object]]`.
-pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path) -> ObjectFile {
+pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &Materials) -> ObjectFile {
     let mistakes = table.mistakes;
     let paths = files(&mut table, folder, "\"barn.glb\"");
     let places = table.need::<Places>("at", "[612000, 5240100]").map_or(Vec::new(), |places| {
@@ -65,8 +71,9 @@ pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path) -> ObjectFile
     let mut stance = stance(&mut table, true);
     stance.scale = table.number("scale", |scale| scale > 0.0, "must be more than 0").unwrap_or(1.0);
     let up_m = table.number("up_m", f64::is_finite, "must be a number of metres").unwrap_or(0.0);
+    let material = material(&mut table, materials);
     table.finish();
-    ObjectFile { paths, places, stance, up_m }
+    ObjectFile { paths, places, stance, up_m, material }
 }
 
 /// Two numbers, the first no more than the second.
@@ -90,6 +97,21 @@ fn form(table: &Fields<'_, '_, '_>, span: &Range<usize>, name: &str, folder: &Pa
     file(table, span, &folder.join(name)).map(Form::File)
 }
 
+/// What a scatter sets, and whether files are among it.
+fn forms(table: &mut Fields<'_, '_, '_>, folder: &Path) -> (Vec<Form>, bool) {
+    let Some(names) = table.need::<OneOrMany<String>>("objects", "[\"broadleaf\", \"oak.glb\"]") else {
+        return (Vec::new(), true);
+    };
+    let span = names.span();
+    let names = names.into_inner().into_vec();
+    if names.is_empty() {
+        table.mistakes.add(&span, "objects names none; write objects = [\"broadleaf\"]");
+    }
+    // A file that cannot be read is one, too: nobody is told that there is none.
+    let has_files = names.is_empty() || names.iter().any(|name| BuiltIn::of(name).is_none());
+    (names.iter().filter_map(|name| form(table, &span, name, folder)).collect(), has_files)
+}
+
 /// Materials of the ground that a scatter keeps to.
 fn grounds(table: &mut Fields<'_, '_, '_>, materials: &Materials) -> Vec<Material> {
     let Some(names) = table.take::<OneOrMany<String>>("on") else { return Vec::new() };
@@ -106,15 +128,23 @@ fn grounds(table: &mut Fields<'_, '_, '_>, materials: &Materials) -> Vec<Materia
 pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &Materials) -> ScatterFile {
     let mistakes = table.mistakes;
     let mut scatter = ScatterFile::default();
-    if let Some(names) = table.need::<OneOrMany<String>>("objects", "[\"broadleaf\", \"oak.glb\"]") {
-        let span = names.span();
-        let names = names.into_inner().into_vec();
-        if names.is_empty() {
-            mistakes.add(&span, "objects names none; write objects = [\"broadleaf\"]");
-        }
-        scatter.forms = names.iter().filter_map(|name| form(&table, &span, name, folder)).collect();
+    let has_files;
+    (scatter.forms, has_files) = forms(&mut table, folder);
+    if !has_files {
+        let what = "material is what models of files are made of; built-in plants and rocks have theirs, so leave it out";
+        table.refuse("material", what);
+    }
+    scatter.material = material(&mut table, materials);
+    for key in ["pitch_deg", "roll_deg", "up"].into_iter().filter(|_| !has_files) {
+        let what = format!(
+            "{key} is how models of files stand; built-in plants and rocks stand upright, so leave it out"
+        );
+        table.refuse(key, what);
     }
     scatter.stance = stance(&mut table, false);
+    if !table.has("area") {
+        table.refuse("crs", "crs is of the file of area, which is not there; add area, or leave crs out");
+    }
     scatter.area = table
         .take::<String>("area")
         .and_then(|name| file(&table, &name.span(), &folder.join(name.get_ref())));

@@ -108,7 +108,7 @@ pub(in crate::modeling) fn open_scatter(file: &ScatterFile) -> Result<OpenScatte
                 let at = |scale: &f64| {
                     let stance = Stance { scale: file.stance.scale * scale, ..file.stance };
                     let soup = soup(&[&read.model], &[path], &stance)?;
-                    Ok(Scaled { soup, material: Material::Unknown, built_in: None })
+                    Ok(Scaled { soup, material: file.material, built_in: None })
                 };
                 scales.iter().map(at).collect::<Result<Vec<_>>>()
             }

@@ -17,6 +17,8 @@ pub struct ObjectFile {
     pub stance: Stance,
     /// Height of its foot above the ground, metres.
     pub up_m: f64,
+    /// What all of it is made of.
+    pub material: Material,
 }
 
 /// What is scattered.
@@ -33,6 +35,8 @@ pub enum Form {
 pub struct ScatterFile {
     /// Which; one of them at each place.
     pub forms: Vec<Form>,
+    /// What those of files are made of; built-in ones have materials of their own.
+    pub material: Material,
     /// How they stand; headings are by chance, of eight ways to lay them over voxels.
     pub stance: Stance,
     /// A file of polygons that they keep to.
@@ -72,6 +76,7 @@ impl Default for ScatterFile {
     fn default() -> Self {
         Self {
             forms: Vec::new(),
+            material: Material::Unknown,
             stance: Stance::default(),
             area: None,
             crs: None,

@@ -147,7 +147,7 @@ impl Objects {
         let soup = self.soups.len() - 1;
         let stands = file.up_m <= 0.0;
         let is_exact = file.places.len() <= MOST_EXACT;
-        let shared = (!is_exact).then(|| self.stock(soup, Material::Unknown, stands, None));
+        let shared = (!is_exact).then(|| self.stock(soup, file.material, stands, None));
         for place in file.places.iter().map(|place| DVec2::from_array(*place)) {
             let Some(ground) = ground_at(grid, place, maker)? else {
                 notes.push(format!(
@@ -157,9 +157,9 @@ impl Objects {
                 continue;
             };
             let foot_m = ground + file.up_m;
-            let stock = shared.unwrap_or_else(|| self.stock(soup, Material::Unknown, stands, Some(place)));
+            let stock = shared.unwrap_or_else(|| self.stock(soup, file.material, stands, Some(place)));
             let keyer = Keyer::of("object").with_bytes(&object.content).with(&file.stance).with(&stands);
-            let key = keyer.with(&is_exact).with(&place).with(&foot_m).key();
+            let key = keyer.with(&file.material).with(&is_exact).with(&place).with(&foot_m).key();
             let reach = [place.x + low.x, place.y + low.y, place.x + high.x, place.y + high.y];
             self.highest = self.highest.max(self.top(soup, foot_m, grid.spacing));
             self.placed.push(Placed { stock, place, foot_m, reach, key });

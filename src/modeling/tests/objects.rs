@@ -1,5 +1,8 @@
 //! Models in databases: built, built again, and from damaged files.
 
+mod stance;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -9,8 +12,9 @@ use super::support::{Area, options};
 use crate::modeling::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
 use crate::modeling::options::BuildOptions;
 use crate::modeling::synthetic::Terrain;
-use crate::modeling::{BuildReport, build};
+use crate::modeling::{BuildReport, Finish, Materials, build};
 use crate::progress::Silent;
+use crate::voxel::{Material, PageSource};
 
 /// A box of 10 by 6 m, 5 m high, its roof red.
 const BOX: &str = "mtllib box.mtl\nv -5 0 -3\nv 5 0 -3\nv 5 0 3\nv -5 0 3\nv -5 5 -3\nv 5 5 -3\nv 5 5 3\nv -5 5 3\n\
@@ -39,7 +43,7 @@ const PAGES: u64 = 25 + 4 + 1 + 1;
 
 fn object(path: &Path, places: &[[f64; 2]], heading_deg: f64) -> ObjectFile {
     let stance = Stance { heading_deg, ..Stance::default() };
-    ObjectFile { paths: vec![path.to_owned()], places: places.to_vec(), stance, up_m: 0.0 }
+    ObjectFile { paths: vec![path.to_owned()], places: places.to_vec(), stance, ..ObjectFile::default() }
 }
 
 /// Builds again, and holds the result against a build of everything beside it.
@@ -81,6 +85,58 @@ fn an_object_stands_where_it_says_and_moves_alone() {
     options.objects[0].places[0] = [-50.0, 20.0];
     let error = build(&BuildOptions { steps: false, ..options.clone() }, &Silent);
     assert!(error.is_ok(), "outside of the area it is left out");
+}
+
+#[test]
+fn an_object_is_made_of_what_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = files(folder.path());
+    let mut options = plain(folder.path(), "m.hop");
+    options.steps = true;
+    options.objects = vec![object(&path, &[[100.0, 140.0]], 90.0), object(&path, &[[700.0, 700.0]], 0.0)];
+    updated(&options);
+    let plain = Area::open(&options.output).unwrap();
+    assert_eq!(plain.attributes(100, 140).material, 0);
+    options.objects[0].material = Material::Wood;
+    assert_eq!(updated(&options).reused, PAGES - 4);
+    let area = Area::open(&options.output).unwrap();
+    let material = |x, y| Material::of_code(area.attributes(x, y).material);
+    assert_eq!((material(100, 140), material(102, 144)), (Material::Wood, Material::Wood));
+    assert_eq!((material(700, 700), material(110, 140)), (Material::Unknown, Material::Unknown));
+    // Its colours are its own, and go along where the material's is another one than usual.
+    assert_eq!(area.colour(100, 140), plain.colour(100, 140));
+    let [red, green, blue] = Material::Wood.colour();
+    let paler =
+        Finish { material: Material::Wood, colour: Some([red, green + 40, blue + 30]), ..Finish::default() };
+    options.materials = Materials::new(vec![paler]);
+    updated(&options);
+    let area = Area::open(&options.output).unwrap();
+    let [red, green, blue] = plain.colour(100, 140);
+    assert_eq!(area.colour(100, 140), [red, green + 40, blue + 30]);
+    assert_eq!(area.colour(700, 700), plain.colour(700, 700));
+}
+
+#[test]
+fn files_of_a_scatter_are_made_of_what_is_said_and_plants_of_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let forms = vec![Form::File(files(folder.path())), Form::BuiltIn(BuiltIn::Conifer)];
+    let hay = Finish {
+        material: Material::Own(201),
+        name: "hay".into(),
+        like: Some(Material::Crops),
+        ..Finish::default()
+    };
+    let mut options = plain(folder.path(), "h.hop");
+    options.bbox = Some([0.0, 0.0, 256.0, 256.0]);
+    options.materials = Materials::new(vec![hay]);
+    let material = Material::Own(201);
+    options.scatters = vec![ScatterFile { forms, material, spacing_m: 25.0, ..ScatterFile::default() }];
+    build(&options, &Silent).unwrap();
+    let area = Area::open(&options.output).unwrap();
+    let high = area.voxels().filter(|(x, y)| area.height(*x, *y).unwrap() > 104.5);
+    let made: BTreeSet<u8> = high.map(|(x, y)| area.attributes(x, y).material).collect();
+    assert_eq!(made, BTreeSet::from([Material::Needleleaf.code(), 201]));
+    assert_eq!(area.pages.header().metadata.material_name(201), "hay");
 }
 
 #[test]
