@@ -8,6 +8,7 @@ use glam::DVec2;
 use hedgehop::frame::Frame;
 use hedgehop::modeling::{BuildOptions, Corridor, Place, Route, build};
 use hedgehop::progress::Silent;
+use hedgehop::query::{ContinuityLimits, Fault, continuity};
 use hedgehop::raymarch::ground_height;
 use hedgehop::render::{Engine, Rays, RenderOptions, Renderer, render_reference};
 use hedgehop::space::{Attitude, Camera, Pose};
@@ -29,35 +30,36 @@ struct Areas {
     corridor: MemPages,
 }
 
-static AREAS: LazyLock<Areas> = LazyLock::new(|| {
+/// A database of `side` × `side` posts.
+fn built(side: u32, height: impl Fn(f64, f64) -> f64, corridors: Vec<Corridor>, outside: f64) -> MemPages {
     let folder = tempfile::tempdir().unwrap();
-    let mut grid = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {SPACING}\n");
-    for row in 0..SIDE {
-        for column in 0..SIDE {
-            let (x, y) = (f64::from(column) + 0.5, f64::from(SIDE - row) - 0.5);
-            write!(grid, "{:.2} ", hill(x * SPACING, y * SPACING)).unwrap();
+    let mut grid = format!("ncols {side}\nnrows {side}\nxllcorner 0\nyllcorner 0\ncellsize {SPACING}\n");
+    for row in 0..side {
+        for column in 0..side {
+            let (x, y) = (f64::from(column) + 0.5, f64::from(side - row) - 0.5);
+            write!(grid, "{:.2} ", height(x * SPACING, y * SPACING)).unwrap();
         }
         grid.push('\n');
     }
-    let elevation = folder.path().join("dem.asc");
+    let [elevation, output] = ["dem.asc", "area.hop"].map(|name| folder.path().join(name));
     std::fs::write(&elevation, grid).unwrap();
-    let built = |name: &str, corridors: Vec<Corridor>| {
-        let output = folder.path().join(name);
-        let options = BuildOptions {
-            local: true,
-            corridors,
-            outside: Some(32.0),
-            ..BuildOptions::new(vec![elevation.clone()], vec![], output.clone())
-        };
-        build(&options, &Silent).unwrap();
-        MemPages::from_bytes(Path::new(name), &std::fs::read(output).unwrap()).unwrap()
+    let options = BuildOptions {
+        local: true,
+        corridors,
+        outside: Some(outside),
+        ..BuildOptions::new(vec![elevation], vec![], output.clone())
     };
+    build(&options, &Silent).unwrap();
+    MemPages::from_bytes(Path::new("area.hop"), &std::fs::read(output).unwrap()).unwrap()
+}
+
+static AREAS: LazyLock<Areas> = LazyLock::new(|| {
     let places = vec![Place::Xy(0.0, 300.0), Place::Xy(3000.0, 300.0)];
     let route = Route { file: "route.csv".into(), places };
     let strip = |width, spacing| Corridor { route: route.clone(), width, spacing };
     Areas {
-        whole: built("whole.hop", vec![]),
-        corridor: built("corridor.hop", vec![strip(200.0, 2.0), strip(600.0, 8.0)]),
+        whole: built(SIDE, hill, vec![], 32.0),
+        corridor: built(SIDE, hill, vec![strip(200.0, 2.0), strip(600.0, 8.0)], 32.0),
     }
 });
 
@@ -174,4 +176,22 @@ fn ground_beside_the_corridor_is_that_of_the_level_there() {
         assert!((height(y) - hill(1500.0, y)).abs() < 10.0, "{y}: {}", height(y));
     }
     assert_eq!(ground_height(&AREAS.corridor, DVec2::new(1500.0, 3100.0)).unwrap(), None);
+}
+
+#[test]
+fn corridors_over_smooth_ground_have_neither_seams_nor_cracks() {
+    let smooth = |x: f64, y: f64| 200.0 + 40.0 * (x * 0.006).sin() * (y * 0.008).cos();
+    let report = |height: &dyn Fn(f64, f64) -> f64| {
+        // Across corners of pages, so that their border has steps.
+        let places = vec![Place::Xy(100.0, 100.0), Place::Xy(1700.0, 1500.0)];
+        let route = Route { file: "route.csv".into(), places };
+        let area = built(900, height, vec![Corridor { route, width: 40.0, spacing: 2.0 }], 8.0);
+        continuity(&area, &ContinuityLimits::default(), &Silent).unwrap()
+    };
+    let sound = report(&smooth);
+    assert!((4..16).contains(&sound.pages), "{}", sound.pages);
+    assert_eq!(sound.findings, []);
+    // A step of the ground itself is found there.
+    let stepped = report(&|x, y| smooth(x, y) + if x >= 700.0 { 5.0 } else { 0.0 });
+    assert_eq!((stepped.count(Fault::Seam), stepped.count(Fault::Crack)), (1, 0));
 }

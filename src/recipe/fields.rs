@@ -34,6 +34,11 @@ impl<'r> Mistakes<'r> {
         found.map_err(|what| self.add(span, what)).ok()
     }
 
+    /// Whether nothing was found wrong so far.
+    pub fn is_empty(&self) -> bool {
+        self.found.borrow().is_empty()
+    }
+
     /// By line.
     pub fn into_vec(self) -> Vec<Mistake> {
         let mut found = self.found.into_inner();
@@ -93,6 +98,18 @@ impl<'m, 'r, 'i> Fields<'m, 'r, 'i> {
     /// Whether a key is there, and not yet taken.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
+    }
+
+    /// Where the value of a key stands that is there, and not yet taken.
+    pub fn span_of(&self, key: &str) -> Option<Range<usize>> {
+        self.table.get(key).map(Spanned::span)
+    }
+
+    /// A key that would say nothing where it stands is a mistake; it must not have been taken yet.
+    pub fn refuse(&self, key: &str, what: impl std::fmt::Display) {
+        if let Some(span) = self.span_of(key) {
+            self.mistakes.add(&span, what);
+        }
     }
 
     /// Where it begins.

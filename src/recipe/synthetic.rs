@@ -296,6 +296,9 @@ fn texture(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<Texture> 
                 .check(&texts.span(), if is_several { Ok(colours) } else { Err("colours are 2 to 256") })
         });
     let size = table.needed("size_m", "60", LENGTH);
+    if pattern == Some(Pattern::Checkerboard) {
+        table.refuse("seed", "all checkerboards of a size are alike: leave seed out, or write kind = \"checks\", whose squares are by chance");
+    }
     let seed = table.seed();
     let turned_deg = table.number_or("turned_deg", 0.0, AZIMUTH);
     let strength = table.number_or("strength", 1.0, SHARE) as f32;

@@ -1,18 +1,20 @@
 //! The tables of a recipe, and what they may hold.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::cover;
-use super::fields::Fields;
+use super::fields::{Fields, Mistakes};
 use super::objects;
 use super::synthetic::synthetic;
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
 use crate::geo::{Crs, VerticalDatum};
 use crate::modeling::features::{Class, Columns, LayerOptions};
+use crate::modeling::raster::{OpenOptions, open};
 use crate::modeling::{
     BuildOptions, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
     check_shadows,
@@ -67,8 +69,16 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     let mut options = BuildOptions::new(Vec::new(), Vec::new(), path.with_extension("hop"));
     options.steps = true;
     let mut lines = Lines { place: 1, ..Lines::default() };
+    let mut spacing = None;
     if let Some(table) = root.table("place", "[place]") {
         lines.place = table.line();
+        spacing = table.span_of("spacing_m");
+        if !root.has("corridor") {
+            table.refuse(
+                "outside_m",
+                "outside_m is about what lies outside of corridors; add a [[corridor]], or say spacing_m instead",
+            );
+        }
         lines.keys = place(table, &folder, &mut options);
     }
     let has_cloud = root.has("cloud");
@@ -111,7 +121,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     }
     for table in root.tables("object", "[[object]]") {
         lines.objects.push(table.line());
-        options.objects.push(objects::object(table, &folder));
+        options.objects.push(objects::object(table, &folder, &options.materials));
     }
     for table in root.tables("scatter", "[[scatter]]") {
         lines.scatters.push(table.line());
@@ -119,10 +129,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     }
     let tables = root.tables("corridor", "[[corridor]]");
     options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();
-    if let Some(finest) = options.corridors.iter().map(|corridor| corridor.spacing).reduce(f64::min) {
-        options.spacing = Some(finest);
-    }
-    options.raw_spacing = options.spacing;
+    spacings(&mut options, spacing, mistakes);
     let shadows = root.table("shadows", "[shadows]").and_then(|table| {
         lines.shadows = table.line();
         sun(table)
@@ -172,6 +179,36 @@ fn place(
     };
     options.interpolation = interpolation(&mut table);
     table.finish()
+}
+
+/// Sides of voxels, and of the pixels of files without georeferencing: what `[place]` says, whose `spacing_m` stands at `span`, but voxels have
+/// those of corridors if there are any.
+fn spacings(options: &mut BuildOptions, span: Option<Range<usize>>, mistakes: &Mistakes<'_>) {
+    let finest = options.corridors.iter().map(|corridor| corridor.spacing).reduce(f64::min);
+    options.raw_spacing = options.spacing.or(finest);
+    options.spacing = finest.or(options.spacing);
+    // Where something else is wrong, a file may be missing that has these pixels.
+    if let (Some(_), Some(span)) = (finest, span)
+        && mistakes.is_empty()
+        && !has_bare_raster(options)
+    {
+        mistakes.add(
+            &span,
+            "spacing_m says nothing beside a [[corridor]], which has its own: leave it out, or say outside_m for what lies outside of corridors",
+        );
+    }
+}
+
+/// Whether some raster has no georeferencing. One that cannot be opened may have none: what is wrong with it is told by itself.
+fn has_bare_raster(options: &BuildOptions) -> bool {
+    let elevation = options.elevation.iter().map(|file| &file.path);
+    let imagery = options.imagery.iter().map(|file| &file.path);
+    let land_cover = options.land_cover.iter().map(|file| &file.path);
+    let is_bare = |path: &PathBuf| match open(path, &OpenOptions::default()) {
+        Ok(raster) => raster.info().geo.is_none(),
+        Err(_) => true,
+    };
+    elevation.chain(imagery).chain(land_cover).any(is_bare)
 }
 
 /// How heights lie between posts.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use super::*;
 use crate::geo::VerticalDatum;
 use crate::modeling::NodataFill;
+use crate::modeling::features::Material;
 
 /// A folder with a small elevation raster, and recipes beside it.
 struct Site {
@@ -77,6 +78,25 @@ fn a_recipe_says_what_flags_say() {
 }
 
 #[test]
+fn a_spacing_beside_corridors_is_that_of_pixels_without_georeferencing() {
+    let site = Site::new();
+    fs::write(site.folder.path().join("bare.raw"), [0; 256]).unwrap();
+    let corridor = "[[corridor]]\npath = \"flight.csv\"\nwidth_m = 50\nspacing_m = 2.5\n";
+    let bare = format!("[[elevation]]\nfile = \"bare.raw\"\n{corridor}");
+    let spacings = |text: &str| {
+        let options = site.read(text).options;
+        (options.spacing, options.raw_spacing)
+    };
+    assert_eq!(spacings(&format!("[place]\nspacing_m = 10\n{bare}")), (Some(2.5), Some(10.0)));
+    assert_eq!(spacings(&bare), (Some(2.5), Some(2.5)));
+    assert_eq!(spacings(&format!("{ELEVATION}{corridor}")), (Some(2.5), Some(2.5)));
+    assert_eq!(
+        spacings("[place]\nspacing_m = 10\n[[elevation]]\nfile = \"bare.raw\"\n"),
+        (Some(10.0), Some(10.0))
+    );
+}
+
+#[test]
 fn the_smallest_recipe_tells_what_it_would_build() {
     let site = Site::new();
     let recipe = site.read(ELEVATION);
@@ -112,6 +132,39 @@ const WRONG: &[(&str, usize, &[&str])] = &[
     ("[[imagery]]\nfile = \"text.tif\"\nbands = [0, 1, 2]\n", 3, &["counted from 1"]),
     ("[[corridor]]\npath = \"flight.csv\"\nspacing_m = 1\n", 1, &["needs `width_m`"]),
     ("[[corridor]]\npath = \"text.tif\"\nwidth_m = 9\nspacing_m = 1\n", 2, &["text.tif"]),
+    ("[place]\noutside_m = 16\n", 2, &["outside_m is about", "add a [[corridor]]"]),
+    (
+        "[place]\nspacing_m = 4\n[[elevation]]\nfile = \"dem.asc\"\n[[corridor]]\npath = \"flight.csv\"\nwidth_m = 9\nspacing_m = 1\n",
+        2,
+        &["spacing_m says nothing beside a [[corridor]]", "outside_m"],
+    ),
+    (
+        "[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\ncrs = \"EPSG:32632\"\n",
+        4,
+        &["crs is of the file of area", "add area"],
+    ),
+    (
+        "[[scatter]]\nobjects = [\"shrub\", \"rock\"]\nspacing_m = 5\npitch_deg = 5\n",
+        4,
+        &["pitch_deg is how models of files stand"],
+    ),
+    ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nroll_deg = 5\n", 4, &["roll_deg", "leave it out"]),
+    ("[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nup = \"z\"\n", 4, &["up is how", "leave it out"]),
+    (
+        "[[texture]]\nkind = \"checkerboard\"\nsize_m = 3\ncolours = [\"red\", \"blue\"]\nseed = 7\n",
+        5,
+        &["checkerboards", "leave seed out", "\"checks\""],
+    ),
+    (
+        "[[object]]\nfile = \"dem.asc\"\nat = [1, 2]\nmaterial = \"wodo\"\n",
+        4,
+        &["no material \"wodo\"", "did you mean \"wood\"?"],
+    ),
+    (
+        "[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nmaterial = \"wood\"\n",
+        4,
+        &["material", "built-in plants and rocks have theirs"],
+    ),
     ("[shadows]\n", 1, &["azimuth_deg", "time"]),
     ("[shadows]\nazimuth_deg = 900\nelevation_deg = 1\n", 2, &["azimuth_deg"]),
     ("[place]\nlocal = true\nlocal = true\n", 3, &["duplicate"]),
@@ -295,8 +348,9 @@ fn objects_and_scatters_say_what_they_are() {
     let model = site.folder.path().join("box.obj");
     fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let text = format!(
-        "[place]\nlocal = true\n{ELEVATION}\n[[object]]\nfile = \"box.obj\"\nat = [[1, 2], [3, 4.5]]\nheading_deg = 30\nscale = 2\n\
-         [[scatter]]\nobjects = [\"conifer\", \"box.obj\"]\nper_hectare = 100\nscale = [0.5, 2]\nheights_m = [0, 9]\navoid = false\n"
+        "[place]\nlocal = true\n{ELEVATION}\n[[object]]\nfile = \"box.obj\"\nat = [[1, 2], [3, 4.5]]\nheading_deg = 30\nscale = 2\nmaterial = \"wood\"\n\
+         [[scatter]]\nobjects = [\"conifer\", \"box.obj\"]\nper_hectare = 100\nscale = [0.5, 2]\nheights_m = [0, 9]\navoid = false\nmaterial = \"hay\"\n\
+         [material.hay]\nnumber = 201\nlike = \"crop\"\n"
     );
     let recipe = Recipe::check(&site.put(&text)).unwrap().unwrap();
     let [object] = &recipe.options.objects[..] else { panic!() };
@@ -306,6 +360,16 @@ fn objects_and_scatters_say_what_they_are() {
     assert_eq!(scatter.forms[1], crate::modeling::object::Form::File(model));
     assert_eq!((scatter.spacing_m, scatter.scale, scatter.heights_m), (10.0, [0.5, 2.0], Some([0.0, 9.0])));
     assert!(!scatter.avoid && scatter.slopes_deg.is_none());
+    assert_eq!((object.material, scatter.material), (Material::Wood, Material::Own(201)));
+    // Of plants and files together the files stand as it says, and polygons have a system.
+    fs::write(site.folder.path().join("woods.geojson"), "{}").unwrap();
+    let text = format!(
+        "{ELEVATION}[[scatter]]\nobjects = [\"conifer\", \"box.obj\"]\nspacing_m = 9\nup = \"z\"\nroll_deg = 3\narea = \"woods.geojson\"\ncrs = \"EPSG:32632\"\n"
+    );
+    let both = site.read(&text);
+    let [scatter] = &both.options.scatters[..] else { panic!() };
+    assert_eq!((scatter.stance.is_z_up, scatter.stance.roll_deg), (Some(true), 3.0));
+    assert_eq!(scatter.crs.as_deref(), Some("EPSG:32632"));
     for (table, words) in [
         ("[[object]]\nfile = \"box.obj\"\n", "[[object]] needs `at`"),
         ("[[object]]\nfile = \"box.obj\"\nat = []\n", "one place at least"),

@@ -184,6 +184,16 @@ impl SharedObject {
         placement.symmetry().size(self.size)
     }
 
+    /// Voxels eastward and northward before it is turned.
+    pub fn voxels(&self) -> [u16; 2] {
+        self.size
+    }
+
+    /// Bytes that it takes in a file, whatever the number of its placements.
+    pub fn bytes(&self) -> u64 {
+        (at::SIZE + size_of_val(&self.starts[..]) + size_of_val(&self.spans[..])) as u64
+    }
+
     /// Codes that it does not leave where its foot is at `foot`; the first is 0 if it stands on the ground.
     pub fn codes(&self, foot: u16) -> [u16; 2] {
         let low = if self.low == Span::GROUND { Span::GROUND } else { foot.saturating_add(self.low) };
@@ -234,6 +244,11 @@ impl SharedObjects {
     /// How many.
     pub fn len(&self) -> usize {
         self.0.len()
+    }
+
+    /// All of them, by number.
+    pub fn all(&self) -> &[SharedObject] {
+        &self.0
     }
 
     /// The object that is placed.

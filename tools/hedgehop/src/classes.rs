@@ -2,12 +2,14 @@
 
 use std::fmt::Write as _;
 
-use hedgehop::query::{ClassTally, Tally};
+use hedgehop::query::{ClassTally, ObjectTally, Tally};
 use hedgehop::voxel::{Grid, Group, Header};
 use serde_json::{Value, json};
 
 /// Square metres as square kilometres.
 const KM2: f64 = 1.0e-6;
+/// Objects that are told one by one, the most placed first.
+const MOST_OBJECTS: usize = 10;
 
 /// A part of a whole, 0…1.
 fn share(part: f64, whole: f64) -> f64 {
@@ -33,6 +35,35 @@ fn sorted(tally: &Tally) -> Vec<(u8, ClassTally)> {
     let mut classes: Vec<_> = tally.materials.iter().map(|(number, class)| (*number, *class)).collect();
     classes.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(b.1.spans.cmp(&a.1.spans)).then(a.0.cmp(&b.0)));
     classes
+}
+
+/// Objects that stand somewhere, by their numbers, the most placed first.
+fn placed(tally: &Tally) -> Vec<(usize, ObjectTally)> {
+    let all = tally.objects.iter().copied().enumerate();
+    let mut placed: Vec<_> = all.filter(|(_, object)| object.placed > 0).collect();
+    placed.sort_by_key(|(number, object)| (std::cmp::Reverse(object.placed), *number));
+    placed
+}
+
+/// Rows of objects: the most placed ones, and the sum of all others.
+fn objects(tally: &Tally) -> String {
+    let mut text = String::new();
+    let mut row = |name: &str, placed: u64, bytes: u64| {
+        let title = if text.is_empty() { "by object" } else { "" };
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {title:<9} {name:<22} {placed:>12} times {:>9.1} kB", bytes as f64 / 1e3);
+    };
+    let all = placed(tally);
+    let (told, others) = all.split_at(all.len().min(MOST_OBJECTS));
+    for (number, ObjectTally { voxels: [width, depth], placed, bytes }) in told {
+        row(&format!("{number}: {width} x {depth} voxels"), *placed, *bytes);
+    }
+    if !others.is_empty() {
+        let sum = |of: fn(&ObjectTally) -> u64| others.iter().map(|(_, object)| of(object)).sum();
+        let name = format!("{} others", others.len());
+        row(&name, sum(|object| object.placed), sum(|object| object.bytes));
+    }
+    text
 }
 
 /// Further rows of the table that `info` prints.
@@ -68,7 +99,7 @@ pub fn description(header: &Header, tally: &Tally) -> String {
     if tally.empty > 0.0 {
         let _ = writeln!(text, "            without a surface      {:>12.4} km²", tally.empty * KM2);
     }
-    text
+    text + &objects(tally)
 }
 
 /// The same for programs.
@@ -105,6 +136,9 @@ pub fn json(header: &Header, tally: &Tally, bbox: Option<[f64; 4]>) -> Value {
     let levels = tally.levels.iter().enumerate().map(|(level, found)| {
         json!({ "level": Grid::side_units(level as u8), "pages": found.pages, "area_km2": found.area * KM2 })
     });
+    let objects = tally.objects.iter().enumerate().map(|(number, object)| {
+        json!({ "number": number, "voxels": object.voxels, "placed": object.placed, "bytes": object.bytes })
+    });
     json!({
         "bbox": bbox,
         "area_km2": tally.area * KM2,
@@ -114,5 +148,6 @@ pub fn json(header: &Header, tally: &Tally, bbox: Option<[f64; 4]>) -> Value {
         "groups": groups.collect::<Vec<_>>(),
         "sources": sources.collect::<Vec<_>>(),
         "levels": levels.collect::<Vec<_>>(),
+        "objects": objects.collect::<Vec<_>>(),
     })
 }

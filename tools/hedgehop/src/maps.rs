@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use hedgehop::frame::atomic::{check_writable, write_bytes};
+use hedgehop::frame::geotiff::GeoTiff;
 use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
 use hedgehop::query::MapExtent;
@@ -118,8 +119,24 @@ pub fn write_beside(
     }
 }
 
+/// A map as GeoTIFF: where it lies, and in which reference system. `bands` is 1 or 3.
+pub fn geotiff(
+    extent: &MapExtent,
+    bands: usize,
+    header: &Header,
+    observer: &dyn Observer,
+) -> Result<GeoTiff> {
+    let crs = area::crs(header)?;
+    let keys = crs.to_geo_keys();
+    if keys.is_none() && !crs.is_local() {
+        observer.note(&no_words(&crs, "a GeoTIFF"));
+    }
+    let (north_west, pixel) = (extent.north_west.to_array(), extent.pixel);
+    Ok(GeoTiff { width: extent.width, height: extent.height, bands, north_west, pixel, keys })
+}
+
 /// What is said of a system that a file cannot name.
-pub fn no_words(crs: &Crs, file: &str) -> String {
+fn no_words(crs: &Crs, file: &str) -> String {
     format!("{file} has no words for the reference system {}: give it to other programs by hand", crs.name())
 }
 

@@ -81,3 +81,45 @@ fn schemes_must_be_known() {
     assert!(told.contains("80 (800 pixels)") && told.contains("30 (1600 pixels)"), "{told}");
     assert!(told.contains("is it of another scheme"), "{told}");
 }
+
+/// 640 m by 320 m of level ground with a tree on each 20 m by 20 m.
+const TREES: &str = "[place]\nlocal = true\nbbox = [0, 0, 640, 320]\nspacing_m = 1\n[[terrain]]\nkind = \"plane\"\nheight_m = 9\n\
+                     [[scatter]]\nobjects = [\"conifer\", \"broadleaf\", \"shrub\", \"rock\"]\nscale = [0.6, 1.4]\nspacing_m = 20\n";
+
+#[test]
+fn objects_tell_how_often_they_are_placed() {
+    let folder = TempDir::new().expect("a temporary folder");
+    fs::write(folder.path().join("trees.toml"), TREES).expect("a recipe");
+    ends(&run(&folder, "build trees.toml"), 0);
+    let json = |flags: &str| -> Vec<Value> {
+        let told = ends(&run(&folder, &format!("info --classes --json {flags} trees.hop")), 0);
+        let json: Value = serde_json::from_str(&told).expect("JSON");
+        let objects = json["classes"]["objects"].as_array().expect("a list").clone();
+        assert_eq!(Some(objects.len() as u64), json["placed_objects"].as_u64());
+        objects
+    };
+    let number = |object: &Value, key: &str| object[key].as_u64().expect("a number");
+    let sum = |objects: &[Value], key: &str| objects.iter().map(|object| number(object, key)).sum::<u64>();
+    // Four forms at four scales; trees stand well inside their squares, so that none is beside the area.
+    let all = json("");
+    assert_eq!((all.len(), sum(&all, "placed")), (16, 32 * 16));
+    assert_eq!(number(&all[15], "number"), 15);
+    let halves = [json("--bbox 0,0,256,320"), json("--bbox 256,0,640,320")];
+    assert!(halves.iter().all(|half| sum(half, "placed") > 100));
+    assert_eq!(sum(&halves[0], "placed") + sum(&halves[1], "placed"), 32 * 16);
+    // Ten of them by themselves, the most placed first, and what the six others have together.
+    let told = ends(&run(&folder, "info --classes trees.hop"), 0);
+    let rows: Vec<&str> = told.lines().filter(|line| line.contains(" times ")).collect();
+    assert_eq!(rows.len(), 11, "{told}");
+    assert!(rows[0].trim_start().starts_with("by object") && rows[0].contains(" voxels "), "{told}");
+    assert!(rows[10].trim_start().starts_with("6 others"), "{told}");
+    let times = |row: &str| {
+        let words: Vec<&str> = row.split_whitespace().collect();
+        let at = words.iter().position(|word| *word == "times").expect("times");
+        words[at - 1].parse::<u64>().expect("a number")
+    };
+    let counts: Vec<u64> = rows.iter().map(|row| times(row)).collect();
+    assert!(counts[..10].is_sorted_by(|a, b| a >= b), "{told}");
+    assert_eq!(counts.iter().sum::<u64>(), 32 * 16);
+    assert!(!ends(&run(&folder, "info trees.hop"), 0).contains(" times "));
+}

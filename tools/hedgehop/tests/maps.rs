@@ -5,6 +5,7 @@ mod common;
 use std::fs;
 use std::path::Path;
 
+use hedgehop::modeling::raster::{ImageryRaster, OpenOptions, Window, open};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -166,7 +167,7 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
     assert!(mean(100, 100) > mean(340, 340) + 20);
     assert!(folder.path().join("map.pgw").exists());
     for (args, words) in [
-        ("-o lines.svg", ".geojson"),
+        ("-o lines.svg", ".geojson, or a map, .tif or .png"),
         ("-o lines.geojson --interval 0", "above 0"),
         ("-o lines.geojson --interval 0.00001", "larger --interval"),
         ("-o lines.geojson --bbox 0,0,1,1", "outside the area"),
@@ -175,6 +176,36 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
         let told = ends(&run(&folder, &format!("contours place.hop {args}")), 2);
         assert!(told.contains(words), "{args}: {told}");
     }
+}
+
+#[test]
+fn contour_maps_are_the_same_as_geotiff() {
+    let folder = site(hills);
+    let [drawn, tiff] = ["map.png", "map.tif"].map(|name| {
+        // More than a tile, so that there are several, and an overview.
+        let told = ends(&run(&folder, &format!("contours place.hop -o {name} --interval 20 --size 600")), 0);
+        assert!(told.contains(name) && told.contains("every 20 m"), "{told}");
+        folder.path().join(name)
+    });
+    let drawn = picture(&drawn).into_rgb8();
+    let raster = open(&tiff, &OpenOptions::default()).expect("a GeoTIFF");
+    let info = raster.info().clone();
+    assert_eq!((info.width, info.height, info.bands), (600, 600, 3));
+    assert_eq!(info.geo, Some([500_000.0, 5.0, 0.0, 5_003_000.0, 0.0, -5.0]));
+    assert_eq!(info.crs.and_then(|crs| crs.epsg()), Some(32632));
+    let mut read = Vec::new();
+    let whole = Window { x: 0, y: 0, width: 600, height: 600 };
+    ImageryRaster::new(raster, None).expect("a picture").read(whole, &mut read).expect("pixels");
+    assert_eq!(read.len(), 360_000);
+    // 0 would be no data, of which there is none.
+    let wanted = drawn.pixels().map(|pixel| pixel.0.map(|code| code.max(1)));
+    assert!(read.iter().zip(wanted).all(|(read, wanted)| read[..3] == wanted && read[3] == 255));
+    assert!(!folder.path().join("map.tfw").exists() && folder.path().join("map.pgw").exists());
+    let told = ends(&run(&folder, "contours place.hop -o place.toml/map.tif"), 5);
+    assert!(told.contains("place.toml"), "{told}");
+    fs::rename(folder.path().join("place.hop"), folder.path().join("place.tif")).expect("a rename");
+    let told = ends(&run(&folder, "contours place.tif -o place.tif"), 2);
+    assert!(told.contains("input"), "{told}");
 }
 
 #[test]

@@ -3,6 +3,8 @@
 mod common;
 
 use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
@@ -114,4 +116,70 @@ fn all_mistakes_are_told_by_check_and_the_first_by_build() {
         assert!(told.contains("`crs` of [[elevation]]") && !told.contains("--elevation-crs"), "{told}");
     }
     assert!(ends(&run(&folder, "recipe check absent.toml"), 5).contains("absent.toml"));
+}
+
+/// The root of this repository.
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Copies the files of a folder of the repository (or of one beside it) to `to`, which is made.
+fn copy_files(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder").flatten() {
+        if entry.path().is_file() {
+            fs::copy(entry.path(), to.join(entry.file_name())).expect("a copy");
+        }
+    }
+}
+
+/// The pair of rasters that the airport is made from; says so and answers `None` where it is not there.
+fn airport_rasters() -> Option<PathBuf> {
+    let beside = || repository().join("../shared/realdata");
+    let folder = std::env::var_os("HEDGEHOP_REALDATA").map_or_else(beside, PathBuf::from).join("sba_airport");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    // Written past the test harness, which swallows what passing tests print.
+    let _ =
+        writeln!(std::io::stderr(), "skipped: no real data at {} (set HEDGEHOP_REALDATA)", folder.display());
+    None
+}
+
+#[test]
+fn recipes_that_come_with_it_are_sound() {
+    let folder = TempDir::new().expect("a temporary folder");
+    for part in ["data", "docs/gallery", "tests/data/places"] {
+        copy_files(&repository().join(part), &folder.path().join(part));
+    }
+    // As docs/modeling.md has it.
+    ends(
+        &run(
+            &folder,
+            "shadow-heights docs/gallery/halls.geojson --sun 235,33 --imagery docs/gallery/halls.jpg --imagery-crs EPSG:32632 \
+             --elevation data/valley-elevation.tif --highest 40 -o docs/gallery/halls-heights.geojson",
+        ),
+        0,
+    );
+    let rasters = airport_rasters();
+    if let Some(rasters) = &rasters {
+        copy_files(rasters, &folder.path().join("docs/gallery"));
+    }
+    // The other tables of the gallery are scenes.
+    let gallery = fs::read_dir(folder.path().join("docs/gallery")).expect("the gallery").flatten();
+    let recipes = gallery.filter_map(|entry| {
+        let name = entry.file_name().into_string().ok().filter(|name| name.ends_with(".toml"))?;
+        let text = fs::read_to_string(entry.path()).expect("a table");
+        text.lines().any(|line| line == "[place]").then(|| format!("docs/gallery/{name}"))
+    });
+    let mut recipes: Vec<String> = recipes.chain(["data/valley.toml".into()]).collect();
+    recipes.sort();
+    for name in ["airport", "halls", "synthetic", "valley"] {
+        assert!(recipes.contains(&format!("docs/gallery/{name}.toml")), "{name}: {recipes:?}");
+    }
+    recipes.retain(|name| rasters.is_some() || !name.ends_with("airport.toml"));
+    for recipe in recipes {
+        let told = ends(&run(&folder, &format!("recipe check {recipe}")), 0);
+        assert!(told.contains("is sound"), "{recipe}: {told}");
+    }
 }

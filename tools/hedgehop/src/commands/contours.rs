@@ -1,9 +1,10 @@
 //! `hedgehop contours`: contour lines, as lines or drawn on a map.
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hedgehop::frame::atomic::{write_bytes, write_with};
+use hedgehop::frame::geotiff::{TILE, write_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::query::{Contour, GroundMap, Hillshade, MapExtent, Sheet, contours, fitting_interval};
@@ -27,6 +28,7 @@ const EXAMPLE: &str = "\
 Examples:
   hedgehop contours area.hop -o lines.geojson
   hedgehop contours area.hop --interval 10 --index 5 -o map.png
+  hedgehop contours area.hop --size 8192 -o map.tif
   hedgehop contours area.hop --bbox 447000,4466000,452000,4471000 --level 4 -o lines.geojson";
 
 /// Sun of relief on maps.
@@ -42,7 +44,7 @@ const DECIMALS: i32 = 7;
 
 /// Draw contour lines of a database.
 ///
-/// Lines of the ground under what stands on it, by marching squares on the posts of a level. GeoJSON has them in longitude and latitude; a .png is a map with relief, and figures on index lines.
+/// Lines of the ground under what stands on it, by marching squares on the posts of a level. GeoJSON has them in longitude and latitude; a .tif or .png is a map with relief, and figures on index lines.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
@@ -51,7 +53,7 @@ pub struct Args {
     area: PathBuf,
 
     /// Lines or map to write
-    #[arg(short, long, value_name = "LINES.geojson|MAP.png")]
+    #[arg(short, long, value_name = "LINES.geojson|MAP.tif|MAP.png")]
     output: PathBuf,
 
     /// Metres from line to line [default: round, for about 10 to 25 lines]
@@ -79,21 +81,42 @@ pub struct Args {
     progress: Mode,
 }
 
+/// What lines are written as.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Lines,
+    Tiff,
+    Png,
+}
+
+impl Form {
+    fn of(output: &Path) -> Result<Self> {
+        let known = [
+            ("geojson", Self::Lines),
+            ("json", Self::Lines),
+            ("tif", Self::Tiff),
+            ("tiff", Self::Tiff),
+            ("png", Self::Png),
+        ];
+        let found = known.iter().find(|(extension, _)| maps::is(output, extension));
+        found.map(|(_, form)| *form).ok_or_else(|| {
+            let what = format!("{}: contour lines are a .geojson, or a map, .tif or .png", output.display());
+            Error::Configuration(what)
+        })
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
-    let is_map = maps::is(&args.output, "png");
-    if !is_map && !maps::is(&args.output, "geojson") && !maps::is(&args.output, "json") {
-        let what = format!("{}: contour lines are a .geojson, or a map, .png", args.output.display());
-        return Err(Error::Configuration(what).into());
-    }
+    let form = Form::of(&args.output)?;
     let source = PageFile::open(&args.area)?;
     let header = source.header();
     let bounds = args.bbox.unwrap_or(maps::WHOLE);
     let extent = map_extent(header, bounds, args.size)?;
     let level = match args.level {
         Some(level) => maps::level_index(level, header)?,
-        None if is_map => finer_than(extent.pixel, header),
+        None if form != Form::Lines => finer_than(extent.pixel, header),
         None => 0,
     };
     let (low, high) = header.height_range;
@@ -101,16 +124,17 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     maps::check_output(&args.output, &[&args.area])?;
     let found = contours(&source, level, bounds, interval, &reporter)?;
     let index = i64::from(args.index);
-    if is_map {
-        let unit = (f64::from(extent.width.max(extent.height)) / 1600.0).max(0.75);
-        let mut picture = relief(&source, extent, &reporter)?;
-        lines::draw(&mut picture, &extent, &found, interval, index, unit);
-        let text = format!("CONTOURS {} m", area::metres(interval));
-        chart::scale(&mut picture, 1.0 / extent.pixel, &text, unit);
-        write_bytes(&args.output, &pictures::png(&picture, &args.output)?)?;
-        maps::write_beside(&args.output, &extent, header, &reporter)?;
-    } else {
-        write_geojson(args, &source, &found, (interval, index), &reporter)?;
+    match form {
+        Form::Lines => write_geojson(args, &source, &found, (interval, index), &reporter)?,
+        Form::Tiff => {
+            let picture = map(&source, extent, &found, (interval, index), &reporter)?;
+            write_tiff(&args.output, &picture, &extent, header, &reporter)?;
+        }
+        Form::Png => {
+            let picture = map(&source, extent, &found, (interval, index), &reporter)?;
+            write_bytes(&args.output, &pictures::png(&picture, &args.output)?)?;
+            maps::write_beside(&args.output, &extent, header, &reporter)?;
+        }
     }
     source.intact()?;
     let (lowest, highest) = (found.first(), found.last());
@@ -163,6 +187,48 @@ pub fn relief(source: &PageFile, extent: MapExtent, observer: &dyn Observer) -> 
     }
     observer.end();
     Ok(picture)
+}
+
+/// Relief, the lines on it, and a scale.
+fn map(
+    source: &PageFile,
+    extent: MapExtent,
+    found: &[Contour],
+    (interval, index): (f64, i64),
+    observer: &dyn Observer,
+) -> Result<RgbImage> {
+    let unit = (f64::from(extent.width.max(extent.height)) / 1600.0).max(0.75);
+    let mut picture = relief(source, extent, observer)?;
+    lines::draw(&mut picture, &extent, found, interval, index, unit);
+    let text = format!("CONTOURS {} m", area::metres(interval));
+    chart::scale(&mut picture, 1.0 / extent.pixel, &text, unit);
+    Ok(picture)
+}
+
+/// A map as Cloud Optimized GeoTIFF. All of it is data, also where there is no ground.
+fn write_tiff(
+    output: &Path,
+    picture: &RgbImage,
+    extent: &MapExtent,
+    header: &Header,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let tiff = maps::geotiff(extent, 3, header, observer)?;
+    let mut tile = |[column, row]: [u32; 2]| {
+        let side = TILE as usize;
+        let mut samples = vec![0; side * side * 3];
+        for (down, line) in samples.chunks_exact_mut(side * 3).enumerate() {
+            for (right, pixel) in line.chunks_exact_mut(3).enumerate() {
+                let at = [column * TILE + right as u32, row * TILE + down as u32];
+                if let Some(Rgb(colour)) = picture.get_pixel_checked(at[0], at[1]) {
+                    // 0 would be no data.
+                    pixel.copy_from_slice(&colour.map(|code| code.max(1)));
+                }
+            }
+        }
+        Ok(samples)
+    };
+    write_geotiff(output, &tiff, &mut tile, observer)
 }
 
 /// All lines as a collection of features (RFC 7946).

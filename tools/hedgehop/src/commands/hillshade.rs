@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use hedgehop::colour::{linear_of_codes, srgb8_from_linear};
 use hedgehop::frame::atomic::write_with;
-use hedgehop::frame::geotiff::{GeoTiff, NO_DATA, TILE, write_geotiff};
+use hedgehop::frame::geotiff::{NO_DATA, TILE, write_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::query::{GroundMap, Hillshade, Sheet};
@@ -148,19 +148,7 @@ impl Picture<'_> {
         header: &hedgehop::voxel::Header,
         observer: &dyn Observer,
     ) -> Result<()> {
-        let (extent, crs) = (self.map.extent(), area::crs(header)?);
-        let keys = crs.to_geo_keys();
-        if keys.is_none() && !crs.is_local() {
-            observer.note(&maps::no_words(&crs, "a GeoTIFF"));
-        }
-        let tiff = GeoTiff {
-            width: extent.width,
-            height: extent.height,
-            bands: self.bands(),
-            north_west: extent.north_west.to_array(),
-            pixel: extent.pixel,
-            keys,
-        };
+        let tiff = maps::geotiff(self.map.extent(), self.bands(), header, observer)?;
         let side = i64::from(TILE);
         let mut tile = |at: [u32; 2]| {
             let [column, row] = at.map(|at| i64::from(at) * side);

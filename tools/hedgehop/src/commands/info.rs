@@ -25,7 +25,7 @@ pub struct Args {
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
 
-    /// Say what the ground is made of: area by material, by what stands there, by elevation source and by level; reads all pages
+    /// Say what the ground is made of: area by material, by what stands there, by elevation source and by level, and how often each object is placed; reads all pages
     #[arg(long)]
     classes: bool,
 
