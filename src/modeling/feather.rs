@@ -80,13 +80,14 @@ impl Sheets {
         Self { tiles }
     }
 
-    /// What a change of a source can reach, from what its pixels can: tiles of its sheet end elsewhere without it. West, south, east, north.
+    /// What a change of a source can reach, from what its pixels can: towards other sheets tiles of its own end elsewhere without it. West, south, east, north.
     pub fn reach(&self, index: usize, [west, south, east, north]: Bounds, pixel_side: f64) -> Bounds {
-        // Pixels may be longer than they are wide.
-        let margin = 2.0 * f64::from(FEATHER) * pixel_side;
-        if self.mates(index).next().is_none() {
+        let is_whole = self.mates(index).next().is_none();
+        if is_whole || self.tiles.iter().all(|tile| tile.sheet == self.tiles[index].sheet) {
             return [west, south, east, north];
         }
+        // Pixels may be longer than they are wide.
+        let margin = 2.0 * f64::from(FEATHER) * pixel_side;
         [west - margin, south - margin, east + margin, north + margin]
     }
 

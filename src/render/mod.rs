@@ -9,6 +9,7 @@
 mod clouds;
 mod exposure;
 mod fall;
+mod fan;
 mod foresight;
 mod joined;
 mod lights;
@@ -257,7 +258,7 @@ struct Shared {
     radiance: Radiance,
     turned: TurnedPages,
     screen: planes::LastScreen,
-    fans: Used<planes::Fan>,
+    fans: Used<fan::Fan>,
     pictures: Used<Vec<u8>>,
     ranges: Used<Vec<f32>>,
     profiles: Used<Profile>,

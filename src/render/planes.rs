@@ -1,12 +1,12 @@
 //! A frame through scan planes: march, then the image stage.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
+use super::fan::{DepthsMut, Fan, first_part};
 use super::standing::{self, Stander};
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
 use crate::error::Result;
@@ -100,40 +100,6 @@ impl LastScreen {
         let directions = Arc::new(directions);
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(directions.clone());
         Ok(directions)
-    }
-}
-
-/// What planes saw, before it is taken to a screen.
-#[derive(Debug, Default)]
-pub struct Fan {
-    cells: Vec<Cell>,
-    inverse: Vec<Sixteen>,
-    tilts: [Vec<Sixteen>; 2],
-}
-
-/// Distances in a part of it; as of [`Depths`].
-#[derive(Default)]
-pub struct DepthsMut<'f> {
-    pub inverse: &'f mut [Sixteen],
-    pub tilts: [&'f mut [Sixteen]; 2],
-}
-
-impl<'f> DepthsMut<'f> {
-    /// Takes those of up to `count` rows away from the beginning.
-    fn first_part(&mut self, count: usize) -> Self {
-        let Self { inverse, tilts } = self;
-        Self {
-            inverse: first_part(inverse, count),
-            tilts: tilts.each_mut().map(|tilts| first_part(tilts, count)),
-        }
-    }
-
-    /// Those of some rows, if anybody asks.
-    fn of(&mut self, rows: Range<usize>) -> DepthsMut<'_> {
-        DepthsMut {
-            inverse: self.inverse.get_mut(rows.clone()).unwrap_or_default(),
-            tilts: self.tilts.each_mut().map(|tilts| tilts.get_mut(rows.clone()).unwrap_or_default()),
-        }
     }
 }
 
@@ -297,14 +263,6 @@ impl<'f> Seen<'f> {
         };
         chunks.map(task).collect()
     }
-}
-
-/// Takes up to `count` elements away from the beginning of a slice.
-fn first_part<'s, T>(slice: &mut &'s mut [T], count: usize) -> &'s mut [T] {
-    let all = std::mem::take(slice);
-    let (first, rest) = all.split_at_mut(count.min(all.len()));
-    *slice = rest;
-    first
 }
 
 /// Height of the eye above the ground about it, metres: of a coarse level, since it is not to change with every stone, or of what stands in

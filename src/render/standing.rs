@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Renderer;
-use super::planes::DepthsMut;
+use super::fan::DepthsMut;
 use crate::error::Result;
 use crate::frame::stage::{Air, Cell, Scale, Solids};
 use crate::raymarch::scan::{Cover, Field, Kept, Ladder, PlaneGroup, Profile, Standing, StandingMarch};

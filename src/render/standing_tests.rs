@@ -197,11 +197,11 @@ fn range_along<S: PageSource>(marcher: &mut Marcher<'_, S>, camera: &Camera, x: 
     let ground = marcher.first_contact(&ray, 0.0).unwrap();
     let (mut hits, mut left) = (Vec::new(), 1.0);
     marcher.solids(&ray, ground.as_ref(), &mut hits).unwrap();
-    let mut hides_half = |hit: &SolidHit| {
+    let hides_half = |hit: &SolidHit| {
         left *= 1.0 - hit.opacity;
         left <= 0.5
     };
-    let standing = hits.iter().position(|hit| hides_half(hit));
+    let standing = hits.iter().position(hides_half);
     standing.map_or(ground.map_or(f64::INFINITY, |ground| ground.range), |index| hits[index].range)
 }
 
@@ -298,7 +298,6 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
     ] {
         let found = Differences::of(&pages, cameras);
         let [within, own] = [&found.within, &found.own].map(|errors| Differences::shares(errors));
-        println!("{name}: {within:?}, own rays {own:?}, sky {}, light {}", found.sky, found.light);
         let is_met = |shares: [f64; 3]| shares[0] <= 1.5e-4 && shares[1] <= 3e-3 && shares[2] <= 1e-2;
         assert!(is_met(within), "{name}: {within:?}");
         assert!(!own_too || is_met(own), "{name}, own rays: {own:?}");
