@@ -5,7 +5,7 @@
 //! Imagery coarser than the voxels is sharpened by the Catmull–Rom cubic, held within the range of the four
 //! nearest pixels so that it cannot ring, and only where its sixteen pixels are all there and opaque.
 
-use super::feather::{FEATHER, Feather, Ramps, Sheets};
+use super::feather::{FEATHER, Feather, Ramps, SheetShare, Sheets};
 use super::kernel::{Accumulate, Gather, Shape, Tap};
 use super::placed::ImageryInput;
 use super::warp::{self, Field, LevelGrid, Rect, TOLERANCE};
@@ -206,19 +206,31 @@ impl Layer {
 
     /// Part of this image's share that lower ones take over, 0…1.
     fn ceded(&self, lower: &[Self], voxel: usize) -> f32 {
+        self.taken_over(lower, voxel, Ramps::ceded) as f32
+    }
+
+    /// Part of its sheet's share that lower sheets take over, 0…1.
+    fn ceded_by_sheet(&self, lower: &[Self], voxel: usize) -> f64 {
+        self.taken_over(lower, voxel, Ramps::ceded_by_sheet)
+    }
+
+    fn taken_over(&self, lower: &[Self], voxel: usize, ceded: impl Fn(&Ramps, &Ramps, usize) -> f64) -> f64 {
         let take_over = |below: &Self| {
             let (own, lower) = self.ramps.as_ref().zip(below.ramps.as_ref())?;
-            Some(own.ceded(lower, voxel) as f32 * below.paints[voxel].alpha)
+            Some(ceded(own, lower, voxel) * f64::from(below.paints[voxel].alpha))
         };
-        lower.iter().filter_map(take_over).fold(0.0, f32::max).min(1.0)
+        lower.iter().filter_map(take_over).fold(0.0, f64::max).min(1.0)
     }
 }
 
 /// Colour of a voxel from the layers, highest priority first.
 fn blended(layers: &[Layer], voxel: usize) -> Pigment {
-    let mut blend = Blend::default();
+    let (mut blend, mut sheet) = (Blend::default(), SheetShare::default());
     for (index, layer) in layers.iter().enumerate() {
-        blend.add(&layer.paints[voxel], layer.ceded(&layers[index + 1..], voxel));
+        let (paint, lower) = (&layer.paints[voxel], &layers[index + 1..]);
+        let share = (paint.alpha * (1.0 - layer.ceded(lower, voxel))).min(1.0 - blend.alpha);
+        let ceded = layer.ceded_by_sheet(lower, voxel);
+        blend.add(paint, sheet.take(f64::from(share), layer.ramps.as_ref(), ceded) as f32);
     }
     blend.pigment()
 }
@@ -233,13 +245,14 @@ struct Blend {
 }
 
 impl Blend {
-    fn add(&mut self, paint: &Paint, ceded: f32) {
+    /// Adds an image of which so much shows.
+    fn add(&mut self, paint: &Paint, taken: f32) {
         self.is_covered |= paint.is_covered;
         self.inside += paint.inside;
         if paint.alpha <= 0.0 {
             return;
         }
-        let share = (paint.alpha * (1.0 - ceded)).min(1.0 - self.alpha).max(0.0) / paint.alpha;
+        let share = taken / paint.alpha;
         for (sum, part) in self.linear.iter_mut().zip(paint.linear) {
             *sum += share * part;
         }

@@ -145,9 +145,34 @@ impl Ramps {
         if lower > upper { (lower - upper) / (upper + lower - upper * lower) } else { 0.0 }
     }
 
+    /// The same if the lower one is of another sheet; else nothing.
+    pub fn ceded_by_sheet(&self, lower: &Self, voxel: usize) -> f64 {
+        if self.sheet == lower.sheet { 0.0 } else { self.ceded(lower, voxel) }
+    }
+
     /// Whether the voxel lies too far inside for anything to be ceded.
     pub fn is_inside(&self, voxel: usize) -> bool {
         self.own[voxel] >= 1.0 && self.whole[voxel] >= 1.0
+    }
+}
+
+/// What the tiles of one sheet took of a voxel so far: together they cede to other sheets what each of them does.
+#[derive(Debug, Default)]
+pub(super) struct SheetShare {
+    sheet: Option<usize>,
+    taken: f64,
+}
+
+impl SheetShare {
+    /// Takes no more than what is left of the sheet's share if `ceded` of that goes to lower sheets; sources come by priority.
+    pub fn take(&mut self, share: f64, ramps: Option<&Ramps>, ceded: f64) -> f64 {
+        let sheet = ramps.map(|ramps| ramps.sheet);
+        if sheet != self.sheet {
+            *self = Self { sheet, taken: 0.0 };
+        }
+        let taken = share.min(1.0 - ceded - self.taken).max(0.0);
+        self.taken += taken;
+        taken
     }
 }
 

@@ -15,7 +15,7 @@
 //! the voids of a higher. Where voxels are finer than posts, heights may be rounded between these instead of straight, and detail be added; kernels that meet
 //! no void then have the weights of the rounded one.
 
-use super::feather::{FEATHER, Feather, Ramps, Sheets};
+use super::feather::{FEATHER, Feather, Ramps, SheetShare, Sheets};
 use super::kernel::{Accumulate, Gather, Samples, Shape, Tap};
 use super::options::Interpolation;
 use super::placed::ElevationInput;
@@ -309,6 +309,15 @@ impl Layer {
         lower.iter().map(take_over).fold(0.0, f64::max).min(1.0)
     }
 
+    /// Part of its sheet's share that lower sheets take over where it fades, 0…1.
+    fn ceded_by_sheet(&self, lower: &[Self], voxel: usize) -> f64 {
+        let take_over = |below: &Self| {
+            let (own, lower) = self.ramps.as_ref().zip(below.ramps.as_ref())?;
+            Some(own.ceded_by_sheet(lower, voxel) * below.valid[voxel])
+        };
+        lower.iter().filter_map(take_over).fold(0.0, f64::max).min(1.0)
+    }
+
     /// No lower source can change anything.
     fn suffices(&self) -> bool {
         let is_inside = |voxel: usize| self.ramps.as_ref().is_none_or(|ramps| ramps.is_inside(voxel));
@@ -329,15 +338,17 @@ const WHOLE: f64 = 1.0 - 1.0e-9;
 fn merge(layers: &[Layer], voxel: usize) -> (f64, u16) {
     let (mut sum, mut taken, mut inside) = (0.0, 0.0, 0.0_f64);
     let (mut source, mut most) = (NOWHERE, 0.0);
-    let mut covered = false;
+    let (mut covered, mut sheet) = (false, SheetShare::default());
     for (index, layer) in layers.iter().enumerate() {
         if layer.covered[voxel] && !covered {
             covered = true;
             source = layer.source;
         }
         inside += layer.inside[voxel];
-        let share = layer.valid[voxel] * (1.0 - layer.ceded(&layers[index + 1..], voxel));
-        let take = share.min(1.0 - taken).max(0.0);
+        let lower = &layers[index + 1..];
+        let share = layer.valid[voxel] * (1.0 - layer.ceded(lower, voxel));
+        let ceded = layer.ceded_by_sheet(lower, voxel);
+        let take = sheet.take(share.min(1.0 - taken), layer.ramps.as_ref(), ceded);
         if take > 0.0 {
             sum += take * layer.sums[voxel];
             taken += take;

@@ -148,6 +148,37 @@ fn what_lies_under_abutting_tiles_does_not_show_at_their_joins() {
 }
 
 #[test]
+fn overlapping_tiles_fade_as_one() {
+    let local = Crs::local();
+    for overlap in [5.0, 10.0, 60.0] {
+        let tile =
+            |x: f64, y: f64| terrain(&local, north_up(200.0 + x, 800.0 - y, 5.0), (60, 60), |_, _| 110.0);
+        let base = terrain(&local, north_up(0.0, 1000.0, 10.0), (100, 100), |_, _| 150.0);
+        // Like bricks: a joint of the lower two lies in the middle of the upper one.
+        let (next, below) = (300.0 - overlap, 300.0 - overlap);
+        let tiles = vec![tile(0.0, 0.0), tile(next, 0.0), tile(0.5 * next, below), base];
+        let area = built(tiles, vec![], |_| {});
+        let height = |x: u32, y: u32| area.height(x, y).unwrap();
+        for (x, y) in area.voxels().filter(|(x, y)| *x > 0 && *y > 0) {
+            let step = (height(x, y) - height(x - 1, y)).abs().max((height(x, y) - height(x, y - 1)).abs());
+            assert!(step <= 40.0 / 8.0, "{step} m at {:?}, overlap {overlap}", area.centre(x, y));
+        }
+        // Across a joint, far from its ends, and along the rim over one.
+        for (east, north, expected) in [(200.0 + next, 650.0, 110.0), (20.0, 20.0, 150.0)] {
+            let (x, y) = ((east / area.grid.spacing) as u32, (north / area.grid.spacing) as u32);
+            assert!((height(x, y) - expected).abs() <= area.step(), "{east} {north}: {}", height(x, y));
+        }
+        let rim = |east: f64| height((east / area.grid.spacing) as u32, (780.0 / area.grid.spacing) as u32);
+        assert!(
+            (rim(200.0 + next + 2.0) - rim(300.0)).abs() < 0.1,
+            "{} {}",
+            rim(200.0 + next + 2.0),
+            rim(300.0)
+        );
+    }
+}
+
+#[test]
 fn rasters_apart_leave_nothing_between() {
     let local = Crs::local();
     let tile = |x: f64| sheet(&local, north_up(x, 100.0, 10.0), (10, 10), |_, _| 7.0);
