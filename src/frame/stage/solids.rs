@@ -23,7 +23,7 @@ pub struct Solids<'r> {
     pub scale: Scale,
     /// Inverse depth in the rows' middles, 1/metres; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
-    /// How it goes on from there where something stands: to the next plane, and for each unit of the tangent; [`GROUND`] where nothing does. Empty if nobody
+    /// How it goes on from there where something stands: to the next plane, and for each unit of the tangent; infinite where nothing does. Empty if nobody
     /// asks.
     pub tilts: [&'r mut [Sixteen]; 2],
     /// What stands before them.

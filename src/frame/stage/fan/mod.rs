@@ -40,7 +40,7 @@ pub struct Planes<'a> {
 pub struct Depths<'a> {
     /// Inverse depth, or what the shape makes of it.
     pub inverse: &'a [Sixteen],
-    /// How that of what stands goes on, to the next plane and to the next row; [`GROUND`] where nothing does. Empty if all is ground.
+    /// How that of what stands goes on, to the next plane and to the next row; infinite where nothing does. Empty if all is ground.
     pub tilts: [&'a [Sixteen]; 2],
 }
 
