@@ -54,9 +54,9 @@ impl Census {
 
     /// The range of codes in a page, its apron included, and its materials.
     pub fn with_codes_of(mut self, page: &PageBuffer) -> Self {
-        let codes = page.heights.iter().copied().filter(|code| *code != HeightCode::EMPTY);
-        self.codes = codes.clone().min().zip(codes.max());
-        page.attributes.iter().for_each(|attributes| self.classes.add(attributes.material));
+        self.codes = HeightCode::range(&page.heights);
+        let alike = page.attributes.chunk_by(|a, b| a.material == b.material);
+        alike.for_each(|attributes| self.classes.add(attributes[0].material));
         self
     }
 
@@ -81,9 +81,6 @@ impl Census {
         self.empty += other.empty;
         self.bare += other.bare;
         self.classes.join(&other.classes);
-        self.codes = match (self.codes, other.codes) {
-            (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
-            (a, b) => a.or(b),
-        };
+        self.codes = HeightCode::joined(self.codes, other.codes);
     }
 }

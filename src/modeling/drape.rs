@@ -56,7 +56,8 @@ impl Drape<'_> {
         source.samples.read(window, &mut self.window)?;
         let is_opaque = self.window.iter().all(|[.., alpha]| *alpha == u8::MAX);
         Ok(is_opaque.then(|| {
-            warp::northward(rect, &self.window).map(|[red, green, blue, _]| [red, green, blue]).collect()
+            let pixels = warp::northward(rect, &self.window);
+            pixels.into_iter().map(|[red, green, blue, _]| [red, green, blue]).collect()
         }))
     }
 

@@ -45,9 +45,10 @@ impl Surface {
     pub fn source(&self, index: usize) -> Option<u16> {
         Some(self.sources[index]).filter(|&source| source != NOWHERE)
     }
-    /// A voxel within a raster that says nothing there.
-    pub fn is_void(&self, index: usize) -> bool {
-        self.heights[index].is_nan() && self.sources[index] != NOWHERE
+    /// Voxels within a raster that says nothing there.
+    pub fn voids(&self) -> Vec<bool> {
+        let is_void = |(height, source): (&f64, &u16)| height.is_nan() && *source != NOWHERE;
+        self.heights.iter().zip(&self.sources).map(is_void).collect()
     }
 }
 
@@ -120,7 +121,7 @@ impl Mosaic<'_> {
         if margin > 0 {
             source.samples.read(window, &mut self.window)?;
         }
-        let mut heights: Vec<f64> = warp::northward(rect, &self.window).collect();
+        let mut heights = warp::northward(rect, &self.window);
         if !source.shift.is_zero() {
             for (voxel, height) in heights.iter_mut().enumerate() {
                 *height += source.shift.at(self.level.units(rect.voxel(voxel)));

@@ -165,22 +165,12 @@ impl<'a> PageMaker<'a> {
         let rect = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
         let around = rect.grown(APRON, &self.level.grid);
         let made = self.block(around)?;
-        let repeated = |low: u32, high: u32, around_low: u32, around_high: u32| {
-            let apron = i64::from(APRON);
-            (i64::from(low) - apron..i64::from(high) + apron)
-                .map(move |voxel| voxel.clamp(i64::from(around_low), i64::from(around_high) - 1) as u32)
-        };
-        let rows = || repeated(rect.y0, rect.y1, around.y0, around.y1);
-        let columns = || repeated(rect.x0, rect.x1, around.x0, around.x1);
-        let with_apron: Vec<usize> =
-            rows().flat_map(|y| columns().map(move |x| around.index(x, y))).collect();
-        let own = (0..rect.len()).map(|voxel| rect.voxel(voxel)).map(|(x, y)| around.index(x, y));
-        let census = made.census(own.clone());
+        let rows = rect.rows_in(around);
+        let census = made.census(rows.clone());
         let page = |heights: &[u16], colours: &[[u8; 3]], attributes: &[Attributes], spans: SpanTable| {
             let (low, high, relief) = Default::default();
-            let heights = with_apron.iter().map(|&at| heights[at]).collect();
-            let colours = with_apron.iter().map(|&at| colours[at]).collect();
-            let attributes = own.clone().map(|at| attributes[at]).collect();
+            let (heights, colours) = (with_apron(heights, around, rect), with_apron(colours, around, rect));
+            let attributes = rows.clone().map(|row| &attributes[row]).collect::<Vec<_>>().concat();
             PageBuffer { width, height, heights, low, high, colours, relief, attributes, spans }
         };
         let bare = made.bare.as_ref().map(|bare| {
@@ -305,11 +295,8 @@ impl<'a> PageMaker<'a> {
             Some(voxels) => voxels,
             None => self.draped(rect, (around, &ground), built.as_mut())?,
         };
-        let voids = rect.rows().flat_map(|y| {
-            let first = ground.surface.rect.index(rect.x0, y);
-            ground.voids[first..first + rect.width()].iter().copied()
-        });
-        let mut made = Made { voids: voids.collect(), voxels, bare: None };
+        let voids = rect.rows_in(around).map(|row| &ground.voids[row]).collect::<Vec<_>>().concat();
+        let mut made = Made { voids, voxels, bare: None };
         for (at, share, colour) in self.project.synthetic.water(&self.level, rect) {
             let colour = self.project.materials.moved(Material::Water, colour);
             synthetic::flood(&mut made.voxels, at, share, colour);
@@ -323,7 +310,7 @@ impl<'a> PageMaker<'a> {
     /// Mosaic and fill.
     fn ground(&mut self, rect: Rect) -> Result<Ground> {
         let mut surface = self.mosaic.surface(rect)?;
-        let voids: Vec<bool> = (0..rect.len()).map(|voxel| surface.is_void(voxel)).collect();
+        let voids = surface.voids();
         match self.project.fill {
             NodataFill::Value(height) => {
                 for (voxel, _) in voids.iter().enumerate().filter(|(_, void)| **void) {
@@ -356,20 +343,40 @@ impl<'a> PageMaker<'a> {
 
 impl Made {
     /// Counts over voxels at places of the block.
-    fn census(&self, voxels: impl Iterator<Item = usize>) -> Census {
+    fn census(&self, rows: impl Iterator<Item = Range<usize>>) -> Census {
         let mut census = Census::default();
-        for at in voxels {
-            let code = self.voxels.heights[at];
-            let (is_empty, is_bare) =
-                (code == HeightCode::EMPTY, self.voxels.attributes[at].flags & Attributes::NO_IMAGERY != 0);
-            census.made += 1;
-            census.voxels += 1;
-            census.voids += u64::from(self.voids[at]);
-            census.empty += u64::from(is_empty);
-            census.bare += u64::from(!is_empty && is_bare);
+        for row in rows {
+            for at in row {
+                let code = self.voxels.heights[at];
+                let (is_empty, is_bare) = (
+                    code == HeightCode::EMPTY,
+                    self.voxels.attributes[at].flags & Attributes::NO_IMAGERY != 0,
+                );
+                census.made += 1;
+                census.voxels += 1;
+                census.voids += u64::from(self.voids[at]);
+                census.empty += u64::from(is_empty);
+                census.bare += u64::from(!is_empty && is_bare);
+            }
         }
         census
     }
+}
+
+/// Samples of a rectangle with its apron, of those `around` it; beyond the area lies what lies at its edge.
+fn with_apron<T: Copy>(samples: &[T], around: Rect, rect: Rect) -> Vec<T> {
+    let missing = |apron: u32| (APRON - apron) as usize;
+    let (west, east) = (missing(rect.x0 - around.x0), missing(around.x1 - rect.x1));
+    let apron = i64::from(APRON);
+    let mut all = Vec::with_capacity(samples.len());
+    for y in i64::from(rect.y0) - apron..i64::from(rect.y1) + apron {
+        let y = y.clamp(i64::from(around.y0), i64::from(around.y1) - 1) as u32;
+        let row = &samples[around.index(around.x0, y)..][..around.width()];
+        all.extend(std::iter::repeat_n(row[0], west));
+        all.extend_from_slice(row);
+        all.extend(std::iter::repeat_n(row[row.len() - 1], east));
+    }
+    all
 }
 
 /// Stands in for pages that are not stored.

@@ -235,22 +235,43 @@ impl Tally {
         let first_row = layout.row(window.y);
         let rows = layout.row(window.y + window.height - 1) - first_row + 1;
         let mut tally = Self::empty(layout, first_row, rows);
-        let cells: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
+        let columns: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
+        let cells: Vec<(usize, usize)> =
+            columns.chunk_by(|a, b| a == b).map(|cell| (cell[0], cell.len())).collect();
         for (y, line) in (window.y..).zip(samples.chunks_exact(window.width as usize)) {
             if measure {
                 tally.energies.meet(line);
             }
             let start = (layout.row(y) - first_row) * layout.columns;
-            for (&height, &cell) in line.iter().zip(&cells) {
-                if height.is_nan() {
-                    continue;
-                }
-                tally.meet(height);
-                let cell = &mut tally.cells[start + cell];
-                *cell = (cell.0 + height, cell.1 + 1);
+            let mut line = line;
+            for &(cell, pixels) in &cells {
+                let (heights, others) = line.split_at(pixels);
+                line = others;
+                tally.meet_all(heights, start + cell);
             }
         }
         Ok(tally)
+    }
+
+    /// Samples of one cell. Sums of every fourth are apart: none waits for the one before it.
+    fn meet_all(&mut self, heights: &[f64], cell: usize) {
+        let mut sums = [(0.0, 0_u64); 4];
+        let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+        let mut meet = |(lane, &height): (usize, &f64)| {
+            // A void is NaN, and no extreme of anything.
+            let is_known = !height.is_nan();
+            sums[lane].0 += if is_known { height } else { 0.0 };
+            sums[lane].1 += u64::from(is_known);
+            low[lane] = low[lane].min(height);
+            high[lane] = high[lane].max(height);
+        };
+        let (fours, rest) = heights.as_chunks::<4>();
+        fours.iter().for_each(|four| four.iter().enumerate().for_each(&mut meet));
+        rest.iter().enumerate().for_each(&mut meet);
+        low.into_iter().for_each(|low| self.range.0 = self.range.0.min(low));
+        high.into_iter().for_each(|high| self.range.1 = self.range.1.max(high));
+        let cell = &mut self.cells[cell];
+        *cell = sums.iter().fold(*cell, |cell, sum| (cell.0 + sum.0, cell.1 + sum.1));
     }
 
     fn meet(&mut self, height: f64) {

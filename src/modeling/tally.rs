@@ -5,8 +5,8 @@ use crate::voxel::{APRON, Attributes, HeightCode, Metadata, PageBuffer, PageId, 
 /// What pages have in them.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Tally {
-    /// Lowest and highest code; (0, 0): there is none.
-    codes: (u16, u16),
+    /// Lowest and highest code; `None`: there is none.
+    codes: Option<(u16, u16)>,
     /// Voxels of level 1, those without data, and those without a surface.
     voxels: [u64; 3],
 }
@@ -14,9 +14,9 @@ pub(super) struct Tally {
 impl Tally {
     /// Of a page that places some of `objects`.
     pub fn of(page: &PageBuffer, id: PageId, objects: &SharedObjects) -> Self {
-        let ends = page.spans.codes(objects).into_iter().flat_map(|(low, high)| [low, high]);
-        let codes = page.heights.iter().chain(&page.low).chain(&page.high).copied().chain(ends);
-        let codes = codes.filter(|code| *code != HeightCode::EMPTY).fold((0, 0), widened);
+        let ends = page.spans.codes(objects).map(<[u16; 2]>::from);
+        let codes = [&page.heights, &page.low, &page.high].into_iter().flatten().chain(ends.iter().flatten());
+        let codes = HeightCode::range(codes);
         let mut voxels = [0; 3];
         if id.level == 0 {
             let stride = (page.width + 2 * APRON) as usize;
@@ -34,16 +34,14 @@ impl Tally {
 
     /// Counts another.
     pub fn add(&mut self, other: &Self) {
-        if other.codes != (0, 0) {
-            self.codes = widened(widened(self.codes, other.codes.0), other.codes.1);
-        }
+        self.codes = HeightCode::joined(self.codes, other.codes);
         self.voxels.iter_mut().zip(other.voxels).for_each(|(own, other)| *own += other);
     }
 
     /// Lowest and highest surface, metres.
     pub fn height_range(&self, heights: HeightCode) -> (f64, f64) {
         let height = |code| heights.decode(code).unwrap_or(0.0);
-        (height(self.codes.0), height(self.codes.1))
+        self.codes.map_or((0.0, 0.0), |(low, high)| (height(low), height(high)))
     }
 
     /// What is said of another database, with the shares of the part, as far as it is stored at its finest.
@@ -52,8 +50,4 @@ impl Tally {
         let (void_share, empty_share) = (share(self.voxels[1]), share(self.voxels[2]));
         Metadata { void_share, empty_share, ..whole.clone() }
     }
-}
-
-fn widened((low, high): (u16, u16), code: u16) -> (u16, u16) {
-    if low == HeightCode::EMPTY { (code, code) } else { (low.min(code), high.max(code)) }
 }

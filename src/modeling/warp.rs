@@ -63,6 +63,10 @@ impl Rect {
     pub fn rows(&self) -> std::ops::Range<u32> {
         self.y0..self.y1
     }
+    /// Where its rows lie among the voxels of one that holds it.
+    pub fn rows_in(self, whole: Self) -> impl Iterator<Item = std::ops::Range<usize>> + Clone {
+        self.rows().map(move |y| whole.index(self.x0, y)).map(move |first| first..first + self.width())
+    }
     /// Row-major index of voxel (x, y), which must lie within.
     pub fn index(&self, x: u32, y: u32) -> usize {
         (y - self.y0) as usize * self.width() + (x - self.x0) as usize
@@ -190,8 +194,8 @@ impl PixelBlock {
 }
 
 /// Samples of a block's voxels, row-major northward, from those of its pixels, rows southward.
-pub(super) fn northward<T: Copy>(rect: Rect, samples: &[T]) -> impl Iterator<Item = T> + '_ {
-    samples.chunks_exact(rect.width().max(1)).rev().flatten().copied()
+pub(super) fn northward<T: Copy>(rect: Rect, samples: &[T]) -> Vec<T> {
+    samples.chunks_exact(rect.width().max(1)).rev().collect::<Vec<_>>().concat()
 }
 
 /// Applies a geotransform (or the inverse of one).

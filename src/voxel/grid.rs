@@ -178,7 +178,24 @@ impl HeightCode {
         if height.is_nan() {
             return Self::EMPTY;
         }
-        ((height - self.offset) / self.scale).round().clamp(1.0, 65535.0) as u16
+        // Casts cut off and saturate: rounded without a call.
+        ((((height - self.offset) / self.scale) + 0.5) as u16).max(1)
+    }
+
+    /// Least and greatest of codes, those without a surface left out; `None`: there are no others.
+    pub fn range<'a>(codes: impl IntoIterator<Item = &'a u16>) -> Option<(u16, u16)> {
+        // Less one, the empty code is the greatest, and loses against every other.
+        let meet = |(low, high): (u16, u16), code: &u16| (low.min(code.wrapping_sub(1)), high.max(*code));
+        let (low, high) = codes.into_iter().fold((u16::MAX, Self::EMPTY), meet);
+        (high != Self::EMPTY).then_some((low.wrapping_add(1), high))
+    }
+
+    /// The range of two ranges.
+    pub fn joined(one: Option<(u16, u16)>, other: Option<(u16, u16)>) -> Option<(u16, u16)> {
+        match (one, other) {
+            (Some(one), Some(other)) => Some((one.0.min(other.0), one.1.max(other.1))),
+            (one, other) => one.or(other),
+        }
     }
 
     /// Height in metres, or `None` where there is no surface.

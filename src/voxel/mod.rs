@@ -1,5 +1,6 @@
 #![doc = include_str!("FORMAT.md")]
 
+mod ahead;
 mod arrays;
 mod assembly;
 mod block_spans;

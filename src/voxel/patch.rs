@@ -18,6 +18,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::EarlierFile;
+use super::ahead::Ahead;
 use super::assembly::Storage;
 use super::format::{PAGE_ALIGNMENT, header as at};
 use super::undo::{
@@ -34,6 +35,7 @@ static GAP: [u8; PAGE_ALIGNMENT as usize] = [0; PAGE_ALIGNMENT as usize];
 pub(super) struct Part {
     file: File,
     patch: Mutex<Option<Patch>>,
+    ahead: Ahead,
 }
 
 /// A change that is being put together.
@@ -74,7 +76,7 @@ struct Piece<'a> {
 
 impl Part {
     pub fn new(file: File) -> Self {
-        Self { file, patch: Mutex::new(None) }
+        Self { file, patch: Mutex::new(None), ahead: Ahead::default() }
     }
 
     /// Changes `base` in place if it can be, and if no more than `most` bytes of it change. Before anything is written.
@@ -134,7 +136,9 @@ impl Storage for Part {
         if self.is_taken(|patch| patch.hold(offset, bytes.len(), || Ok(bytes.to_vec())))? {
             return Ok(());
         }
-        self.file.write_at(offset, bytes)
+        self.file.write_at(offset, bytes)?;
+        self.ahead.wrote(bytes.len(), &self.file);
+        Ok(())
     }
 
     fn read_at(&self, offset: u64, bytes: &mut [u8]) -> io::Result<()> {
@@ -165,11 +169,19 @@ impl Storage for Part {
             true => Ok(false),
             false => patch.hold(offset, length, read),
         })?;
-        if is_taken { Ok(()) } else { self.file.copy_from(offset, file, from, length) }
+        if !is_taken {
+            self.file.copy_from(offset, file, from, length)?;
+            self.ahead.wrote(length, &self.file);
+        }
+        Ok(())
     }
 
     fn flush(&self) -> io::Result<()> {
-        if self.lock().is_some() { Ok(()) } else { self.file.sync_all() }
+        if self.lock().is_some() {
+            return Ok(());
+        }
+        self.ahead.end()?;
+        self.file.sync_all()
     }
 }
 

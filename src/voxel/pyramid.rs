@@ -152,9 +152,10 @@ fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
             let posts = FinerWindow::span(x, 0, finer_x);
             for row in FinerWindow::span(y, 0, finer_y) {
                 let posts = row * window.width + posts.start..row * window.width + posts.end;
-                let row = steps[posts.clone()].iter().zip(&window.heights[posts]);
-                row.filter(|(_, code)| **code != HeightCode::EMPTY)
-                    .for_each(|(steps, _)| moments.add(*steps));
+                // Where there is no surface there are no slopes.
+                let codes = window.heights[posts.clone()].iter();
+                moments.count(codes.filter(|code| **code != HeightCode::EMPTY).count());
+                steps[posts].iter().for_each(|steps| moments.add(*steps));
             }
             let here = place(y, own_y) * stride + place(x, own_x);
             let own = [(1, at_edge(x, coarse_x)), (stride, at_edge(y, coarse_y))].map(|(next, at_edge)| {
@@ -234,6 +235,10 @@ fn dilated_extremes(window: &FinerWindow, plane: &[u16], key: impl Fn(u16) -> u1
 /// Attributes of the page's voxels.
 fn majorities(window: &FinerWindow) -> Vec<Attributes> {
     let Footprint { own_x, own_y, finer_x, .. } = &window.footprint;
+    let first = window.attributes[0];
+    if window.is_whole() && window.attributes.iter().all(|attributes| *attributes == first) {
+        return vec![first; own_x.len() * own_y.len()];
+    }
     let mut result = Vec::with_capacity(own_x.len() * own_y.len());
     let mut finer = Vec::with_capacity((RADIX * RADIX) as usize);
     for y in own_y.clone() {

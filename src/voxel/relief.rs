@@ -109,11 +109,16 @@ impl Moments {
         Self { step, ..Self::default() }
     }
 
-    /// A post's slopes eastward and northward.
+    /// So many posts, of which each gives its slopes or, if they are none, may be left out.
+    #[inline(always)]
+    pub fn count(&mut self, posts: usize) {
+        self.count += posts as i64;
+    }
+
+    /// The slopes of a counted post eastward and northward.
     #[inline(always)]
     pub fn add(&mut self, [east, north]: [i32; 2]) {
         let [east, north] = [i64::from(east), i64::from(north)];
-        self.count += 1;
         self.sum = [self.sum[0] + east, self.sum[1] + north];
         let [xx, xy, yy] = self.products;
         self.products = [xx + east * east, xy + east * north, yy + north * north];
@@ -126,7 +131,8 @@ impl Moments {
 pub fn half_steps(here: u16, behind: u16, ahead: u16) -> i32 {
     let known = |code: u16| if code == super::HeightCode::EMPTY { here } else { code };
     let one_sided = behind == super::HeightCode::EMPTY || ahead == super::HeightCode::EMPTY;
-    let rise = (i32::from(known(ahead)) - i32::from(known(behind))) << i32::from(one_sided);
+    let rise = i32::from(known(ahead)) - i32::from(known(behind));
+    let rise = if one_sided { 2 * rise } else { rise };
     if here == super::HeightCode::EMPTY { 0 } else { rise }
 }
 
@@ -181,6 +187,7 @@ mod tests {
     fn four_slopes_have_the_mean_and_the_covariance() {
         let posts: Vec<[i32; 2]> = (0..16).map(|k| [(k * 37) % 23 - 9, (k * 53) % 31 - 11 + k]).collect();
         let mut moments = Moments::new(0.02);
+        moments.count(posts.len());
         posts.iter().for_each(|slopes| moments.add(*slopes));
         let own = [0.3, -0.1];
         let four = Isa::best().run(Four { relief: Relief::new(&moments, own), own });

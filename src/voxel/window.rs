@@ -317,18 +317,25 @@ impl FinerWindow {
     /// right where the area ends.
     pub fn steps(&self) -> Vec<[i32; 2]> {
         let (width, rows) = (self.width, self.heights.len() / self.width);
-        let mut steps = Vec::with_capacity(self.heights.len());
-        for y in 0..rows {
-            let row = |y: usize| &self.heights[y * width..(y + 1) * width];
+        let row = |y: usize| &self.heights[y * width..][..width];
+        let mut steps = vec![[0; 2]; self.heights.len()];
+        // Columns with the outermost repeated, so that all posts are alike and many are looked at at once.
+        let mut columns = vec![HeightCode::EMPTY; width + 2];
+        for (y, steps) in steps.chunks_exact_mut(width).enumerate() {
             let (south, here, north) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(rows - 1)));
-            let at_end = i32::from(y == 0 || y + 1 == rows);
+            columns[1..=width].copy_from_slice(here);
+            (columns[0], columns[width + 1]) = (here[0], here[width - 1]);
+            let (west, east) = (&columns[..width], &columns[2..]);
             for x in 0..width {
-                let (west, east) = (here[x.saturating_sub(1)], here[(x + 1).min(width - 1)]);
-                let at_side = i32::from(x == 0 || x + 1 == width);
-                steps.push([
-                    half_steps(here[x], west, east) << at_side,
-                    half_steps(here[x], south[x], north[x]) << at_end,
-                ]);
+                steps[x] = [half_steps(here[x], west[x], east[x]), half_steps(here[x], south[x], north[x])];
+            }
+            // From one post to the next, not to the one after that.
+            steps[0][0] *= 2;
+            if width > 1 {
+                steps[width - 1][0] *= 2;
+            }
+            if y == 0 || y + 1 == rows {
+                steps.iter_mut().for_each(|step| step[1] *= 2);
             }
         }
         steps

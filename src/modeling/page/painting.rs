@@ -32,15 +32,21 @@ impl PageMaker<'_> {
         let surface = &ground.surface;
         let mut heights = Vec::with_capacity(rect.len());
         let mut attributes = Vec::with_capacity(rect.len());
-        for y in rect.rows() {
-            let first = surface.rect.index(rect.x0, y);
-            for at in first..first + rect.width() {
-                let code = self.project.code.encode(surface.heights[at]);
-                let is_void = ground.voids[at] || code == HeightCode::EMPTY;
-                let flags = if is_void { Attributes::VOID } else { 0 };
-                heights.push(code);
-                attributes.push(Attributes { source: surface.source(at).unwrap_or(0), material: 0, flags });
-            }
+        let code = self.project.code;
+        for row in rect.rows_in(surface.rect) {
+            let first = heights.len();
+            heights.extend(surface.heights[row.clone()].iter().map(|height| code.encode(*height)));
+            let voids = ground.voids[row.clone()].iter().zip(&heights[first..]);
+            let flags = voids.map(|(is_void, code)| match *is_void || *code == HeightCode::EMPTY {
+                true => Attributes::VOID,
+                false => 0,
+            });
+            let source = |at: usize| surface.source(at).unwrap_or(0);
+            attributes.extend(row.zip(flags).map(|(at, flags)| Attributes {
+                source: source(at),
+                material: 0,
+                flags,
+            }));
         }
         Ok(Some(VoxelBlock { x: rect.x0..rect.x1, y: rect.y0..rect.y1, heights, colours, attributes }))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::cache::{BlockCache, Weigh};
-use super::sample::{Stride, widen};
+use super::sample::{Pixels, Stride};
 use super::{Raster, RasterInfo, SampleType, Window};
 use crate::error::{Error, Result};
 
@@ -157,37 +157,33 @@ impl Overlap {
         Self { window_x, window_y, block_x, block_y, width, height }
     }
 
-    /// Copies band `from.0` of `from.1` into band `to.0` of `to.1` of the window, `window_width` pixels wide.
-    fn copy(
-        &self,
-        block: &Block,
-        sample: SampleType,
-        from: (usize, usize),
-        to: (usize, usize),
-        out: Rows<'_>,
-    ) {
+    /// Copies samples `bands` of each pixel, of `of` that lie side by side, to the window.
+    fn copy(&self, block: &Block, sample: SampleType, (bands, of): (&[u32], usize), out: Rows<'_>) {
         for y in 0..self.height {
             let first = (self.window_y + y) * out.width + self.window_x;
-            let target = Stride { first: first * to.1 + to.0, step: to.1 };
+            let target = Stride { first: first * out.step + out.position, step: out.step };
             match block {
                 Block::Samples { bytes, stride } => {
                     let first = (self.block_y + y) * *stride as usize + self.block_x;
-                    let source = Stride { first: first * from.1 + from.0, step: from.1 };
-                    widen(sample, bytes, source, self.width, target, out.samples);
+                    let pixels = Pixels { sample, bytes, first, count: self.width, samples: of };
+                    pixels.widen(bands, target, out.samples);
                 }
                 Block::Constant(value) => {
-                    let targets = out.samples.iter_mut().skip(target.first).step_by(target.step.max(1));
-                    targets.take(self.width).for_each(|sample| *sample = *value);
+                    let rows = out.samples.get_mut(target.first..).unwrap_or_default();
+                    let pixels = rows.chunks_mut(target.step.max(1)).take(self.width);
+                    pixels.for_each(|pixel| pixel.iter_mut().take(bands.len()).for_each(|at| *at = *value));
                 }
             }
         }
     }
 }
 
-/// The answer, `width` pixels per row.
+/// The answer, `width` pixels per row and `step` samples per pixel; what comes goes to `position` of each and behind it.
 struct Rows<'a> {
     samples: &'a mut [f64],
     width: usize,
+    step: usize,
+    position: usize,
 }
 
 impl<S: BlockSource> Raster for BlockRaster<S> {
@@ -203,19 +199,17 @@ impl<S: BlockSource> Raster for BlockRaster<S> {
         for row in window.y / info.block.1..=last.1 / info.block.1 {
             for column in window.x / info.block.0..=last.0 / info.block.0 {
                 let overlap = Overlap::new(window, info.block, column, row);
-                let mut chunky = None;
-                for (position, band) in bands.iter().enumerate() {
-                    let plane = if planar { *band } else { 0 };
-                    let block = match &chunky {
-                        Some(block) => Arc::clone(block),
-                        None => self.block(BlockIndex { column, row, plane })?,
-                    };
-                    let from = if planar { (0, 1) } else { (*band as usize, info.bands as usize) };
-                    let out = Rows { samples, width: window.width as usize };
-                    overlap.copy(&block, info.sample, from, (position, bands.len()), out);
-                    if !planar {
-                        chunky = Some(block);
-                    }
+                let (width, step) = (window.width as usize, bands.len());
+                if !planar {
+                    let block = self.block(BlockIndex { column, row, plane: 0 })?;
+                    let out = Rows { samples, width, step, position: 0 };
+                    overlap.copy(&block, info.sample, (bands, info.bands as usize), out);
+                    continue;
+                }
+                for (position, &plane) in bands.iter().enumerate() {
+                    let block = self.block(BlockIndex { column, row, plane })?;
+                    let out = Rows { samples, width, step, position };
+                    overlap.copy(&block, info.sample, (&[0], 1), out);
                 }
             }
         }

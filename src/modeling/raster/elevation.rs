@@ -59,6 +59,18 @@ impl Conversion {
         sample.is_nan() || self.nodata.iter().any(|value| matches(sample, Some(*value)))
     }
 
+    /// Whether none of the samples is void: looked at many at a time, since that is so nearly everywhere.
+    fn are_heights(&self, samples: &[f64]) -> bool {
+        let none_is = |value: f64| samples.iter().fold(true, |none, sample| none & (*sample != value));
+        let is_plausible = |sample: &f64| {
+            let height = self.metres(*sample);
+            (height >= *PLAUSIBLE.start()) & (height <= *PLAUSIBLE.end())
+        };
+        samples.iter().fold(true, |all, sample| all & is_plausible(sample))
+            && self.nodata.iter().all(|value| none_is(*value))
+            && (self.deep_sea || none_is(AMBIGUOUS))
+    }
+
     /// The height, NaN if void.
     fn height(&self, sample: f64) -> f64 {
         if self.is_nodata(sample) || sample == AMBIGUOUS && !self.deep_sea {
@@ -136,6 +148,10 @@ impl ElevationRaster {
                 heights[pixel] = if alpha == 0.0 { f64::NAN } else { sample };
             }
             heights.truncate(heights.len() / 2);
+        }
+        if self.conversion.are_heights(heights) {
+            heights.iter_mut().for_each(|sample| *sample = self.conversion.metres(*sample));
+            return Ok(());
         }
         for sample in heights.iter_mut() {
             let height = self.conversion.height(*sample);

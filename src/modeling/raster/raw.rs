@@ -2,7 +2,7 @@
 
 use super::blocks::prepare;
 use super::file::InputFile;
-use super::sample::{ByteOrder, Stride, widen};
+use super::sample::{ByteOrder, Pixels, Stride};
 use super::{OpenOptions, Raster, RasterInfo, SampleType, Window};
 use crate::error::{Error, Result};
 
@@ -70,6 +70,13 @@ impl RawRaster {
         Ok(raster)
     }
 
+    /// Whether the bands of a pixel lie side by side: one read brings them all.
+    fn is_interleaved(&self) -> bool {
+        let size = self.info.sample.bytes() as u64;
+        let Placement { pixel_bytes, band_bytes, .. } = self.placement;
+        band_bytes == size && u64::from(self.info.bands) * size <= pixel_bytes
+    }
+
     fn offset(&self, column: u32, row: u32, band: u32) -> Option<u64> {
         let start = self.placement.rows.start(row)?;
         let band = self.placement.band_bytes.checked_mul(u64::from(band))?;
@@ -85,20 +92,24 @@ impl Raster for RawRaster {
 
     fn read(&self, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()> {
         prepare(&self.info, window, bands, samples)?;
-        let size = self.info.sample.bytes();
-        let step = (self.placement.pixel_bytes as usize / size).max(1);
-        let span = (window.width as usize - 1) * step * size + size;
-        let mut bytes = vec![0; span];
+        let (sample, size) = (self.info.sample, self.info.sample.bytes());
+        let per_pixel = (self.placement.pixel_bytes as usize / size).max(1);
+        let count = window.width as usize;
+        let mut bytes = Vec::new();
         for y in 0..window.height {
-            for (position, band) in bands.iter().enumerate() {
-                let offset = self.offset(window.x, window.y + y, *band).ok_or_else(|| {
+            let mut position = y as usize * count * bands.len();
+            for group in bands.chunks(if self.is_interleaved() { bands.len().max(1) } else { 1 }) {
+                let (low, high) = group.iter().fold((u32::MAX, 0), |(l, h), b| (l.min(*b), h.max(*b)));
+                let offset = self.offset(window.x, window.y + y, low).ok_or_else(|| {
                     Error::invalid(&self.info.path, format!("row {} lies beyond the file", window.y + y))
                 })?;
+                bytes.resize(((count - 1) * per_pixel + (high - low) as usize + 1) * size, 0);
                 self.file.read_at(&mut bytes, offset)?;
                 self.placement.order.make_native(&mut bytes, size);
-                let first = y as usize * window.width as usize * bands.len() + position;
-                let (from, to) = (Stride { first: 0, step }, Stride { first, step: bands.len() });
-                widen(self.info.sample, &bytes, from, window.width as usize, to, samples);
+                let pixels = Pixels { sample, bytes: &bytes, first: 0, count, samples: per_pixel };
+                let within: Vec<u32> = group.iter().map(|band| band - low).collect();
+                pixels.widen(&within, Stride { first: position, step: bands.len() }, samples);
+                position += group.len();
             }
         }
         Ok(())

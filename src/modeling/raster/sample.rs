@@ -46,19 +46,20 @@ pub(super) struct Stride {
 
 /// Widens samples in native byte order: `to[to.first + i·to.step] = from[from.first + i·from.step]` for as many
 /// `i` below `count` as both sides hold.
-pub(super) fn widen(
-    sample: SampleType,
-    bytes: &[u8],
-    from: Stride,
-    count: usize,
-    to: Stride,
-    out: &mut [f64],
-) {
-    let targets = out.iter_mut().skip(to.first).step_by(to.step.max(1)).take(count);
+fn widen(sample: SampleType, bytes: &[u8], from: Stride, count: usize, to: Stride, out: &mut [f64]) {
+    let out = out.get_mut(to.first..).unwrap_or_default();
     macro_rules! widen_as {
         ($type:ty) => {{
             const SIZE: usize = size_of::<$type>();
             let source = bytes.get(from.first * SIZE..).unwrap_or_default();
+            if from.step <= 1 && to.step <= 1 {
+                // Without strides, many are widened at once.
+                for (target, value) in out.iter_mut().take(count).zip(source.as_chunks::<SIZE>().0) {
+                    *target = f64::from(<$type>::from_ne_bytes(*value));
+                }
+                return;
+            }
+            let targets = out.iter_mut().step_by(to.step.max(1)).take(count);
             for (target, chunk) in targets.zip(source.chunks(SIZE * from.step.max(1))) {
                 if let Some((value, _)) = chunk.split_first_chunk::<SIZE>() {
                     *target = f64::from(<$type>::from_ne_bytes(*value));
@@ -75,6 +76,36 @@ pub(super) fn widen(
         SampleType::I32 => widen_as!(i32),
         SampleType::F32 => widen_as!(f32),
         SampleType::F64 => widen_as!(f64),
+    }
+}
+
+/// Pixels whose samples lie side by side, as they are stored.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pixels<'a> {
+    pub sample: SampleType,
+    /// In native byte order.
+    pub bytes: &'a [u8],
+    /// The first pixel that is meant, and how many are.
+    pub first: usize,
+    pub count: usize,
+    /// Samples per pixel.
+    pub samples: usize,
+}
+
+impl Pixels<'_> {
+    /// Widens samples `bands` of each pixel to neighbours in `out`, the first pixel's to `to.first`.
+    pub fn widen(self, bands: &[u32], to: Stride, out: &mut [f64]) {
+        let Self { sample, bytes, first, count, samples } = self;
+        let first = first * samples;
+        if to.step == samples && bands.iter().copied().eq(0..samples as u32) {
+            // All of them, in their order.
+            let (from, to) = (Stride { first, step: 1 }, Stride { step: 1, ..to });
+            return widen(sample, bytes, from, count * samples, to, out);
+        }
+        for (position, band) in bands.iter().enumerate() {
+            let from = Stride { first: first + *band as usize, step: samples };
+            widen(sample, bytes, from, count, Stride { first: to.first + position, ..to }, out);
+        }
     }
 }
 
@@ -115,6 +146,28 @@ mod tests {
         let second = Stride { first: 1, step: 2 };
         widen(SampleType::I16, &row, second, 3, Stride { first: 0, step: 1 }, &mut out);
         assert_eq!(out, [-2.0, -4.0, -6.0]);
+    }
+
+    #[test]
+    fn pixels_widen_any_bands_in_any_order() {
+        let values: Vec<u16> = (0..12).map(|value| value * 1000).collect();
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
+        let pixels = Pixels { sample: SampleType::U16, bytes: &bytes, first: 1, count: 2, samples: 3 };
+        for bands in [&[0, 1, 2][..], &[2, 0, 1], &[0, 1], &[1], &[2, 2, 2, 2]] {
+            for (first, step) in [(0, bands.len()), (1, bands.len() + 2)] {
+                let mut out = vec![-1.0; first + 2 * step];
+                let mut expected = out.clone();
+                for (pixel, (position, band)) in [1, 2]
+                    .into_iter()
+                    .flat_map(|pixel| bands.iter().enumerate().map(move |band| (pixel, band)))
+                {
+                    expected[first + (pixel - 1) * step + position] =
+                        f64::from(values[pixel * 3 + *band as usize]);
+                }
+                pixels.widen(bands, Stride { first, step }, &mut out);
+                assert_eq!(out, expected, "{bands:?} to {first} by {step}");
+            }
+        }
     }
 
     #[test]
