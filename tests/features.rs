@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3, dvec2};
 use hedgehop::earth::Curvature;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{BuildOptions, FeatureFile, bake_shadows, build};
+use hedgehop::modeling::{Baking, BuildOptions, FeatureFile, bake_shadows, build};
 use hedgehop::progress::Silent;
 use hedgehop::query::{Ground, Sight, sight};
 use hedgehop::raymarch::{Contact, Face, LevelBands, Marcher, SolidHit, Surface};
@@ -216,13 +216,21 @@ fn shadows_are_baked_into_a_place_with_buildings_and_trees() {
     );
     // The sun is in the south: the building darkens what lies north of it.
     let sun = Sun { azimuth: 180.0, elevation: 30.0 };
-    let ids: Vec<PageId> = pages.directory().present().map(|(id, _)| id).collect();
     let path = folder.path().join("baked.hop");
-    bake_shadows(&pages, &ids, sun, (&path, false), 2, &Silent).unwrap();
+    let baking = Baking {
+        source: &pages,
+        directory: pages.directory(),
+        sun,
+        output: &path,
+        overwrite: false,
+        steps: false,
+        threads: 2,
+    };
+    bake_shadows(&baking, &Silent).unwrap();
     let baked = PageFile::open(&path).unwrap();
     assert_eq!(baked.verify(&Silent).unwrap().problems, []);
     assert_eq!(baked.header().objects, pages.header().objects);
-    assert_eq!(baked.directory().present().count(), ids.len());
+    assert_eq!(baked.directory().present().count(), pages.directory().present().count());
     let id = PageId { level: 0, px: 0, py: 0 }.bare();
     let [before, after] = [&pages, &baked].map(|pages| {
         let (view, spans) = (pages.page(id).unwrap().unwrap(), pages.spans(id).unwrap().unwrap());

@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec3};
 use hedgehop::frame::Frame;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::bake_shadows;
+use hedgehop::modeling::{Baking, bake_shadows};
 use hedgehop::progress::Silent;
 use hedgehop::render::{RenderOptions, Renderer, render_reference};
 use hedgehop::space::{Attitude, Camera, Pose};
@@ -109,12 +109,21 @@ fn baked_shadows_look_like_live_ones_and_are_sound() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.hop");
     let live = options(true);
-    let pages: Vec<_> = bare.directory().present().map(|(id, _)| id).collect();
-    bake_shadows(&bare, &pages, live.sun, (&path, false), 2, &Silent).unwrap();
+    let baking = Baking {
+        source: &bare,
+        directory: bare.directory(),
+        sun: live.sun,
+        output: &path,
+        overwrite: false,
+        steps: false,
+        threads: 2,
+    };
+    bake_shadows(&baking, &Silent).unwrap();
     let baked = PageFile::open(&path).unwrap();
     assert!(baked.verify(&Silent).unwrap().problems.is_empty());
     assert_eq!(baked.header().metadata.baked_sun, Some([280.0, 7.0]));
-    let twice = bake_shadows(&baked, &pages, live.sun, (&folder.path().join("b.hop"), false), 1, &Silent);
+    let (source, directory, output) = (&baked, baked.directory(), &folder.path().join("b.hop"));
+    let twice = bake_shadows(&Baking { source, directory, output, ..baking }, &Silent);
     assert!(twice.unwrap_err().to_string().contains("already"));
     for detail in [1.0, 8.0] {
         let camera = camera(&bare);

@@ -4,43 +4,77 @@
 //! of daylight that a post has left, so that what is lit by the same sun afterwards looks as if shadows had been computed then. Coarser levels are
 //! means of finer ones, as ever; where these are not stored, they are darkened by what they see of the sun themselves.
 
+mod keys;
+
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::census::Census;
+use super::steps::{self, Made, Steps};
 use super::workers::in_order;
+use super::writing::Page;
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::sunlight::{Daylight, SHADE_APRON, Shade, ShadePage, Shades, Sun};
 use crate::voxel::{
-    APRON, ContentHash, EncodedPage, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback, PageSource,
-    PageView, PageWriter, Span, SpanTable, StandIn, VoxelBlock, half_steps, sparse_page,
+    APRON, ContentHash, Directory, EncodedPage, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback,
+    PageSource, PageView, PageWriter, Span, SpanTable, StandIn, VoxelBlock, half_steps, sparse_page,
 };
+use keys::BakingKeys;
 
 /// Bytes of shares of the sun that are kept for neighbouring pages.
 const KEPT: usize = 64 << 20;
 
+/// Bytes of pages that are held until it is known whether the output can be changed in place.
+const HELD: u64 = 64 << 20;
+
 /// Pages after which what is not used any more goes.
 const ROUND: u64 = 64;
 
-/// Writes the database that `source` gives out as `output`, with the shadows of `sun` in its colours; `pages` are all of its pages, in the order in which
-/// they are to lie in the file, finer levels first. Returns identity and bytes. Nothing is left behind on error, on cancellation or on a kill that opens as
+/// What shadows are baked into, and where it goes.
+#[derive(Clone, Copy)]
+pub struct Baking<'a> {
+    /// The database without shadows.
+    pub source: &'a dyn PageSource,
+    /// Where its pages lie, and what they are.
+    pub directory: &'a Directory,
+    /// The sun that throws them.
+    pub sun: Sun,
+    /// The database with shadows; its pages lie as those of `source` do.
+    pub output: &'a Path,
+    /// Whether `output` may be replaced.
+    pub overwrite: bool,
+    /// Whether what is baked is noted beside `output`, so that the next time only what changed since is.
+    pub steps: bool,
+    /// Threads that work.
+    pub threads: usize,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Baked {
+    /// Identity of the result.
+    pub content_hash: ContentHash,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Pages that were written.
+    pub pages: u64,
+    /// Those of them that were baked before.
+    pub reused: u64,
+}
+
+/// Writes a database with the shadows of a sun in its colours. Nothing is left behind on error, on cancellation or on a kill that opens as
 /// a database.
 ///
 /// # Errors
-/// [`Error::Configuration`]: the database has shadows already, the sun is below the horizon, or `output` exists and `overwrite` is false; a page that is damaged; what the
-/// disk refuses.
-pub fn bake_shadows(
-    source: &dyn PageSource,
-    pages: &[PageId],
-    sun: Sun,
-    (output, overwrite): (&Path, bool),
-    threads: usize,
-    observer: &dyn Observer,
-) -> Result<(ContentHash, u64)> {
+/// [`Error::Configuration`]: the database has shadows already, the sun is below the horizon, or the output exists and may not be replaced; a page that is
+/// damaged; what the disk refuses.
+pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Baked> {
+    let Baking { source, directory, sun, output, overwrite, .. } = *baking;
     let header = source.header();
     if header.metadata.baked_sun.is_some() {
         let what =
@@ -48,22 +82,74 @@ pub fn bake_shadows(
         return Err(Error::Configuration(what.into()));
     }
     check_shadows(sun)?;
-    let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?
-        .with_objects(Arc::clone(&header.objects));
+    let steps = baking.steps.then(|| Steps::of(output));
+    let writer = PageWriter::create(output, header.grid, header.heights, overwrite)?;
+    let writer = writer.with_objects(Arc::clone(&header.objects));
+    let mut writer = steps::begin(steps.as_ref(), writer, HELD)?;
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
+    let keys = BakingKeys::new((source, directory), sun, oven.shades.shade());
+    let trace = steps.as_ref().map(|steps| (steps, &keys));
+    let mut written = Written::default();
+    if let Err(error) = bake_pages(&oven, baking, trace, &mut writer, &mut written, observer) {
+        return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
+    }
+    source.intact()?;
+    let metadata = Metadata { baked_sun: Some([sun.azimuth, sun.elevation]), ..header.metadata.clone() };
+    let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, header.height_range)?;
+    Ok(Baked { content_hash, bytes, pages: written.pages, reused: written.reused })
+}
+
+/// Pages that were written so far, and how many of them were baked before.
+#[derive(Debug, Default)]
+struct Written {
+    pages: u64,
+    reused: u64,
+}
+
+/// Bakes all pages, finer levels first, in the order in which they lie.
+fn bake_pages(
+    oven: &Oven<'_>,
+    Baking { directory, threads, .. }: &Baking<'_>,
+    trace: Option<(&Steps, &BakingKeys<'_>)>,
+    writer: &mut PageWriter,
+    written: &mut Written,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let mut pages: Vec<(u64, PageId)> = directory.present().map(|(id, entry)| (entry.offset, id)).collect();
+    pages.sort_unstable();
     observer.begin("shadows", pages.len() as u64, "pages");
-    for pages in pages.chunk_by(|a, b| a.level == b.level) {
+    // Bare ground lies among the pages that stand on it.
+    for pages in pages.chunk_by(|(_, a), (_, b)| a.surface().level == b.surface().level) {
+        let mut noted = Vec::new();
         in_order(
             pages.len() as u64,
-            threads,
+            *threads,
             observer,
-            || (),
-            |(), task| oven.page(pages[task as usize]),
-            |task, page| {
-                writer.append(&page)?;
-                if task % ROUND == 0 {
+            Vec::new,
+            |scratch, task| {
+                let (_, id) = pages[task as usize];
+                let key = trace.map(|(_, keys)| keys.of(id, &oven.finer));
+                let known = trace
+                    .zip(key)
+                    .and_then(|((steps, _), key)| steps.page(&oven.source.header().grid, id, key, scratch));
+                let page = match known {
+                    Some(known) => Page::Reused(known.page),
+                    None => Page::Made(oven.page(id)?),
+                };
+                Ok((page, key))
+            },
+            |task, (page, key)| {
+                let id = page.id();
+                written.pages += 1;
+                written.reused += u64::from(matches!(page, Page::Reused(_)));
+                page.append_to(writer)?;
+                let made = |(key, entry)| Made { id, entry, key, census: Census::default(), has_bare: false };
+                noted.extend(key.zip(oven.finer.entry(id)).map(made));
+                if task % ROUND == 0 || task + 1 == pages.len() as u64 {
                     oven.shades.begin_frame();
+                    trace.map_or(Ok(()), |(steps, _)| steps.made(&noted))?;
+                    noted.clear();
                 }
                 observer.advance(1);
                 Ok(())
@@ -71,9 +157,7 @@ pub fn bake_shadows(
         )?;
     }
     observer.end();
-    source.intact()?;
-    let baked_sun = Some([sun.azimuth, sun.elevation]);
-    writer.finish(&Metadata { baked_sun, ..header.metadata.clone() }, header.height_range)
+    Ok(())
 }
 
 /// Whether a sun throws shadows that can be baked.

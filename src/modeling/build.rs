@@ -37,7 +37,7 @@ use super::placing::Collection;
 use super::plan::{self, Plan};
 use super::scan::{self, Survey};
 use super::standing::{self, Standing};
-use super::steps::{PageKeys, SourceKeys, Steps};
+use super::steps::{self, PageKeys, SourceKeys, Steps};
 use super::synthetic::Roughness;
 use super::tint::Tint;
 use super::vertical;
@@ -251,23 +251,11 @@ pub(super) fn build_from(
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?
         .with_objects(Arc::clone(&shared));
     writer.expect(plan::most_bytes(&plan));
-    if let Some(base) = steps.as_ref().and_then(Steps::base) {
-        writer = writer.patching(base, budget.changes);
-    }
-    let part = writer.part().to_owned();
+    let mut writer = steps::begin(steps.as_ref(), writer, budget.changes)?;
     let trace = steps.as_ref().zip(page_keys.as_ref());
-    trace.map_or(Ok(()), |(steps, _)| steps.begin(&part))?;
     let mut written = Written::default();
     if let Err(error) = write_pages(&project, budget.threads, trace, &mut writer, &mut written, observer) {
-        return Err(match (&steps, error) {
-            (Some(steps), Error::Interrupted(_)) if written.pages > 0 => {
-                writer.keep();
-                steps.interrupted(written.pages);
-                let kept = "no database was written; the pages made so far are kept, and the same command goes on from there";
-                Error::Interrupted(kept.into())
-            }
-            (_, error) => error,
-        });
+        return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
     }
     let census = written.census;
     if census.empty == census.voxels {
@@ -289,11 +277,8 @@ pub(super) fn build_from(
     metadata.materials = options.materials.records(census.classes.numbers());
     metadata.void_share = share(census.voids);
     metadata.empty_share = share(census.empty);
-    let sealed = writer.seal(&metadata, decoded_range(&code, &census))?;
-    let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);
-    steps.as_ref().map_or(Ok(()), |steps| steps.seal(content_hash))?;
-    sealed.publish()?;
-    steps.iter().for_each(Steps::finish);
+    let range = decoded_range(&code, &census);
+    let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, range)?;
     Ok(BuildReport {
         grid: plan.grid,
         content_hash,

@@ -41,7 +41,7 @@ mod warp;
 mod workers;
 mod writing;
 
-pub use bake::{bake_shadows, check_shadows};
+pub use bake::{Baked, Baking, bake_shadows, check_shadows};
 pub use build::{BuildReport, Outline, build, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use extract::{Part, extract};
@@ -52,4 +52,4 @@ pub use merge::{Join, Merged, Merger};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };
-pub use steps::{forget_steps, is_own_work, note_own_work};
+pub use steps::{forget_steps, is_own_work};

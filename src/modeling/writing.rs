@@ -28,7 +28,7 @@ pub(super) struct Written {
 }
 
 /// A page that is ready.
-enum Page {
+pub(super) enum Page {
     Made(EncodedPage),
     Reused(EarlierPage),
 }
@@ -43,10 +43,18 @@ struct Ready {
 }
 
 impl Page {
-    fn id(&self) -> PageId {
+    pub fn id(&self) -> PageId {
         match self {
             Self::Made(page) => page.id,
             Self::Reused(page) => page.id,
+        }
+    }
+
+    /// Appends it to what was written.
+    pub fn append_to(self, writer: &mut PageWriter) -> Result<()> {
+        match self {
+            Self::Made(page) => writer.append(&page),
+            Self::Reused(page) => writer.append_earlier(&page),
         }
     }
 

@@ -1,6 +1,7 @@
 //! What share of the sun the posts of a page see.
 
 use std::collections::BTreeSet;
+use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -85,6 +86,13 @@ impl Shade {
     /// Row just before the first of some that a ray of the sun comes to.
     fn begin(&self, rows: &Range<i64>) -> f64 {
         if self.course.towards > 0 { rows.end as f64 - 0.5 } else { rows.start as f64 - 0.5 }
+    }
+
+    /// The way of the sun's rays to a page: all that, besides the heights of [`Self::supports`], its shares are a function of.
+    pub fn way(&self, id: PageId) -> impl Debug + use<> {
+        let [rows, posts] = self.target(id);
+        let strands = self.course.strands(&rows, &posts);
+        (self.course.legs(id.level, self.begin(&rows), strands), rows, posts)
     }
 
     /// Pages whose heights [`Self::page`] may read for a page: itself, those around it, and those towards the sun; for those that `source` does not have

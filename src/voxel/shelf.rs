@@ -91,7 +91,7 @@ impl<'w> Shelf<'w> {
         for kept in std::mem::take(&mut self.kept) {
             match kept {
                 Kept::Aside(id, entry) => self.writer.append_set_aside(id, entry, &self.aside)?,
-                Kept::Earlier(page) => self.writer.append_copy(&page)?,
+                Kept::Earlier(page) => self.writer.append_earlier(&page)?,
             }
         }
         self.end = 0;

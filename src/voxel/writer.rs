@@ -170,7 +170,7 @@ impl PageWriter {
     }
 
     /// Appends a page that another file holds.
-    pub(super) fn append_copy(&mut self, page: &EarlierPage) -> Result<()> {
+    pub fn append_earlier(&mut self, page: &EarlierPage) -> Result<()> {
         self.assembly.append_copy(page.id, page.entry, page.file())
     }
 

@@ -7,6 +7,7 @@
 //!     page of level 1               ← the grid, the code of heights, the rasters and features that reach it
 //!     coarser page                  ← the hashes of the finer pages that it is made from; where some are absent, as of level 1
 //! beside AREA.hop lies AREA.hop.steps: keys and results of steps, where each page lies
+//! shadows are a database of their own, of the one without: [`super::bake_shadows`]
 //! a page whose key is there is taken from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
 //! where pages stay in their place, only those that were made are written
 //! while a build runs, its pages lie in AREA.hop.part-…, and what is known of them in AREA.hop.part-….steps: the next build takes them from there
@@ -33,7 +34,7 @@ use log::{Known, Log, Stamp};
 use super::census::Census;
 use super::scan::Survey;
 use crate::error::{Error, Result};
-use crate::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, PageId};
+use crate::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
 
 /// What a file's name ends in that notes steps.
 const SUFFIX: &str = ".steps";
@@ -101,7 +102,7 @@ pub fn forget_steps(output: &Path) {
 }
 
 /// Notes that a build of a recipe wrote `output`, which has this identity, without any steps; nothing is known of it if it has none.
-pub fn note_own_work(output: &Path, identity: Option<ContentHash>) {
+fn note_own_work(output: &Path, identity: Option<ContentHash>) {
     let path = beside(output);
     // What is not there need not be forgotten.
     let _ = fs::remove_file(&path);
@@ -158,11 +159,6 @@ impl Steps {
         self.earlier.extend(file.map(|file| Earlier { file, pages: known.pages }));
     }
 
-    /// The file that the build replaces, if pages of it may stay where they are.
-    pub fn base(&self) -> Option<&EarlierFile> {
-        self.base.as_ref()
-    }
-
     fn log(&self) -> std::sync::MutexGuard<'_, Log> {
         self.log.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -216,7 +212,7 @@ impl Steps {
     }
 
     /// From now on what is noted goes to the disk, beside the part that the build writes.
-    pub fn begin(&self, part: &Path) -> Result<()> {
+    fn begin(&self, part: &Path) -> Result<()> {
         let path = beside(part);
         self.log().begin(&path).map_err(|error| Error::io(path, "write what is known of the pages", error))
     }
@@ -233,14 +229,14 @@ impl Steps {
     }
 
     /// Notes what the output will be: from then on, should the build be killed, its log is known for that of the output.
-    pub fn seal(&self, identity: ContentHash) -> Result<()> {
+    fn seal(&self, identity: ContentHash) -> Result<()> {
         let mut log = self.log();
         log.whole(identity);
         log.write().map_err(|error| self.unwritable(error))
     }
 
     /// The build is done: the output has all pages.
-    pub fn finish(&self) {
+    fn finish(&self) {
         let mut log = self.log();
         // Without its log a database is as good; the next build then makes all of it.
         if let Some(path) = log.keep()
@@ -252,9 +248,47 @@ impl Steps {
     }
 
     /// The build was interrupted after so many pages, and leaves its part behind.
-    pub fn interrupted(&self, pages: u64) {
+    fn interrupted(&self, pages: u64) {
         self.log().keep();
         self.left.iter().filter(|(_, known)| *known as u64 <= pages).for_each(|(part, _)| forget(part));
+    }
+}
+
+/// Begins a database: noted from now on, and a change of the one that is there, of so many bytes at most, if steps are kept.
+pub(super) fn begin(steps: Option<&Steps>, mut writer: PageWriter, changes: u64) -> Result<PageWriter> {
+    let Some(steps) = steps else { return Ok(writer) };
+    if let Some(base) = &steps.base {
+        writer = writer.patching(base, changes);
+    }
+    steps.begin(writer.part())?;
+    Ok(writer)
+}
+
+/// Ends a database and gives it its name. Returns identity and bytes.
+pub(super) fn publish(
+    steps: Option<&Steps>,
+    writer: PageWriter,
+    metadata: &Metadata,
+    height_range: (f64, f64),
+) -> Result<(ContentHash, u64)> {
+    let sealed = writer.seal(metadata, height_range)?;
+    let (content_hash, bytes) = (sealed.content_hash, sealed.bytes);
+    steps.map_or(Ok(()), |steps| steps.seal(content_hash))?;
+    sealed.publish()?;
+    steps.into_iter().for_each(Steps::finish);
+    Ok((content_hash, bytes))
+}
+
+/// What to say of an error after so many pages; if it is an interruption and steps are kept, they wait for the next build.
+pub(super) fn kept(steps: Option<&Steps>, writer: PageWriter, pages: u64, error: Error) -> Error {
+    match (steps, error) {
+        (Some(steps), Error::Interrupted(_)) if pages > 0 => {
+            writer.keep();
+            steps.interrupted(pages);
+            let kept = "no database was written; the pages made so far are kept, and the same command goes on from there";
+            Error::Interrupted(kept.into())
+        }
+        (_, error) => error,
     }
 }
 

@@ -81,7 +81,7 @@ impl Change {
         for (id, entry) in all {
             let old = self.before.directory().get(id).unwrap();
             if old.hash == entry.hash {
-                writer.append_copy(&base.page(&header.grid, id, old, &mut scratch).unwrap())?;
+                writer.append_earlier(&base.page(&header.grid, id, old, &mut scratch).unwrap())?;
             } else {
                 let page = self.after.whole_page(id).unwrap().unwrap().to_buffer();
                 writer.append(&page.encode(id))?;

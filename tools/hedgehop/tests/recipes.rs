@@ -78,10 +78,19 @@ fn shadows_of_a_recipe_are_in_its_database() {
     ends(&run(&folder, "build place.toml"), 0);
     assert!(ends(&run(&folder, "info place.hop"), 0).contains("250"));
     let left: Vec<_> = fs::read_dir(folder.path()).expect("the folder").flatten().collect();
-    assert_eq!(left.len(), 4, "{left:?}");
-    // It is the recipe's own work, though all pages are made again.
+    // What the shadows were baked into is kept, for the next build.
+    assert_eq!(left.len(), 6, "{left:?}");
+    let first = fs::read(folder.path().join("place.hop")).expect("a database");
     let told = ends(&run(&folder, "build place.toml"), 0);
+    assert!(told.contains("pages are as before"), "{told}");
+    let told = ends(&run(&folder, "build place.toml --fresh"), 0);
     assert!(!told.contains("as before"), "{told}");
+    assert!(fs::read(folder.path().join("place.hop")).expect("a database") == first);
+    // Somebody's own file is not touched.
+    fs::write(folder.path().join("place.without-shadows.hop"), "mine").expect("a file");
+    let told = ends(&run(&folder, "build place.toml"), 2);
+    assert!(told.contains("place.without-shadows.hop is in the way"), "{told}");
+    assert_eq!(fs::read(folder.path().join("place.without-shadows.hop")).expect("a file"), b"mine");
 }
 
 #[test]

@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::bake_shadows;
-use hedgehop::progress::Observer;
-use hedgehop::sunlight::{Sun, SunSetting};
-use hedgehop::voxel::{PageId, PageSource};
+use hedgehop::modeling::{Baking, bake_shadows};
+use hedgehop::sunlight::SunSetting;
+use hedgehop::voxel::PageSource;
 
 use crate::area;
 use crate::args;
@@ -58,33 +57,25 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         return Err(hedgehop::Error::Configuration(what.into()).into());
     }
     let file = PageFile::open(&args.area)?;
-    let (sun, bytes) =
-        bake(&file, args.sun, (&args.output, args.making.overwrite), args.making.workers.count(), &reporter)?;
+    let sun = area::sky(args.sun, file.header())?.sun;
+    let baking = Baking {
+        source: &file,
+        directory: file.directory(),
+        sun,
+        output: &args.output,
+        overwrite: args.making.overwrite,
+        steps: false,
+        threads: args.making.workers.count(),
+    };
+    let baked = bake_shadows(&baking, &reporter)?;
     let text = format!(
         "baked {}: {:.1} MB, shadows of a sun {:.1}° from grid north, {:.1}° high\nNext:\n  {} render {} --path TRACK -o frames/####.png\n",
         args.output.display(),
-        bytes as f64 / 1e6,
+        baked.bytes as f64 / 1e6,
         sun.azimuth,
         sun.elevation,
         program(),
         args.output.display()
     );
     Ok(exit::print(&text)?)
-}
-
-/// Writes a database with shadows; returns where the sun stands, and the bytes of the file.
-pub fn bake(
-    file: &PageFile,
-    sun: SunSetting,
-    target: (&Path, bool),
-    threads: usize,
-    observer: &dyn Observer,
-) -> hedgehop::Result<(Sun, u64)> {
-    let sun = area::sky(sun, file.header())?.sun;
-    let mut pages: Vec<(u64, PageId)> =
-        file.directory().present().map(|(id, entry)| (entry.offset, id)).collect();
-    pages.sort_unstable();
-    let pages: Vec<_> = pages.into_iter().map(|(_, id)| id).collect();
-    let (_, bytes) = bake_shadows(file, &pages, sun, target, threads, observer)?;
-    Ok((sun, bytes))
 }

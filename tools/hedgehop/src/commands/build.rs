@@ -10,17 +10,18 @@ use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::synthetic::Synthetic;
 use hedgehop::modeling::{
-    BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
-    LandCoverFile, Materials, NodataFill, Scheme, build, forget_steps, is_own_work, note_own_work,
+    Baked, Baking, BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile,
+    Interpolation, LandCoverFile, Materials, NodataFill, Scheme, bake_shadows, build, forget_steps,
+    is_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
+use tempfile::TempDir;
 
 use crate::area;
 use crate::args;
-use crate::commands::bake::bake;
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::making::Making;
@@ -317,6 +318,7 @@ impl Args {
         options.overwrite = self.making.overwrite || is_own_work(&options.output);
         if self.fresh {
             forget_steps(&options.output);
+            forget_steps(&without_shadows(&options.output));
         }
         (options.memory, options.threads) = (self.memory, self.making.workers.count());
         Ok(order)
@@ -357,26 +359,71 @@ impl Order {
     /// Builds it.
     pub fn fill(&self, observer: &dyn Observer) -> hedgehop::Result<BuildReport> {
         let Some(sun) = self.shadows else { return build(&self.options, observer) };
-        // Beside the output, and shadows into what goes there.
-        let BuildOptions { output, overwrite, threads, .. } = &self.options;
-        let beside = |error| Error::io(output, "create a folder beside it", error);
+        let BuildOptions { output, overwrite, threads, steps, .. } = &self.options;
+        let begun = Instant::now();
+        // Where steps are kept, so is what shadows are baked into: the next build changes that, and bakes what changed.
+        let aside = if *steps { Aside::kept(output)? } else { Aside::temporary(output)? };
+        let options = BuildOptions { output: aside.path(), overwrite: *steps, ..self.options.clone() };
+        let report = build(&options, observer)?;
+        let source = PageFile::open(&options.output)?;
+        let sun = area::sky(sun, source.header())?.sun;
+        let baking = Baking {
+            source: &source,
+            directory: source.directory(),
+            sun,
+            output,
+            overwrite: *overwrite,
+            steps: *steps,
+            threads: *threads,
+        };
+        let Baked { content_hash, bytes, pages, reused } = bake_shadows(&baking, observer)?;
+        let seconds = begun.elapsed().as_secs_f64();
+        Ok(BuildReport { content_hash, bytes, pages, reused, seconds, ..report })
+    }
+}
+
+/// Where a database without shadows lies while, or as long as, another one has them.
+enum Aside {
+    /// Beside the output, for the builds to come.
+    Kept(PathBuf),
+    /// In a folder that goes with it.
+    Temporary(TempDir),
+}
+
+impl Aside {
+    /// What lies there is replaced if a build left it, and only then.
+    fn kept(output: &Path) -> hedgehop::Result<Self> {
+        let path = without_shadows(output);
+        if path.exists() && !is_own_work(&path) {
+            let path = path.display();
+            let what = format!(
+                "{path} is in the way: a build with shadows keeps the database without them there; move it elsewhere"
+            );
+            return Err(Error::Configuration(what));
+        }
+        Ok(Self::Kept(path))
+    }
+
+    fn temporary(output: &Path) -> hedgehop::Result<Self> {
         let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
         // Named as what else a kill leaves behind.
         let mut prefix = output.file_name().unwrap_or_default().to_owned();
         prefix.push(".part-");
-        let folder = folder.unwrap_or(Path::new("."));
-        let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder).map_err(beside)?;
-        let bare = folder.path().join("without-shadows.hop");
-        let begun = Instant::now();
-        let options = BuildOptions { output: bare.clone(), steps: false, ..self.options.clone() };
-        let report = build(&options, observer)?;
-        let target = (output.as_path(), *overwrite);
-        let (_, bytes) = bake(&PageFile::open(&bare)?, sun, target, *threads, observer)?;
-        if self.options.steps {
-            note_own_work(output, Some(PageFile::open(output)?.header().content_hash));
-        }
-        Ok(BuildReport { bytes, seconds: begun.elapsed().as_secs_f64(), ..report })
+        let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder.unwrap_or(Path::new(".")));
+        folder.map(Self::Temporary).map_err(|error| Error::io(output, "create a folder beside it", error))
     }
+
+    fn path(&self) -> PathBuf {
+        match self {
+            Self::Kept(path) => path.clone(),
+            Self::Temporary(folder) => folder.path().join("without-shadows.hop"),
+        }
+    }
+}
+
+/// Where builds that keep their steps have the database without shadows of one that has them.
+fn without_shadows(output: &Path) -> PathBuf {
+    output.with_extension("without-shadows.hop")
 }
 
 /// What was built, and what to try next.
