@@ -29,7 +29,7 @@ pub const NO_DATA: u8 = 0;
 /// Beyond this, offsets take 64 bits; what lies before the tiles has room below.
 const MOST_SMALL: u64 = 4_000_000_000;
 
-/// What a map is. Pixels are 8-bit; 0 in all bands says that there is no data.
+/// What a map is. Pixels are 8-bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeoTiff {
     /// Pixels in a row, ≥ 1.
@@ -62,7 +62,7 @@ impl Layer {
     }
 }
 
-/// Writes a map whole or not at all. `tile` gives the samples of tile (column, row), `[512][512][bands]`, the northernmost row first; what lies beside the map is
+/// Writes a map whole or not at all, in which 0 in all bands says that there is no data, and declares so. `tile` gives the samples of tile (column, row), `[512][512][bands]`, the northernmost row first; what lies beside the map is
 /// not looked at.
 ///
 /// # Errors
@@ -73,10 +73,38 @@ pub fn write_geotiff(
     tile: &mut dyn FnMut([u32; 2]) -> Result<Vec<u8>>,
     observer: &dyn Observer,
 ) -> Result<()> {
+    write(path, &Kind { map, has_voids: true }, tile, observer)
+}
+
+/// The same of a map all of which is data: 0 is a value like all others, and nothing is declared.
+///
+/// # Errors
+/// As of [`write_geotiff`].
+pub fn write_full_geotiff(
+    path: &Path,
+    map: &GeoTiff,
+    tile: &mut dyn FnMut([u32; 2]) -> Result<Vec<u8>>,
+    observer: &dyn Observer,
+) -> Result<()> {
+    write(path, &Kind { map, has_voids: false }, tile, observer)
+}
+
+/// A map, and whether [`NO_DATA`] is one of its values or none.
+struct Kind<'m> {
+    map: &'m GeoTiff,
+    has_voids: bool,
+}
+
+fn write(
+    path: &Path,
+    kind: &Kind<'_>,
+    tile: &mut dyn FnMut([u32; 2]) -> Result<Vec<u8>>,
+    observer: &dyn Observer,
+) -> Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let aside =
         tempfile::tempfile_in(folder).map_err(|error| Error::io(path, "create a file beside it", error))?;
-    let mut maker = Maker { path, map, layers: layers(map), aside, end: 0, observer };
+    let mut maker = Maker { path, kind, layers: layers(kind.map), aside, end: 0, observer };
     let top = maker.layers.len() - 1;
     observer.begin("tiles", maker.layers.iter().map(|layer| layer.places.len() as u64).sum(), "tiles");
     let [columns, rows] = maker.layers[top].tiles();
@@ -85,7 +113,7 @@ pub fn write_geotiff(
     }
     observer.end();
     let Maker { layers, mut aside, .. } = maker;
-    write_with(path, |file| assemble(file, map, &layers, &mut aside))
+    write_with(path, |file| assemble(file, kind, &layers, &mut aside))
 }
 
 /// The whole and its overviews, each half as wide, until one fits into a tile.
@@ -105,7 +133,7 @@ fn layers(map: &GeoTiff) -> Vec<Layer> {
 /// Makes tiles and sets them aside.
 struct Maker<'m> {
     path: &'m Path,
-    map: &'m GeoTiff,
+    kind: &'m Kind<'m>,
     layers: Vec<Layer>,
     aside: File,
     end: u64,
@@ -123,7 +151,7 @@ impl Maker<'_> {
         if self.observer.cancelled() {
             return Err(Error::Interrupted(format!("{} was not written", self.path.display())));
         }
-        let bands = self.map.bands;
+        let bands = self.kind.map.bands;
         let mut samples = if layer == 0 {
             tile([column, row])?
         } else {
@@ -133,31 +161,38 @@ impl Maker<'_> {
                 let finer = [2 * column + right, 2 * row + down];
                 if finer[0] < columns && finer[1] < rows {
                     let finer = self.make(layer - 1, finer, tile)?;
-                    halve(&finer, &mut samples, [right, down], bands);
+                    halve(&finer, &mut samples, [right, down], self.kind);
                 }
             }
             samples
         };
-        self.blank_beside(&mut samples, layer, [column, row]);
+        self.fill_beside(&mut samples, layer, [column, row]);
         self.set_aside(&samples, layer, [column, row])?;
         self.observer.advance(1);
         Ok(samples)
     }
 
-    /// What lies beside the map has no data, so that overviews leave it out.
-    fn blank_beside(&self, samples: &mut [u8], layer: usize, [column, row]: [u32; 2]) {
+    /// What lies beside the map must not change overviews: it has no data, or is as the map's edge where all is data.
+    fn fill_beside(&self, samples: &mut [u8], layer: usize, [column, row]: [u32; 2]) {
         let Layer { width, height, .. } = self.layers[layer];
         let inside = |size: u32, at: u32| (size - at * TILE).min(TILE) as usize;
-        let (columns, rows) = (inside(width, column), inside(height, row));
-        let bands = self.map.bands;
-        for (index, line) in samples.chunks_exact_mut(TILE as usize * bands).enumerate() {
-            let kept = if index < rows { columns * bands } else { 0 };
-            line[kept..].fill(NO_DATA);
+        let bands = self.kind.map.bands;
+        let line = TILE as usize * bands;
+        let (kept, rows) = (inside(width, column) * bands, inside(height, row));
+        let (own, beside) = samples.split_at_mut(rows * line);
+        if self.kind.has_voids {
+            own.chunks_exact_mut(line).for_each(|line| line[kept..].fill(NO_DATA));
+            return beside.fill(NO_DATA);
         }
+        for line in own.chunks_exact_mut(line) {
+            (kept..line.len()).for_each(|at| line[at] = line[at - bands]);
+        }
+        let last = &own[(rows - 1) * line..];
+        beside.chunks_exact_mut(line).for_each(|line| line.copy_from_slice(last));
     }
 
     fn set_aside(&mut self, samples: &[u8], layer: usize, [column, row]: [u32; 2]) -> Result<()> {
-        let written = compressed(samples, self.map.bands)
+        let written = compressed(samples, self.kind.map.bands)
             .and_then(|bytes| self.aside.write_all(&bytes).map(|()| bytes.len()));
         let length = written.map_err(|error| Error::io(self.path, "write a file beside it", error))?;
         let columns = self.layers[layer].tiles()[0];
@@ -169,12 +204,13 @@ impl Maker<'_> {
 }
 
 /// Puts a tile at half its size into a quarter of another; means of those of four pixels that have data.
-fn halve(finer: &[u8], coarser: &mut [u8], [right, down]: [u32; 2], bands: usize) {
+fn halve(finer: &[u8], coarser: &mut [u8], [right, down]: [u32; 2], kind: &Kind<'_>) {
+    let (bands, is_full) = (kind.map.bands, !kind.has_voids);
     let (side, half) = (TILE as usize, TILE as usize / 2);
     let sample = |x: usize, y: usize| &finer[(y * side + x) * bands..][..bands];
     for (y, x) in (0..half).flat_map(|y| (0..half).map(move |x| (y, x))) {
         let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| sample(2 * x + i, 2 * y + j));
-        let known = || four.iter().filter(|pixel| pixel.iter().any(|band| *band != NO_DATA));
+        let known = || four.iter().filter(|pixel| is_full || pixel.iter().any(|band| *band != NO_DATA));
         let count = known().count() as u32;
         let to = ((y + down as usize * half) * side + x + right as usize * half) * bands;
         for band in 0..bands {
@@ -227,9 +263,15 @@ impl Values {
 }
 
 /// The tags of a layer whose tiles lie at these offsets.
-fn tags(map: &GeoTiff, layers: &[Layer], index: usize, offsets: &[u64], is_big: bool) -> Vec<(u16, Values)> {
+fn tags(
+    kind: &Kind<'_>,
+    layers: &[Layer],
+    index: usize,
+    offsets: &[u64],
+    is_big: bool,
+) -> Vec<(u16, Values)> {
     use Values::{Ascii, Double, Long, Long8, Short};
-    let layer = &layers[index];
+    let (map, layer) = (kind.map, &layers[index]);
     let offsets = if is_big {
         Long8(offsets.to_vec())
     } else {
@@ -263,12 +305,14 @@ fn tags(map: &GeoTiff, layers: &[Layer], index: usize, offsets: &[u64], is_big: 
             tags.push((34_737, Ascii(text.clone())));
         }
     }
-    tags.push((42_113, Ascii(NO_DATA.to_string())));
+    if kind.has_voids {
+        tags.push((42_113, Ascii(NO_DATA.to_string())));
+    }
     tags
 }
 
 /// Directories with their values, one behind the other; `start` is where they begin in the file.
-fn directories(map: &GeoTiff, layers: &[Layer], offsets: &[Vec<u64>], start: u64, is_big: bool) -> Vec<u8> {
+fn directories(kind: &Kind<'_>, layers: &[Layer], offsets: &[Vec<u64>], start: u64, is_big: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let word = |value: u64| {
         if is_big { value.to_le_bytes().to_vec() } else { (value as u32).to_le_bytes().to_vec() }
@@ -279,7 +323,7 @@ fn directories(map: &GeoTiff, layers: &[Layer], offsets: &[Vec<u64>], start: u64
     let head = if is_big { 8 } else { 2 };
     let directory_bytes = |count: usize| (head + count * entry + room) as u64;
     let tags: Vec<_> =
-        (0..layers.len()).map(|index| tags(map, layers, index, &offsets[index], is_big)).collect();
+        (0..layers.len()).map(|index| tags(kind, layers, index, &offsets[index], is_big)).collect();
     let mut place =
         start + tags.iter().map(|tags| directory_bytes(tags.len()).next_multiple_of(8)).sum::<u64>();
     let mut next = start;
@@ -316,14 +360,14 @@ fn directories(map: &GeoTiff, layers: &[Layer], offsets: &[Vec<u64>], start: u64
 }
 
 /// Puts the file together from the tiles that were set aside.
-fn assemble(file: &mut File, map: &GeoTiff, layers: &[Layer], aside: &mut File) -> io::Result<()> {
+fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File) -> io::Result<()> {
     let stored: u64 =
         layers.iter().flat_map(|layer| &layer.places).map(|(_, length)| u64::from(*length)).sum();
     let is_big = stored > MOST_SMALL;
     let start: u64 = if is_big { 16 } else { 8 };
     // Their length does not depend on where tiles lie.
     let nowhere: Vec<Vec<u64>> = layers.iter().map(|layer| vec![0; layer.places.len()]).collect();
-    let mut end = start + directories(map, layers, &nowhere, start, is_big).len() as u64;
+    let mut end = start + directories(kind, layers, &nowhere, start, is_big).len() as u64;
     let mut offsets = nowhere;
     // Readers want what they show first in front: the smallest overview.
     for (layer, offsets) in layers.iter().zip(&mut offsets).rev() {
@@ -343,7 +387,7 @@ fn assemble(file: &mut File, map: &GeoTiff, layers: &[Layer], aside: &mut File) 
         file.write_all(&42_u16.to_le_bytes())?;
         file.write_all(&(start as u32).to_le_bytes())?;
     }
-    file.write_all(&directories(map, layers, &offsets, start, is_big))?;
+    file.write_all(&directories(kind, layers, &offsets, start, is_big))?;
     for (from, length) in layers.iter().rev().flat_map(|layer| &layer.places) {
         aside.seek(SeekFrom::Start(*from))?;
         let copied = io::copy(&mut (&*aside).take(u64::from(*length)), &mut file)?;
@@ -359,6 +403,7 @@ mod tests {
     use super::*;
     use crate::progress::Silent;
     use tiff::decoder::{Decoder, DecodingResult};
+    use tiff::tags::Tag;
 
     fn value(x: u32, y: u32, band: usize) -> u8 {
         1 + ((x / 16 + y / 8 + 40 * band as u32) % 255) as u8
@@ -394,6 +439,37 @@ mod tests {
                 if layer + 1 < layers {
                     decoder.next_image().unwrap();
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn nought_is_a_value_where_all_is_data() {
+        let folder = tempfile::tempdir().unwrap();
+        // Columns of 0 and 200 by turns, an odd number of them; what `tile` gives beside the map is of no account.
+        let (width, height) = (601, 515);
+        let map = GeoTiff { width, height, bands: 3, north_west: [0.0; 2], pixel: 1.0, keys: None };
+        let mut tile = |_: [u32; 2]| {
+            let row = (0..TILE).flat_map(|x| [if x % 2 == 0 { 0 } else { 200 }; 3]);
+            Ok(row.collect::<Vec<u8>>().repeat(TILE as usize))
+        };
+        let [voids, full] = ["voids.tif", "full.tif"].map(|name| folder.path().join(name));
+        write_geotiff(&voids, &map, &mut tile, &Silent).unwrap();
+        write_full_geotiff(&full, &map, &mut tile, &Silent).unwrap();
+        for (path, mean) in [(voids, 200), (full, 100)] {
+            let mut decoder = Decoder::new(File::open(&path).unwrap()).unwrap();
+            let nodata = decoder.find_tag(Tag::GdalNodata).unwrap();
+            assert_eq!(nodata.is_some(), mean == 200, "{nodata:?}");
+            decoder.next_image().unwrap();
+            assert_eq!(decoder.find_tag(Tag::GdalNodata).unwrap().is_some(), mean == 200);
+            let (across, down) = decoder.dimensions().unwrap();
+            assert_eq!((across, down), (301, 258));
+            let DecodingResult::U8(samples) = decoder.read_image().unwrap() else { panic!() };
+            for (row, line) in samples.chunks_exact(3 * across as usize).enumerate() {
+                let (inside, last) = line.split_last_chunk::<3>().unwrap();
+                assert!(inside.iter().all(|sample| *sample == mean), "row {row}");
+                // Of the last two columns one is beside the map.
+                assert_eq!(last, &[0; 3], "row {row}");
             }
         }
     }

@@ -29,6 +29,8 @@ pub struct Tally {
     pub area: f64,
     /// Area without any, m².
     pub empty: f64,
+    /// Least and greatest height of the surface's voxels, metres above the datum; `None`: there is none.
+    pub heights: Option<[f64; 2]>,
     /// Spans that stand on the ground.
     pub spans: u64,
     /// Objects that the database stores once and places, by number.
@@ -130,16 +132,20 @@ fn add_page<S: PageSource>(
     let mut counts: BTreeMap<(u8, u16), u64> = BTreeMap::new();
     let mut empty = 0_u64;
     let mut last: Option<((u8, u16), u64)> = None;
+    let mut codes: Option<[u16; 2]> = None;
     for y in rows {
         let has_finer: [bool; RADIX as usize] = std::array::from_fn(|quarter| {
             let (px, py) = (id.px * RADIX + quarter as u32, id.py * RADIX + y / QUARTER);
             id.level > 0 && source.has(PageId { level: id.level - 1, px, py })
         });
         for x in columns.clone().filter(|x| !has_finer[(x / QUARTER) as usize]) {
-            if page.heights[page.sample(x, y)] == HeightCode::EMPTY {
+            let code = page.heights[page.sample(x, y)];
+            if code == HeightCode::EMPTY {
                 empty += 1;
                 continue;
             }
+            let [least, greatest] = codes.unwrap_or([code; 2]);
+            codes = Some([least.min(code), greatest.max(code)]);
             let Attributes { material, source, .. } = page.attributes_at(x, y);
             let class = (material, source);
             // Neighbours are alike as a rule.
@@ -159,6 +165,13 @@ fn add_page<S: PageSource>(
         *tally.sources.entry(source).or_default() += area;
         tally.area += area;
         tally.levels[usize::from(id.level)].area += area;
+    }
+    let code = source.header().heights;
+    if let Some([low, high]) =
+        codes.map(|codes| codes.map(|height| code.offset + code.scale * f64::from(height)))
+    {
+        let [least, greatest] = tally.heights.unwrap_or([low, high]);
+        tally.heights = Some([least.min(low), greatest.max(high)]);
     }
     tally.empty += empty as f64 * area;
     Ok(())
@@ -278,6 +291,22 @@ mod tests {
         assert_eq!((tally.sources[&0], tally.sources[&1]), (300.0 * 199.0 * 4.0, 300.0 * 100.0 * 4.0));
         assert_eq!(tally.levels[0], LevelTally { pages: 4, area: tally.area });
         assert_eq!((tally.levels[1].pages, tally.levels[1].area), (1, 0.0));
+    }
+
+    #[test]
+    fn heights_are_those_of_the_part() {
+        let grid = Grid { nx: 200, ny: 100, spacing: 2.0, origin: DVec2::ZERO };
+        let heights: Vec<f64> = (0..100).flat_map(|_| (0..200).map(f64::from)).collect();
+        let area =
+            build_in_memory(grid, &heights, &vec![[90; 3]; 20_000], None, &Metadata::default()).unwrap();
+        for (bbox, wanted) in [(None, [0.0, 199.0]), (Some([40.0, 20.0, 60.0, 30.0]), [20.0, 29.0])] {
+            let found = tally(&area, bbox).unwrap().heights.unwrap();
+            assert!(
+                found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.01),
+                "{found:?}"
+            );
+        }
+        assert_eq!(tally(&area, Some([-10.0, -10.0, 0.0, 0.0])).unwrap().heights, None);
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! bridges and crowns, however far apart the points are.
 
 mod classes;
+mod clearance;
 mod continuity;
 mod contours;
 mod hillshade;
@@ -27,4 +28,4 @@ pub use hillshade::Hillshade;
 pub use map::{GroundMap, MapExtent};
 pub use posts::{PostReader, Posts, Sheet};
 pub use profile::{Ground, Sample, profile};
-pub use sight::{Sight, sight};
+pub use sight::{Matter, Sight, sight};

@@ -21,7 +21,7 @@ pub enum Ground {
 }
 
 impl Ground {
-    fn cursor<S: PageSource>(self, source: &S) -> PageCursor<'_, S> {
+    pub(super) fn cursor<S: PageSource>(self, source: &S) -> PageCursor<'_, S> {
         let cursor = PageCursor::new(source);
         if self == Self::Bare { cursor.on_bare_ground() } else { cursor }
     }

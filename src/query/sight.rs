@@ -3,28 +3,33 @@
 //! ```text
 //! the ray between them, over bare ground as far as there is some ──▶ where it meets the ground
 //! the spans before that ──▶ where half of the light is gone
-//! samples along the line ──▶ how near it comes to what lies below it, and how much higher the far point would have to be
+//! ground and spans on the way ──▶ how near it comes to what lies below it, and how much higher the far point would have to be
 //! ```
-
-use std::f64::consts::LN_2;
 
 use glam::DVec3;
 
-use super::slabs::{Slab, Slabs};
-use super::{Ground, Sample, profile};
+use super::clearance::{TOUCH, clearance, floor};
+use super::slabs::Slabs;
+use super::{Ground, Sample};
 use crate::earth::Curvature;
 use crate::error::{Error, Result};
 use crate::raymarch::{Contact, GridRay, LevelBands, Marcher, Surface};
 use crate::voxel::PageSource;
-
-/// Samples a voxel along a line of sight.
-const PER_VOXEL: f64 = 2.0;
 
 /// Pixels so small that what stands is seen by itself at any distance, radians.
 const SMALLEST_PIXEL: f64 = f64::MIN_POSITIVE;
 
 /// Share of the light that comes through what is still seen through, as in the ranges of frames.
 const HALF: f64 = 0.5;
+
+/// What a point may lie within.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Matter {
+    /// It is below the ground.
+    Ground,
+    /// Something opaque that stands on the ground or hangs over it: the number of its material.
+    Standing(u8),
+}
 
 /// What two points see of each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,11 +40,14 @@ pub struct Sight {
     pub blocked: Option<Sample>,
     /// Number of the material of what stands there and hides it; `None`: it is ground, or they see each other.
     pub material: Option<u8>,
-    /// Where the straight line between them comes nearest to what lies below it (ground, roofs, decks, crowns), or lies deepest in it, ends aside, and how far it is above it
-    /// there, metres: 0 in leaves that let light through. `None`: there is no ground between them. Its height is that of what it is nearest to.
+    /// Where the straight line between them comes nearest to what lies below it (ground, roofs, decks, crowns), or lies deepest in it, half a voxel at its ends aside, and how
+    /// far it is above it there, metres: 0 in leaves that let light through. `None`: there is no ground between them, or one is straight above the other. Its height is that of
+    /// what it is nearest to.
     pub nearest: Option<(Sample, f64)>,
-    /// How much higher the far point would have to be to be seen, metres ≥ 0, as far as samples twice a voxel tell.
+    /// How much higher the far point would have to be to be seen, metres ≥ 0; ∞: no height would do, since something hides it that is above the eye or all around it.
     pub missing: f64,
+    /// What the near and the far point lie within; `None`: in the air, in leaves, or on the surface of something.
+    pub within: [Option<Matter>; 2],
 }
 
 /// Whether `from` sees `to` (metres of the database's system, heights above its datum) over an Earth of that curvature, which light bends after.
@@ -58,14 +66,45 @@ pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curva
     let seen = to.with_z(to.z - curvature.drop_at(distance));
     let (way, length) = (seen - from, (seen - from).length());
     let ray = GridRay::new(&source.header().grid, from, way / length).over(curvature);
+    let sample = |part: f64, height: f64| Sample {
+        distance: part * distance,
+        place: near.lerp(far, part),
+        ground: Some(height),
+    };
     let found = obstacle(source, &ray, length)?;
-    let blocked = found.map(|(range, _)| {
-        let part = range / length;
-        Sample { distance: part * distance, place: near.lerp(far, part), ground: Some(ray.height_at(range)) }
-    });
-    let (nearest, missing) = clearance(source, &Line { from, to, way, curvature })?;
+    let blocked = found.map(|(range, _)| sample(range / length, ray.height_at(range)));
+    let (nearest, missing) = if distance > 0.0 {
+        let found = clearance(source, &ray, length)?;
+        (found.nearest.map(|(part, height, above)| (sample(part, height), above)), found.missing)
+    } else if to.z < from.z {
+        (None, (floor(source, near, from.z)? - to.z).max(0.0))
+    } else {
+        (None, f64::INFINITY)
+    };
     let missing = if blocked.is_some() { missing } else { 0.0 };
-    Ok(Sight { distance, blocked, material: found.and_then(|(_, material)| material), nearest, missing })
+    let within = [surroundings(source, from)?, surroundings(source, to)?];
+    Ok(Sight {
+        distance,
+        blocked,
+        material: found.and_then(|(_, material)| material),
+        nearest,
+        missing,
+        within,
+    })
+}
+
+/// What a point lies within.
+fn surroundings<S: PageSource>(source: &S, point: DVec3) -> Result<Option<Matter>> {
+    let grid = source.header().grid;
+    let place = point.truncate();
+    let Some(ground) = Ground::Bare.height_at(source, place)? else { return Ok(None) };
+    if point.z < ground - TOUCH {
+        return Ok(Some(Matter::Ground));
+    }
+    let mut slabs = Slabs::new(source);
+    let standing = slabs.along([(place - grid.origin) / grid.spacing; 2])?;
+    let holds = standing.iter().find(|slab| slab.hides_in(point.z));
+    Ok(holds.map(|slab| Matter::Standing(slab.material)))
 }
 
 /// Range at which the ray is stopped before `length` metres, and the material of the span that does so.
@@ -85,71 +124,6 @@ fn obstacle<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Opt
     });
     let solid = solid.map(|hit| (hit.range, Some(hit.span.material)));
     Ok(solid.or(contact.map(|contact| (contact.range, None))))
-}
-
-/// A line of sight.
-struct Line {
-    from: DVec3,
-    to: DVec3,
-    /// To where the far point appears over a plane.
-    way: DVec3,
-    curvature: Curvature,
-}
-
-/// Where the line comes nearest to what lies below it, and how much its far end lacks.
-fn clearance<S: PageSource>(source: &S, line: &Line) -> Result<(Option<(Sample, f64)>, f64)> {
-    let spacing = source.header().grid.spacing;
-    let ends = [line.from, line.to].map(DVec3::truncate);
-    let distance = ends[0].distance(ends[1]);
-    let samples = profile(source, Ground::Bare, &ends, spacing / PER_VOXEL)?;
-    // Of the ray between two samples, in sides of a voxel.
-    let stretch = line.way.length() / spacing / (samples.len() - 1) as f64;
-    let mut slabs = Slabs::new(source);
-    let mut nearest: Option<(Sample, f64)> = None;
-    let mut bars = Vec::new();
-    for sample in samples.iter().filter(|sample| sample.distance > 0.0 && sample.distance < distance) {
-        let Some(ground) = sample.ground else { continue };
-        let part = sample.distance / distance;
-        let height = line.from.z + part * line.way.z + line.curvature.drop_at(sample.distance);
-        let standing = slabs.over(sample.place)?;
-        let below = standing.iter().filter(|slab| slab.low <= height).map(|slab| slab.beneath(height));
-        let top = below.fold(ground, f64::max);
-        if nearest.is_none_or(|(_, least)| height - top < least) {
-            nearest = Some((Sample { ground: Some(top), ..*sample }, height - top));
-        }
-        let earth = Slab { low: f64::NEG_INFINITY, high: ground, opacity: 1.0 };
-        let ahead = std::iter::once(&earth).chain(standing).filter(|slab| slab.high > height);
-        bars.extend(ahead.flat_map(|slab| slab.bar(height, part, stretch)));
-    }
-    Ok((nearest, first_gap(bars)))
-}
-
-impl Slab {
-    /// What of it counts as lying below a line at `height`, which is not below its lower end: leaves do only as far as the line.
-    fn beneath(&self, height: f64) -> f64 {
-        if self.opacity < 1.0 { self.high.min(height) } else { self.high }
-    }
-
-    /// Rises of the far end between which the line meets it, at `part` of the way, where it is at `height` now, and the optical depth that is there, added and taken away.
-    fn bar(&self, height: f64, part: f64, stretch: f64) -> [(f64, f64); 2] {
-        // Depth 1 hides, whatever else there is; a greater one would cost the sum its precision.
-        let depth = (-(1.0 - self.opacity).ln() * stretch).min(1.0);
-        [((self.low - height) / part, depth), ((self.high - height) / part, -depth)]
-    }
-}
-
-/// The least rise ≥ 0 with an optical depth of less than half of the light; `bars` are changes of depth by rise.
-fn first_gap(mut bars: Vec<(f64, f64)>) -> f64 {
-    bars.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let (mut rise, mut depth): (f64, f64) = (0.0, 0.0);
-    for (at, change) in bars {
-        if at > rise && depth < LN_2 {
-            break;
-        }
-        rise = rise.max(at);
-        depth += change;
-    }
-    rise
 }
 
 #[cfg(test)]
@@ -262,5 +236,98 @@ pub(super) mod tests {
         assert_eq!(thick.material, Some(2));
         assert!(across(&leaf(4), 2.0).blocked.is_none(), "below the crown there is air");
         assert!((20.0..24.0).contains(&(10.0 + 0.5 * thick.missing)), "{thick:?}");
+    }
+
+    #[test]
+    fn a_wall_right_before_the_eye_counts_in_full() {
+        // Half a metre thick along the western side of its voxel, 0.2 m before the eye: no half of a voxel's side has a middle in it.
+        let wall = Span { facing: 0, cut: -32, ..pillar(6.0) };
+        let pages = standing(|x, _| if x == 145 { vec![wall] } else { Vec::new() });
+        let see = |to: f64| sight(&pages, point(289.8, 5.0), point(489.8, to), Curvature::FLAT).unwrap();
+        let hidden = see(5.0);
+        // Its near edge has to be cleared by a metre after 0.2 m of 200 m.
+        assert!(hidden.blocked.is_some() && (hidden.missing - 1000.0).abs() < 1.0, "{hidden:?}");
+        let needed = 5.0 + hidden.missing;
+        assert!(see(needed + 1.0).blocked.is_none() && see(needed - 1.0).blocked.is_some());
+        assert_eq!(hidden.within, [None; 2]);
+        // The same before the far point.
+        let back = sight(&pages, point(489.8, 5.0), point(289.8, 5.0), Curvature::FLAT).unwrap();
+        assert!((back.missing - 200.0 / 199.3).abs() < 0.01, "{back:?}");
+    }
+
+    #[test]
+    fn a_slope_right_before_the_eye_asks_for_its_steepest_place() {
+        let area = area(20.0);
+        // On a slope of a fifth, a tenth of a metre up: the line has to be as steep as it, less the tenth up to its crest.
+        let (from, to) = (point(450.5, 110.2), point(900.5, 110.2));
+        let hidden = sight(&area, from, to, Curvature::FLAT).unwrap();
+        let crest = 9.6 * 450.0 / 48.5;
+        assert!((hidden.missing - crest).abs() < 0.1, "{hidden:?}");
+        let see = |more: f64| sight(&area, from, to.with_z(to.z + more), Curvature::FLAT).unwrap().blocked;
+        assert!(see(hidden.missing + 0.01).is_none() && see(hidden.missing - 0.01).is_some());
+        // On the ground itself it asks for the slope's own steepness.
+        let ground = Ground::Bare.height_at(&area, from.truncate()).unwrap().unwrap();
+        let hidden = sight(&area, from.with_z(ground), to.with_z(ground), Curvature::FLAT).unwrap();
+        assert!((hidden.missing - 0.2 * 450.0).abs() < 0.5, "{hidden:?}");
+    }
+
+    #[test]
+    fn straight_up_and_down_is_a_line_of_sight() {
+        let deck = Span { low: CODE.encode(12.0), ..pillar(13.0) };
+        let leaf = Span { low: CODE.encode(14.0), state: 5, ..pillar(30.0) };
+        let pages = standing(|x, _| match x {
+            145..155 => vec![deck],
+            165..175 => vec![leaf],
+            _ => Vec::new(),
+        });
+        let see = |x: f64, from: f64, to: f64| {
+            sight(&pages, point(x, from), point(x, to), Curvature::standard()).unwrap()
+        };
+        let down = see(300.5, 50.0, 2.0);
+        assert_eq!((down.distance, down.material), (0.0, Some(2)));
+        assert!((down.missing - 11.0).abs() < 0.01, "up to the deck's upper end: {down:?}");
+        assert!(see(300.5, 50.0, 13.01).blocked.is_none());
+        let up = see(300.5, 2.0, 50.0);
+        assert!(up.blocked.is_some() && up.missing == f64::INFINITY, "{up:?}");
+        let under = see(300.5, 11.0, 2.0);
+        assert_eq!((under.blocked, under.missing), (None, 0.0));
+        for inside in [see(300.5, 12.5, 2.0), see(100.5, -1.0, -3.0)] {
+            assert!(inside.blocked.is_some() && inside.missing == f64::INFINITY, "{inside:?}");
+        }
+        let ground = see(100.5, 50.0, -3.0);
+        assert!((ground.missing - 3.0).abs() < 1e-6, "{ground:?}");
+        // Two voxels' sides of 2 m let the share (10/15)² through, 0.44: half is gone after 1.71 of them.
+        let leaves = see(340.5, 50.0, 2.0);
+        let half = 2.0 * 0.5_f64.ln() / (10.0_f64 / 15.0).ln();
+        assert!((leaves.missing - (30.0 - half - 2.0)).abs() < 0.01, "{leaves:?}");
+        assert!(see(340.5, 50.0, 30.0 - half + 0.01).blocked.is_none());
+    }
+
+    #[test]
+    fn points_within_something_are_told() {
+        let deck = Span { low: CODE.encode(12.0), ..pillar(13.0) };
+        let leaf = Span { state: 5, ..pillar(9.0) };
+        let pages = standing(|x, _| match x {
+            145..155 => vec![deck],
+            165..175 => vec![leaf],
+            185..195 => vec![pillar(8.0)],
+            _ => Vec::new(),
+        });
+        let within = |from: DVec3, to: DVec3| {
+            let found = sight(&pages, from, to, Curvature::FLAT).unwrap();
+            (found.within, found.missing)
+        };
+        let standing = Some(Matter::Standing(2));
+        let (around, missing) = within(point(380.5, 5.0), point(300.5, 12.5));
+        assert_eq!((around, missing), ([standing; 2], f64::INFINITY));
+        let (around, _) = within(point(340.5, 5.0), point(100.5, -1.0));
+        assert_eq!(around, [None, Some(Matter::Ground)], "leaves are no solid");
+        // On roofs and below decks there is air; so there is beside the area.
+        assert_eq!(within(point(380.5, 8.0), point(300.5, 11.99)).0, [None; 2]);
+        assert_eq!(within(point(-50.0, -5.0), point(100.5, 3.0)).0, [None; 2]);
+        // Up from within the deck to above it.
+        let (around, missing) = within(point(100.5, 12.5), point(300.5, 12.5));
+        assert_eq!(around, [None, standing]);
+        assert!((missing - 0.5 * 200.0 / 189.5).abs() < 0.01, "{missing}");
     }
 }

@@ -57,6 +57,20 @@ fn areas_are_told_by_material() {
     let json: Value = serde_json::from_str(&ends(&run(&folder, part), 0)).expect("JSON");
     let share = |at: usize| json["classes"]["materials"][at]["share"].as_f64().expect("a number");
     assert_eq!((share(0), share(1)), (0.5, 0.5));
+    let height = |at: usize| json["classes"]["heights_m"][at].as_f64().expect("a number");
+    assert!((height(0) - 100.0).abs() < 0.01 && (height(1) - 100.0).abs() < 0.01, "{json:#}");
+    let told = ends(&run(&folder, "info --bbox 500150,5000000,500250,5000100 place.hop"), 0);
+    let part = "part      500150,5000000,500250,5000100: heights 100.0 to 100.0 m above";
+    assert!(told.contains(part) && told.contains("level 1, 1 pages"), "{told}");
+    for flags in ["", "--classes ", "--json "] {
+        let told = ends(&run(&folder, &format!("info {flags}--bbox 0,0,10,10 place.hop")), 2);
+        assert!(told.contains("the box 0,0,10,10 lies outside the area, which is"), "{flags}: {told}");
+        let told = ends(
+            &run(&folder, &format!("info {flags}--bbox 500000.1,5000000.1,500000.2,5000000.2 place.hop")),
+            2,
+        );
+        assert!(told.contains("larger --bbox"), "{flags}: {told}");
+    }
     assert!(ends(&run(&folder, "info --bbox 1,1,0,0 place.hop"), 2).contains("west < east"));
 }
 

@@ -190,15 +190,15 @@ fn contour_maps_are_the_same_as_geotiff() {
     let drawn = picture(&drawn).into_rgb8();
     let raster = open(&tiff, &OpenOptions::default()).expect("a GeoTIFF");
     let info = raster.info().clone();
-    assert_eq!((info.width, info.height, info.bands), (600, 600, 3));
+    assert_eq!((info.width, info.height, info.bands, info.nodata), (600, 600, 3, None));
     assert_eq!(info.geo, Some([500_000.0, 5.0, 0.0, 5_003_000.0, 0.0, -5.0]));
     assert_eq!(info.crs.and_then(|crs| crs.epsg()), Some(32632));
     let mut read = Vec::new();
     let whole = Window { x: 0, y: 0, width: 600, height: 600 };
     ImageryRaster::new(raster, None).expect("a picture").read(whole, &mut read).expect("pixels");
     assert_eq!(read.len(), 360_000);
-    // 0 would be no data, of which there is none.
-    let wanted = drawn.pixels().map(|pixel| pixel.0.map(|code| code.max(1)));
+    // All of it is data, without an alpha channel, and no colour stands for none.
+    let wanted = drawn.pixels().map(|pixel| pixel.0);
     assert!(read.iter().zip(wanted).all(|(read, wanted)| read[..3] == wanted && read[3] == 255));
     assert!(!folder.path().join("map.tfw").exists() && folder.path().join("map.pgw").exists());
     let told = ends(&run(&folder, "contours place.hop -o place.toml/map.tif"), 5);

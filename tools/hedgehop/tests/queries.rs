@@ -176,3 +176,28 @@ fn points_see_each_other_under_a_bridge() {
     let told = ends(&run(&folder, &ends_at(deck - 0.1)), 0);
     assert!(told.contains("what stands on the ground (") && told.contains("hides the far point"), "{told}");
 }
+
+#[test]
+fn points_within_a_house_and_straight_lines_up_are_told() {
+    let folder = crossing();
+    let sees = |from: &str, to: &str| {
+        let args = format!("sight place.hop --from {from} --to {to} --xy --msl");
+        (ends(&run(&folder, &args), 0), json(&folder, &format!("{args} --json")))
+    };
+    // In the hall, which is 9 m high, and below ground.
+    let (told, found) = sees("500095.5,5000040.5,104", "500095.5,5000070,99");
+    let hall = found.pointer("/within/from/standing").and_then(Value::as_str).expect("a material");
+    let lead = format!(
+        "the near point lies within what stands on the ground ({hall}); the far point lies below the ground; "
+    );
+    assert!(told.starts_with(&lead) && told.contains("no height of it would do"), "{told}");
+    assert_eq!(found.pointer("/within/to/standing"), Some(&Value::Null), "{found}");
+    assert_eq!((&found["sees"], &found["missing_m"]), (&false.into(), &Value::Null), "{found}");
+    // Straight down onto the roof of the hall, and onto the ground beside it.
+    let (told, found) = sees("500095.5,5000040.5,150", "500095.5,5000040.5,100.5");
+    assert!((number(&found, "/missing_m") - 8.5).abs() < 0.1, "{found}");
+    assert!(told.contains("it would have to be 8.5 m higher"), "{told}");
+    let (told, found) = sees("500095.5,5000070,150", "500095.5,5000070,100.5");
+    assert!(told.starts_with("they see each other over 49.5 m of height"), "{told}");
+    assert_eq!((&found["within"]["from"], &found["within"]["to"]), (&Value::Null, &Value::Null), "{found}");
+}

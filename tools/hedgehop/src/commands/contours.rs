@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hedgehop::frame::atomic::{write_bytes, write_with};
-use hedgehop::frame::geotiff::{TILE, write_geotiff};
+use hedgehop::frame::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
 use hedgehop::query::{Contour, GroundMap, Hillshade, MapExtent, Sheet, contours, fitting_interval};
@@ -221,14 +221,13 @@ fn write_tiff(
             for (right, pixel) in line.chunks_exact_mut(3).enumerate() {
                 let at = [column * TILE + right as u32, row * TILE + down as u32];
                 if let Some(Rgb(colour)) = picture.get_pixel_checked(at[0], at[1]) {
-                    // 0 would be no data.
-                    pixel.copy_from_slice(&colour.map(|code| code.max(1)));
+                    pixel.copy_from_slice(colour);
                 }
             }
         }
         Ok(samples)
     };
-    write_geotiff(output, &tiff, &mut tile, observer)
+    write_full_geotiff(output, &tiff, &mut tile, observer)
 }
 
 /// All lines as a collection of features (RFC 7946).

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use hedgehop::memory::PageFile;
-use hedgehop::query::tally;
-use hedgehop::voxel::PageSource;
+use hedgehop::query::{MapExtent, Tally, tally};
+use hedgehop::voxel::{Header, PageSource};
+use hedgehop::{Error, Result};
+use serde_json::json;
 
 use crate::area;
 use crate::args;
@@ -29,7 +31,7 @@ pub struct Args {
     #[arg(long)]
     classes: bool,
 
-    /// Say that of a part of the area, metres of the database's reference system
+    /// Say that of a part of the area, metres of the database's reference system; --classes need not be given
     #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, allow_hyphen_values = true)]
     bbox: Option<[f64; 4]>,
 
@@ -42,18 +44,49 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let source = PageFile::open(&args.file)?;
     let header = source.header();
-    let asked = args.classes || args.bbox.is_some();
-    let tally = asked.then(|| tally(&source, args.bbox)).transpose()?;
+    let found = match args.bbox {
+        Some(bbox) => Some(part(&source, bbox)?),
+        None => args.classes.then(|| tally(&source, None)).transpose()?,
+    };
     let text = if args.json {
         let mut json = area::json(header, source.directory())?;
-        if let Some(tally) = &tally {
-            json["classes"] = classes::json(header, tally, args.bbox);
+        if let Some(found) = &found {
+            json["classes"] = classes::json(header, found, args.bbox);
+            json["classes"]["heights_m"] = json!(found.heights);
         }
         format!("{json:#}\n")
     } else {
         let (what, stored) = (area::description(header)?, area::stored(header, source.directory()));
-        let classes = tally.map(|tally| classes::description(header, &tally)).unwrap_or_default();
+        let classes = found.map(|found| {
+            let part = args.bbox.map(|bbox| title(header, &found, bbox)).unwrap_or_default();
+            part + &classes::description(header, &found)
+        });
+        let classes = classes.unwrap_or_default();
         format!("{}: hedgehop database\n{what}{stored}{classes}", args.file.display())
     };
     Ok(exit::print(&text)?)
+}
+
+/// What there is in a part of the area.
+///
+/// # Errors
+/// It lies outside of it, or between the centres of its voxels; a page that is damaged.
+fn part(source: &PageFile, bbox: [f64; 4]) -> Result<Tally> {
+    MapExtent::of_level(&source.header().grid, 0, bbox)?;
+    let found = tally(source, Some(bbox))?;
+    if found.area + found.empty > 0.0 {
+        return Ok(found);
+    }
+    let [west, south, east, north] = bbox;
+    Err(Error::Configuration(format!(
+        "no voxel that is stored there has its centre in the box {west},{south},{east},{north}; give a larger --bbox"
+    )))
+}
+
+/// The row above what is told of a part.
+fn title(header: &Header, found: &Tally, [west, south, east, north]: [f64; 4]) -> String {
+    let heights = found.heights.map_or("without a surface".into(), |[low, high]| {
+        format!("heights {low:.1} to {high:.1} m above {}", header.metadata.vertical_datum)
+    });
+    format!("  part      {west},{south},{east},{north}: {heights}, and in it\n")
 }

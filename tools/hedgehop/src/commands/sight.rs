@@ -4,10 +4,10 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use hedgehop::memory::PageFile;
-use hedgehop::query::{Sight, sight};
+use hedgehop::query::{Matter, Sight, sight};
 use hedgehop::render::RenderOptions;
-use hedgehop::voxel::PageSource;
-use serde_json::json;
+use hedgehop::voxel::{Header, PageSource};
+use serde_json::{Value, json};
 
 use crate::args;
 use crate::exit::{self, Outcome};
@@ -21,7 +21,7 @@ Examples:
 
 /// Say whether one point sees another over the ground of a database, and past what stands on it.
 ///
-/// As a picture from near by would show it, under bridges and crowns, over the Earth's curvature. Where something hides the far point, it says where, and how much higher that would have to be.
+/// As a picture from near by would show it, under bridges and crowns, over the Earth's curvature. Where something hides the far point, it says where, and how much higher that would have to be. Points that lie below ground or within something opaque are told.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Outcome {
     let world = WorldArgs { curvature: args.curvature, tile_world: false };
     let curvature = world.apply(source.header(), RenderOptions::default()).curvature;
     let found = sight(&source, from, to, curvature)?;
-    let Sight { distance, blocked, material, nearest, missing } = &found;
+    let Sight { distance, blocked, material, nearest, missing, within } = &found;
     let standing = material.map(|number| source.header().metadata.material_name(number));
     if args.json {
         let json = json!({
@@ -73,11 +73,17 @@ pub fn run(args: &Args) -> Outcome {
             "blocked_at": blocked.map(|sample| places.json(&sample)),
             "standing": standing,
             "nearest": nearest.map(|(sample, above)| json!({ "above_ground_m": above, "at": places.json(&sample) })),
+            // No height that would do is no number.
             "missing_m": missing,
+            "within": { "from": holder(source.header(), within[0]), "to": holder(source.header(), within[1]) },
         });
         return Ok(exit::print(&format!("{json:#}\n"))?);
     }
-    let mut text = match blocked {
+    let mut text = lead(source.header(), within);
+    text += &match blocked {
+        None if *distance == 0.0 => {
+            format!("they see each other over {:.1} m of height", (to.z - from.z).abs())
+        }
         None => format!("they see each other over {distance:.0} m"),
         Some(sample) => format!(
             "{} hides the far point, {:.0} m of {distance:.0} m on the way, at {} (the line of sight is {:.1} m high there)",
@@ -89,6 +95,7 @@ pub fn run(args: &Args) -> Outcome {
     };
     // Writing to a string does not fail.
     let _ = match (blocked, nearest) {
+        (Some(_), _) if missing.is_infinite() => write!(text, "; no height of it would do"),
         (Some(_), _) if *missing > 0.0 => write!(text, "; it would have to be {missing:.1} m higher"),
         (None, Some((sample, above))) => write!(
             text,
@@ -99,4 +106,27 @@ pub fn run(args: &Args) -> Outcome {
         _ => Ok(()),
     };
     Ok(exit::print(&(text + "\n"))?)
+}
+
+/// What a point lies within, as JSON: nothing, ground, or a material.
+fn holder(header: &Header, within: Option<Matter>) -> Value {
+    match within {
+        None => Value::Null,
+        Some(Matter::Ground) => json!({ "standing": null }),
+        Some(Matter::Standing(number)) => json!({ "standing": header.metadata.material_name(number) }),
+    }
+}
+
+/// The beginning of the answer: what the points lie within, if they do.
+fn lead(header: &Header, within: &[Option<Matter>; 2]) -> String {
+    let told = ["near", "far"].iter().zip(within).filter_map(|(which, within)| {
+        let holder = match (*within)? {
+            Matter::Ground => "below the ground".to_owned(),
+            Matter::Standing(number) => {
+                format!("within what stands on the ground ({})", header.metadata.material_name(number))
+            }
+        };
+        Some(format!("the {which} point lies {holder}; "))
+    });
+    told.collect()
 }
