@@ -9,7 +9,7 @@
 //! ```
 //!
 //! All bounds are planes, and a ray is straight within a voxel (over curved ground it rises by less than 10⁻⁸ m on the way through one), so
-//! that a stretch is an intersection of half-lines. Semitransparent matter fills its voxel evenly: what a ray loses in it follows
+//! that a stretch is an intersection of half-lines. Semitransparent matter fills its voxel, or its strip, evenly: what a ray loses in it follows
 //! from the length of its way (Lambert's law), so that pictures do not depend on how the grid lies.
 
 use std::collections::HashMap;
@@ -203,7 +203,12 @@ impl<'a, S: PageSource> Solids<'a, S> {
             (face, normal) = (Face::Side, -direction);
         }
         let opacity = f64::from(span.opacity());
-        let way = (leave - enter) / self.spacing;
+        // A thin wire is stored as a strip that hides less: by its own width, or next to nothing would be left of it.
+        let unit = match span.is(Span::STRIP) {
+            true => f64::from(span.thickness()) * self.code.scale,
+            false => self.spacing,
+        };
+        let way = (leave - enter) / unit;
         let opacity = if opacity < 1.0 { 1.0 - (1.0 - opacity).powf(way) } else { 1.0 };
         Some(SolidHit { range: enter, opacity, face, normal, span: *span })
     }

@@ -258,6 +258,25 @@ fn a_wire_is_a_strip_as_wide_as_it_is_high() {
 }
 
 #[test]
+fn a_thin_wire_hides_its_share_of_a_strip() {
+    // A third of 0.2 m, hung along x at 10 m.
+    let wire = Span {
+        low: CODE.encode(9.8),
+        facing: 64,
+        cut: 0,
+        state: 5 | Span::PARALLEL | Span::STRIP,
+        ..pillar(10.0)
+    };
+    let pages = standing(|x, y| if y == 150 && (100..200).contains(&x) { vec![wire] } else { Vec::new() });
+    let left = |from: DVec3, to: DVec3| met(&pages, from, to).1;
+    // From the south and from above it is as thick as it is wide; along it, a wall.
+    let south = left(DVec3::new(120.3, 140.0, 9.9), DVec3::new(120.3, 160.0, 9.9));
+    let above = left(DVec3::new(120.3, 150.5, 90.0), DVec3::new(120.3, 150.5, 0.0));
+    assert!((south - 10.0 / 15.0).abs() < 1e-6 && (above - 10.0 / 15.0).abs() < 1e-6, "{south} {above}");
+    assert_eq!(left(DVec3::new(90.0, 150.5, 9.9), DVec3::new(210.0, 150.5, 9.9)), 0.0);
+}
+
+#[test]
 fn an_area_that_repeats_repeats_what_stands_in_it() {
     let pages = standing(house(DVec2::new(3.0, 160.0), DVec2::new(8.0, 5.0), 0.4, 12.0));
     let mut endless = marcher(&pages).endless(2000.0);

@@ -78,9 +78,14 @@ impl Span {
     /// high: a wire.
     pub const STRIP: u8 = 32;
 
-    /// Share of the light that it hides, 0…1.
+    /// Share of the light that it hides on a way as long as its voxel's side, of a strip as long as that is thick, 0…1.
     pub fn opacity(&self) -> f32 {
         f32::from(self.state & Self::OPACITY) / f32::from(Self::OPAQUE)
+    }
+
+    /// How many height codes thick a strip is, ≥ 1; it is as wide as that.
+    pub fn thickness(&self) -> u16 {
+        self.high.saturating_sub(self.low).max(1)
     }
 
     /// Whether a bit of `state` is set.

@@ -152,7 +152,11 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
             }
             let light = self.light.light(self.page, self.voxel, span, facet);
             let haze = (opacity < Span::OPAQUE).then(|| {
-                let way = self.ground * self.length * (cut[1] - cut[0]);
+                let sides = match span.is(Span::STRIP) {
+                    true => f32::from(span.thickness()) * scale / spacing,
+                    false => 1.0,
+                };
+                let way = self.ground * self.length * (cut[1] - cut[0]) / sides;
                 let clearness = self.metric.clearness[usize::from(opacity)] * way;
                 Haze { clearness, level: self.level, tangents, passage }
             });
