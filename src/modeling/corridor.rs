@@ -50,6 +50,12 @@ impl Corridor {
     pub(super) fn record(&self) -> CorridorRecord {
         CorridorRecord { route: file_name(&self.route.file), width: self.width, spacing: self.spacing }
     }
+
+    /// Why it cannot be, by a clause that begins with a verb.
+    fn refused(&self, what: &str) -> Error {
+        let (file, spacing) = (self.route.file.display(), self.spacing);
+        Error::Configuration(format!("{file}: a corridor of --spacing {spacing} {what}"))
+    }
 }
 
 impl Route {
@@ -101,8 +107,8 @@ struct Strip {
     level: u8,
 }
 
-/// The level whose voxels have sides of `spacing` metres if those of level 1 have `unit`.
-fn level_of(flag: &str, spacing: f64, unit: f64) -> Result<u8> {
+/// The level whose voxels have sides of `spacing` metres if those of level 1 have `unit`; else a clause that says which sides would do.
+fn level_of(spacing: f64, unit: f64) -> Result<u8, String> {
     /// Of the ratio: decimal fractions do not divide exactly.
     const ROUNDING: f64 = 1.0e-9;
     let ratio = spacing / unit;
@@ -110,11 +116,11 @@ fn level_of(flag: &str, spacing: f64, unit: f64) -> Result<u8> {
     let side = f64::from(RADIX).powf(level);
     if !(0.0..=15.0).contains(&level) || (ratio / side - 1.0).abs() > ROUNDING {
         let below = f64::from(RADIX).powf((ratio.ln() / f64::from(RADIX).ln()).floor().clamp(0.0, 14.0));
-        return Err(Error::Configuration(format!(
-            "{flag} {spacing} is not 1, 4, 16, 64, … times the finest spacing, {unit} m; {} or {} would do",
+        return Err(format!(
+            "is not 1, 4, 16, 64, … times the finest spacing, {unit} m; {} or {} would do",
             unit * below,
             unit * below * f64::from(RADIX)
-        )));
+        ));
     }
     Ok(level as u8)
 }
@@ -144,22 +150,24 @@ impl Corridors {
         coarsest: f64,
     ) -> Result<Self> {
         let outside = match outside {
-            Some(outside) => level_of("--outside", outside, unit)?,
+            Some(outside) => level_of(outside, unit)
+                .map_err(|what| Error::Configuration(format!("--outside {outside} {what}")))?,
             // A pixel that is a hair too small for it fills a voxel.
             None => ((coarsest / unit * 1.000_001).ln() / f64::from(RADIX).ln()).clamp(0.0, 15.0) as u8,
         };
-        let level = |corridor: &Corridor| level_of("--spacing", corridor.spacing, unit);
+        let level =
+            |corridor: &Corridor| level_of(corridor.spacing, unit).map_err(|what| corridor.refused(&what));
         let levels: Vec<u8> = corridors.iter().map(level).collect::<Result<_>>()?;
         let mut strips = Vec::new();
-        for (Corridor { route, width, spacing }, level) in corridors.iter().zip(levels) {
+        for (corridor, level) in corridors.iter().zip(levels) {
             if level >= outside {
-                return Err(Error::Configuration(format!(
-                    "a corridor of --spacing {spacing} adds nothing: all of the area is stored at {} m; \
-                     --outside {} would store the rest more coarsely",
+                return Err(corridor.refused(&format!(
+                    "adds nothing, since all of the area is stored at {} m already; --outside {} would store the rest more coarsely",
                     unit * f64::from(Grid::side_units(outside)),
                     unit * f64::from(Grid::side_units(level + 2))
                 )));
             }
+            let Corridor { route, width, .. } = corridor;
             strips.push(Strip {
                 file: route.file.clone(),
                 line: route.line(crs)?,

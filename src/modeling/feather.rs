@@ -9,6 +9,9 @@
 //!
 //! Sources that follow each other, lie on like lattices and overlap little are tiles of one *sheet*. Towards other sources a sheet ends where all of its
 //! tiles do, so that nothing shows through where they abut; between each other tiles count by their own ends.
+//!
+//! Two things are left. Ramps do not tell why a source ends, so that towards a corner where both end a transition narrows as the distance to it does.
+//! In a gap between tiles that is narrower than a pixel their kernels lack the gap's part, and a lower source shows by as much.
 
 use super::inputs::Bounds;
 use super::kernel::Samples;

@@ -16,6 +16,7 @@ use super::kernel::Samples;
 use super::land_cover::{Class, ClassRaster, LandCoverFile};
 use super::object::{self, OpenObject, OpenScatter};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
+use super::plan;
 use super::plausible::{no_crs, plausible};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
@@ -117,8 +118,7 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
     for file in &options.elevation {
         elevation.push(opener.elevation(file)?);
     }
-    let canvas =
-        elevation.first().filter(|first| first.crs.is_local()).map(|first| (first.geo, first.samples.size()));
+    let canvas = canvas(&elevation);
     let imagery =
         options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
     let land_cover =
@@ -151,47 +151,48 @@ fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOpti
     Ok((features::read(&file.path, &file.options)?, LayerOptions { materials, ..file.options.clone() }))
 }
 
-/// What is wrong with each file by itself: all of them, where a build ends at the first.
+/// What is wrong with each file by itself, or else with its place in the database: all of them, where a build ends at the first.
 pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     let open_options = OpenOptions { cache_bytes: CACHE_TO_LOOK, ..OpenOptions::default() };
     let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
-    let mut faults = Vec::new();
-    let mut canvas = None;
-    for (index, file) in options.clouds.iter().enumerate() {
-        match opener.cloud(file) {
-            Ok((_, opened)) if index == 0 && opened.crs.is_local() => {
-                canvas = Some((opened.geo, opened.samples.size()));
-            }
-            Ok(_) => {}
-            Err(error) => faults.push((Input::Cloud(index), error)),
+    let (mut inputs, mut faults) = (Inputs::default(), Vec::new());
+    let clouds = sound(&options.clouds, |file| opener.cloud(file), Input::Cloud, &mut faults);
+    (inputs.clouds, inputs.elevation) = clouds.into_iter().unzip();
+    let elevation = sound(&options.elevation, |file| opener.elevation(file), Input::Elevation, &mut faults);
+    inputs.elevation.extend(elevation);
+    let canvas = canvas(&inputs.elevation);
+    let imagery = |file: &ImageryFile| opener.imagery(file, canvas);
+    inputs.imagery = sound(&options.imagery, imagery, Input::Imagery, &mut faults);
+    let land_cover = |file: &LandCoverFile| opener.land_cover(file);
+    inputs.land_cover = sound(&options.land_cover, land_cover, Input::LandCover, &mut faults);
+    let features = |file: &FeatureFile| layer(file, options);
+    inputs.features = sound(&options.features, features, Input::Features, &mut faults);
+    inputs.objects = sound(&options.objects, object::open_object, Input::Object, &mut faults);
+    inputs.scatters = sound(&options.scatters, object::open_scatter, Input::Scatter, &mut faults);
+    if faults.is_empty() { plan::misfits(&inputs, options) } else { faults }
+}
+
+/// What was opened of some files; what is wrong with the others is added to `faults`.
+fn sound<F, T>(
+    files: &[F],
+    open: impl FnMut(&F) -> Result<T>,
+    input: fn(usize) -> Input,
+    faults: &mut Vec<(Input, Error)>,
+) -> Vec<T> {
+    let mut opened = Vec::with_capacity(files.len());
+    for (index, result) in files.iter().map(open).enumerate() {
+        match result {
+            Ok(file) => opened.push(file),
+            Err(error) => faults.push((input(index), error)),
         }
     }
-    for (index, file) in options.elevation.iter().enumerate() {
-        match opener.elevation(file) {
-            Ok(opened) if index == 0 && options.clouds.is_empty() && opened.crs.is_local() => {
-                canvas = Some((opened.geo, opened.samples.size()));
-            }
-            Ok(_) => {}
-            Err(error) => faults.push((Input::Elevation(index), error)),
-        }
-    }
-    for (index, file) in options.imagery.iter().enumerate() {
-        let opened = opener.imagery(file, canvas);
-        faults.extend(opened.err().map(|error| (Input::Imagery(index), error)));
-    }
-    for (index, file) in options.land_cover.iter().enumerate() {
-        faults.extend(opener.land_cover(file).err().map(|error| (Input::LandCover(index), error)));
-    }
-    for (index, file) in options.features.iter().enumerate() {
-        faults.extend(layer(file, options).err().map(|error| (Input::Features(index), error)));
-    }
-    for (index, file) in options.objects.iter().enumerate() {
-        faults.extend(object::open_object(file).err().map(|error| (Input::Object(index), error)));
-    }
-    for (index, file) in options.scatters.iter().enumerate() {
-        faults.extend(object::open_scatter(file).err().map(|error| (Input::Scatter(index), error)));
-    }
-    faults
+    opened
+}
+
+/// Where imagery without georeferencing lies: all over the first elevation file, if that is local.
+fn canvas(elevation: &[Opened<f64>]) -> Option<(GeoTransform, (u32, u32))> {
+    let first = elevation.first().filter(|first| first.crs.is_local());
+    first.map(|first| (first.geo, first.samples.size()))
 }
 
 /// What a raster says of itself and what the user says of it, but for where it lies.

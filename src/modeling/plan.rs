@@ -17,8 +17,9 @@ use std::path::Path;
 use glam::DVec2;
 
 use super::corridor::{self, Corridors, Stored};
-use super::inputs::{Bounds, Footprint, Inputs, Opened, crs_label, file_name, joined};
+use super::inputs::{Bounds, Footprint, Input, Inputs, Opened, crs_label, joined};
 use super::options::BuildOptions;
+use super::vertical::{self, Shift};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
 use crate::voxel::{Grid, RADIX, most_page_bytes};
@@ -41,6 +42,9 @@ pub(super) struct Plan {
 pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     let mut notes = Vec::new();
     let crs = choose_crs(inputs, options, &mut notes)?;
+    if let Some((_, error)) = strangers(inputs, &crs).into_iter().next() {
+        return Err(error);
+    }
     let spacing = match options.spacing.or(corridor::finest(&options.corridors)?) {
         Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
         Some(spacing) => {
@@ -101,7 +105,7 @@ fn cut_to_whole_voxels(grid: &mut Grid, outside: u8) -> Result<()> {
 }
 
 fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) -> Result<Crs> {
-    let crs = match &options.crs {
+    Ok(match &options.crs {
         Some(text) => {
             let crs = Crs::from_user(text)?;
             if !crs.is_metric() {
@@ -125,21 +129,77 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
         }
         None if is_suitable(&inputs.elevation[0].crs) => inputs.elevation[0].crs.clone(),
         None => Crs::metric_for(union(&inputs.elevation, &Crs::wgs84())?),
+    })
+}
+
+/// What is wrong with files that are sound by themselves, but not in the database; nothing where there can be none, as [`plan`] tells.
+pub(super) fn misfits(inputs: &Inputs, options: &BuildOptions) -> Vec<(Input, Error)> {
+    let Ok(plan) = plan(inputs, options) else {
+        return choose_crs(inputs, options, &mut Vec::new())
+            .map_or(Vec::new(), |crs| strangers(inputs, &crs));
     };
-    let everything = inputs.elevation.iter().map(|raster| (&raster.path, &raster.crs));
-    for (path, own) in everything.chain(inputs.imagery.iter().map(|raster| (&raster.path, &raster.crs))) {
+    let datums: Vec<_> = inputs.elevation.iter().map(|raster| raster.datum).collect();
+    let datum = vertical::common_datum(&datums, plan.crs.is_local());
+    let heights = datums.iter().enumerate().map(|(index, from)| {
+        let shift = Shift::between(*from, datum, &plan.grid, &plan.crs);
+        (elevation(inputs, index), shift.map(drop))
+    });
+    let objects =
+        (0..).zip(&inputs.objects).map(|(index, object)| (Input::Object(index), object.fits(&plan.grid)));
+    let scatters = (0..).zip(&inputs.scatters).map(|(index, scatter)| {
+        (Input::Scatter(index), scatter.fits(&plan.grid).and_then(|()| scatter.areas(&plan.crs).map(drop)))
+    });
+    heights.chain(objects).chain(scatters).filter_map(|(input, fits)| Some((input, fits.err()?))).collect()
+}
+
+/// The file that a raster of heights stands for.
+fn elevation(inputs: &Inputs, index: usize) -> Input {
+    match index.checked_sub(inputs.clouds.len()) {
+        None => Input::Cloud(index),
+        Some(index) => Input::Elevation(index),
+    }
+}
+
+/// Files in plain metres, if the database is a place on Earth, or the other way round.
+fn strangers(inputs: &Inputs, crs: &Crs) -> Vec<(Input, Error)> {
+    let mut strangers = Vec::new();
+    let mut meet = |input: Input, path: &Path, own: &Crs, said_by: &str| {
         if own.is_local() != crs.is_local() {
-            return Err(Error::Configuration(format!(
-                "{} is in {} and the database in {}: plain metres and places on Earth do not go together; \
-                 give the reference system with --elevation-crs or --imagery-crs, and a world file to what has no georeferencing; \
-                 or build without the other file",
-                file_name(path),
-                own.name(),
-                crs.name()
-            )));
+            let remedy = match crs.is_local() {
+                true => format!(
+                    "name a system on Earth with --crs, or say {said_by} local if it states none and has plain metres"
+                ),
+                false => format!(
+                    "name its system with {said_by}, and put a world file to it if it has no georeferencing"
+                ),
+            };
+            let (path, own, name) = (path.display(), own.name(), crs.name());
+            let what = format!(
+                "{path}: is in {own} and the database in {name}: plain metres and places on Earth do not go together; {remedy}; \
+                 or build without it"
+            );
+            strangers.push((input, Error::Configuration(what)));
+        }
+    };
+    for (index, raster) in inputs.elevation.iter().enumerate() {
+        let said_by = if index < inputs.clouds.len() { "--cloud-crs" } else { "--elevation-crs" };
+        meet(elevation(inputs, index), &raster.path, &raster.crs, said_by);
+    }
+    for (index, raster) in inputs.imagery.iter().enumerate() {
+        meet(Input::Imagery(index), &raster.path, &raster.crs, "--imagery-crs");
+    }
+    for (index, raster) in inputs.land_cover.iter().enumerate() {
+        meet(Input::LandCover(index), &raster.path, &raster.crs, "--land-cover-crs");
+    }
+    for (index, (layer, _)) in inputs.features.iter().enumerate() {
+        meet(Input::Features(index), &layer.path, &layer.crs, "`crs` of [[features]]");
+    }
+    for (index, scatter) in inputs.scatters.iter().enumerate() {
+        if let Some(layer) = &scatter.area {
+            meet(Input::Scatter(index), &layer.path, &layer.crs, "`crs` of [[scatter]]");
         }
     }
-    Ok(crs)
+    strangers
 }
 
 /// In metres, and true to scale.

@@ -49,17 +49,21 @@ impl<'r> Mistakes<'r> {
 
 /// What a value of the wrong kind is, for people who do not write programs.
 fn plain_words(key: &str, message: &str) -> String {
-    let kinds = message.strip_prefix("invalid type: ").and_then(|kinds| kinds.rsplit_once(", expected "));
-    let Some((given, wanted)) = kinds else { return format!("{key}: {message}") };
+    let kinds = ["invalid type: ", "invalid value: "].iter().find_map(|begin| message.strip_prefix(begin));
+    let Some((given, wanted)) = kinds.and_then(|kinds| kinds.rsplit_once(", expected ")) else {
+        return format!("{key}: {message}");
+    };
     let wanted = match wanted {
         "f64" => "a number",
-        "u32" => "a whole number",
+        "u8" => "a whole number from 0 to 255",
+        "u32" => "a whole number from 0 to 4294967295",
         "a boolean" => "true or false",
         "a tuple of size 2" => "a number and a colour in brackets",
         "a string" | "path string" => "text in quotation marks",
         "a sequence" => "several values in brackets",
         other => other,
     };
+    let given = given.trim_end_matches(" as i128").replace("floating point", "decimal number");
     format!("{key} is {wanted}, not {given}")
 }
 

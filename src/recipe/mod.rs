@@ -22,7 +22,7 @@ use toml::de::DeTable;
 use crate::document::{self, Kind, Reading};
 use crate::error::{Error, Result};
 use crate::flight::{Fix, Horizontal, ReadOptions, read_track};
-use crate::modeling::{BuildOptions, Input, Outline, Place, Route, check_shadows, faults, outline};
+use crate::modeling::{BuildOptions, Corridor, Input, Outline, Place, Route, check_shadows, faults, outline};
 use crate::sunlight::SunSetting;
 use fields::{Fields, Mistakes};
 use words::key_of_place;
@@ -56,6 +56,8 @@ struct Lines {
     land_cover: Vec<usize>,
     objects: Vec<usize>,
     scatters: Vec<usize>,
+    /// Of every corridor.
+    corridors: Vec<usize>,
     /// Of the table `[place]`, and of its keys.
     place: usize,
     keys: Vec<(&'static str, usize)>,
@@ -132,11 +134,13 @@ impl Recipe {
             mistakes.sort_by_key(|mistake| mistake.line);
             return Err(mistakes);
         }
-        let found = outline(&self.options).map_err(|error| {
-            let key = key_of_place(&error.to_string());
-            let line = self.lines.keys.iter().find(|(known, _)| Some(*known) == key).map(|(_, line)| *line);
-            vec![mistake(line.unwrap_or(self.lines.place), error)]
-        })?;
+        let found =
+            outline(&self.options).map_err(|error| vec![mistake(self.line_of(&error.to_string()), error)])?;
+        let folder = self.options.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            let what = format!("{} is no folder; make it, or say another `output`", folder.display());
+            return Err(vec![Mistake { line: self.line_of("-o"), what }]);
+        }
         if let Some(shadows) = &self.shadows {
             let wrong = |error| vec![mistake(self.lines.shadows, error)];
             let middle = 0.5 * (found.grid.origin + found.grid.far_corner());
@@ -144,6 +148,23 @@ impl Recipe {
             check_shadows(sun).map_err(wrong)?;
         }
         Ok(found)
+    }
+
+    /// The line of what a build says of no file that it reads: that of the corridor or of the key of `[place]` that it names.
+    fn line_of(&self, said: &str) -> usize {
+        let corridors = self.options.corridors.iter().zip(&self.lines.corridors);
+        let is_named =
+            |corridor: &Corridor| said.starts_with(&format!("{}: ", corridor.route.file.display()));
+        let named: Vec<_> = corridors.filter(|(corridor, _)| is_named(corridor)).collect();
+        // One path may have several.
+        let is_meant = |corridor: &Corridor| said.contains(&format!("--spacing {} ", corridor.spacing));
+        let meant = named.iter().find(|(corridor, _)| is_meant(corridor)).or(named.first());
+        if let Some((_, line)) = meant {
+            return **line;
+        }
+        let key = key_of_place(said);
+        let line = self.lines.keys.iter().find(|(known, _)| Some(*known) == key).map(|(_, line)| *line);
+        line.unwrap_or(self.lines.place)
     }
 }
 

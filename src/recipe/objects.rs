@@ -15,6 +15,12 @@ use crate::modeling::object::{BuiltIn, Form, ObjectFile, ScatterFile, Stance};
 /// Square metres of a hectare.
 const HECTARE: f64 = 10_000.0;
 
+/// Farthest that the foot of an object may be above or below the ground, metres: the steps of height of the whole place grow with it.
+const MOST_UP_M: f64 = 10_000.0;
+
+/// Greatest factor of the size of built-in forms, likewise: models of files are no more than some kilometres high.
+const MOST_SCALE: f64 = 100.0;
+
 /// One place, or several.
 #[derive(serde::Deserialize)]
 #[serde(untagged, expecting = "at is a place, [612000, 5240100], or several of them in brackets")]
@@ -70,7 +76,8 @@ pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &M
     });
     let mut stance = stance(&mut table, true);
     stance.scale = table.number("scale", |scale| scale > 0.0, "must be more than 0").unwrap_or(1.0);
-    let up_m = table.number("up_m", f64::is_finite, "must be a number of metres").unwrap_or(0.0);
+    let is_plausible = |metres: f64| metres.abs() <= MOST_UP_M;
+    let up_m = table.number("up_m", is_plausible, "must be −10000 to 10000 m").unwrap_or(0.0);
     let material = material(&mut table, materials);
     table.finish();
     ObjectFile { paths, places, stance, up_m, material }
@@ -179,9 +186,15 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
             Scales::One(scale) => [scale; 2],
             Scales::Range(range) => range,
         };
-        let is_range = low > 0.0 && low <= high && high.is_finite();
-        let wanted = "scale is more than 0; of two numbers the first is the least: [0.8, 1.2]";
-        if let Some(scale) = mistakes.check(&scales.span(), is_range.then_some([low, high]).ok_or(wanted)) {
+        let has_built_in = scatter.forms.iter().any(|form| matches!(form, Form::BuiltIn(_)));
+        let checked = if !(low > 0.0 && low <= high && high.is_finite()) {
+            Err("scale is more than 0; of two numbers the first is the least: [0.8, 1.2]".to_owned())
+        } else if has_built_in && high > MOST_SCALE {
+            Err(format!("scale of built-in plants and rocks must be at most {MOST_SCALE}, not {high}"))
+        } else {
+            Ok([low, high])
+        };
+        if let Some(scale) = mistakes.check(&scales.span(), checked) {
             scatter.scale = scale;
         }
     }

@@ -13,24 +13,28 @@ use crate::modeling::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, Roughness, Stop, Synthetic, Terrain, Texture, Top,
 };
 
-/// Reads all of them.
-pub(super) fn synthetic(root: &mut Fields<'_, '_, '_>, known: &Materials) -> Synthetic {
+/// Reads all of them, and whether all shapes of terrain could be read.
+pub(super) fn synthetic(root: &mut Fields<'_, '_, '_>, known: &Materials) -> (Synthetic, bool) {
     let (mut shapes, mut materials) = (Vec::new(), Vec::new());
-    for mut table in root.tables("terrain", "[[terrain]]") {
+    let tables = root.tables("terrain", "[[terrain]]");
+    let count = tables.len();
+    for mut table in tables {
         let material = table.material(known);
         if let Some(shape) = terrain(table) {
             materials.extend(material.map(|material| (shapes.len(), material)));
             shapes.push(shape);
         }
     }
+    let is_whole = shapes.len() == count;
     let textures = root.tables("texture", "[[texture]]").into_iter();
-    Synthetic {
+    let synthetic = Synthetic {
         terrain: shapes,
         materials,
         detail: root.table("detail", "[detail]").and_then(detail),
         palette: root.table("palette", "[palette]").and_then(palette),
         textures: textures.filter_map(|table| texture(table, known)).collect(),
-    }
+    };
+    (synthetic, is_whole)
 }
 
 /// Numbers that a key may have, and words for these.
@@ -39,7 +43,8 @@ type Range = (fn(f64) -> bool, &'static str);
 /// Most places of a line; each is met by every voxel near it.
 const MOST_PLACES: usize = 1000;
 
-const HEIGHT: Range = (|metres| metres.abs() <= 20_000.0, "must be −20000 to 20000 m");
+/// Of ground: the steps of height of a whole place grow with their range.
+pub(super) const HEIGHT: Range = (|metres| metres.abs() <= 20_000.0, "must be −20000 to 20000 m");
 const AMOUNT: Range =
     (|metres| metres > 0.0 && metres <= 20_000.0, "must be more than 0 and at most 20000 m");
 const LENGTH: Range =
@@ -309,7 +314,7 @@ fn texture(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<Texture> 
     Some(Texture { seed, turned_deg, strength, over_imagery, within: within?, material, ..texture })
 }
 
-/// `[palette]`: colours of bare ground.
+/// `[palette]`: colours of ground by height and slope.
 fn palette(mut table: Fields<'_, '_, '_>) -> Option<Palette> {
     let heights =
         table.need::<Vec<(f64, Spanned<String>)>>("heights", "[[0, \"#5c7a46\"], [900, \"#8a8070\"]]");
@@ -317,8 +322,9 @@ fn palette(mut table: Fields<'_, '_, '_>) -> Option<Palette> {
     let slopes = table.take::<Vec<(f64, Spanned<String>)>>("slopes");
     let steep: Range = (|degrees| (1.0..90.0).contains(&degrees), "must be 1 to less than 90 degrees");
     let slopes = slopes.map_or(Some(Vec::new()), |stops| self::stops(&table, "slopes", &stops, steep));
+    let over_imagery = table.number_or("over_imagery", 0.0, SHARE);
     table.finish();
-    Some(Palette::new(&heights?, &slopes?))
+    Some(Palette::new(&heights?, &slopes?).over_imagery(over_imagery))
 }
 
 /// Stops of which each lies above the one before it.

@@ -9,7 +9,7 @@ use toml::Spanned;
 use super::cover;
 use super::fields::{Fields, Mistakes};
 use super::objects;
-use super::synthetic::synthetic;
+use super::synthetic::{HEIGHT, synthetic};
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
 use crate::geo::{Crs, VerticalDatum};
@@ -89,9 +89,11 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         options.clouds.extend(files);
     }
     options.materials = cover::materials(&mut root);
-    options.synthetic = synthetic(&mut root, &options.materials);
+    let is_whole;
+    (options.synthetic, is_whole) = synthetic(&mut root, &options.materials);
     let tables = root.tables("elevation", "[[elevation]]");
-    if tables.is_empty() && !has_cloud && !options.synthetic.has_base() {
+    // Of shapes in which something is wrong one may be the plane.
+    if tables.is_empty() && !has_cloud && !options.synthetic.has_base() && is_whole {
         let what = "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`, or a [[terrain]] with kind = \"plane\"";
         mistakes.add(&(0..0), what);
     }
@@ -127,8 +129,12 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.scatters.push(table.line());
         options.scatters.push(objects::scatter(table, &folder, &options.materials));
     }
-    let tables = root.tables("corridor", "[[corridor]]");
-    options.corridors = tables.into_iter().filter_map(|table| corridor(table, &folder)).collect();
+    for table in root.tables("corridor", "[[corridor]]") {
+        let line = table.line();
+        let corridor = corridor(table, &folder);
+        lines.corridors.extend(corridor.iter().map(|_| line));
+        options.corridors.extend(corridor);
+    }
     spacings(&mut options, spacing, mistakes);
     let shadows = root.table("shadows", "[shadows]").and_then(|table| {
         lines.shadows = table.line();
@@ -167,12 +173,13 @@ fn place(
     });
     let voids = table.take::<Voids>("voids");
     options.nodata_fill = match voids.as_ref().map(Spanned::get_ref) {
-        Some(Voids::Height(height)) if height.is_finite() => NodataFill::Value(*height),
+        Some(Voids::Height(height)) if HEIGHT.0(*height) => NodataFill::Value(*height),
         Some(Voids::Word(word)) if word == "interpolate" => NodataFill::Interpolate,
         Some(Voids::Word(word)) if word == "none" => NodataFill::None,
         Some(_) => {
             let span = voids.map_or(0..0, |voids| voids.span());
-            mistakes.add(&span, "voids is \"none\", \"interpolate\", or a height in metres");
+            let what = "voids is \"none\", \"interpolate\", or a height in metres, −20000 to 20000";
+            mistakes.add(&span, what);
             NodataFill::None
         }
         None => NodataFill::None,
@@ -182,10 +189,10 @@ fn place(
 }
 
 /// Sides of voxels, and of the pixels of files without georeferencing: what `[place]` says, whose `spacing_m` stands at `span`, but voxels have
-/// those of corridors if there are any.
+/// those of corridors if there are any. Pixels never have these: a finer corridor would shrink the place.
 fn spacings(options: &mut BuildOptions, span: Option<Range<usize>>, mistakes: &Mistakes<'_>) {
     let finest = options.corridors.iter().map(|corridor| corridor.spacing).reduce(f64::min);
-    options.raw_spacing = options.spacing.or(finest);
+    options.raw_spacing = options.spacing;
     options.spacing = finest.or(options.spacing);
     // Where something else is wrong, a file may be missing that has these pixels.
     if let (Some(_), Some(span)) = (finest, span)

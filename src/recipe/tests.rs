@@ -6,6 +6,8 @@ use crate::geo::VerticalDatum;
 use crate::modeling::NodataFill;
 use crate::modeling::features::Material;
 
+mod fitting;
+
 /// A folder with a small elevation raster, and recipes beside it.
 struct Site {
     folder: tempfile::TempDir,
@@ -80,18 +82,25 @@ fn a_recipe_says_what_flags_say() {
 #[test]
 fn a_spacing_beside_corridors_is_that_of_pixels_without_georeferencing() {
     let site = Site::new();
-    fs::write(site.folder.path().join("bare.raw"), [0; 256]).unwrap();
+    let bare = image::ImageBuffer::from_fn(8, 8, |x, y| image::Luma([(100 * x + y) as u16]));
+    bare.save(site.folder.path().join("bare.png")).unwrap();
     let corridor = "[[corridor]]\npath = \"flight.csv\"\nwidth_m = 50\nspacing_m = 2.5\n";
-    let bare = format!("[[elevation]]\nfile = \"bare.raw\"\n{corridor}");
+    let bare = format!("[[elevation]]\nfile = \"bare.png\"\n{corridor}");
     let spacings = |text: &str| {
         let options = site.read(text).options;
         (options.spacing, options.raw_spacing)
     };
     assert_eq!(spacings(&format!("[place]\nspacing_m = 10\n{bare}")), (Some(2.5), Some(10.0)));
-    assert_eq!(spacings(&bare), (Some(2.5), Some(2.5)));
-    assert_eq!(spacings(&format!("{ELEVATION}{corridor}")), (Some(2.5), Some(2.5)));
+    // A finer corridor must not shrink the place.
+    assert_eq!(spacings(&bare), (Some(2.5), None));
+    let mistakes = site.mistakes(&format!("[place]\nlocal = true\n{bare}"));
+    let told = |mistake: &Mistake| {
+        mistake.line == 3 && mistake.what.contains("in metres with `spacing_m` of [place]")
+    };
+    assert!(mistakes.len() == 1 && told(&mistakes[0]), "{mistakes:?}");
+    assert_eq!(spacings(&format!("{ELEVATION}{corridor}")), (Some(2.5), None));
     assert_eq!(
-        spacings("[place]\nspacing_m = 10\n[[elevation]]\nfile = \"bare.raw\"\n"),
+        spacings("[place]\nspacing_m = 10\n[[elevation]]\nfile = \"bare.png\"\n"),
         (Some(10.0), Some(10.0))
     );
 }
@@ -116,6 +125,7 @@ const WRONG: &[(&str, usize, &[&str])] = &[
     ("[place]\nbbox = [3, 2, 1, 4]\n", 2, &["west is less than east"]),
     ("[place]\ncrs = \"EPSG:nothing\"\n", 2, &["EPSG"]),
     ("[place]\nvoids = \"fill\"\n", 2, &["interpolate", "height"]),
+    ("[place]\nvoids = 1e9\n", 2, &["voids is", "−20000 to 20000"]),
     ("[place]\nlocal = 1\n", 2, &["local is true or false"]),
     ("[place\nlocal = true\n", 1, &["]"]),
     ("place = 3\n", 1, &["[place] is a table"]),
@@ -165,6 +175,38 @@ const WRONG: &[(&str, usize, &[&str])] = &[
         4,
         &["material", "built-in plants and rocks have theirs"],
     ),
+    (
+        "[[object]]\nfile = \"dem.asc\"\nat = [1, 2]\nup_m = 1e6\n",
+        4,
+        &["up_m must be −10000 to 10000 m, not 1000000"],
+    ),
+    ("[[object]]\nfile = \"dem.asc\"\nat = [1, 2]\nup_m = -10001\n", 4, &["up_m must be −10000 to 10000 m"]),
+    (
+        "[[scatter]]\nobjects = [\"shrub\", \"dem.asc\"]\nspacing_m = 5\nscale = [1, 101]\n",
+        4,
+        &["scale of built-in plants and rocks must be at most 100, not 101"],
+    ),
+    (
+        "[[scatter]]\nobjects = \"shrub\"\nspacing_m = 5\nseed = -1\n",
+        4,
+        &["seed is a whole number from 0 to 4294967295, not integer `-1`"],
+    ),
+    (
+        "[[texture]]\nkind = \"waves\"\nsize_m = 3\ncolours = [\"red\", \"blue\"]\nseed = 4294967296\n",
+        5,
+        &["seed is a whole number from 0 to 4294967295, not integer `4294967296`"],
+    ),
+    (
+        "[[terrain]]\nkind = \"fractal\"\namplitude_m = 9\nwavelength_m = 9\nseed = 1.5\n",
+        5,
+        &["seed is a whole number from 0 to 4294967295, not decimal number `1.5`"],
+    ),
+    (
+        "[detail]\nseed = 99999999999999999999\n",
+        2,
+        &["seed is a whole number from 0 to 4294967295, not integer `99999999999999999999`"],
+    ),
+    ("[material.hay]\nnumber = 300\n", 2, &["number is a whole number from 0 to 255, not integer `300`"]),
     ("[shadows]\n", 1, &["azimuth_deg", "time"]),
     ("[shadows]\nazimuth_deg = 900\nelevation_deg = 1\n", 2, &["azimuth_deg"]),
     ("[place]\nlocal = true\nlocal = true\n", 3, &["duplicate"]),
@@ -258,6 +300,20 @@ fn a_place_can_be_made_of_nothing_but_a_recipe() {
         &MADE.replace("plane", "dome").replace("height_m", "centre = [1, 2]\nradius_m = 9\nheight_m"),
     );
     assert!(mistakes.len() == 1 && mistakes[0].what.contains("kind = \"plane\""), "{mistakes:?}");
+}
+
+#[test]
+fn a_plane_in_which_something_is_wrong_is_no_missing_one() {
+    let site = Site::new();
+    for (plane, line, words) in [
+        ("height_m = 7\nslope_percent = 3\n", 5, "[[terrain]] needs `centre`"),
+        ("height_m = 1e9\n", 7, "height_m must be"),
+        ("", 5, "[[terrain]] needs `height_m`"),
+    ] {
+        let mistakes = site.mistakes(&MADE.replace("height_m = 7\n", plane));
+        let told = |mistake: &Mistake| mistake.line == line && mistake.what.contains(words);
+        assert!(mistakes.len() == 1 && told(&mistakes[0]), "{plane}: {mistakes:?}");
+    }
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! What a build says in flags, in the keys of recipes.
 
-use std::borrow::Cow;
-
 use crate::error::Error;
 use crate::progress::Observer;
 
@@ -49,12 +47,28 @@ fn known(word: &str) -> Option<(&'static str, &'static str)> {
 
 /// The same sentence for somebody who reads and writes a recipe.
 pub fn in_keys(said: &str) -> String {
-    let word = |word| match known(word) {
-        Some((table, "")) => Cow::Borrowed(table),
-        Some((table, key)) => Cow::Owned(format!("`{key}` of {table}")),
-        None => Cow::Borrowed(word),
-    };
-    words(said).map(word).collect()
+    let mut told = String::with_capacity(said.len());
+    let mut rest = said;
+    for word in words(said) {
+        rest = &rest[word.len()..];
+        match known(word) {
+            // Its own spacing, not that of the place.
+            Some((_, key)) if told.ends_with("corridor of ") => told += &format!("`{key}`"),
+            Some((table, "")) => told += table,
+            Some((table, key)) => told += &format!("`{key}` of {table}"),
+            None => told += word,
+        }
+        if known(word).is_some_and(|(_, key)| !key.is_empty()) && begins_with_number(rest) {
+            told += " =";
+        }
+    }
+    told
+}
+
+/// Whether a flag's value, a number or several, follows.
+fn begins_with_number(rest: &str) -> bool {
+    let value = rest.strip_prefix(' ').map(|value| value.strip_prefix('-').unwrap_or(value));
+    value.is_some_and(|value| value.starts_with(|char: char| char.is_ascii_digit()))
 }
 
 /// Key of the table `[place]` that a sentence is about: of those that it names the first.
@@ -112,6 +126,10 @@ mod tests {
     fn flags_become_keys_and_other_words_stay() {
         let said = "say --elevation-crs EPSG:4326 if you know it, or --local; --memory is little, a -b 1 too, x--crs";
         let wanted = "say `crs` of [[elevation]] EPSG:4326 if you know it, or `local` of [place]; --memory is little, a -b 1 too, x--crs";
+        assert_eq!(in_keys(said), wanted);
+        let said = "a corridor of --spacing 2.5 adds nothing; --outside 32 would do, --bbox -1,2,3,4 not, --bbox 4; --nodata";
+        let wanted = "a corridor of `spacing_m` = 2.5 adds nothing; `outside_m` of [place] = 32 would do, \
+                      `bbox` of [place] = -1,2,3,4 not, `bbox` of [place] = 4; `nodata` of [[elevation]]";
         assert_eq!(in_keys(said), wanted);
         assert_eq!(key_of_place("--elevation: --bbox lies outside, and --spacing"), Some("bbox"));
         assert_eq!(key_of_place("--memory"), None);

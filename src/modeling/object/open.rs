@@ -4,11 +4,14 @@ use std::path::Path;
 
 use super::built_in::BuiltIn;
 use super::options::{Form, ObjectFile, ScatterFile};
+use super::shape::Shape;
 use super::soup::{Soup, Stance};
 use crate::error::{Error, Result};
+use crate::geo::{Crs, Transform};
 use crate::model::{self, Model};
-use crate::modeling::features::{self, Layer, LayerOptions, Material};
+use crate::modeling::features::{self, Footprint, Layer, LayerOptions, Material};
 use crate::modeling::inputs::file_name;
+use crate::voxel::{Grid, SharedObject};
 
 /// Metres of a voxel of MagicaVoxel at scale 1.
 const VOXEL_M: f64 = 0.1;
@@ -44,9 +47,48 @@ pub(in crate::modeling) struct OpenScatter {
     /// Each form at each of its scales.
     pub(super) forms: Vec<Vec<Scaled>>,
     pub(super) content: [u8; 32],
-    pub(super) area: Option<Layer>,
+    /// The polygons that it keeps to.
+    pub area: Option<Layer>,
     /// What of it is not shown; for messages.
     pub notes: Vec<String>,
+}
+
+impl OpenObject {
+    /// Refuses a model that is too large for the voxels of a grid.
+    pub fn fits(&self, grid: &Grid) -> Result<()> {
+        Shape::check(&self.soup, grid.spacing).map_err(|what| Error::invalid(&self.file.paths[0], what))
+    }
+}
+
+impl OpenScatter {
+    /// Refuses a form that is too wide for the voxels of a grid: each one of it would have spans of its own.
+    pub fn fits(&self, grid: &Grid) -> Result<()> {
+        let most = SharedObject::MOST_VOXELS;
+        let wide = |form: &Scaled| {
+            let [low, high] = form.soup.corners;
+            ((high - low).truncate().max_element() / grid.spacing).ceil() + 2.0
+        };
+        match self.forms.iter().flatten().map(wide).find(|wide| *wide > f64::from(most)) {
+            None => Ok(()),
+            Some(wide) => Err(Error::Configuration(format!(
+                "a form of a scatter is {wide:.0} voxels wide, but {most} at most can be placed many times; make `scale` smaller or \
+                 `spacing_m` of the place larger, or place it by an [[object]] table"
+            ))),
+        }
+    }
+
+    /// What it keeps to, in the database's system; `None`: everything.
+    pub fn areas(&self, crs: &Crs) -> Result<Option<Vec<Footprint>>> {
+        let Some(layer) = &self.area else { return Ok(None) };
+        let transform = Transform::new(&layer.crs, crs)?;
+        let placed = layer.rows.iter().filter_map(|row| row.geometry.transformed(&transform));
+        let areas: Vec<Footprint> =
+            placed.flat_map(|geometry| geometry.areas).filter_map(|area| Footprint::of(&area)).collect();
+        if areas.is_empty() {
+            return Err(Error::invalid(&layer.path, format!("has no place in {}", crs.name())));
+        }
+        Ok(Some(areas))
+    }
 }
 
 /// Models of which a soup is made, all with one stance.

@@ -18,9 +18,8 @@ use super::placement::{Placement, raise};
 use super::scatter::{Scatter, Site};
 use super::shape::Shape;
 use super::soup::Soup;
-use crate::error::{Error, Result};
-use crate::geo::Transform;
-use crate::modeling::features::{Footprint, Material, Square};
+use crate::error::Result;
+use crate::modeling::features::{Material, Square};
 use crate::modeling::inputs::file_name;
 use crate::modeling::materials::Materials;
 use crate::modeling::page::{PageMaker, Project};
@@ -28,7 +27,7 @@ use crate::modeling::placing::{self, Collection, Raised};
 use crate::modeling::plan::Plan;
 use crate::modeling::steps::{Key, Keyer};
 use crate::modeling::warp::{LevelGrid, Rect};
-use crate::voxel::{self, Grid, HeightCode, SharedObject, Symmetry};
+use crate::voxel::{self, Grid, HeightCode, Symmetry};
 
 /// Places of one object up to which each has a shape of its own; of more all stand in the middle of their voxels.
 const MOST_EXACT: usize = 64;
@@ -140,7 +139,7 @@ impl Objects {
         notes: &mut Vec<String>,
     ) -> Result<()> {
         let (grid, file) = (&plan.grid, &object.file);
-        Shape::check(&object.soup, grid.spacing).map_err(|what| Error::invalid(&file.paths[0], what))?;
+        object.fits(grid)?;
         let name = file_name(&file.paths[0]);
         let [low, high] = object.soup.corners;
         self.soups.push(object.soup);
@@ -173,21 +172,14 @@ impl Objects {
         plan: &Plan,
         (materials, highest): (&Materials, f64),
     ) -> Result<()> {
+        scatter.fits(&plan.grid)?;
+        let areas = scatter.areas(&plan.crs)?;
         let file = &scatter.file;
         let mut shapes = Vec::with_capacity(scatter.forms.len());
         for of_form in scatter.forms {
             let mut of_scales = Vec::with_capacity(of_form.len());
             for Scaled { soup, material, built_in } in of_form {
                 let [low, high] = soup.corners;
-                let wide = ((high - low).truncate().max_element() / plan.grid.spacing).ceil() + 2.0;
-                // Each one of a wider form would have spans of its own.
-                if wide > f64::from(SharedObject::MOST_VOXELS) {
-                    return Err(Error::Configuration(format!(
-                        "a form of a scatter is {wide:.0} voxels wide, but {} at most can be placed many times; make `scale` smaller or \
-                         `spacing_m` of the place larger, or place it by an [[object]] table",
-                        SharedObject::MOST_VOXELS
-                    )));
-                }
                 let far = low.abs().max(high.abs());
                 self.reach = self.reach.max(far.x.max(far.y));
                 self.soups.push(soup);
@@ -198,23 +190,13 @@ impl Objects {
             }
             shapes.push(of_scales);
         }
-        let areas = scatter.area.as_ref().map(|layer| {
-            let transform = Transform::new(&layer.crs, &plan.crs)?;
-            let placed = layer.rows.iter().filter_map(|row| row.geometry.transformed(&transform));
-            let areas: Vec<Footprint> =
-                placed.flat_map(|geometry| geometry.areas).filter_map(|area| Footprint::of(&area)).collect();
-            if areas.is_empty() {
-                return Err(Error::invalid(&layer.path, format!("has no place in {}", plan.crs.name())));
-            }
-            Ok(areas)
-        });
         let settings = ScatterFile { forms: Vec::new(), area: None, ..file.clone() };
         let key = Keyer::of("scatter").with(&settings).with_bytes(&scatter.content).key();
         let scatter = Scatter {
             cell: file.spacing_m.max(plan.grid.spacing),
             seed: file.seed,
             shapes,
-            areas: areas.transpose()?,
+            areas,
             bbox: file.bbox,
             heights_m: file.heights_m,
             slopes: file.slopes_deg.map(|slopes| slopes.map(|slope| slope.to_radians().tan())),

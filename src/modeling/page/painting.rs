@@ -24,7 +24,8 @@ impl PageMaker<'_> {
         is_built: bool,
     ) -> Result<Option<VoxelBlock>> {
         let Project { standees, synthetic, land_cover, .. } = self.project;
-        let has_own_colours = is_built && standees.is_some() || !synthetic.textures.is_empty();
+        let is_graded = synthetic.palette.as_ref().is_some_and(|palette| palette.over_imagery > 0.0);
+        let has_own_colours = is_built && standees.is_some() || !synthetic.textures.is_empty() || is_graded;
         if has_own_colours || !land_cover.is_empty() || synthetic.states_materials() {
             return Ok(None);
         }
@@ -80,7 +81,11 @@ impl PageMaker<'_> {
             let cover = &self.stated(mapped, at_world.into());
             let at = ground.surface.rect.index(x, y);
             let code = self.project.code.encode(ground.surface.heights[at]);
-            let bare = 1.0 - pigment.alpha;
+            let over = match &self.project.synthetic.palette {
+                Some(palette) if cover.material != Material::Water.code() => palette.over_imagery as f32,
+                _ => 0.0,
+            };
+            let bare = 1.0 - pigment.alpha * (1.0 - over);
             let tint = if bare > 0.0 { self.tint(ground, x, y) } else { [0.0; 3] };
             let side = self.level.grid.spacing;
             let is_known = cover.material > 0 && code != HeightCode::EMPTY;
@@ -88,8 +93,9 @@ impl PageMaker<'_> {
                 None if is_known => land_cover::varied(cover, tint, at_world.into(), side),
                 _ => tint,
             };
-            let mut linear: [f32; 3] =
-                std::array::from_fn(|channel| pigment.linear[channel] + bare * ground_linear[channel]);
+            let mut linear: [f32; 3] = std::array::from_fn(|channel| {
+                pigment.linear[channel] * (1.0 - over) + bare * ground_linear[channel]
+            });
             let material = if is_known { cover.material } else { 0 };
             let share = pigment.alpha * self.project.materials.tint(Material::of_code(material));
             if share > 0.0 {

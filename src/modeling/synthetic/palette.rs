@@ -25,6 +25,8 @@ pub struct Palette {
     slopes: Vec<(f64, [f32; 3])>,
     /// Slope at which the first of them comes in.
     gentle: f64,
+    /// Share of them in the colour of imagery, 0…1.
+    pub(in crate::modeling) over_imagery: f64,
 }
 
 impl Palette {
@@ -40,7 +42,14 @@ impl Palette {
             heights: heights.iter().map(linear).collect(),
             slopes: slopes.iter().map(linear).map(|(at, colour)| (rise(at), colour)).collect(),
             gentle: slopes.first().map_or(0.0, |first| rise((first.at - COMING_IN).max(0.0))),
+            over_imagery: 0.0,
         }
+    }
+
+    /// The same with a share, 0…1, in the colour of imagery, that of water left alone.
+    #[must_use]
+    pub fn over_imagery(self, share: f64) -> Self {
+        Self { over_imagery: share, ..self }
     }
 
     /// Linear colour at a height in metres and a slope (rise over run).

@@ -1,10 +1,17 @@
 //! Trees, rows of them, and woods.
 
+use std::ops::RangeInclusive;
+
 use super::super::kinds::{Leaf, Meaning, Paint, Tree, Wood};
 use super::colours::{mix, share};
 use super::material::Material;
+use super::quantity;
 use super::tags::Tags;
 
+/// Heights that trees on Earth have, metres.
+const HEIGHTS: RangeInclusive<f64> = 0.01..=130.0;
+/// Widths of their crowns, metres.
+const CROWNS: RangeInclusive<f64> = 0.01..=60.0;
 /// Metres between the trees of a row.
 const ROW_STEP: f64 = 9.0;
 
@@ -34,12 +41,12 @@ pub(super) fn trees(tags: &mut Tags<'_>) -> Meaning {
         Leaf::Mixed => Leaf::Broad,
         one => one,
     };
-    let said =
-        tags.length(columns.height.as_ref(), &["height", "est_height"]).filter(|height| *height <= 130.0);
+    let said = tags.measured(columns.height.as_ref(), &["height", "est_height"], quantity::length, &HEIGHTS);
     let height_m = said.unwrap_or_else(|| 8.0 + 9.0 * share(mix(tags.hash ^ 3)));
-    let crown_m = tags.length(columns.diameter.as_ref(), &["diameter_crown", "crown_diameter"]);
+    let names = ["diameter_crown", "crown_diameter"];
+    let crown_m = tags.measured(columns.diameter.as_ref(), &names, quantity::length, &CROWNS);
     let slender = if leaf == Leaf::Needle { 0.35 } else { 0.6 };
-    let crown_m = crown_m.filter(|crown| *crown <= 60.0).unwrap_or(slender * height_m);
+    let crown_m = crown_m.unwrap_or(slender * height_m);
     let paint = tags.paint([columns.colour.as_ref(), None], &["colour"], &[], crown(leaf));
     Meaning::Trees(Tree { height_m, crown_m, leaf, paint }, ROW_STEP)
 }
@@ -54,8 +61,7 @@ pub(super) fn wood(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         _ => return None,
     };
     let columns = &tags.options.columns;
-    let said =
-        tags.length(columns.height.as_ref(), &["height", "est_height"]).filter(|height| *height <= 130.0);
+    let said = tags.measured(columns.height.as_ref(), &["height", "est_height"], quantity::length, &HEIGHTS);
     let leaf = leaf(tags).unwrap_or(usual);
     Some(Meaning::Wood(Wood { height_m: said.unwrap_or(height), density, leaf }))
 }

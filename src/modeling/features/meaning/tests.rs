@@ -182,6 +182,29 @@ fn values_out_of_sense_are_doubts_of_file_and_row() {
 }
 
 #[test]
+fn sizes_that_nothing_on_earth_has_are_told_and_passed_over() {
+    let said = |tags: &str| interpret(&row(tags, true), &LayerOptions::default());
+    for (plain, absurd) in [
+        ("building=yes", "height=1e9"),
+        ("building=yes height=9", "roof:height=1e9"),
+        ("building=yes height=9", "min_height=1e9"),
+        ("building=yes", "building:levels=1e9"),
+        ("building=yes", "building:min_level=1e9"),
+        ("man_made=mast", "height=1001"),
+        ("power=tower", "height=1e30"),
+        ("barrier=wall", "height=1e9"),
+        ("natural=tree", "height=131"),
+        ("natural=tree", "diameter_crown=61"),
+        ("natural=wood", "height=131"),
+    ] {
+        let (usual, found) = (said(plain), said(&format!("{plain} {absurd}")));
+        assert!(usual.doubts.is_empty() && found.meaning == usual.meaning, "{absurd}: {:?}", found.meaning);
+        let [doubt] = &found.doubts[..] else { panic!("{absurd}: {:?}", found.doubts) };
+        assert!(doubt.contains("is passed over: it is no number from"), "{doubt}");
+    }
+}
+
+#[test]
 fn other_files_name_their_columns() {
     let columns = Columns {
         height: Some("HOEHE".into()),
