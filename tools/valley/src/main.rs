@@ -1,34 +1,42 @@
-//! Makes the sample in `data/`: ground, imagery, maps, a scan and a path of a synthetic valley.
+//! Makes the sample in `data/`: ground, imagery, maps, a scan, models and a path of a synthetic valley.
 //!
 //! `cargo run --release -p hedgehop-valley -- data` writes the files there and prints their hashes.
 
+mod chapel;
 mod farm;
 mod features;
 mod geotiff;
+mod gravel;
 mod grid;
 mod land;
 mod land_cover;
 mod map;
 #[cfg(test)]
 mod map_tests;
+mod mesh;
+#[cfg(test)]
+mod model_tests;
 mod noise;
 mod outline;
 mod palette;
 mod path;
 mod roads;
 mod scan;
+mod shapefile;
 mod sites;
 mod terrain;
 #[cfg(test)]
 mod tests;
 mod village;
+mod vineyard;
+mod voxels;
 mod water;
 
 use std::error::Error;
 use std::path::PathBuf;
 
 /// The files' names and contents.
-type Files = [(&'static str, Vec<u8>); 6];
+type Files = [(&'static str, Vec<u8>); 13];
 
 /// All that the files show.
 struct Sample {
@@ -67,6 +75,7 @@ fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
     let places = path::fly(&valley.surface);
     let heights: Vec<f32> = valley.bare.iter().map(|&height| height as f32).collect();
     let classes: Vec<u8> = valley.classes.iter().map(|&class| class as u8).collect();
+    let vineyard = shapefile::encode(&vineyard::draw())?;
     Ok([
         ("valley-elevation.tif", geotiff::encode(&geotiff::Samples::Heights(&heights))?),
         ("valley-imagery.tif", geotiff::encode(&geotiff::Samples::Colours(&valley.colours))?),
@@ -74,5 +83,12 @@ fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
         ("valley-map.geojson", features::to_geojson(&map::draw(sample)).into_bytes()),
         ("valley-scan.laz", scan::encode(&scan::take(valley))?),
         ("valley-path.csv", path::to_csv(&places).into_bytes()),
+        ("valley-chapel.glb", mesh::encode("chapel", &chapel::build())?),
+        ("valley-gravel.vox", voxels::encode(&gravel::build(), &gravel::COLOURS)?),
+        ("valley-vineyard.shp", vineyard.shp),
+        ("valley-vineyard.shx", vineyard.shx),
+        ("valley-vineyard.dbf", vineyard.dbf),
+        ("valley-vineyard.prj", vineyard.prj),
+        ("valley-vineyard.cpg", vineyard.cpg),
     ])
 }

@@ -45,7 +45,7 @@ macro_rules! carried {
 }
 
 /// The recipe, and all that it names.
-const FILES: [(&str, &[u8]); 9] = carried![
+const FILES: [(&str, &[u8]); 16] = carried![
     "valley.toml",
     "valley-elevation.tif",
     "valley-imagery.tif",
@@ -54,6 +54,13 @@ const FILES: [(&str, &[u8]); 9] = carried![
     "valley-scan.laz",
     "valley-barn.obj",
     "valley-barn.mtl",
+    "valley-chapel.glb",
+    "valley-gravel.vox",
+    "valley-vineyard.shp",
+    "valley-vineyard.shx",
+    "valley-vineyard.dbf",
+    "valley-vineyard.prj",
+    "valley-vineyard.cpg",
     "valley-path.csv",
 ];
 
