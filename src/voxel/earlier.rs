@@ -57,7 +57,7 @@ impl EarlierFile {
         FixedHeader::decode_start(Path::new(""), &record, length).ok().map(|header| header.content_hash)
     }
 
-    /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written. `scratch` has its bytes then.
+    /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written. `scratch` is for its bytes.
     pub fn page(
         &self,
         grid: &Grid,
@@ -65,14 +65,20 @@ impl EarlierFile {
         entry: &PageEntry,
         scratch: &mut Vec<u8>,
     ) -> Option<EarlierPage> {
-        let size = grid.page_size(id)?;
-        if !is_page_length(id.level, size, entry.lengths()) {
-            return None;
-        }
+        let (page, size) = (self.page_as_left(grid, id, entry)?, grid.page_size(id)?);
         scratch.resize(entry.length as usize, 0);
         self.0.read_at(entry.offset, scratch).ok()?;
         let is_good =
             |part: PagePart| part_crc(scratch, part, size, entry.spans as usize) == entry.crc[part.number()];
-        PagePart::all(id).all(is_good).then(|| EarlierPage { id, entry: *entry, file: self.clone() })
+        PagePart::all(id).all(is_good).then_some(page)
+    }
+
+    /// The same of a file that nobody changed: nothing of it is read. `None` if there can be no such page.
+    pub fn page_as_left(&self, grid: &Grid, id: PageId, entry: &PageEntry) -> Option<EarlierPage> {
+        is_page_length(id.level, grid.page_size(id)?, entry.lengths()).then(|| EarlierPage {
+            id,
+            entry: *entry,
+            file: self.clone(),
+        })
     }
 }

@@ -7,6 +7,7 @@
 //!         feature what a feature may change                                  [`FeatureRecord`]
 //!         page    where it lies, what it was made of, counts over its voxels [`PageRecord`]
 //!         whole   identity of the database that has these pages              32 bytes
+//!         left    what its file was when it was done                         JSON
 //! ```
 //! A note of this machine for itself, in its own byte order: nothing is lost with it but time.
 
@@ -35,6 +36,7 @@ enum Kind {
     Feature = 3,
     Page = 4,
     Whole = 5,
+    Left = 6,
 }
 
 /// What a file was when its bytes were hashed.
@@ -43,6 +45,13 @@ pub(super) struct Stamp {
     pub bytes: u64,
     /// When its bytes, and when it itself was last changed, nanoseconds; as the system tells.
     pub times: Vec<i128>,
+}
+
+impl Stamp {
+    /// Whether it holds two times that are finer than seconds: a later change then shows.
+    pub fn is_fine(&self) -> bool {
+        self.times.len() > 1 && self.times[..2].iter().all(|time| time % 1_000_000_000 != 0)
+    }
 }
 
 /// A file's stamp with its content.
@@ -159,6 +168,8 @@ pub(super) struct Known {
     pub pages: HashMap<PageId, Made>,
     /// Identity of the finished database.
     pub whole: Option<ContentHash>,
+    /// What its file was then.
+    pub left: Option<Stamp>,
 }
 
 impl Known {
@@ -196,6 +207,8 @@ impl Known {
             self.pages.insert(made.id, made);
         } else if kind == Kind::Whole as u32 {
             self.whole = Some(ContentHash(payload.try_into().ok()?));
+        } else if kind == Kind::Left as u32 {
+            self.left = Some(serde_json::from_slice(payload).ok()?);
         } else {
             return None;
         }
@@ -247,6 +260,10 @@ impl Log {
 
     pub fn whole(&mut self, identity: ContentHash) {
         self.add(Kind::Whole, &identity.0);
+    }
+
+    pub fn left(&mut self, stamp: &Stamp) {
+        self.json(Kind::Left, stamp);
     }
 
     /// Writes what has come since.

@@ -9,7 +9,8 @@
 //! beside AREA.hop lies AREA.hop.steps: keys and results of steps, where each page lies
 //! shadows are a database of their own, of the one without: [`super::bake_shadows`]
 //! a page whose key is there is taken from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
-//! where pages stay in their place, only those that were made are written
+//! where pages stay in their place, only those that were made are written; and as long as the system's times tell that nobody changed the file,
+//! none of the others is read
 //! while a build runs, its pages lie in AREA.hop.part-…, and what is known of them in AREA.hop.part-….steps: the next build takes them from there
 //! ```
 //! After "Build Systems à la Carte" (Mokhov, Mitchell and Peyton Jones 2018, §3): verifying traces, with early cut-off at coarser
@@ -40,6 +41,8 @@ use crate::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId
 const SUFFIX: &str = ".steps";
 /// A file that was changed so shortly before it was looked at may be changed again without a sign of it.
 const SETTLED: Duration = Duration::from_secs(2);
+/// The same where the system's times are finer than seconds.
+const TICK: Duration = Duration::from_millis(20);
 
 /// Steps of builds before, and of this one.
 #[derive(Debug)]
@@ -61,6 +64,8 @@ pub(super) struct Steps {
 struct Earlier {
     file: EarlierFile,
     pages: HashMap<PageId, Made>,
+    /// Nobody changed it since it was done.
+    is_as_left: bool,
 }
 
 /// A page that need not be made again, and that of bare ground that goes with it.
@@ -142,21 +147,22 @@ impl Steps {
         let known = Known::read(&beside(output));
         let file = file.filter(|file| file.content_hash() == known.whole);
         steps.base = file.clone().filter(|_| !known.pages.is_empty());
-        steps.take(known, file);
+        let is_as_left = known.left.is_some() && known.left == stamp(output).ok();
+        steps.take(known, file, is_as_left);
         for part in parts(output) {
             let Some(file) = EarlierFile::open_abandoned(&part) else { continue };
             let known = Known::read(&beside(&part));
             steps.left.push((part, known.pages.len()));
-            steps.take(known, Some(file));
+            steps.take(known, Some(file), false);
         }
         steps
     }
 
-    fn take(&mut self, known: Known, file: Option<EarlierFile>) {
+    fn take(&mut self, known: Known, file: Option<EarlierFile>, is_as_left: bool) {
         self.files.extend(known.files);
         self.surveys.extend(known.surveys);
         self.features.extend(known.features);
-        self.earlier.extend(file.map(|file| Earlier { file, pages: known.pages }));
+        self.earlier.extend(file.map(|file| Earlier { file, pages: known.pages, is_as_left }));
     }
 
     fn log(&self) -> std::sync::MutexGuard<'_, Log> {
@@ -202,7 +208,11 @@ impl Steps {
     pub fn page(&self, grid: &Grid, id: PageId, key: Key, scratch: &mut Vec<u8>) -> Option<Reused> {
         let mut of = |earlier: &Earlier, id: PageId| {
             let made = earlier.pages.get(&id).filter(|made| made.key == key)?;
-            Some((earlier.file.page(grid, id, &made.entry, scratch)?, *made))
+            let page = match earlier.is_as_left {
+                true => earlier.file.page_as_left(grid, id, &made.entry),
+                false => earlier.file.page(grid, id, &made.entry, scratch),
+            };
+            Some((page?, *made))
         };
         self.earlier.iter().find_map(|earlier| {
             let (page, made) = of(earlier, id)?;
@@ -238,6 +248,15 @@ impl Steps {
     /// The build is done: the output has all pages.
     fn finish(&self) {
         let mut log = self.log();
+        // What is changed from now on has another time than what was written here.
+        std::thread::sleep(TICK);
+        if let Ok(stamp) = stamp(&self.output)
+            && stamp.is_fine()
+        {
+            log.left(&stamp);
+            // Without it the next build reads all pages.
+            let _ = log.write();
+        }
         // Without its log a database is as good; the next build then makes all of it.
         if let Some(path) = log.keep()
             && fs::rename(&path, beside(&self.output)).is_err()
