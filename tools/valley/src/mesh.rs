@@ -32,7 +32,9 @@ impl Part {
         let first = self.corners.len() as u16;
         let count = near.len().min(far.len()) as u16;
         let (near, far) = (&near[..usize::from(count)], &far[..usize::from(count)]);
-        self.corners.extend(near.iter().chain(far));
+        // To millimetres, and without a zero's sign: how they were computed does not show.
+        let rounded = |corner: &Corner| corner.map(|metres| (metres * 1000.0).round() / 1000.0 + 0.0);
+        self.corners.extend(near.iter().chain(far).map(rounded));
         for k in 0..count {
             let next = (k + 1) % count;
             let side = [k, next, count + next, k, count + next, count + k];
