@@ -95,18 +95,20 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let folder = &args.output;
     fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", error))?;
     let recipe = folder.join(RECIPE);
-    // Somebody may have tried another line in it.
+    // Somebody may have tried another line in one.
     let is_changed = |file: &Path, bytes: &[u8]| fs::read(file).is_ok_and(|there| there != bytes);
+    let mut written = 0;
     for (name, bytes) in FILES {
         let file = folder.join(name);
-        if file == recipe && is_changed(&file, bytes) {
-            reporter.note(&format!("{} was changed, and stays as it is", file.display()));
+        if is_changed(&file, bytes) {
+            let file = file.display();
+            reporter.note(&format!("{file} was changed, and stays as it is; without it, it is written anew"));
             continue;
         }
         fs::write(&file, bytes).map_err(|error| Error::io(&file, "write", error))?;
+        written += 1;
     }
-    let rest = FILES.len() - 1;
-    exit::print(&format!("1. wrote the recipe {} and the {rest} files that it names\n", recipe.display()))?;
+    exit::print(&format!("1. wrote {written} files: the recipe {} and what it names\n", recipe.display()))?;
 
     let mut order = Order::of(&recipe)?;
     let options = &mut order.options;
