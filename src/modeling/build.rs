@@ -107,7 +107,10 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
 }
 
 /// Refuses an output that must not be written, before any work is done.
-fn check_output(options: &BuildOptions) -> Result<()> {
+///
+/// # Errors
+/// It is an input, exists and may not be replaced, or lies where nothing can be written.
+pub fn check_output(options: &BuildOptions) -> Result<()> {
     // Paths that do not resolve are no inputs that could be lost.
     if let Ok(output) = options.output.canonicalize() {
         let is_output = |input: &&PathBuf| input.canonicalize().is_ok_and(|input| input == output);
@@ -118,7 +121,8 @@ fn check_output(options: &BuildOptions) -> Result<()> {
         let features = options.features.iter().map(|file| &file.path);
         let models = options.objects.iter().flat_map(|file| &file.paths);
         let scattered = options.scatters.iter().flat_map(ScatterFile::paths);
-        let others = features.chain(models).chain(scattered);
+        let routes = options.corridors.iter().map(|corridor| &corridor.route.file);
+        let others = features.chain(models).chain(scattered).chain(routes);
         if let Some(input) = elevation.chain(imagery).chain(land_cover).chain(others).find(is_output) {
             return Err(Error::Configuration(format!(
                 "{} is an input; name another file with -o, like AREA.hop",

@@ -42,7 +42,7 @@ mod workers;
 mod writing;
 
 pub use bake::{Baked, Baking, bake_shadows, check_shadows};
-pub use build::{BuildReport, Outline, build, outline};
+pub use build::{BuildReport, Outline, build, check_output, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use extract::{Part, extract};
 pub use inputs::{Input, faults};

@@ -109,16 +109,18 @@ pub fn forget_steps(output: &Path) {
 /// Notes that a build of a recipe wrote `output`, which has this identity, without any steps; nothing is known of it if it has none.
 fn note_own_work(output: &Path, identity: Option<ContentHash>) {
     let path = beside(output);
-    // What is not there need not be forgotten.
-    let _ = fs::remove_file(&path);
-    let mut log = Log::default();
-    if let Some(identity) = identity
-        && log.begin(&path).is_ok()
-    {
+    let written = identity.and_then(|identity| {
+        let mut log = Log::default();
         log.whole(identity);
-        // Without it the next build asks for --overwrite.
-        let _ = log.write();
-        log.keep();
+        // Whoever is killed meanwhile has the one or the other.
+        let fresh = beside(&path);
+        let _ = fs::remove_file(&fresh);
+        log.begin(&fresh).ok()?;
+        fs::rename(log.keep()?, &path).ok()
+    });
+    if written.is_none() {
+        // Without it the next build asks for --overwrite. What is not there need not be forgotten.
+        let _ = fs::remove_file(path);
     }
 }
 

@@ -86,6 +86,16 @@ fn shadows_of_a_recipe_are_in_its_database() {
     let told = ends(&run(&folder, "build place.toml --fresh"), 0);
     assert!(!told.contains("as before"), "{told}");
     assert!(fs::read(folder.path().join("place.hop")).expect("a database") == first);
+    // No input is an output, with shadows or without.
+    let raster = fs::read(folder.path().join("dem.asc")).expect("a raster");
+    for (output, told) in [("dem.asc", "is an input"), ("place.toml", "is the recipe")] {
+        let refused = ends(&run(&folder, &format!("build place.toml -o {output} --overwrite")), 2);
+        assert!(refused.contains(told), "{refused}");
+    }
+    assert!(fs::read(folder.path().join("dem.asc")).expect("a raster") == raster);
+    // Names that differ in their ending have each their own.
+    ends(&run(&folder, "build place.toml -o place.v2"), 0);
+    assert!(folder.path().join("place.v2.without-shadows.hop").is_file());
     // Somebody's own file is not touched.
     fs::write(folder.path().join("place.without-shadows.hop"), "mine").expect("a file");
     let told = ends(&run(&folder, "build place.toml"), 2);

@@ -11,8 +11,8 @@ use hedgehop::memory::PageFile;
 use hedgehop::modeling::synthetic::Synthetic;
 use hedgehop::modeling::{
     Baked, Baking, BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile,
-    Interpolation, LandCoverFile, Materials, NodataFill, Scheme, bake_shadows, build, forget_steps,
-    is_own_work,
+    Interpolation, LandCoverFile, Materials, NodataFill, Scheme, bake_shadows, build, check_output,
+    forget_steps, is_own_work,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
@@ -314,6 +314,11 @@ impl Args {
         if let Some(output) = &self.output {
             options.output.clone_from(output);
         }
+        let same = |one: &Path, other: &Path| one.canonicalize().ok().zip(other.canonicalize().ok());
+        if same(file, &options.output).is_some_and(|(recipe, output)| recipe == output) {
+            let what = format!("{} is the recipe; name another file with -o, like AREA.hop", file.display());
+            return Err(Error::Configuration(what));
+        }
         // What a build of a recipe left is there to be brought up to date.
         options.overwrite = self.making.overwrite || is_own_work(&options.output);
         if self.fresh {
@@ -361,11 +366,17 @@ impl Order {
         let Some(sun) = self.shadows else { return build(&self.options, observer) };
         let BuildOptions { output, overwrite, threads, steps, .. } = &self.options;
         let begun = Instant::now();
+        check_output(&self.options)?;
         // Where steps are kept, so is what shadows are baked into: the next build changes that, and bakes what changed.
         let aside = if *steps { Aside::kept(output)? } else { Aside::temporary(output)? };
         let options = BuildOptions { output: aside.path(), overwrite: *steps, ..self.options.clone() };
         let report = build(&options, observer)?;
         let source = PageFile::open(&options.output)?;
+        if source.header().content_hash != report.content_hash {
+            let path = options.output.display();
+            let what = format!("another build changed {path} meanwhile; repeat the command");
+            return Err(Error::Configuration(what));
+        }
         let sun = area::sky(sun, source.header())?.sun;
         let baking = Baking {
             source: &source,
@@ -397,7 +408,7 @@ impl Aside {
         if path.exists() && !is_own_work(&path) {
             let path = path.display();
             let what = format!(
-                "{path} is in the way: a build with shadows keeps the database without them there; move it elsewhere"
+                "{path} is in the way: a build with shadows keeps the database without them there; move it elsewhere, or delete it if a build left it"
             );
             return Err(Error::Configuration(what));
         }
@@ -423,7 +434,15 @@ impl Aside {
 
 /// Where builds that keep their steps have the database without shadows of one that has them.
 fn without_shadows(output: &Path) -> PathBuf {
-    output.with_extension("without-shadows.hop")
+    const ENDING: &str = "without-shadows.hop";
+    if output.extension().is_some_and(|extension| extension == "hop") {
+        return output.with_extension(ENDING);
+    }
+    // Names that differ in their ending only are of different databases.
+    let mut name = output.as_os_str().to_owned();
+    name.push(".");
+    name.push(ENDING);
+    name.into()
 }
 
 /// What was built, and what to try next.
