@@ -246,11 +246,6 @@ impl Directory {
         (0..self.len()).map(|index| self.id(index))
     }
 
-    /// Entry of a page; `None` if it is absent.
-    pub fn entry(&self, id: PageId) -> Option<&PageEntry> {
-        self.locate(id).map(|(_, entry, _)| entry)
-    }
-
     /// Present pages in order, with their entries.
     pub fn present(&self) -> impl Iterator<Item = (PageId, &PageEntry)> {
         self.ids().zip(&self.entries).filter(|(_, entry)| !entry.is_absent())

@@ -48,7 +48,7 @@ impl<'a> BakingKeys<'a> {
         let surface = id.surface();
         let bare = Some(surface.bare()).filter(|_| surface.level == 0);
         [Some(surface), bare].into_iter().flatten().fold(keyer.with(&id), |keyer, id| {
-            let entry = self.directory.entry(id);
+            let entry = self.directory.get(id);
             keyer.with_bytes(entry.map_or(&[], |entry| &entry.hash))
         })
     }
@@ -73,7 +73,7 @@ impl<'a> BakingKeys<'a> {
         }
         let keyer = Keyer::of("light").with(&self.shade.way(id));
         let keyer = self.shade.supports(self.source, id).into_iter().fold(keyer, |keyer, support| {
-            let entry = self.directory.entry(support);
+            let entry = self.directory.get(support);
             keyer.with(&support).with_bytes(entry.map_or(&[], |entry| &entry.hash))
         });
         let key = keyer.key();
