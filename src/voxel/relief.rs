@@ -109,7 +109,7 @@ impl Moments {
         Self { step, ..Self::default() }
     }
 
-    /// So many posts, of which each gives its slopes or, if they are none, may be left out.
+    /// Counts posts that have a surface; slopes that are not zero must be [added](Self::add), one post after the other.
     #[inline(always)]
     pub fn count(&mut self, posts: usize) {
         self.count += posts as i64;
