@@ -5,8 +5,8 @@ use glam::DVec2;
 use super::support::{Area, built, north_up, sheet, terrain};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::geo::Crs;
-use crate::modeling::synthetic::{Circle, Palette, Stop, Synthetic, Terrain};
-use crate::voxel::{Attributes, PageSource};
+use crate::modeling::synthetic::{Circle, Palette, Pattern, Stop, Synthetic, Texture};
+use crate::voxel::{Attributes, Material, PageSource};
 
 fn ground() -> Vec<crate::modeling::inputs::Opened<f64>> {
     vec![terrain(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), |_, _| 100.0)]
@@ -27,18 +27,18 @@ fn pixels_on_voxels_keep_their_colours() {
 fn a_palette_takes_its_share_of_imagery_and_leaves_water_alone() {
     let picture = |c: u32, _: u32| if c < 32 { [0, 0, 0, 255] } else { [0; 4] };
     let white = Palette::new(&[Stop { at: 0.0, colour: [255; 3] }], &[]);
-    let pond = Terrain::Pond {
-        circle: Circle { centre: DVec2::new(160.0, 320.0), radius_m: 60.0 },
-        bank_m: 10.0,
-        level_m: 100.0,
-        ragged: 0.0,
-        seed: 0,
-        colour: [0, 0, 99],
-    };
+    // It only states what the ground is made of.
+    let water = Texture::new(Pattern::Checks, &[[9; 3], [9; 3]], 5.0).map(|texture| Texture {
+        strength: 0.0,
+        over_imagery: 0.0,
+        within: Some(Circle { centre: DVec2::new(165.0, 325.0), radius_m: 60.0 }),
+        material: Some(Material::Water),
+        ..texture
+    });
     let over = |share: f64| {
         let image = sheet(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), picture);
         let synthetic = Synthetic {
-            terrain: vec![pond.clone()],
+            textures: water.clone().into_iter().collect(),
             palette: Some(white.clone().over_imagery(share)),
             ..Synthetic::default()
         };
@@ -47,7 +47,8 @@ fn a_palette_takes_its_share_of_imagery_and_leaves_water_alone() {
     let (none, quarter) = (over(0.0), over(0.25));
     let beside = |area: &Area| [area.colour(4, 4), area.colour(16, 32), area.colour(60, 4)];
     let [photographed, water, bare] = beside(&none);
-    assert_eq!((photographed, bare), ([0; 3], [255; 3]));
+    assert_eq!((photographed, water, bare), ([0; 3], [0; 3], [255; 3]));
+    assert_eq!(Material::of_code(none.attributes(16, 32).material), Material::Water);
     let grey = srgb8_from_linear(0.25 * linear_from_srgb8([255; 3])[0]);
     assert_eq!(beside(&quarter), [[grey; 3], water, bare]);
 }
