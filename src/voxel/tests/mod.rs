@@ -189,6 +189,18 @@ proptest! {
 }
 
 #[test]
+fn ranges_of_codes_leave_out_what_has_no_surface() {
+    let empty = HeightCode::EMPTY;
+    assert_eq!(HeightCode::range(&[empty, 7, empty, 65535, 9]), Some((7, 65535)));
+    assert_eq!((HeightCode::range(&[1]), HeightCode::range(&[empty; 3])), (Some((1, 1)), None));
+    assert_eq!(HeightCode::joined(Some((3, 4)), Some((1, 2))), Some((1, 4)));
+    assert_eq!(
+        (HeightCode::joined(None, Some((1, 2))), HeightCode::joined(None, None)),
+        (Some((1, 2)), None)
+    );
+}
+
+#[test]
 fn directory_numbers_pages_in_order() {
     let directory = Directory::empty(&grid(3000, 700)).unwrap();
     for (number, id) in directory.ids().enumerate() {
