@@ -108,7 +108,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         fs::write(&file, bytes).map_err(|error| Error::io(&file, "write", error))?;
         written += 1;
     }
-    exit::print(&format!("1. wrote {written} files: the recipe {} and what it names\n", recipe.display()))?;
+    let all = FILES.len();
+    exit::print(&format!("1. wrote {written} of the {all} files of {}\n", recipe.display()))?;
 
     let mut order = Order::of(&recipe)?;
     let options = &mut order.options;
