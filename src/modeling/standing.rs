@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 use glam::DVec2;
 
 use super::features::{
-    self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square, Wall,
+    self, Bound, Feature, Graded, Ground, Layer, LayerOptions, Paint, Rank, Solid, Square,
 };
 use super::groves::Groves;
 use super::page::{PageMaker, Project};
@@ -293,8 +293,7 @@ impl Built {
     pub fn surfaces(&self, voxels: usize) -> Vec<Option<&Solid>> {
         let mut surfaces: Vec<Option<&Solid>> = vec![None; voxels];
         for (index, solid) in &self.solids {
-            let holds_centre = !matches!(solid.wall, Wall::Plane { distance_m, .. } if distance_m < 0.0);
-            let is_surface = holds_centre && !solid.strip && solid.opacity >= DENSE;
+            let is_surface = solid.wall.holds_centre() && !solid.strip && solid.opacity >= DENSE;
             let known = &mut surfaces[*index];
             if is_surface
                 && known.is_none_or(|known| known.high_m < solid.high_m)

@@ -263,7 +263,7 @@ pub fn attributes_at<S: PageSource>(source: &S, place: DVec2) -> Result<Option<A
 mod tests {
     use super::*;
     use crate::voxel::{
-        Arrays, MemPages, Metadata, Span, Standing, Symmetry, build_in_memory, build_standing,
+        Arrays, Cut, MemPages, Metadata, Span, Standing, Symmetry, build_in_memory, build_standing,
     };
 
     /// 300 × 300 voxels of 2 m: 100 columns of water, the rest of grass, of another source from row 200 on; nothing in the first row.
@@ -333,8 +333,7 @@ mod tests {
             low: Span::GROUND,
             high: 900,
             slope: [0, 0],
-            facing: 0,
-            cut: 0,
+            cuts: [Cut::wall(0, 0), Cut::NONE],
             top: [9; 3],
             state: Span::OPAQUE,
             side: [9; 3],
@@ -364,8 +363,8 @@ mod tests {
             at(1, [10, 10], 1),
         ]);
         let found = tally(&pages, None).unwrap().objects;
-        assert_eq!(found[0], ObjectTally { voxels: [3, 2], placed: 2, bytes: 16 + 7 * 4 + 6 * 16 });
-        assert_eq!(found[1], ObjectTally { voxels: [20, 12], placed: 3, bytes: 16 + 241 * 4 + 240 * 16 });
+        assert_eq!(found[0], ObjectTally { voxels: [3, 2], placed: 2, bytes: 16 + 7 * 4 + 6 * 18 });
+        assert_eq!(found[1], ObjectTally { voxels: [20, 12], placed: 3, bytes: 16 + 241 * 4 + 240 * 18 });
         let bytes: u64 = found.iter().map(|object| object.bytes).sum();
         assert_eq!((16 + bytes).next_multiple_of(64), pages.header().objects.to_bytes().len() as u64);
         // Middles are at 260, 9; at 255, 256; and, turned, at 16, 20.

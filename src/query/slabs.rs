@@ -73,10 +73,10 @@ fn slab<S: PageSource>(source: &S, span: &Span, ends: [DVec2; 2]) -> Option<Slab
     let (code, spacing) = (source.header().heights, source.header().grid.spacing);
     let height = |height: u16| code.offset + code.scale * f64::from(height);
     let mut part = [0.0, 1.0];
-    if let Some((normal, distance)) = span.wall() {
+    for (index, (normal, distance)) in span.walls().enumerate() {
         let normal = DVec2::from(normal.map(f64::from));
         let beyond = ends.map(|at| normal.dot(at) - f64::from(distance));
-        if span.is(Span::STRIP) {
+        if index == 0 && span.is(Span::STRIP) {
             let half = 0.5 * (height(span.high) - height(span.low)) / spacing;
             part = clip(part, beyond.map(|beyond| beyond - half))?;
             part = clip(part, beyond.map(|beyond| -beyond - half))?;

@@ -151,15 +151,26 @@ impl<'a, S: PageSource> Solids<'a, S> {
         let place =
             |range: f64| (ray.at(range).truncate() - centre, ray.height_at(range) - height(span.high));
         let mut stretch = Stretch::new(ray, step, place);
-        if let Some((normal, distance)) = span.wall() {
-            let normal = DVec2::from(normal.map(f64::from));
-            let beyond = |at: DVec2| normal.dot(at) - f64::from(distance);
-            if span.is(Span::STRIP) {
+        let wall = |index: usize| {
+            let cut = span.cuts[index];
+            let (normal, distance) = (DVec2::from(cut.normal().map(f64::from)), f64::from(cut.distance()));
+            cut.is_wall().then_some((index, normal, distance))
+        };
+        let walls = [wall(0), wall(1)];
+        // The last wall that the ray came through.
+        let mut through = None;
+        for (index, normal, distance) in walls.into_iter().flatten() {
+            let beyond = |at: DVec2| normal.dot(at) - distance;
+            let before = stretch.enter;
+            if index == 0 && span.is(Span::STRIP) {
                 let half = 0.5 * (height(span.high) - height(span.low)) / self.spacing;
                 stretch.cut(|at, _| beyond(at) - half, Face::Side, normal.extend(0.0));
                 stretch.cut(|at, _| -beyond(at) - half, Face::Side, -normal.extend(0.0));
             } else {
                 stretch.cut(|at, _| beyond(at), Face::Side, normal.extend(0.0));
+            }
+            if stretch.enter > before {
+                through = Some((index, stretch.enter));
             }
         }
         let slope = DVec2::from(span.slopes().map(f64::from));
@@ -181,19 +192,22 @@ impl<'a, S: PageSource> Solids<'a, S> {
         if enter >= leave {
             return None;
         }
-        if enter == step.enter {
-            // Through a side of the voxel.
+        // Through a side of the voxel, or where it meets another part of the same thing.
+        let is_side = enter == step.enter;
+        let is_joint = through.is_some_and(|(index, at)| at == enter && span.is(Span::JOINED[index]));
+        if is_side || is_joint {
             let (at, above) = place(enter);
-            let wall = span.wall().map(|(normal, distance)| (DVec2::from(normal.map(f64::from)), distance));
-            let (seam, top) = (SEAM, rise(at) - above);
-            if span.cut == Span::ROUND {
-                normal = DVec2::from(span.normal().map(f64::from)).extend(0.0);
-            } else if let Some((wall, distance)) = wall
-                && f64::from(distance) - wall.dot(at) < seam
+            let before = |(_, normal, distance): &(usize, DVec2, f64)| distance - normal.dot(at);
+            let nearest = walls.iter().flatten().min_by(|a, b| before(a).total_cmp(&before(b)));
+            if is_side && span.cuts[0].is_round() {
+                normal = DVec2::from(span.cuts[0].normal().map(f64::from)).extend(0.0);
+            } else if is_side
+                && let Some(wall) = nearest
+                && before(wall) < SEAM
             {
-                normal = wall.extend(0.0);
+                normal = wall.1.extend(0.0);
             }
-            if top < seam * self.spacing {
+            if rise(at) - above < SEAM * self.spacing {
                 (face, normal) = (Face::Top, (-slope).extend(1.0).normalize());
             }
         }

@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::voxel::{
-    Arrays, Grid, HeightCode, MemPages, Metadata, PageSource, Placement, SharedObject, SharedObjects, Span,
-    SpanTable, Standing, Symmetry, build_standing,
+    Arrays, Cut, Grid, HeightCode, MemPages, Metadata, PageSource, Placement, SharedObject, SharedObjects,
+    Span, SpanTable, Standing, Symmetry, build_standing,
 };
 
 /// Voxels along the area's side, and the side of one, metres.
@@ -23,8 +23,7 @@ pub fn pillar(high: f64) -> Span {
         low: Span::GROUND,
         high: CODE.encode(high),
         slope: [0, 0],
-        facing: 0,
-        cut: Span::WHOLE,
+        cuts: [Cut::NONE; 2],
         top: [200, 60, 50],
         state: Span::OPAQUE,
         side: [220, 210, 190],
@@ -130,9 +129,9 @@ fn house(centre: DVec2, half: DVec2, turn: f64, high: f64) -> impl Fn(u32, u32) 
             return Vec::new();
         }
         let facing = (angle / std::f64::consts::TAU * 256.0).round().rem_euclid(256.0) as u8;
-        let cut = (inside * f64::from(Span::CUT_STEPS)).round().clamp(-126.0, 126.0) as i8;
-        let cut = if inside > 0.75 { Span::WHOLE } else { cut };
-        vec![Span { facing, cut, ..pillar(high) }]
+        let cut = Cut::wall(facing, (inside * f64::from(Cut::STEPS)).round() as i32);
+        let cut = if inside > 0.75 { Cut::NONE } else { cut };
+        vec![Span { cuts: [cut, Cut::NONE], ..pillar(high) }]
     }
 }
 
@@ -180,6 +179,89 @@ fn roofs_are_planes() {
         assert!((hits[0].range - length).abs() < 2.0e-3, "{step}: {} {length}", hits[0].range);
         let expected = DVec3::new(0.0, -slope, 1.0).normalize();
         assert!((hits[0].normal - expected).length() < 1e-6);
+    }
+}
+
+/// Middle of [`pyramid`], units.
+const APEX: DVec2 = DVec2::new(160.3, 160.6);
+
+/// Height of a pyramid with edges to the north-east and so on, metres.
+fn pyramid_height(at: DVec2) -> f64 {
+    20.0 - 0.5 * SPACING * (at - APEX).abs().max_element()
+}
+
+/// The wedges of a pyramid over a voxel; four in that of its apex.
+pub fn pyramid(x: u32, y: u32) -> Vec<Span> {
+    let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+    if (centre - APEX).abs().max_element() > 8.0 {
+        return Vec::new();
+    }
+    let side = |quarter: u8| {
+        let out = DVec2::from_angle(f64::from(quarter) * std::f64::consts::FRAC_PI_2);
+        let (mut cuts, mut joined, mut count) = ([Cut::NONE; 2], 0, 0);
+        // Lines at an eighth of a turn to either side of `out`, beyond which the neighbours are lower.
+        for facing in [96, 160].map(|turn: u8| turn.wrapping_add(64 * quarter)) {
+            let normal = DVec2::from(Cut::wall(facing, 0).normal().map(f64::from));
+            let distance = normal.dot(APEX - centre);
+            let reach = 0.5 * normal.abs().element_sum();
+            if distance <= -reach {
+                return None;
+            }
+            if distance < reach {
+                cuts[count] = Cut::wall(facing, (distance * f64::from(Cut::STEPS)).round() as i32);
+                joined |= Span::JOINED[count];
+                count += 1;
+            }
+        }
+        let high = 20.0 - 0.5 * SPACING * out.dot(centre - APEX);
+        let slope = (out * -0.5 * f64::from(Span::SLOPE_STEPS)).to_array().map(|slope| slope.round() as i8);
+        Some(Span { cuts, slope, state: Span::OPAQUE | joined, ..pillar(high) })
+    };
+    (0..4).filter_map(side).collect()
+}
+
+#[test]
+fn four_planes_of_a_roof_meet_in_a_point() {
+    let pages = standing(pyramid);
+    assert_eq!(pyramid(160, 160).len(), 4);
+    let mut worst: f64 = 0.0;
+    for step in 0..400 {
+        let away = DVec2::from_angle(f64::from(step) * 0.377);
+        let to = APEX + away.perp() * (f64::from(step % 41) - 20.0) / 20.0 + away * 0.3 * f64::from(step % 7);
+        let to = to.extend(pyramid_height(to));
+        // From the side that the place is seen from, and flat enough that a joint that stood out would be hit.
+        let from = to + (away * 40.0).extend(50.0);
+        let (hits, left, _) = met(&pages, from, to + 0.5 * (to - from));
+        assert_eq!((left, hits[0].face), (0.0, Face::Top), "{step}");
+        let length = ((to - from) * DVec3::new(SPACING, SPACING, 1.0)).length();
+        worst = worst.max((hits[0].range - length).abs());
+    }
+    // A step of a cut is 16 mm.
+    assert!(worst < 0.02, "{worst} m");
+}
+
+#[test]
+fn corners_of_houses_are_sharp() {
+    // Of the voxel the south-western quarter is left.
+    let corner = Span { cuts: [Cut::wall(0, 0), Cut::wall(64, 0)], ..pillar(9.0) };
+    let pages = standing(|x, y| if (x, y) == (160, 160) { vec![corner] } else { Vec::new() });
+    for (from, to, side) in [
+        ((200.0, 160.25), (160.0, 160.25), Some((39.5, DVec3::X))),
+        ((160.25, 200.0), (160.25, 160.0), Some((39.5, DVec3::Y))),
+        ((200.0, 160.75), (160.0, 160.75), None),
+        ((160.0, 200.0), (161.0, 160.5), None),
+        // A way through the quarter's corner and no more.
+        ((164.1, 157.0), (157.1, 164.0), None),
+        ((163.9, 156.9), (156.9, 163.9), Some((f64::sqrt(2.0) * 3.4, DVec3::X))),
+    ] {
+        let (hits, left, _) = met(&pages, DVec2::from(from).extend(4.0), DVec2::from(to).extend(4.0));
+        match side {
+            None => assert_eq!(left, 1.0, "{from:?}"),
+            Some((range, normal)) => {
+                assert!((hits[0].range - SPACING * range).abs() < 1e-6, "{from:?} {hits:?}");
+                assert!(hits[0].normal.distance(normal) < 1e-6, "{from:?} {hits:?}");
+            }
+        }
     }
 }
 
@@ -231,8 +313,7 @@ fn a_wire_is_a_strip_as_wide_as_it_is_high() {
         let wire = Span {
             low: CODE.encode(high - thick),
             slope: [8, 0],
-            facing: 64,
-            cut: 0,
+            cuts: [Cut::wall(64, 0), Cut::NONE],
             state: Span::OPAQUE | Span::PARALLEL | Span::STRIP,
             ..pillar(high)
         };
@@ -262,8 +343,7 @@ fn a_thin_wire_hides_its_share_of_a_strip() {
     // A third of 0.2 m, hung along x at 10 m.
     let wire = Span {
         low: CODE.encode(9.8),
-        facing: 64,
-        cut: 0,
+        cuts: [Cut::wall(64, 0), Cut::NONE],
         state: 5 | Span::PARALLEL | Span::STRIP,
         ..pillar(10.0)
     };

@@ -5,6 +5,7 @@ mod arrays;
 mod assembly;
 mod block_spans;
 mod bytes;
+mod cut;
 mod derived;
 mod directory;
 mod earlier;
@@ -37,6 +38,7 @@ pub use arrays::{Arrays, Standing, build_in_memory, build_standing, write_arrays
 pub use assembly::{PageReadback, most_page_bytes};
 pub use block_spans::BlockSpans;
 pub use bytes::AlignedBytes;
+pub use cut::Cut;
 pub use derived::{Bytes, Derived};
 pub use directory::{Directory, PageEntry};
 pub use earlier::{EarlierFile, EarlierPage};

@@ -11,8 +11,8 @@
 
 use std::ops::Neg;
 
-use super::Span;
 use super::format::{PLANE_ALIGNMENT, objects as at};
+use super::{Cut, Span};
 
 /// Columns of spans over a rectangle of voxels.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -112,11 +112,13 @@ impl Symmetry {
     /// A span of an object when it is turned.
     #[inline]
     fn turned(self, span: Span) -> Span {
-        let facing = if self.is_mirrored() { 128_u8.wrapping_sub(span.facing) } else { span.facing };
         let slope = self.turn(span.slope.map(i16::from));
         Span {
             slope: slope.map(|slope| slope.min(i8::MAX.into()) as i8),
-            facing: facing.wrapping_add(64 * self.turns()),
+            cuts: span.cuts.map(|cut| {
+                let facing = if self.is_mirrored() { 128_u8.wrapping_sub(cut.facing) } else { cut.facing };
+                Cut { facing: facing.wrapping_add(64 * self.turns()), ..cut }
+            }),
             ..span
         }
     }

@@ -8,13 +8,17 @@
 //! A span need not fill its voxel, so that walls are straight whatever their direction, and roofs smooth:
 //!
 //! ```text
-//!       upper end: a plane            cut: a half-plane
-//!            __..--               +-------/-+   facing: where the wall's outside lies
+//!       upper end: a plane            two cuts: half-planes
+//!            __..--               +-------/-+   facing: where a wall's outside lies
 //!      high --                    |######/  |
-//!          |      |               |#####/   |   cut: how far the wall lies from the
-//!      low |______|               |####/    |        voxel's centre in that direction
-//!                                 +---/-----+
+//!          |      |               |#####/   |   how far the wall lies from the
+//!      low |______|               |--..#    |   voxel's centre in that direction
+//!                                 +----``---+
 //! ```
+//!
+//! Two cuts say the corner of a house, a gable's end, and each of the three planes and more of a roof that meet in one point.
+
+use super::Cut;
 
 /// A solid over one voxel of level 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
@@ -27,16 +31,11 @@ pub struct Span {
     pub high: u16,
     /// Slope of the upper end, eastward and northward: rise over run in [`Self::SLOPE_STEPS`] steps.
     pub slope: [i8; 2],
-    /// Where the outside of the wall lies: direction in 256ths of a turn, counter-clockwise from east.
-    pub facing: u8,
-    /// How far the wall lies from the voxel's centre in that direction, in [`Self::CUT_STEPS`] steps of the voxel's side; there
-    /// is nothing beyond it. [`Self::WHOLE`]: the voxel is filled, and `facing` says nothing; [`Self::ROUND`]: it is filled, and `facing`
-    /// is where its sides seem to look.
-    pub cut: i8,
+    /// It lies within both. A second one without a first, and one that is round, make no sense.
+    pub cuts: [Cut; 2],
     /// Colour of the upper end, sRGB.
     pub top: [u8; 3],
-    /// Opacity in its lower four bits, in [`Self::OPAQUE`] steps, and [`Self::PARALLEL`] and [`Self::STRIP`]; the other bits are
-    /// zero.
+    /// Opacity in its lower four bits, in [`Self::OPAQUE`] steps, and [`Self::PARALLEL`], [`Self::STRIP`] and [`Self::JOINED`].
     pub state: u8,
     /// Colour of sides and lower end, sRGB.
     pub side: [u8; 3],
@@ -50,8 +49,7 @@ impl Span {
         low: 0,
         high: 0,
         slope: [0; 2],
-        facing: 0,
-        cut: 0,
+        cuts: [Cut::NONE; 2],
         top: [0; 3],
         state: 0,
         side: [0; 3],
@@ -61,12 +59,6 @@ impl Span {
     pub const GROUND: u16 = 0;
     /// Steps of a slope per unit of slope.
     pub const SLOPE_STEPS: f32 = 32.0;
-    /// Steps of a cut per voxel's side.
-    pub const CUT_STEPS: f32 = 128.0;
-    /// Cut of a voxel that is filled, with sides that are the voxel's own.
-    pub const WHOLE: i8 = i8::MIN;
-    /// Cut of a voxel that is filled and is part of something round.
-    pub const ROUND: i8 = i8::MAX;
     /// Opacity of what hides all that is behind it: the patent's state *opaque*; less than that is *semitransparent*, and 0,
     /// *transparent*, is not stored.
     pub const OPAQUE: u8 = 15;
@@ -74,9 +66,11 @@ impl Span {
     pub const OPACITY: u8 = 15;
     /// Bit of `state`: the lower end has the slope of the upper one.
     pub const PARALLEL: u8 = 16;
-    /// Bit of `state`: not what is inside of the wall, but a strip along it, half to either side and as wide as the span is
+    /// Bit of `state`: not what is inside of the first wall, but a strip along it, half to either side and as wide as the span is
     /// high: a wire.
     pub const STRIP: u8 = 32;
+    /// Bits of `state`, one for each cut: beyond the wall the same thing goes on, another plane of its roof.
+    pub const JOINED: [u8; 2] = [64, 128];
 
     /// Share of the light that it hides on a way as long as its voxel's side, of a strip as long as that is thick, 0…1.
     pub fn opacity(&self) -> f32 {
@@ -98,18 +92,14 @@ impl Span {
         self.slope.map(|slope| f32::from(slope) / Self::SLOPE_STEPS)
     }
 
-    /// The wall's normal (east, north) and its distance from the voxel's centre, sides of the voxel; `None` where it fills the voxel.
-    pub fn wall(&self) -> Option<([f32; 2], f32)> {
-        if self.cut == Self::WHOLE || self.cut == Self::ROUND {
-            return None;
-        }
-        Some((self.normal(), f32::from(self.cut) / Self::CUT_STEPS))
+    /// Its walls: normals (east, north) and their distances from the voxel's centre, sides of the voxel; none where it fills the voxel.
+    pub fn walls(&self) -> impl Iterator<Item = ([f32; 2], f32)> {
+        self.cuts.into_iter().filter(|cut| cut.is_wall()).map(|cut| (cut.normal(), cut.distance()))
     }
 
-    /// The direction of `facing`, (east, north).
-    pub fn normal(&self) -> [f32; 2] {
-        let angle = f32::from(self.facing) * (std::f32::consts::TAU / 256.0);
-        [angle.cos(), angle.sin()]
+    /// Whether it holds the voxel's centre.
+    pub fn holds_centre(&self) -> bool {
+        self.walls().all(|(_, distance)| distance >= 0.0)
     }
 
     /// Codes that it lies between, wherever in its voxel, 0 for the lower one on the ground; `rise` as for [`super::SpanTable::new`]. A slope
@@ -127,11 +117,18 @@ impl Span {
 
     /// What is wrong with it by itself.
     pub(super) fn check(&self) -> Option<String> {
-        let known = Self::OPACITY | Self::PARALLEL | Self::STRIP;
+        let [first, second] = self.cuts;
         let is_sound = self.state & Self::OPACITY != 0
-            && self.state & !known == 0
             && self.low <= self.high
-            && self.high > 0;
-        (!is_sound).then(|| format!("a span of state {} from code {} to {}", self.state, self.low, self.high))
+            && self.high > 0
+            && (first.is_wall() || !second.is_wall())
+            && !second.is_round()
+            && (0..2).all(|index| self.cuts[index].is_wall() || !self.is(Self::JOINED[index]));
+        (!is_sound).then(|| {
+            format!(
+                "a span of state {} from code {} to {}, cut {:?}",
+                self.state, self.low, self.high, self.cuts
+            )
+        })
     }
 }

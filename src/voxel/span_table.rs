@@ -222,10 +222,11 @@ fn layout(blocks: usize, [voxels, spans, placements]: [usize; 3]) -> Layout {
     let numbers = if placements == 0 { 0 } else { blocks + 1 };
     let blocks = at::SIZE..at::SIZE + blocks * size_of::<SpanBlock>();
     let starts = blocks.end..blocks.end + (voxels + 1) * size_of::<u32>();
-    let first = starts.end.next_multiple_of(size_of::<Span>());
+    let first = starts.end.next_multiple_of(at::ALIGNMENT);
     let spans = first..first + spans * size_of::<Span>();
-    let placed = spans.end..spans.end + numbers * size_of::<u32>();
-    let first = placed.end.next_multiple_of(size_of::<Span>());
+    let first = spans.end.next_multiple_of(size_of::<u32>());
+    let placed = first..first + numbers * size_of::<u32>();
+    let first = placed.end.next_multiple_of(at::ALIGNMENT);
     let placements = first..first + placements * size_of::<Placement>();
     Layout {
         end: placements.end.next_multiple_of(PLANE_ALIGNMENT),

@@ -109,6 +109,7 @@ impl Scene<'_> {
             material: paint.material.code(),
             parallel: false,
             strip: false,
+            joined: [false; 2],
         }
     }
 }

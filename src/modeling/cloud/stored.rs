@@ -12,8 +12,9 @@ pub(super) struct StoredSolid {
     low_m: f32,
     high_m: f32,
     slope: [f32; 2],
-    facing: f32,
-    distance_m: f32,
+    /// Of its planes.
+    facing: [f32; 2],
+    distance_m: [f32; 2],
     opacity: f32,
     /// Column and row of its voxel in its tile.
     pub voxel: [u8; 2],
@@ -28,28 +29,35 @@ pub(super) struct StoredSolid {
 
 const PLANE: u8 = 1;
 const ROUND: u8 = 2;
+const CORNER: u8 = 3;
 const PARALLEL: u8 = 1;
 const STRIP: u8 = 2;
+const JOINED: [u8; 2] = [4, 8];
 
 impl StoredSolid {
     /// A solid over a voxel, heights to a fraction of a millimetre.
     pub fn of(voxel: [u8; 2], solid: &Solid) -> Self {
-        let (wall, facing, distance_m) = match solid.wall {
-            Wall::Whole => (0, 0.0, 0.0),
-            Wall::Plane { facing, distance_m } => (PLANE, facing, distance_m),
-            Wall::Round(facing) => (ROUND, facing, 0.0),
+        let nothing = (0.0, 0.0);
+        let (wall, planes) = match solid.wall {
+            Wall::Whole => (0, [nothing; 2]),
+            Wall::Plane { facing, distance_m } => (PLANE, [(facing, distance_m), nothing]),
+            Wall::Corner(planes) => (CORNER, planes),
+            Wall::Round(facing) => (ROUND, [(facing, 0.0), nothing]),
         };
         let bit = |is: bool, bit: u8| if is { bit } else { 0 };
         Self {
             low_m: solid.low_m.map_or(f32::NAN, |low| low as f32),
             high_m: solid.high_m as f32,
             slope: solid.slope.map(|slope| slope as f32),
-            facing: facing as f32,
-            distance_m: distance_m as f32,
+            facing: planes.map(|(facing, _)| facing as f32),
+            distance_m: planes.map(|(_, distance_m)| distance_m as f32),
             opacity: solid.opacity as f32,
             voxel,
             wall,
-            flags: bit(solid.parallel, PARALLEL) | bit(solid.strip, STRIP),
+            flags: bit(solid.parallel, PARALLEL)
+                | bit(solid.strip, STRIP)
+                | bit(solid.joined[0], JOINED[0])
+                | bit(solid.joined[1], JOINED[1]),
             top: solid.top,
             material: solid.material,
             side: solid.side,
@@ -59,13 +67,15 @@ impl StoredSolid {
 
     /// The solid again.
     pub fn solid(&self) -> Solid {
-        let (facing, distance_m) = (f64::from(self.facing), f64::from(self.distance_m));
+        let planes = [0, 1].map(|index| (f64::from(self.facing[index]), f64::from(self.distance_m[index])));
+        let (facing, distance_m) = planes[0];
         Solid {
             low_m: Some(f64::from(self.low_m)).filter(|low| !low.is_nan()),
             high_m: f64::from(self.high_m),
             slope: self.slope.map(f64::from),
             wall: match self.wall {
                 PLANE => Wall::Plane { facing, distance_m },
+                CORNER => Wall::Corner(planes),
                 ROUND => Wall::Round(facing),
                 _ => Wall::Whole,
             },
@@ -75,6 +85,7 @@ impl StoredSolid {
             material: self.material,
             parallel: self.flags & PARALLEL != 0,
             strip: self.flags & STRIP != 0,
+            joined: JOINED.map(|bit| self.flags & bit != 0),
         }
     }
 

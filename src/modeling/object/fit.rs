@@ -3,7 +3,7 @@
 //! ```text
 //! layers:  stretches that overlap; a layer is split where the upper or the lower ends of its rays leave a gap and lie on no plane
 //! a layer: upper end = the plane with the least squares of distances; lower end = the ground, the same plane, or level
-//!          covered places → the whole voxel | a half-plane, of a direction that steep faces have | a strip | what is narrow: as dense as
+//!          covered places → the whole voxel | a half-plane, of a direction that steep faces have, or two | a strip | what is narrow: as dense as
 //!          the mean width of its outline, which is its length by π (Cauchy 1832)
 //! foliage: sheets that are no plane: as dense as the share of rays that they stop
 //! poles:   steep faces that no ray is inside of
@@ -109,14 +109,15 @@ impl Over<'_> {
                 Some((steep.normal.try_normalize()?, steep.distance / steep.area / self.spacing))
             })
             .collect();
-        let turned = |outside: DVec2, reach: f64| Wall::Plane {
-            facing: outside.y.atan2(outside.x),
-            distance_m: reach * self.spacing,
-        };
+        let turned = |(outside, reach): (DVec2, f64)| (outside.to_angle(), reach * self.spacing);
         let form = mask.form(&facings);
         let (wall, opacity) = match form {
             Form::Whole => (Wall::Whole, 1.0),
-            Form::Half(outside, reach) | Form::Strip(outside, reach) => (turned(outside, reach), 1.0),
+            Form::Half(outside, reach) | Form::Strip(outside, reach) => {
+                let (facing, distance_m) = turned((outside, reach));
+                (Wall::Plane { facing, distance_m }, 1.0)
+            }
+            Form::Corner(walls) => (Wall::Corner(walls.map(turned)), 1.0),
             Form::Island => {
                 let around: f64 =
                     beside.iter().filter(|steep| !steep.is_sheet).map(|steep| steep.length()).sum();
@@ -147,6 +148,7 @@ impl Over<'_> {
             material: self.material,
             parallel: is_parallel && low_m.is_some(),
             strip: false,
+            joined: [false; 2],
         })
     }
 
@@ -180,6 +182,7 @@ impl Over<'_> {
             material: self.material,
             parallel: false,
             strip: false,
+            joined: [false; 2],
         }));
     }
 
@@ -254,6 +257,7 @@ impl Over<'_> {
             material: self.material,
             parallel: false,
             strip: false,
+            joined: [false; 2],
         })
     }
 

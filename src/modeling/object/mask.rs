@@ -27,7 +27,9 @@ pub(super) enum Form {
     Whole,
     /// A half-plane: direction of its outside, and how far in that direction it reaches from the voxel's centre, in voxels.
     Half(DVec2, f64),
-    /// A strip from side to side of the voxel, likewise.
+    /// What two half-planes have in common.
+    Corner([(DVec2, f64); 2]),
+    /// A strip from side to side of the voxel, as a half-plane.
     Strip(DVec2, f64),
     /// Something within.
     Island,
@@ -77,9 +79,19 @@ impl Mask {
         ((covered.0 ^ self.0).count_ones(), 0.5 * (before + after))
     }
 
-    /// How many places are other ones than those of a half-plane.
-    fn differs(self, outside: DVec2, reach: f64) -> u32 {
-        (0..RAYS).filter(|ray| (place(*ray).dot(outside) <= reach) != self.holds(*ray)).count() as u32
+    /// How many places are other ones than those within half-planes.
+    fn differs(self, halves: &[(DVec2, f64)]) -> u32 {
+        let is_within = |ray: usize| halves.iter().all(|(outside, reach)| place(ray).dot(*outside) <= *reach);
+        (0..RAYS).filter(|ray| is_within(*ray) != self.holds(*ray)).count() as u32
+    }
+
+    /// The two of some half-planes that have in common what is nearest to what is covered, and in how many places that differs.
+    fn corner(self, facings: &[(DVec2, f64)]) -> Option<(u32, [(DVec2, f64); 2])> {
+        let pairs = facings
+            .iter()
+            .enumerate()
+            .flat_map(|(at, one)| facings[at + 1..].iter().map(|other| [*one, *other]));
+        pairs.map(|pair| (self.differs(&pair), pair)).min_by_key(|(wrong, _)| *wrong)
     }
 
     /// What it looks like, if faces may look in `facings`, each so far from the voxel's centre (voxels).
@@ -87,7 +99,7 @@ impl Mask {
         let count = self.count();
         if let [(outside, own)] = facings
             && count + 1 >= RAYS
-            && self.differs(*outside, *own) <= 1
+            && self.differs(&[(*outside, *own)]) <= 1
         {
             // A corner of the voxel that no ray meets.
             return Form::Half(*outside, *own);
@@ -99,7 +111,7 @@ impl Mask {
         let told = |(outside, own): &(DVec2, f64)| {
             let ((wrong, reach), outside) = tried(*outside);
             // Faces tell it exactly, where they are one wall.
-            let own_wrong = self.differs(outside, *own);
+            let own_wrong = self.differs(&[(outside, *own)]);
             if own_wrong <= wrong.max(1) { ((own_wrong, *own), outside) } else { ((wrong, reach), outside) }
         };
         let told = facings.iter().map(told).min_by_key(|((wrong, _), _)| *wrong);
@@ -116,7 +128,14 @@ impl Mask {
             free.filter(|((wrong, _), _)| wrong + BETTER < least).or(told)
         };
         let Some(((wrong, reach), outside)) = best else { return Form::Island };
-        if wrong <= (count.min(RAYS - count) as u32).div_ceil(2) {
+        let most = (count.min(RAYS - count) as u32).div_ceil(2);
+        if let Some((corner_wrong, walls)) = self.corner(facings)
+            && corner_wrong + 1 < wrong
+            && corner_wrong <= most
+        {
+            return Form::Corner(walls);
+        }
+        if wrong <= most {
             return Form::Half(outside, reach);
         }
         self.strip().unwrap_or(Form::Island)

@@ -67,10 +67,8 @@ fn column(shape: &Shape, spacing: f64, place: DVec2, phase: DVec2) -> f64 {
     let from = place + phase * spacing - (voxel + 0.5) * spacing;
     let solids = shape.over([voxel.x as i64, voxel.y as i64]);
     let of = |solid: &Solid| {
-        let is_there = match solid.wall {
-            Wall::Plane { facing, distance_m } => DVec2::from_angle(facing).dot(from) <= distance_m,
-            Wall::Whole | Wall::Round(_) => true,
-        };
+        let mut planes = solid.wall.planes();
+        let is_there = planes.all(|(facing, distance_m)| DVec2::from_angle(facing).dot(from) <= distance_m);
         let rise = dvec2(solid.slope[0], solid.slope[1]).dot(from);
         let low = solid.low_m.map_or(0.0, |low| if solid.parallel { low + rise } else { low });
         if is_there { (solid.high_m + rise - low).max(0.0) * solid.opacity } else { 0.0 }
@@ -217,7 +215,8 @@ fn poles_that_rays_miss_are_there() {
     let shape = Shape::of(&soup(&wall, 0.0), 1.0, dvec2(0.5, 0.5), (0, true));
     for x in -4..=4 {
         let [solid] = shape.over([x, 0]) else { panic!("{:?}", shape.over([x, 0])) };
-        assert!(solid.opacity == 1.0 && matches!(solid.wall, Wall::Plane { .. }), "{solid:?}");
+        let Wall::Corner(sides) = solid.wall else { panic!("{solid:?}") };
+        assert!(solid.opacity == 1.0 && sides.iter().all(|(_, distance_m)| (distance_m - 0.1).abs() < 1e-9));
     }
     // Nothing stands beside a wall that ends with its voxel.
     let shape = Shape::of(&soup(&cuboid(DVec3::new(3.0, 3.0, 1.0)), 0.0), 1.0, DVec2::ZERO, (0, true));

@@ -206,8 +206,8 @@ impl PageMaker<'_> {
         let Some(object) = self.project.shared.get(placed.1) else { return };
         for (at, spans) in covered(placed, object, rect) {
             for span in spans {
-                let holds_centre = span.wall().is_none_or(|(_, distance)| distance >= 0.0);
-                let is_surface = holds_centre && !span.is(Span::STRIP) && f64::from(span.opacity()) >= DENSE;
+                let is_surface =
+                    span.holds_centre() && !span.is(Span::STRIP) && f64::from(span.opacity()) >= DENSE;
                 if is_surface && span.high > voxels.heights[at] {
                     voxels.heights[at] = span.high;
                     voxels.colours[at] = span.top;

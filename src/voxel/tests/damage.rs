@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::super::directory::CRC;
-use super::super::format::{Field, entry, header as at, page};
+use super::super::format::{Field, VERSION, entry, header as at, page};
 use super::*;
 
 /// A whole database of four levels and less than 30 KB, and its bytes.
@@ -129,15 +129,14 @@ fn refusals_name_file_place_and_remedy() {
         change(&mut changed);
         content(&changed).unwrap_err().to_string()
     };
+    let newer =
+        format!("newer version of hedgehop: format {}, and this one reads {VERSION}; update", VERSION + 1);
     let page_start = pages.directory().present().last().unwrap().1.offset as usize;
     for (error, expected) in [
         (refusal(&|b| b.clear()), "damaged.hop: the file is empty; the build was killed"),
         (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),
         (refusal(&|b| b[0] = b'P'), "not a hedgehop database (byte 0); make one with `hedgehop build"),
-        (
-            refusal(&|b| b[at::VERSION.offset] = 6),
-            "newer version of hedgehop: format 6, and this one reads 5; update",
-        ),
+        (refusal(&|b| b[at::VERSION.offset] = VERSION as u8 + 1), newer.as_str()),
         (refusal(&|b| b.truncate(9000)), "truncated at byte 9000 of "),
         (refusal(&|b| b.push(0)), "more bytes follow its end"),
         (refusal(&|b| b[at::NX.offset] ^= 1), "wrong checksum of the header at byte 12; the file is damaged"),

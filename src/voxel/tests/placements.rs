@@ -15,8 +15,7 @@ fn marked(x: u16, y: u16, low: u16) -> Span {
         low,
         high: 900 + x,
         slope: [10, 3],
-        facing: 20,
-        cut: 5,
+        cuts: [Cut::wall(20, 5), Cut::wall(90, 7)],
         top: [x as u8, y as u8, 7],
         state: Span::OPAQUE,
         side: [1, 2, 3],
@@ -110,7 +109,7 @@ fn turns_and_mirrors_move_voxels_slopes_and_walls_alike() {
         assert_eq!([i32::from(span.slope[0]), i32::from(span.slope[1])], [slope.x, slope.y], "{symmetry}");
         let [cos, sin] = [20.0_f32, 20.0].map(|facing| facing * std::f32::consts::TAU / 256.0);
         let expected = east.as_vec2() * cos.cos() + north.as_vec2() * sin.sin();
-        let [x, y] = span.normal();
+        let [x, y] = span.cuts[0].normal();
         assert!((glam::Vec2::new(x, y) - expected).length() < 1e-5, "{symmetry}");
     }
 }

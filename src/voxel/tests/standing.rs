@@ -14,8 +14,7 @@ fn post(high: u16, slope: [i8; 2]) -> Span {
         low: Span::GROUND,
         high,
         slope,
-        facing: 0,
-        cut: Span::WHOLE,
+        cuts: [Cut::NONE; 2],
         top: [200, 40, 30],
         state: Span::OPAQUE,
         side: [120, 110, 100],
@@ -149,5 +148,36 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
     assert!(refused > 100, "{refused}");
     for length in 0..whole.len() {
         assert!(length == 0 || SpansView::new(aligned(&whole[..length]).as_slice(), (20, 20)).is_err());
+    }
+}
+
+#[test]
+fn cuts_that_make_no_sense_are_found() {
+    let wall = Cut::wall(20, 9);
+    let checked = |cuts: [Cut; 2], state: u8| {
+        let table = SpanTable::new((1, 1), 1.0, |_, _, spans| {
+            spans.push(Span { cuts, state, ..post(10, [0, 0]) });
+        });
+        let mut bytes = vec![0; table.bytes()];
+        table.encode(&mut bytes);
+        let bytes = AlignedBytes::copy_of(&bytes);
+        SpansView::new(bytes.as_slice(), (1, 1)).unwrap().check(1.0, &SharedObjects::default())
+    };
+    let [first, second] = Span::JOINED.map(|bit| Span::OPAQUE | bit);
+    for (cuts, state) in [
+        ([Cut::NONE; 2], Span::OPAQUE),
+        ([Cut::round(5), Cut::NONE], Span::OPAQUE),
+        ([wall, Cut::NONE], first),
+        ([wall, Cut::wall(90, 0)], first | second),
+    ] {
+        assert_eq!(checked(cuts, state), None, "{cuts:?}");
+    }
+    for (cuts, state) in [
+        ([Cut::NONE, wall], Span::OPAQUE),
+        ([wall, Cut::round(5)], Span::OPAQUE),
+        ([Cut::NONE; 2], first),
+        ([wall, Cut::NONE], second),
+    ] {
+        assert!(checked(cuts, state).is_some(), "{cuts:?}");
     }
 }

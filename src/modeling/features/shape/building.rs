@@ -1,10 +1,13 @@
 //! Buildings over voxels: straight walls, roofs, lower ends.
 
+use glam::DVec2;
+
 use super::super::kinds::{Building, Top};
 use super::super::layer::Area;
-use super::footprint::{Cover, Footprint};
-use super::roof;
-use super::solid::{Ground, Solid, Square, Wall};
+use super::footprint::Footprint;
+use super::patch::{HalfPlane, Patch};
+use super::roof::{self, Plane};
+use super::solid::{Ground, Solid, Square, Wall, stored_facing};
 
 /// A building where it stands.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +24,8 @@ pub struct BoundBuilding {
 /// Metres between places of an outline at which the ground is looked at, and most of them.
 const STEP: f64 = 4.0;
 const MOST: usize = 400;
+/// Parts of a roof that are smaller than this share of a voxel, and sides that are shorter than this share of its side, come from rounding.
+const NOTHING: f64 = 1e-6;
 
 /// The lowest ground along an outline, metres: that on which a building of that area stands; `None` where there is no ground, or no outline.
 pub(in super::super::super) fn foot_of(area: &Area, ground: &dyn Ground) -> Option<f64> {
@@ -61,51 +66,97 @@ impl BoundBuilding {
         self.eaves_m + self.roof.height_m
     }
 
-    /// Its solids, with the index of their voxel.
+    /// Its solids, with the index of their voxel: one for each plane of the roof over it.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         for cover in self.footprint.cover(square) {
             let index = square.index(cover.column, cover.row);
-            match (cover.wall, self.split(square, &cover)) {
-                (Wall::Whole, Some(halves)) => out.extend(halves.map(|half| (index, half))),
-                (wall, _) => out.push((index, self.solid(square, &cover, wall))),
-            }
+            let centre = square.centre(cover.column, cover.row);
+            let parts = self.parts(centre, square.spacing, cover.wall);
+            out.extend(parts.into_iter().map(|solid| (index, solid)));
         }
     }
 
-    fn solid(&self, square: &Square, cover: &Cover, wall: Wall) -> Solid {
-        let centre = square.centre(cover.column, cover.row);
-        // Where a wall leaves little of the voxel, its roof is that of what is left.
-        let place = match wall {
-            Wall::Plane { facing, distance_m } if distance_m < 0.0 => {
-                centre + glam::DVec2::from_angle(facing) * (distance_m - 0.25 * square.spacing)
+    fn parts(&self, centre: DVec2, spacing: f64, wall: Wall) -> Vec<Solid> {
+        let walls: Vec<HalfPlane> = wall.planes().map(HalfPlane::from).collect();
+        let floor = Patch::voxel(spacing).within_all(walls.iter().enumerate());
+        if floor.area() <= 0.0 {
+            return Vec::new();
+        }
+        let planes = self.roof.planes_over(&self.footprint, centre, &floor);
+        if let [plane] = planes[..] {
+            return vec![self.with_top(centre, plane, wall, [false; 2])];
+        }
+        let part = |plane: &Plane| {
+            let joints = planes.iter().filter_map(|other| plane.below(other, centre));
+            let halves: Vec<HalfPlane> = walls.iter().copied().chain(joints).collect();
+            let part = Patch::voxel(spacing).within_all(halves.iter().enumerate());
+            if part.area() < NOTHING * spacing * spacing {
+                return None;
             }
-            _ => centre,
+            let mut bounds = part.bounded_by(NOTHING * spacing);
+            if bounds.len() > 2 {
+                bounds = self.least_harm(&bounds, &halves, spacing, |place| {
+                    let least = planes.iter().map(|other| other.height(centre + place));
+                    plane.height(centre + place) - least.fold(f64::INFINITY, f64::min)
+                });
+            }
+            let apex = bounds.get(..2).and_then(|two| halves[two[0]].crossing(&halves[two[1]]));
+            let apex = apex.filter(|apex| apex.abs().max_element() <= 0.5 * spacing);
+            let kept = |number: usize| match apex {
+                // Directions are stored in steps: where planes meet they still do.
+                Some(apex) if number >= walls.len() => {
+                    let facing = stored_facing(halves[number].facing());
+                    (facing, DVec2::from_angle(facing).dot(apex))
+                }
+                _ => (halves[number].facing(), halves[number].distance),
+            };
+            let (wall, joined) = match bounds[..] {
+                [] => (Wall::Whole, [false; 2]),
+                [one] => {
+                    let (facing, distance_m) = kept(one);
+                    (Wall::Plane { facing, distance_m }, [one >= walls.len(), false])
+                }
+                [one, other, ..] => {
+                    (Wall::Corner([one, other].map(kept)), [one, other].map(|number| number >= walls.len()))
+                }
+            };
+            Some(self.with_top(centre, *plane, wall, joined))
         };
-        let (height, slope) = self.roof.at(&self.footprint, place);
-        self.with_top(self.eaves_m + height + slope.dot(centre - place), slope, wall)
+        planes.iter().filter_map(part).collect()
     }
 
-    fn with_top(&self, high_m: f64, slope: glam::DVec2, wall: Wall) -> Solid {
+    /// Of several half-planes the two that leave the least of what lies beyond the others: above the roof, or before a wall.
+    fn least_harm(
+        &self,
+        bounds: &[usize],
+        halves: &[HalfPlane],
+        spacing: f64,
+        above_roof: impl Fn(DVec2) -> f64,
+    ) -> Vec<usize> {
+        let pairs = bounds
+            .iter()
+            .enumerate()
+            .flat_map(|(at, one)| bounds[at + 1..].iter().map(|other| [*one, *other]));
+        let harm = |pair: &[usize; 2]| {
+            let part =
+                Patch::voxel(spacing).within_all(pair.iter().map(|number| (*number, &halves[*number])));
+            let beyond = |place: DVec2| {
+                let walls = bounds.iter().map(|number| halves[*number].beyond(place));
+                walls.fold(0.0, f64::max)
+            };
+            part.corners().map(|place| beyond(place).max(above_roof(place))).fold(0.0, f64::max)
+        };
+        let best = pairs.min_by(|a, b| harm(a).total_cmp(&harm(b)));
+        best.map_or_else(Vec::new, Vec::from)
+    }
+
+    fn with_top(&self, centre: DVec2, plane: Plane, wall: Wall, joined: [bool; 2]) -> Solid {
         Solid {
-            slope: slope.into(),
+            slope: plane.slope.into(),
             wall,
+            joined,
             side: self.building.walls.colour,
-            ..Solid::level(self.low_m, high_m, self.building.cover)
+            ..Solid::level(self.low_m, self.eaves_m + plane.height(centre), self.building.cover)
         }
-    }
-
-    /// Both sides of a ridge that crosses a voxel.
-    fn split(&self, square: &Square, cover: &Cover) -> Option<[Solid; 2]> {
-        let centre = square.centre(cover.column, cover.row);
-        let [low, high] = self.roof.ridge(centre)?;
-        // The lower plane rises towards the ridge faster than the other one.
-        let rising = low.slope - high.slope;
-        let normal = rising.try_normalize()?;
-        let distance = (high.height(centre) - low.height(centre)) / rising.length();
-        let reach = 0.5 * square.spacing * (normal.x.abs() + normal.y.abs());
-        let side = |plane: roof::Plane, normal, distance| {
-            self.with_top(self.eaves_m + plane.height(centre), plane.slope, Wall::plane(normal, distance))
-        };
-        (distance < reach).then(|| [side(low, normal, distance), side(high, -normal, -distance)])
     }
 }

@@ -6,8 +6,8 @@
 //!     no edge in its columns: whole or none, by how often the rings go around it
 //!     all or nothing covered: whole or none
 //!     one edge within: that edge is the wall, exactly
-//!     several: of the planes along each edge, and of those that keep the covered area (along each edge, and along all of them
-//!              together), the one with the least difference of areas to what is covered
+//!     several: of the planes along each edge, of those that keep the covered area (along each edge, and along all of them
+//!              together), and of what two edges bound together, the one with the least difference of areas to what is covered
 //! ```
 //! Clipping after Sutherland and Hodgman (1974). It leaves edges along the border that cancel in areas, so that rings of any form,
 //! touching themselves or with holes, need nothing more.
@@ -16,6 +16,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::layer::{Area, bounds};
 use super::super::read::rings::{doubled_area, is_inside};
+use super::patch::{HalfPlane, Patch};
 use super::solid::{Square, Wall};
 
 /// A polygon in the database's system.
@@ -39,10 +40,13 @@ pub(in crate::modeling) struct Cover {
 
 /// Steps of shares, and of distances of walls in voxels: far above what rounding takes, which depends on where places are counted from.
 const STEPS: f64 = (1 << 20) as f64;
-/// Shares below this are nothing, and above 1 less this all: half a step of a cut.
-const LEAST: f64 = 1.0 / 256.0;
+/// Shares below this are nothing, and above 1 less this all: what is left out where a wall comes into a voxel is thinner than where walls of
+/// neighbours are told apart, or the neighbour's side would show.
+const LEAST: f64 = 1.0 / 4096.0;
 /// Edges of one voxel that are tried as walls: the longest of them.
 const MOST_TRIED: usize = 4;
+/// By which share of a voxel two walls must be nearer than one to what is covered.
+const BETTER: f64 = 1e-4;
 
 impl Footprint {
     /// The outline of an area; `None` if it encloses nothing.
@@ -76,16 +80,23 @@ impl Footprint {
 
     /// Distance of a place from the nearest edge, metres, and the direction away from it.
     pub fn distance(&self, place: DVec2) -> (f64, DVec2) {
-        let mut nearest = (f64::INFINITY, DVec2::ZERO);
-        for (a, b) in self.edges() {
+        let Some((away, (a, b), _)) = self.nearest(place) else { return (f64::INFINITY, DVec2::ZERO) };
+        // On the edge itself, away is inward.
+        (away.length(), away.try_normalize().unwrap_or((b - a).perp().normalize_or_zero()))
+    }
+
+    /// Whether the nearest place of the outline is a corner.
+    pub fn is_corner_nearest(&self, place: DVec2) -> bool {
+        self.nearest(place).is_some_and(|(.., along)| along == 0.0 || along == 1.0)
+    }
+
+    /// The way from the outline to a place, the edge from which it comes, and the share of that.
+    fn nearest(&self, place: DVec2) -> Option<(DVec2, (DVec2, DVec2), f64)> {
+        let from = |(a, b): (DVec2, DVec2)| {
             let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            let away = place - (a + (b - a) * along);
-            if away.length() < nearest.0 {
-                // On the edge itself, away is inward.
-                nearest = (away.length(), away.try_normalize().unwrap_or((b - a).perp().normalize_or_zero()));
-            }
-        }
-        nearest
+            (place - (a + (b - a) * along), (a, b), along)
+        };
+        self.edges().map(from).min_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()))
     }
 
     /// All edges, with the inside to their left.
@@ -243,11 +254,22 @@ impl Covered<'_> {
         if let (true, Some(normal)) = (edges.len() > 1, sum.try_normalize()) {
             tried.push((normal, distance_of_share(normal, share)));
         }
-        let error = |(normal, distance): &(DVec2, f64)| self.error(*normal, *distance, share);
+        let error = |half: &(DVec2, f64)| self.error(&[*half], share);
         let best = tried.iter().min_by(|a, b| error(a).total_cmp(&error(b)))?;
+        let longest = edges.iter().take(MOST_TRIED).map(|(_, normal, distance)| (*normal, *distance));
+        let pairs = longest
+            .clone()
+            .enumerate()
+            .flat_map(|(at, one)| longest.clone().skip(at + 1).map(move |other| [one, other]));
+        let two = pairs.min_by(|a, b| self.error(a, share).total_cmp(&self.error(b, share)));
         // A wall through the centre holds it, whichever page asks: that decides on the surface there.
-        let distance = (best.1 * STEPS).round() / STEPS;
-        Some((share, Wall::plane(best.0, distance * spacing)))
+        let kept = |distance: f64| (distance * STEPS).round() / STEPS * spacing;
+        match two.filter(|two| self.error(two, share) + BETTER < error(best)) {
+            Some(two) => {
+                Some((share, Wall::Corner(two.map(|(normal, distance)| (normal.to_angle(), kept(distance))))))
+            }
+            None => Some((share, Wall::plane(best.0, kept(best.1)))),
+        }
     }
 
     /// Length, outward normal and distance from the centre of each edge that is not the voxel's own border.
@@ -280,18 +302,26 @@ impl Covered<'_> {
         edges
     }
 
-    /// Area in which what is covered and what a wall leaves differ.
-    fn error(&self, normal: DVec2, distance: f64, share: f64) -> f64 {
-        let inside = |place: DVec2| distance - normal.dot(place - self.centre);
-        let both: Vec<Vec<DVec2>> = self.rings.iter().map(|ring| clip(ring, inside)).collect();
-        share + share_of(normal, distance) - 2.0 * Self::area(&both)
+    /// Area in which what is covered and what walls leave differ.
+    fn error(&self, walls: &[(DVec2, f64)], share: f64) -> f64 {
+        let within = |ring: &[DVec2]| {
+            let mut ring = ring.to_vec();
+            for (normal, distance) in walls {
+                ring = clip(&ring, |place| distance - normal.dot(place - self.centre));
+            }
+            ring
+        };
+        let both: Vec<Vec<DVec2>> = self.rings.iter().map(|ring| within(ring)).collect();
+        let walls =
+            walls.iter().map(|&(normal, distance)| HalfPlane { normal, distance }).collect::<Vec<_>>();
+        let left = Patch::voxel(1.0).within_all(walls.iter().enumerate()).area();
+        share + left - 2.0 * Self::area(&both)
     }
 }
 
 /// Share of a voxel on the inner side of a plane at a distance from its centre, voxels.
 pub(super) fn share_of(normal: DVec2, distance: f64) -> f64 {
-    let corners = [dvec2(-0.5, -0.5), dvec2(0.5, -0.5), dvec2(0.5, 0.5), dvec2(-0.5, 0.5)];
-    0.5 * doubled_area(&clip(&corners, |place| distance - normal.dot(place)))
+    Patch::voxel(1.0).within(&HalfPlane { normal, distance }, 0).area()
 }
 
 /// The distance of [`share_of`], by halving: the share grows with it.

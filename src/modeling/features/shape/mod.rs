@@ -14,6 +14,7 @@ mod cover;
 mod footprint;
 #[cfg(test)]
 mod footprint_tests;
+mod patch;
 mod prepare;
 mod profile;
 mod ribbon;

@@ -6,13 +6,14 @@
 //! hipped    = four planes of one slope over a rectangle; else the distance from the nearest wall
 //! pyramidal = a plane from each edge of the hull to its middle;  skillion = one plane;  dome = an ellipsoid over the hull
 //! ```
-//! All but domes and hips of crooked footprints are the least of some planes, so that ridges are known exactly: a voxel that one
-//! crosses has a solid on either side of it.
+//! All but domes, and hips around corners that point inward, are the least of some planes, so that ridges and hips are known exactly: a
+//! voxel that they cross has a solid for each plane.
 
 use glam::{DVec2, Vec2Swizzles};
 
 use super::super::kinds::{Rise, Roof, RoofShape};
 use super::footprint::Footprint;
+use super::patch::{HalfPlane, Patch};
 
 /// A plane: height above the eaves over a place, and its slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +26,18 @@ pub(super) struct Plane {
 impl Plane {
     pub fn height(&self, place: DVec2) -> f64 {
         self.height + self.slope.dot(place - self.at)
+    }
+
+    /// Where it is no higher than another one, from a place; `None` if they are parallel.
+    pub fn below(&self, other: &Self, from: DVec2) -> Option<HalfPlane> {
+        let rising = self.slope - other.slope;
+        let normal = rising.try_normalize()?;
+        Some(HalfPlane { normal, distance: (other.height(from) - self.height(from)) / rising.length() })
+    }
+
+    /// Whether another one is the same, but for rounding; looked at around a place.
+    fn is_same(&self, other: &Self, place: DVec2) -> bool {
+        self.slope.distance(other.slope) < 1e-6 && (self.height(place) - other.height(place)).abs() < 1e-6
     }
 }
 
@@ -171,12 +184,46 @@ impl Bound {
         }
     }
 
-    /// The two planes that are least over a place.
-    pub fn ridge(&self, place: DVec2) -> Option<[Plane; 2]> {
-        let Form::Planes(planes) = &self.form else { return None };
-        let mut planes = planes.clone();
-        planes.sort_by(|a, b| a.height(place).total_cmp(&b.height(place)));
-        planes.get(..2).map(|two| [two[0], two[1]])
+    /// Planes of which the roof over a part of a voxel (from `centre`) is the least: those that are so somewhere, and others that nearly are. One at
+    /// least; where it is no such planes, one that touches it.
+    pub fn planes_over(&self, footprint: &Footprint, centre: DVec2, part: &Patch) -> Vec<Plane> {
+        let touching = |from_centre: DVec2| {
+            let at = centre + from_centre;
+            let (height, slope) = self.at(footprint, at);
+            Plane { at, height, slope }
+        };
+        let planes = match &self.form {
+            Form::Planes(planes) => planes.clone(),
+            Form::Dome { .. } => return vec![touching(part.middle())],
+            Form::FromWalls { .. } => {
+                let middle = part.middle();
+                // Away from corners, where two walls are nearest.
+                let places = part.corners().map(|corner| corner.lerp(middle, 0.125)).chain([middle]);
+                // Around a corner that points inward the roof is a cone, and not the least of what touches it.
+                if places.clone().any(|place| footprint.is_corner_nearest(centre + place)) {
+                    return vec![touching(middle)];
+                }
+                let mut planes: Vec<Plane> = Vec::new();
+                for plane in places.map(touching) {
+                    if !planes.iter().any(|known| known.is_same(&plane, centre)) {
+                        planes.push(plane);
+                    }
+                }
+                planes
+            }
+        };
+        let range = |plane: &Plane| {
+            let heights = part.corners().map(|corner| plane.height(centre + corner));
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+        };
+        let least = planes.iter().map(|plane| range(plane).1).fold(f64::INFINITY, f64::min);
+        let mut kept = planes.clone();
+        kept.retain(|plane| range(plane).0 < least);
+        if kept.is_empty() {
+            // A level one is as high everywhere as at its highest.
+            kept.extend(planes.into_iter().min_by(|a, b| range(a).1.total_cmp(&range(b).1)));
+        }
+        kept
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, dvec2};
 
 use super::super::kinds::Paint;
-use crate::voxel::{HeightCode, Span};
+use crate::voxel::{Cut, HeightCode, Span};
 
 /// A rectangle of voxels: row-major from the south-west, rows northward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +87,8 @@ pub enum Wall {
         /// How far it lies from the voxel's centre in that direction, metres.
         distance_m: f64,
     },
+    /// What is within two planes; facings and distances as above.
+    Corner([(f64, f64); 2]),
     /// It fills the voxel, and its sides look in this direction, radians counter-clockwise from east.
     Round(f64),
 }
@@ -95,6 +97,21 @@ impl Wall {
     /// A plane whose outside lies in the direction of `normal`.
     pub(super) fn plane(normal: DVec2, distance_m: f64) -> Self {
         Self::Plane { facing: normal.y.atan2(normal.x), distance_m }
+    }
+
+    /// Its planes: facings and distances.
+    pub fn planes(&self) -> impl Iterator<Item = (f64, f64)> + use<> {
+        let planes = match *self {
+            Self::Plane { facing, distance_m } => [Some((facing, distance_m)), None],
+            Self::Corner(planes) => planes.map(Some),
+            Self::Whole | Self::Round(_) => [None; 2],
+        };
+        planes.into_iter().flatten()
+    }
+
+    /// Whether what it bounds holds the voxel's centre.
+    pub fn holds_centre(&self) -> bool {
+        self.planes().all(|(_, distance_m)| distance_m >= 0.0)
     }
 }
 
@@ -121,6 +138,8 @@ pub struct Solid {
     pub parallel: bool,
     /// A strip along the wall's line, as wide as the solid is high.
     pub strip: bool,
+    /// By planes of its wall: beyond it the same thing goes on, another plane of its roof.
+    pub joined: [bool; 2],
 }
 
 impl Solid {
@@ -137,6 +156,7 @@ impl Solid {
             material: paint.material.code(),
             parallel: false,
             strip: false,
+            joined: [false; 2],
         }
     }
 
@@ -159,39 +179,53 @@ impl Solid {
         if self.high_m.is_nan() || low >= high || opacity == 0 {
             return None;
         }
-        let (facing, cut) = self.cut(spacing)?;
+        let (cuts, joined) = self.cuts(spacing)?;
         let bit = |is: bool, bit: u8| if is { bit } else { 0 };
         Some(Span {
             low,
             high,
             slope: self.slope.map(slope_steps),
-            facing,
-            cut,
+            cuts,
             top: self.top,
-            state: opacity | bit(self.parallel, Span::PARALLEL) | bit(self.strip, Span::STRIP),
+            state: opacity | bit(self.parallel, Span::PARALLEL) | bit(self.strip, Span::STRIP) | joined,
             side: self.side,
             material: self.material,
         })
     }
 
-    fn cut(&self, spacing: f64) -> Option<(u8, i8)> {
-        match self.wall {
-            Wall::Whole => Some((0, Span::WHOLE)),
-            Wall::Round(facing) => Some((turn(facing), Span::ROUND)),
-            Wall::Plane { facing, distance_m } => {
-                let normal = DVec2::from_angle(facing).abs();
-                let (distance, reach) = (distance_m / spacing, 0.5 * (normal.x + normal.y));
-                let steps = (distance * f64::from(Span::CUT_STEPS)).round().clamp(-127.0, 126.0) as i8;
-                match (self.strip, distance) {
-                    (true, _) => Some((turn(facing), steps)),
-                    (false, distance) if distance >= reach => Some((0, Span::WHOLE)),
-                    (false, distance) if distance <= -reach => None,
-                    _ => Some((turn(facing), steps)),
-                }
-            }
+    /// Cuts, and the bits of those beyond which the same goes on; `None` if they leave nothing.
+    fn cuts(&self, spacing: f64) -> Option<([Cut; 2], u8)> {
+        if let Wall::Round(facing) = self.wall {
+            return Some(([Cut::round(turn(facing)), Cut::NONE], 0));
         }
+        let (mut cuts, mut count) = ([(Cut::NONE, false); 2], 0);
+        // Planes of a roof that meet in a point are stored in steps, and no longer do: they overlap by as much, or there would be a hole.
+        let lap = if self.joined == [true; 2] { LAP } else { 0.0 };
+        for ((facing, distance_m), is_joined) in self.wall.planes().zip(self.joined) {
+            let (normal, distance) = (DVec2::from_angle(facing).abs(), distance_m / spacing);
+            let reach = 0.5 * (normal.x + normal.y);
+            if !self.strip && distance >= reach {
+                continue;
+            }
+            if !self.strip && distance <= -reach {
+                return None;
+            }
+            // Casts saturate.
+            let steps = (distance * f64::from(Cut::STEPS) + lap).round() as i32;
+            cuts[count] = (Cut::wall(turn(facing), steps), is_joined);
+            count += 1;
+        }
+        // The order in which they were found says nothing.
+        if count == 2 && !self.strip {
+            cuts.sort_unstable();
+        }
+        let bits = [0, 1].map(|index| if cuts[index].1 { Span::JOINED[index] } else { 0 });
+        Some((cuts.map(|(cut, _)| cut), bits[0] | bits[1]))
     }
 }
+
+/// By how many steps of a cut parts of a roof lap over each other where more than two meet.
+const LAP: f64 = 1.0;
 
 /// A slope in [`Span::SLOPE_STEPS`].
 fn slope_steps(slope: f64) -> i8 {
@@ -249,7 +283,7 @@ mod tests {
         };
         let span = solid.encode(&HEIGHTS, 2.0).unwrap();
         assert_eq!((HEIGHTS.decode(span.low), HEIGHTS.decode(span.high)), (Some(104.0), HEIGHTS.decode(241)));
-        assert_eq!((span.slope, span.facing, span.cut), ([16, -127], 192, 16));
+        assert_eq!((span.slope, span.cuts), ([16, -127], [Cut::wall(192, 16), Cut::NONE]));
         assert_eq!((span.state, span.material), (8 | Span::PARALLEL, Material::Brick.code()));
         assert_eq!(block().encode(&HEIGHTS, 2.0).unwrap().low, Span::GROUND);
     }
@@ -257,9 +291,9 @@ mod tests {
     #[test]
     fn walls_beyond_the_voxel_are_none() {
         let with = |distance_m: f64| Solid { wall: Wall::plane(dvec2(1.0, 1.0), distance_m), ..block() };
-        assert_eq!(with(1.5).encode(&HEIGHTS, 2.0).unwrap().cut, Span::WHOLE);
+        assert_eq!(with(1.5).encode(&HEIGHTS, 2.0).unwrap().cuts, [Cut::NONE; 2]);
         assert_eq!(with(-1.5).encode(&HEIGHTS, 2.0), None);
-        assert_eq!(with(0.0).encode(&HEIGHTS, 2.0).unwrap().cut, 0);
+        assert_eq!(with(0.0).encode(&HEIGHTS, 2.0).unwrap().cuts[0], Cut::wall(32, 0));
         assert_eq!(Solid { low_m: Some(112.0), ..block() }.encode(&HEIGHTS, 2.0), None);
         assert_eq!(Solid { opacity: 0.01, ..block() }.encode(&HEIGHTS, 2.0), None);
         assert_eq!(Solid { high_m: f64::NAN, ..block() }.encode(&HEIGHTS, 2.0), None);

@@ -153,7 +153,7 @@ fn wires_hang_by_the_formula() {
     let mut along: Vec<f64> = Vec::new();
     for (index, solid) in &strips {
         let span = solid.encode(&HEIGHTS, 1.0).unwrap();
-        let (normal, distance) = span.wall().unwrap();
+        let (normal, distance) = span.walls().next().unwrap();
         let centre = square.centre(index % 64, index / 64);
         let nearest = centre + dvec2(f64::from(normal[0]), f64::from(normal[1])) * f64::from(distance);
         let share = (nearest - a).dot(b - a) / (length * length);
@@ -188,7 +188,7 @@ fn is_within(
         let Some(span) = solid.encode(heights, square.spacing) else { return false };
         let [low, high] = [span.low, span.high].map(|code| heights.offset + heights.scale * f64::from(code));
         let rise = DVec2::from(span.slopes().map(f64::from)).dot(at);
-        let is_inside = span.wall().is_none_or(|(normal, distance)| {
+        let is_inside = span.walls().all(|(normal, distance)| {
             let beyond = DVec2::from(normal.map(f64::from)).dot(at) - f64::from(distance) * square.spacing;
             if span.is(Span::STRIP) { beyond.abs() <= 0.5 * (high - low) } else { beyond <= 0.0 }
         });
@@ -329,11 +329,9 @@ fn tanks_domes_and_poles_are_round() {
         raised(&bind(&Meaning::Upright(upright), &of_point(at(30.3, 24.6)), 1, &level), &square(1.0), &level)
     };
     let flat = tank(Cap::Flat, 20.0, 1.0);
-    let share = |wall: Wall| match wall {
-        Wall::Plane { facing, distance_m } => {
-            super::footprint::share_of(DVec2::from_angle(facing), distance_m)
-        }
-        Wall::Whole | Wall::Round(_) => 1.0,
+    let share = |wall: Wall| {
+        let planes = wall.planes().map(super::patch::HalfPlane::from).collect::<Vec<_>>();
+        super::patch::Patch::voxel(1.0).within_all(planes.iter().enumerate()).area()
     };
     let area: f64 = flat.iter().map(|(_, solid)| share(solid.wall)).sum();
     assert!((area - std::f64::consts::PI * 100.0).abs() < 2.0, "{area}");
@@ -447,7 +445,7 @@ proptest! {
                 bound.raise(square, &hills, &mut out);
                 let mut spans: Vec<_> = out.iter().filter_map(|(index, solid)| Some((place(square, *index), solid.encode(&HEIGHTS, 1.0)?))).collect();
                 spans.retain(|(place, _)| shared(place));
-                spans.sort_by_key(|(place, span)| (*place, span.low, span.high, span.facing));
+                spans.sort_by_key(|(place, span)| (*place, span.low, span.high, span.cuts));
                 spans
             };
             let (all, some) = (spans(&whole), spans(&part));

@@ -10,7 +10,7 @@ use crate::modeling::build;
 use crate::modeling::object::{ObjectFile, Stance};
 use crate::modeling::tests::support::Area;
 use crate::progress::Silent;
-use crate::voxel::{BlockSpans, PAGE_SIDE, PageId, PageSource, Span, SpanTable};
+use crate::voxel::{BlockSpans, Cut, PAGE_SIDE, PageId, PageSource, Span, SpanTable};
 
 /// Least and greatest corner: eastward, northward, upward.
 type Cuboid = [[i32; 3]; 2];
@@ -142,9 +142,13 @@ fn alike(what: &str, [one, other]: [&Area; 2], [x, y]: [u32; 2], shift: [u32; 2]
         let [found, wanted] = [spans(other, x + shift[0], y + shift[1]), spans(one, x, y)];
         assert_eq!(found.len(), wanted.len(), "{what}: {x} {y}: {found:?} {wanted:?}");
         for (found, wanted) in found.iter().zip(&wanted) {
-            let nearly =
-                Span { high: wanted.high, cut: wanted.cut, top: wanted.top, side: wanted.side, ..*found };
-            let is_near = found.high.abs_diff(wanted.high) <= 1 && found.cut.abs_diff(wanted.cut) <= 1;
+            let Span { high, cuts, top, side, .. } = *wanted;
+            let nearly = Span { high, cuts, top, side, ..*found };
+            let is_cut_near = found.cuts.iter().zip(&cuts).all(|(found, wanted)| {
+                let apart = (found.distance() - wanted.distance()).abs() * Cut::STEPS;
+                found.facing == wanted.facing && apart <= 1.0
+            });
+            let is_near = found.high.abs_diff(high) <= 1 && is_cut_near;
             assert!(is_near && nearly == *wanted, "{what}: {x} {y}: {found:?} {wanted:?}");
         }
         there += wanted.len();

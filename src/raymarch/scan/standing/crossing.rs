@@ -3,7 +3,7 @@
 use super::column::{Column, Fill, Haze, Line, Passage};
 use super::crest::Crest;
 use super::{Facet, FacetLight, Ladder, Metric};
-use crate::voxel::{PageId, Span};
+use crate::voxel::{Cut, PageId, Span};
 
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
 const SEAM: f32 = 0.04;
@@ -41,6 +41,17 @@ pub(super) struct Crossing<'c, 'f, L> {
     pub inverse: [f32; 2],
     /// How much higher the datum is there than the eye, with the Earth's curvature, metres.
     pub above: f32,
+}
+
+/// A wall near a place.
+#[derive(Debug, Clone, Copy)]
+struct Wall {
+    facing: u8,
+    normal: [f32; 2],
+    /// How far the place lies before it, sides of a voxel.
+    before: f32,
+    /// Beyond it the same thing goes on.
+    is_joint: bool,
 }
 
 impl<L: FacetLight> Crossing<'_, '_, L> {
@@ -116,7 +127,8 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         }
         let crest = crest.at(inverse[0]);
         let [low_near, low_far] = lows.unwrap_or([crest; 2]);
-        let (facet, seam) = self.front(span, cut[0], at[0]);
+        let wall = self.wall(span, at[0]);
+        let (facet, seam) = self.front(span, wall, cut[0], at[0]);
         // The rim of the front that is lit as the upper end is.
         let rim = top_near - seam * spacing * inverse[0];
         let side = [low_near.max(crest), rim.max(low_near)];
@@ -124,7 +136,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let lower = [low_far.max(crest), low_near];
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
         let depth = inverse.map(|inverse| 1.0 / inverse);
-        let front = (Line::level(inverse[0]), inverse[0] * self.turning(span, cut[0], at[0], depth[0]));
+        let front = (Line::level(inverse[0]), inverse[0] * self.turning(wall, cut[0], at[0], depth[0]));
         let along = |height: f32, slope: [f32; 2], rise: [f32; 2], far: f32, is_seen: bool| {
             let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
             if !is_seen || at_eye == 0.0 {
@@ -169,9 +181,9 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
     ///
     /// A wall goes on in the next voxel. A side of a voxel may end with it: half of the way to the next plane is to end there, too.
     #[inline]
-    fn turning(&self, span: &Span, share: f32, at: [f32; 2], depth: f32) -> f32 {
+    fn turning(&self, wall: Option<Wall>, share: f32, at: [f32; 2], depth: f32) -> f32 {
         let finite = |turning: f32| if turning.is_finite() { turning } else { 0.0 };
-        if let Some((normal, _)) = self.wall(span)
+        if let Some(Wall { normal, .. }) = wall
             && share > 0.0
         {
             return finite(dot(normal, self.beside) / dot(normal, self.ahead));
@@ -183,42 +195,63 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         turning * (2.0 * room / step.abs()).min(1.0)
     }
 
-    /// Shares of the way through the voxel between which the plane lies within a span's wall.
+    /// Shares of the way through the voxel between which the plane lies within a span's walls.
     #[inline]
     fn within(&self, span: &Span) -> Option<[f32; 2]> {
-        let Some((normal, distance)) = self.wall(span) else { return Some([0.0, 1.0]) };
-        let beyond = self.ends.map(|at| normal[0] * at[0] + normal[1] * at[1] - distance);
-        if !span.is(Span::STRIP) {
-            return clip([0.0, 1.0], beyond);
+        let mut within = [0.0, 1.0];
+        for (index, cut) in span.cuts.iter().enumerate() {
+            if !cut.is_wall() {
+                break;
+            }
+            let normal = self.metric.directions[usize::from(cut.facing)];
+            let beyond = self.ends.map(|at| dot(normal, at) - cut.distance());
+            if index == 0 && span.is(Span::STRIP) {
+                let steps = self.metric.scale / self.metric.spacing;
+                let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;
+                within = clip(within, beyond.map(|beyond| beyond - half))?;
+                within = clip(within, beyond.map(|beyond| -beyond - half))?;
+            } else {
+                within = clip(within, beyond)?;
+            }
         }
-        let steps = self.metric.scale / self.metric.spacing;
-        let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;
-        let within = clip([0.0, 1.0], beyond.map(|beyond| beyond - half))?;
-        clip(within, beyond.map(|beyond| -beyond - half))
+        Some(within)
     }
 
-    /// As [`Span::wall`].
+    /// The wall of a span that a place within is nearest to: the one that it lies on, if it lies on one.
     #[inline]
-    fn wall(&self, span: &Span) -> Option<([f32; 2], f32)> {
-        let is_whole = span.cut == Span::WHOLE || span.cut == Span::ROUND;
-        let normal = self.metric.directions[usize::from(span.facing)];
-        (!is_whole).then(|| (normal, f32::from(span.cut) / Span::CUT_STEPS))
+    fn wall(&self, span: &Span, at: [f32; 2]) -> Option<Wall> {
+        let wall = |index: usize| {
+            let cut = span.cuts[index];
+            let normal = self.metric.directions[usize::from(cut.facing)];
+            let is_joint = span.is(Span::JOINED[index]);
+            Wall { facing: cut.facing, normal, before: cut.distance() - dot(normal, at), is_joint }
+        };
+        match span.cuts.map(Cut::is_wall) {
+            [false, _] => None,
+            [true, false] => Some(wall(0)),
+            [true, true] => {
+                let walls = [wall(0), wall(1)];
+                Some(walls[usize::from(walls[1].before < walls[0].before)])
+            }
+        }
     }
 
     /// Which way the front of a span looks that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
-    /// lit as the upper end, sides of a voxel.
+    /// lit as the upper end, sides of a voxel. `wall` is the nearest one.
     #[inline]
-    fn front(&self, span: &Span, share: f32, at: [f32; 2]) -> (Facet, f32) {
-        if share > 0.0 {
-            return (Facet::Side(span.facing), 0.0);
-        }
-        if span.cut == Span::ROUND {
-            return (Facet::Side(span.facing), SEAM);
-        }
-        if let Some((normal, distance)) = self.wall(span)
-            && distance - normal[0] * at[0] - normal[1] * at[1] < SEAM
+    fn front(&self, span: &Span, wall: Option<Wall>, share: f32, at: [f32; 2]) -> (Facet, f32) {
+        if let Some(wall) = wall
+            && share > 0.0
         {
-            return (Facet::Side(span.facing), SEAM);
+            return (Facet::Side(wall.facing), if wall.is_joint { SEAM } else { 0.0 });
+        }
+        if span.cuts[0].is_round() {
+            return (Facet::Side(span.cuts[0].facing), SEAM);
+        }
+        if let Some(wall) = wall
+            && wall.before < SEAM
+        {
+            return (Facet::Side(wall.facing), SEAM);
         }
         // Of the voxel's sides the one that the plane enters through.
         let facing = if at[0].abs() >= at[1].abs() {

@@ -35,7 +35,7 @@ use super::{Field, Ladder, PlaneGroup, Profile};
 use crate::error::Result;
 use crate::simd::LANES;
 use crate::voxel::{
-    BARE, BLOCK_SIDE, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanBlock,
+    BARE, BLOCK_SIDE, Cut, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanBlock,
     SpanTable, SpansView,
 };
 
@@ -133,15 +133,11 @@ impl<'a> StandingMarch<'a> {
     pub fn new(source: &'a dyn PageSource) -> Self {
         let header = source.header();
         let (grid, code) = (header.grid, header.heights);
-        let direction = |facing: usize| {
-            let angle = facing as f32 * (std::f32::consts::TAU / 256.0);
-            [angle.cos(), angle.sin()]
-        };
         let metric = Metric {
             code,
             scale: code.scale as f32,
             spacing: grid.spacing as f32,
-            directions: std::array::from_fn(direction),
+            directions: std::array::from_fn(|facing| Cut::wall(facing as u8, 0).normal()),
             clearness: std::array::from_fn(|steps| (1.0 - steps as f32 / f32::from(Span::OPAQUE)).log2()),
         };
         Self {
