@@ -74,7 +74,6 @@ pub fn contours<S: PageSource>(
     }
     let reader = PostReader::new(source, level, Sheet::Bare);
     let [columns, rows] = posts_in(source, level, bounds);
-    let blocks = |range: &Range<i64>| (range.start..range.end - 1).step_by(BLOCK as usize);
     let count = blocks(&columns).count() * blocks(&rows).count();
     observer.begin("contours", count as u64, "blocks");
     let mut tracer = Tracer { interval, ..Tracer::default() };
@@ -83,14 +82,58 @@ pub fn contours<S: PageSource>(
             if observer.cancelled() {
                 return Err(Error::Interrupted("no lines were written".into()));
             }
-            let end = |first: i64, limit: i64| (first + BLOCK + 1).min(limit);
-            let posts = reader.heights(column..end(column, columns.end), row..end(row, rows.end))?;
+            let posts = reader.heights(column..end(column, &columns), row..end(row, &rows))?;
             tracer.block(&posts)?;
             observer.advance(1);
         }
     }
     observer.end();
     Ok(tracer.lines(|point| reader.place(0, 0) + point * source.header().grid.side(level)))
+}
+
+/// Least and greatest height of the ground that lines are of, the cells between posts of a level in a box, metres above the datum. `None`: there are no cells, as in a gap of the data,
+/// or in a box with less than two by two posts.
+///
+/// # Errors
+/// A page that is damaged.
+pub fn contour_range<S: PageSource>(source: &S, level: u8, bounds: [f64; 4]) -> Result<Option<[f64; 2]>> {
+    let reader = PostReader::new(source, level, Sheet::Bare);
+    let [columns, rows] = posts_in(source, level, bounds);
+    let mut range: Option<[f64; 2]> = None;
+    for (column, row) in blocks(&rows).flat_map(|row| blocks(&columns).map(move |column| (column, row))) {
+        let posts = reader.heights(column..end(column, &columns), row..end(row, &rows))?;
+        for corners in cells(&posts).map(|[column, row]| corners(&posts, column, row)) {
+            if corners.iter().any(|height| height.is_nan()) {
+                continue;
+            }
+            let known = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+            range =
+                Some(corners.iter().fold(known, |[low, high], height| [low.min(*height), high.max(*height)]));
+        }
+    }
+    Ok(range)
+}
+
+/// First columns, or rows, of blocks of cells between posts.
+fn blocks(posts: &Range<i64>) -> impl Iterator<Item = i64> + use<> {
+    (posts.start..posts.end - 1).step_by(BLOCK as usize)
+}
+
+/// The post behind the last of a block.
+fn end(first: i64, posts: &Range<i64>) -> i64 {
+    (first + BLOCK + 1).min(posts.end)
+}
+
+/// The south-western posts of cells, row by row.
+fn cells(posts: &Posts<f64>) -> impl Iterator<Item = [i64; 2]> + use<> {
+    let (columns, rows) = (posts.columns.clone(), posts.rows.clone());
+    (rows.start..rows.end - 1)
+        .flat_map(move |row| (columns.start..columns.end - 1).map(move |column| [column, row]))
+}
+
+/// Heights of a cell's posts, counter-clockwise from the south-west.
+fn corners(posts: &Posts<f64>, column: i64, row: i64) -> [f64; 4] {
+    [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(right, up)| posts.at(column + right, row + up))
 }
 
 /// Columns and rows of the posts of a level in a box.
@@ -152,8 +195,7 @@ impl Tracer {
     }
 
     fn cell(&mut self, posts: &Posts<f64>, column: i64, row: i64) -> Result<()> {
-        // Counter-clockwise from the south-west.
-        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(right, up)| posts.at(column + right, row + up));
+        let corners = corners(posts, column, row);
         let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
             (low.min(*height), high.max(*height))
         });
@@ -360,6 +402,34 @@ mod tests {
         assert!(
             contours(&plane, 0, WHOLE, 1e-9, &Silent).unwrap_err().to_string().contains("larger --interval")
         );
+    }
+
+    #[test]
+    fn the_range_of_lines_is_that_of_cells() {
+        // More than a block of cells; one post stands alone in a void.
+        let ground = |x: f64, y: f64| match (500.0..700.0).contains(&x) {
+            true if (x, y) == (601.0, 301.0) => 900.0,
+            true => f64::NAN,
+            false => 100.0 + 0.1 * x,
+        };
+        let area = area(700, 300, ground);
+        let range = |bounds| contour_range(&area, 0, bounds).unwrap();
+        let near = |bounds, wanted: [f64; 2]| {
+            let found: [f64; 2] = range(bounds).unwrap();
+            assert!(
+                found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.02),
+                "{found:?}"
+            );
+        };
+        near(WHOLE, [100.1, 239.9]);
+        near([1200.0, 2100.0, 1300.0, 2200.0], [120.1, 129.9]);
+        near([1400.0, 2100.0, 1700.0, 2500.0], [140.1, 149.9]);
+        let gap = [1510.0, 2200.0, 1690.0, 2400.0];
+        let narrow = [1200.0, 2100.0, 1202.0, 2200.0];
+        for bounds in [gap, narrow] {
+            assert_eq!(range(bounds), None, "{bounds:?}");
+            assert!(contours(&area, 0, bounds, 1.0, &Silent).unwrap().is_empty());
+        }
     }
 
     #[test]

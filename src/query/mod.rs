@@ -23,9 +23,9 @@ mod slabs;
 
 pub use classes::{ClassTally, LevelTally, ObjectTally, Tally, attributes_at, tally};
 pub use continuity::{ContinuityLimits, ContinuityReport, Fault, Finding, continuity};
-pub use contours::{Contour, contours, fitting_interval};
+pub use contours::{Contour, contour_range, contours, fitting_interval};
 pub use hillshade::Hillshade;
 pub use map::{GroundMap, MapExtent};
 pub use posts::{PostReader, Posts, Sheet};
 pub use profile::{Ground, Sample, profile};
-pub use sight::{Matter, Sight, sight};
+pub use sight::{Matter, Sight, footing, sight};

@@ -3,10 +3,11 @@
 //! ```text
 //! the ray between them, over bare ground as far as there is some ──▶ where it meets the ground
 //! the spans before that ──▶ where half of the light is gone
+//!     neither counts if it only touches the ray: what a point stands on does not hide it
 //! ground and spans on the way ──▶ how near it comes to what lies below it, and how much higher the far point would have to be
 //! ```
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::clearance::{TOUCH, clearance, floor};
 use super::slabs::Slabs;
@@ -21,6 +22,9 @@ const SMALLEST_PIXEL: f64 = f64::MIN_POSITIVE;
 
 /// Share of the light that comes through what is still seen through, as in the ranges of frames.
 const HALF: f64 = 0.5;
+
+/// Least opacity of what one stands on: crowns of trees and more, as in the highest surface of a database.
+const DENSE: f64 = 0.4;
 
 /// What a point may lie within.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +57,7 @@ pub struct Sight {
 /// Whether `from` sees `to` (metres of the database's system, heights above its datum) over an Earth of that curvature, which light bends after.
 ///
 /// Below bridges and crowns there is air wherever the database has bare ground. What is semitransparent hides the far point once half of the light is gone.
+/// Points on the ground, on a roof or below a deck are not hidden by it unless it rises, or hangs, before them.
 ///
 /// # Errors
 /// [`Error::Configuration`]: points that are the same, or not finite; a page that is damaged.
@@ -93,6 +98,20 @@ pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curva
     })
 }
 
+/// Height of what one stands on at a place (metres of the database's system), metres above the datum: the highest of bare ground and what stands or hangs there, as lines of
+/// sight meet it. `None`: there is no ground.
+///
+/// # Errors
+/// A page that is damaged.
+pub fn footing<S: PageSource>(source: &S, place: DVec2) -> Result<Option<f64>> {
+    let Some(ground) = Ground::Bare.height_at(source, place)? else { return Ok(None) };
+    let grid = source.header().grid;
+    let mut slabs = Slabs::new(source);
+    let standing = slabs.along([(place - grid.origin) / grid.spacing; 2])?;
+    let dense = standing.iter().filter(|slab| slab.opacity >= DENSE);
+    Ok(Some(dense.map(|slab| slab.high[0]).fold(ground, f64::max)))
+}
+
 /// What a point lies within.
 fn surroundings<S: PageSource>(source: &S, point: DVec3) -> Result<Option<Matter>> {
     let grid = source.header().grid;
@@ -108,31 +127,40 @@ fn surroundings<S: PageSource>(source: &S, point: DVec3) -> Result<Option<Matter
 }
 
 /// Range at which the ray is stopped before `length` metres, and the material of the span that does so.
+///
+/// Heights of the ray and of what it meets are rounded, so that which of them is higher where they touch is chance, and they touch wherever a point stands on something. So ground
+/// counts if it stops a ray that is higher by [`TOUCH`], and a span, which has two ends, if it stops both a higher and a lower one.
 fn obstacle<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Option<(f64, Option<u8>)>> {
     let grid = source.header().grid;
+    let [higher, lower] = [TOUCH, -TOUCH].map(|up| GridRay { eye: ray.eye + DVec3::Z * up, ..*ray });
     let bands = LevelBands::finest_only().with_bare_ground(&grid, SMALLEST_PIXEL, 0.0, 1.0);
     let mut marcher = Marcher::new(source, bands, Surface::Smooth);
-    let contact = marcher.first_contact(ray, 0.0)?.filter(|contact| contact.range < length);
+    let contact = marcher.first_contact(&higher, 0.0)?.filter(|contact| contact.range < length);
     // What stands beyond the far point hides nothing.
     let end = Contact { range: length, level: 0, wanted: 0, face: None, bare: true };
     let mut hits = Vec::new();
-    marcher.solids(ray, Some(&contact.unwrap_or(end)), &mut hits)?;
-    let mut left = 1.0;
-    let solid = hits.iter().find(|hit| {
-        left *= 1.0 - hit.opacity;
-        left <= HALF
-    });
-    let solid = solid.map(|hit| (hit.range, Some(hit.span.material)));
+    let mut solid = |ray: &GridRay| -> Result<Option<(f64, Option<u8>)>> {
+        marcher.solids(ray, Some(&contact.unwrap_or(end)), &mut hits)?;
+        let mut left = 1.0;
+        let found = hits.iter().find(|hit| {
+            left *= 1.0 - hit.opacity;
+            left <= HALF
+        });
+        Ok(found.map(|hit| (hit.range, Some(hit.span.material))))
+    };
+    // What one of them only touches lies nearer than what stops both.
+    let solid = match solid(&higher)? {
+        Some(one) => solid(&lower)?.map(|other| if one.0 < other.0 { other } else { one }),
+        None => None,
+    };
     Ok(solid.or(contact.map(|contact| (contact.range, None))))
 }
 
 #[cfg(test)]
 pub(super) mod tests {
-    use glam::DVec2;
-
     use super::*;
     use crate::raymarch::solid_tests::{CODE, pillar, standing};
-    use crate::voxel::{Grid, MemPages, Metadata, Span, build_in_memory};
+    use crate::voxel::{Cut, Grid, MemPages, Metadata, Span, build_in_memory};
 
     /// Level ground of 100 m with a ridge of `ridge` m more across x = 500 m, and a slope up to it from 400 m on.
     pub fn area(ridge: f64) -> MemPages {
@@ -241,7 +269,7 @@ pub(super) mod tests {
     #[test]
     fn a_wall_right_before_the_eye_counts_in_full() {
         // Half a metre thick along the western side of its voxel, 0.2 m before the eye: no half of a voxel's side has a middle in it.
-        let wall = Span { facing: 0, cut: -32, ..pillar(6.0) };
+        let wall = Span { cuts: [Cut::wall(0, -32), Cut::NONE], ..pillar(6.0) };
         let pages = standing(|x, _| if x == 145 { vec![wall] } else { Vec::new() });
         let see = |to: f64| sight(&pages, point(289.8, 5.0), point(489.8, to), Curvature::FLAT).unwrap();
         let hidden = see(5.0);
@@ -269,6 +297,104 @@ pub(super) mod tests {
         let ground = Ground::Bare.height_at(&area, from.truncate()).unwrap().unwrap();
         let hidden = sight(&area, from.with_z(ground), to.with_z(ground), Curvature::FLAT).unwrap();
         assert!((hidden.missing - 0.2 * 450.0).abs() < 0.5, "{hidden:?}");
+    }
+
+    /// A point on what stands at x.
+    fn foot(pages: &MemPages, x: f64) -> DVec3 {
+        let place = point(x, 0.0).truncate();
+        place.extend(footing(pages, place).unwrap().unwrap())
+    }
+
+    fn on_foot(pages: &MemPages, from: f64, to: f64) -> Sight {
+        sight(pages, foot(pages, from), foot(pages, to), Curvature::FLAT).unwrap()
+    }
+
+    #[track_caller]
+    fn sees(found: &Sight) {
+        assert_eq!((found.blocked, found.missing, found.within), (None, 0.0, [None; 2]), "{found:?}");
+    }
+
+    #[test]
+    fn points_on_level_ground_see_each_other_until_the_earth_bends() {
+        let area = area(0.0);
+        for (from, to) in [(100.0, 900.0), (900.0, 101.3), (333.3, 334.1), (100.7, 100.9)] {
+            let found = on_foot(&area, from, to);
+            sees(&found);
+            assert!(found.nearest.unwrap().1.abs() < TOUCH, "{found:?}");
+        }
+        let [from, to] = [100.0, 900.0].map(|x| foot(&area, x));
+        let curved = |up: f64| sight(&area, from, to + DVec3::Z * up, Curvature::standard()).unwrap();
+        let drop = Curvature::standard().drop_at(800.0);
+        assert!(curved(0.0).blocked.is_some() && (curved(0.0).missing - drop).abs() < 1e-3);
+        sees(&curved(drop + 1e-3));
+    }
+
+    #[test]
+    fn points_on_one_slope_see_each_other() {
+        // It rises by a quarter, by 151 of the 65534 steps of its heights from post to post: rounding leaves it even.
+        let grid = Grid { nx: 435, ny: 50, spacing: 2.0, origin: DVec2::new(1000.0, 2000.0) };
+        let heights: Vec<f64> = (0..50).flat_map(|_| (0..435).map(|x| 100.0 + 0.5 * f64::from(x))).collect();
+        let colours = vec![[90; 3]; heights.len()];
+        let slope = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
+        for (one, other) in [(10.3, 855.7), (300.1, 301.7), (444.4, 444.5), (21.0, 23.0)] {
+            for found in [on_foot(&slope, one, other), on_foot(&slope, other, one)] {
+                sees(&found);
+                assert!(found.nearest.unwrap().1.abs() < TOUCH, "{found:?}");
+            }
+        }
+        let beside = foot(&slope, 700.3) + DVec3::new(0.0, 31.7, 0.0);
+        sees(&sight(&slope, foot(&slope, 100.9), beside, Curvature::FLAT).unwrap());
+        let above = foot(&slope, 450.3) + DVec3::Z * 50.0;
+        sees(&sight(&slope, foot(&slope, 450.3), above, Curvature::FLAT).unwrap());
+        sees(&sight(&slope, above, foot(&slope, 450.3), Curvature::FLAT).unwrap());
+        // A hair below the ground is below it.
+        let below = foot(&slope, 100.9) - DVec3::Z * 1e-4;
+        assert!(sight(&slope, below, above, Curvature::FLAT).unwrap().blocked.is_some());
+    }
+
+    #[test]
+    fn points_on_a_ridge_and_at_its_feet_see_each_other_but_not_across() {
+        let area = area(20.0);
+        // Its highest posts stand at 499 and 501 m.
+        for (one, other) in [(100.0, 499.0), (501.0, 900.0)] {
+            sees(&on_foot(&area, one, other));
+            sees(&on_foot(&area, other, one));
+        }
+        let hidden = on_foot(&area, 100.0, 900.0);
+        assert!(
+            (hidden.blocked.unwrap().distance - 299.0).abs() < 0.1,
+            "its foot, not the eye's: {hidden:?}"
+        );
+        assert!((hidden.missing - 19.8 * 800.0 / 399.0).abs() < 0.1, "{hidden:?}");
+    }
+
+    #[test]
+    fn points_on_roofs_and_right_below_decks_are_not_hidden_by_them() {
+        let deck = Span { low: CODE.encode(12.0), ..pillar(13.0) };
+        let pitched = Span { slope: [16, 0], ..pillar(9.0) };
+        let pages = standing(|x, _| match x {
+            100..110 | 145..155 => vec![pillar(8.0)],
+            165..175 => vec![deck],
+            180 => vec![pitched],
+            _ => Vec::new(),
+        });
+        // Beside a wall one stands on the ground, not half way up.
+        let heights = [289.9, 290.1, 340.5, 360.7].map(|x| foot(&pages, x).z);
+        for (height, wanted) in heights.into_iter().zip([0.0, 8.0, 13.0, 8.85]) {
+            assert!((height - wanted).abs() < 1e-6, "{heights:?}");
+        }
+        assert_eq!(footing(&pages, DVec2::ZERO).unwrap(), None, "there is no ground beside the area");
+        for (one, other) in [(201.3, 218.9), (201.3, 300.5), (360.2, 361.8)] {
+            sees(&on_foot(&pages, one, other));
+            sees(&on_foot(&pages, other, one));
+        }
+        let see = |from: DVec3, to: DVec3| sight(&pages, from, to, Curvature::FLAT).unwrap();
+        sees(&see(foot(&pages, 360.7), point(380.0, 20.0)));
+        sees(&see(point(320.0, 30.0), foot(&pages, 360.7)));
+        let below = point(340.5, CODE.decode(CODE.encode(12.0)).unwrap());
+        sees(&see(below, point(400.5, below.z)));
+        sees(&see(point(400.5, 10.0), below));
+        assert_eq!(see(below, point(400.5, 20.0)).material, Some(2), "the deck is above it");
     }
 
     #[test]

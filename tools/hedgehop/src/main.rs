@@ -95,7 +95,7 @@ enum Command {
 
 fn main() -> ExitCode {
     exit::install_panic_hook();
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(height::apart(std::env::args_os()));
     let ready = guard_mapped_files().and_then(|()| Interrupt::install());
     let outcome = ready.map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
         Command::Build(args) => build::run(args, &interrupt),

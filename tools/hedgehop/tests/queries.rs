@@ -36,6 +36,10 @@ fn heights_are_told_by_degrees_and_by_metres() {
     let json = ends(&run(&folder, "height place.hop 500505 5000300 --xy --json"), 0);
     let json: Value = serde_json::from_str(&json).expect("JSON");
     assert!((number(&json, "/0/height_m") - 160.0).abs() < 0.1, "{json}");
+    assert!((number(&json, "/0/lon_deg") - 9.0064).abs() < 1e-4, "{json}");
+    assert!((number(&json, "/0/lat_deg") - 45.1562).abs() < 1e-4, "{json}");
+    let told = ends(&run(&folder, "height place.hop 500505,5000300 500105, 5000300 --xy"), 0);
+    assert!(told.contains("160.0") && told.contains("100.00 m above"), "{told}");
     // The same place in degrees: 9° east is the zone's middle.
     let json = ends(&run(&folder, "height place.hop 9.0064 45.1535 --json"), 0);
     let json: Value = serde_json::from_str(&json).expect("JSON");
@@ -43,6 +47,9 @@ fn heights_are_told_by_degrees_and_by_metres() {
     assert!((number(&json, "/0/lon_deg") - 9.0064).abs() < 1e-9);
     for (args, words) in [
         ("9.5 45.1535", "outside the area"),
+        ("-9.5,45.1535", "-9.5 45.1535 lies outside the area"),
+        ("1e300,1 --xy", "1e300 1 lies outside the area"),
+        ("9.0064,45.1535,3", "pairs"),
         ("500505 5000300", "--xy for metres"),
         ("9.0064", "value"),
         ("9.0064 45.1535 3", "pairs"),
@@ -69,6 +76,7 @@ fn points_see_each_other_over_the_ridge_only() {
     // 20 m up the near slope, which rises by 2 m in 10 m from 100 m before the eye on.
     assert!((number(&hidden, "/blocked_at/distance_m") - 200.0).abs() < 8.0, "{hidden}");
     assert!((number(&hidden, "/missing_m") - 80.0).abs() < 2.0, "{hidden}");
+    assert!((number(&hidden, "/blocked_at/lon_deg") - 9.004).abs() < 1e-3, "{hidden}");
     let told = ends(&run(&folder, "sight place.hop --from 500105,5000300,20 --to 500905,5000300,20 --xy"), 0);
     assert!(told.contains("hides the far point") && told.contains("m higher"), "{told}");
     let told = ends(
@@ -78,6 +86,86 @@ fn points_see_each_other_over_the_ridge_only() {
     assert!(told.contains("see each other over 800 m"), "{told}");
     let told = ends(&run(&folder, "sight place.hop --from 9,45.15,2 --to 9,45.15,2"), 2);
     assert!(told.contains("two points") || told.contains("outside"), "{told}");
+}
+
+#[test]
+fn points_on_level_ground_are_hidden_by_the_earth_alone() {
+    let folder = site();
+    let sight = |more: &str| {
+        let ends_at = "--from 500025,5000300,0 --to 500185,5000300,0";
+        ends(&run(&folder, &format!("sight place.hop {ends_at} --xy{more}")), 0)
+    };
+    let told = sight(" --curvature off");
+    assert!(told.contains("they see each other over 160 m"), "{told}");
+    // (160 m)² / 2R′ is 1.7 mm.
+    let told = sight("");
+    assert!(told.contains("it would have to be 0.002 m higher"), "{told}");
+    // From the ridge down beyond its foot, and back.
+    for ends_at in
+        ["--from 500505,5000300,0 --to 500905,5000300,0", "--from 500905,5000300,0 --to 500505,5000300,0"]
+    {
+        let told = ends(&run(&folder, &format!("sight place.hop {ends_at} --xy")), 0);
+        assert!(told.contains("they see each other over 400 m"), "{told}");
+    }
+}
+
+/// A local database of level ground, 600 m by 400 m, of which the middle third has no data.
+fn gap() -> TempDir {
+    let folder = TempDir::new().expect("a temporary folder");
+    let row =
+        (0..60).map(|x| if (20..40).contains(&x) { "-9999" } else { "100" }).collect::<Vec<_>>().join(" ");
+    let head = "ncols 60\nnrows 40\nxllcorner 0\nyllcorner 0\ncellsize 10\nnodata_value -9999\n";
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).expect("a file");
+    write("dem.asc", format!("{head}{}\n", vec![row; 40].join("\n")));
+    write("far.csv", "time_s,x_m,y_m,alt_m\n0,9000,300,200\n10,9900,300,200\n".into());
+    ends(&run(&folder, "build --elevation dem.asc --local -o gap.hop"), 0);
+    folder
+}
+
+#[test]
+fn places_in_gaps_outside_and_twice_are_told() {
+    let folder = gap();
+    let found = json(&folder, "height gap.hop 300,200 100,200 --json");
+    assert!(
+        found[0]["height_m"].is_null() && (number(&found, "/1/height_m") - 100.0).abs() < 1e-6,
+        "{found}"
+    );
+    assert!(found[1].get("lon_deg").is_none() && found[1].get("x_m").is_some(), "no place on Earth: {found}");
+    for (args, code, words) in [
+        ("height gap.hop 300 200", 0, "300.0 200.0  no ground: a gap of the data"),
+        ("height gap.hop 300 2000", 2, "300 2000 lies outside the area"),
+        (
+            "sight gap.hop --from 300,200,2 --to 50,50,2",
+            2,
+            "there is no ground at 300 200, a gap of the data",
+        ),
+        ("sight gap.hop --from 900,200,2 --to 50,50,2", 2, "900 200 lies outside the area"),
+        ("sight gap.hop --from 50,50,2 --to 50,50,2", 2, "are the same point, 50.0 50.0 at 102.0 m"),
+        (
+            "sight gap.hop --from 250,200,150 --to 350,200,150 --msl",
+            0,
+            "100 m; there is no ground between them",
+        ),
+        ("sight gap.hop --from 50,200,0 --to 150,200,0", 0, "they see each other over 100 m"),
+        ("profile gap.hop --from 50,50 --to 50,50", 2, "are the same place, 50.0 50.0"),
+        ("profile gap.hop --from 250,50 --to 350,50 -o gap.svg", 2, "nothing to draw"),
+        ("profile gap.hop --from 250,50 --to 350,50 -o gap.csv", 0, "all places lie in a gap of the data"),
+        ("profile gap.hop --from 105,50 --to 305,50 -o part.svg", 0, "of 21 places lie in a gap of the data"),
+        ("profile gap.hop --path far.csv -o far.svg", 0, "all places lie outside the area, x 0.0 to 600.0"),
+        ("contours gap.hop -o lines.geojson", 0, "no lines every 0.001 m: the ground is level, 100.00 m"),
+        ("contours gap.hop -o lines.geojson --bbox 250,50,350,150", 0, "there is a gap of the data"),
+        (
+            "contours gap.hop -o lines.geojson --bbox 50,50,56,56",
+            0,
+            "less than two by two posts, which are 10 m apart",
+        ),
+        ("contours gap.hop -o lines.geojson --bbox 900,50,950,56", 2, "lies outside the area"),
+    ] {
+        let told = ends(&run(&folder, args), code);
+        assert!(told.contains(words), "{args}: {told}");
+    }
+    let told = ends(&run(&site(), "contours place.hop -o lines.geojson --interval 1000"), 0);
+    assert!(told.contains("lies between two of them, from 100.00 to 160.00 m; give a smaller"), "{told}");
 }
 
 #[test]

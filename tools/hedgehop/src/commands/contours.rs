@@ -7,7 +7,9 @@ use hedgehop::frame::atomic::{write_bytes, write_with};
 use hedgehop::frame::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::query::{Contour, GroundMap, Hillshade, MapExtent, Sheet, contours, fitting_interval};
+use hedgehop::query::{
+    Contour, GroundMap, Hillshade, MapExtent, Sheet, contour_range, contours, fitting_interval,
+};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
@@ -142,13 +144,29 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let elevation = |line: &Contour| lines::text(line.number as f64 * interval, interval);
         format!(" from {} to {} m", elevation(low), elevation(high))
     });
-    let text = format!(
-        "{}: {} lines every {} m{range}\n",
-        args.output.display(),
-        found.len(),
-        area::metres(interval)
-    );
-    Ok(exit::print(&text)?)
+    let count = if found.is_empty() { "no".to_owned() } else { found.len().to_string() };
+    let mut text =
+        format!("{}: {count} lines every {} m{range}", args.output.display(), area::metres(interval));
+    if found.is_empty() {
+        text += &why_none(contour_range(&source, level, bounds)?, header.grid.side(level));
+    }
+    Ok(exit::print(&(text + "\n"))?)
+}
+
+/// Why ground whose posts are so far apart, and between such heights, has no lines; `None`: there is none.
+fn why_none(heights: Option<[f64; 2]>, side: f64) -> String {
+    match heights {
+        None => format!(
+            ": in the box there is a gap of the data, or less than two by two posts, which are {} m apart",
+            area::metres(side)
+        ),
+        Some([low, high]) if low == high => format!(": the ground is level, {low:.2} m"),
+        Some([low, high]) => {
+            format!(
+                ": the ground lies between two of them, from {low:.2} to {high:.2} m; give a smaller --interval"
+            )
+        }
+    }
 }
 
 /// A map of a part of the area whose longer side has so many pixels.

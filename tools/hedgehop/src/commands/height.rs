@@ -1,5 +1,6 @@
 //! `hedgehop height`: how high the ground is.
 
+use std::ffi::OsString;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -15,6 +16,7 @@ use crate::places::Places;
 const EXAMPLE: &str = "\
 Examples:
   hedgehop height area.hop -105.54 40.38
+  hedgehop height area.hop -105.54,40.38 -105.60,40.33
   hedgehop height area.hop 455120 4470300 455180 4470300 --xy
   hedgehop height area.hop -105.54 40.38 --bare";
 
@@ -26,7 +28,7 @@ pub struct Args {
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
 
-    /// Longitude and latitude of each place, degrees (WGS 84); of local databases x and y
+    /// Longitude and latitude of each place, degrees (WGS 84), with a blank or a comma between; of local databases x and y
     #[arg(value_name = "LON LAT", value_parser = args::number, required = true, allow_negative_numbers = true, num_args = 2..)]
     places: Vec<f64>,
 
@@ -41,6 +43,26 @@ pub struct Args {
     /// Print one JSON array
     #[arg(long)]
     json: bool,
+}
+
+/// The program's arguments, with the numbers of a place of this command apart if there is a comma between: clap would take those that begin with a minus for a flag.
+pub fn apart(args: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let args: Vec<OsString> = args.into_iter().collect();
+    if args.get(1).is_none_or(|command| command != "height") {
+        return args;
+    }
+    let split = |arg: OsString| match arg.to_str().and_then(numbers) {
+        Some(numbers) => numbers.into_iter().map(OsString::from).collect(),
+        None => vec![arg],
+    };
+    args.into_iter().flat_map(split).collect()
+}
+
+/// Numbers with commas between, the last of which may be before a blank; `None`: it is something else.
+fn numbers(text: &str) -> Option<Vec<String>> {
+    let (first, rest) = text.split_once(',')?;
+    let all = std::iter::once(first).chain(rest.split(',').filter(|_| !rest.is_empty()));
+    all.map(|one| args::number(one).ok().map(|_| one.trim().to_owned())).collect()
 }
 
 /// Runs the command.
@@ -86,8 +108,27 @@ pub fn run(args: &Args) -> Outcome {
         // Writing to a string does not fail.
         let _ = match sample.ground {
             Some(height) => writeln!(text, "{name}  {height:.2} m above {datum}{material}"),
-            None => writeln!(text, "{name}  no surface"),
+            None => writeln!(text, "{name}  no ground: a gap of the data"),
         };
     }
     Ok(exit::print(&text)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_come_apart_at_their_commas_and_nothing_else_does() {
+        let given = |text: &str| -> Vec<String> {
+            let apart = apart(text.split_whitespace().map(OsString::from));
+            apart.into_iter().map(|arg| arg.into_string().expect("it was text")).collect()
+        };
+        let wanted = "hedgehop height a,b.hop -105.54 40.38 1e3 -2 5 6 --xy";
+        let wanted: Vec<_> = wanted.split_whitespace().collect();
+        assert_eq!(given("hedgehop height a,b.hop -105.54,40.38 1e3,-2 5, 6 --xy"), wanted);
+        for whole in ["hedgehop sight a.hop --from 1,2,3", "hedgehop height 1,x ,2 1,,2 --", "hedgehop"] {
+            assert_eq!(given(whole), whole.split_whitespace().collect::<Vec<_>>());
+        }
+    }
 }

@@ -8,9 +8,10 @@ use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::memory::PageFile;
 use hedgehop::query::{Ground, Sample, profile};
-use hedgehop::voxel::PageSource;
+use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
 
+use crate::area;
 use crate::args::{self, AltitudeMode};
 use crate::exit::{self, Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -108,20 +109,27 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         (Some(path), ..) => under_flight(args, path, &source, step, &reporter)?,
         (None, Some(from), Some(to)) => {
             let ends = [places.find(from)?, places.find(to)?];
+            if ends[0] == ends[1] {
+                let what = format!(
+                    "--from and --to are the same place, {}; a line needs two, and hedgehop height tells one",
+                    places.name(ends[0])
+                );
+                return Err(Error::Configuration(what).into());
+            }
             let title = format!("{} to {}", places.name(ends[0]), places.name(ends[1]));
             Line { title, samples: profile(&source, args.ground(), &ends, step)?, flight: None }
         }
         _ => return Err(Error::Configuration("give --path, or --from and --to".into()).into()),
     };
-    let datum = &source.header().metadata.vertical_datum;
+    let header = source.header();
     if let Some((path, kind)) = output {
         let text = match kind {
-            Kind::Plot => drawn(&line, datum)?,
-            Kind::Table => table(&line, &Places::new(&source, false)?),
+            Kind::Plot => drawn(&line, header)?,
+            Kind::Table => table(&line, &places),
         };
         write_bytes(path, text.as_bytes())?;
     }
-    Ok(exit::print(&summary(&line, datum))?)
+    Ok(exit::print(&summary(&line, header)?)?)
 }
 
 fn kind(path: &Path) -> Result<Kind> {
@@ -171,12 +179,25 @@ fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter
     Ok(Line { title: path.display().to_string(), samples, flight: Some(flight) })
 }
 
-fn drawn(line: &Line, datum: &str) -> std::result::Result<String, Failure> {
+fn drawn(line: &Line, header: &Header) -> std::result::Result<String, Failure> {
+    // Without any height there is no scale to draw it on.
+    if line.flight.is_none() && line.samples.iter().all(|sample| sample.ground.is_none()) {
+        let what = format!(
+            "{}: all of it lies in a gap of the data, and there is nothing to draw; give other places, or write a table, .csv",
+            line.title
+        );
+        return Err(Error::Configuration(what).into());
+    }
     let ground: Vec<_> =
         line.samples.iter().map(|sample| (sample.distance / 1000.0, sample.ground)).collect();
     let along = ground.iter().map(|(along, _)| *along);
     let flight = line.flight.iter().flat_map(|flight| along.clone().zip(flight.iter().copied())).collect();
-    let shown = Elevations { title: line.title.clone(), datum: datum.to_owned(), ground, flight };
+    let shown = Elevations {
+        title: line.title.clone(),
+        datum: header.metadata.vertical_datum.clone(),
+        ground,
+        flight,
+    };
     plot::profile(&shown).map_err(|error| Failure::Unforeseen(format!("the plot: {error}")))
 }
 
@@ -208,7 +229,8 @@ fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
 }
 
 /// What the profile says, in a few lines.
-fn summary(line: &Line, datum: &str) -> String {
+fn summary(line: &Line, header: &Header) -> Result<String> {
+    let datum = &header.metadata.vertical_datum;
     let length = line.samples.last().map_or(0.0, |sample| sample.distance);
     let heights: Vec<f64> = line.samples.iter().filter_map(|sample| sample.ground).collect();
     let mut text = format!("{}: {:.2} km, {} places", line.title, length / 1000.0, line.samples.len());
@@ -222,6 +244,7 @@ fn summary(line: &Line, datum: &str) -> String {
     } else {
         write!(text, "; ground from {low:.1} to {high:.1} m above {datum}, {climb:.0} m up in all")
     };
+    text += &missing(line, header)?;
     if let Some(flight) = &line.flight {
         let above = line
             .samples
@@ -237,5 +260,24 @@ fn summary(line: &Line, datum: &str) -> String {
         }
     }
     text.push('\n');
-    text
+    Ok(text)
+}
+
+/// Where there is no ground, and why.
+fn missing(line: &Line, header: &Header) -> Result<String> {
+    let places = line.samples.len();
+    let without = line.samples.iter().filter(|sample| sample.ground.is_none()).count();
+    let outside = line.samples.iter().filter(|sample| !header.grid.contains(sample.place)).count();
+    let mut text = String::new();
+    let mut add = |count: usize, what: String| {
+        let count = if count == places { "all".to_owned() } else { format!("{count} of {places}") };
+        text += &format!("; {count} places lie {what}");
+    };
+    if without > outside {
+        add(without - outside, "in a gap of the data".to_owned());
+    }
+    if outside > 0 {
+        add(outside, format!("outside the area, {}", area::extents(header)?));
+    }
+    Ok(text)
 }

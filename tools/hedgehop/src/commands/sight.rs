@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use hedgehop::Error;
 use hedgehop::memory::PageFile;
 use hedgehop::query::{Matter, Sight, sight};
 use hedgehop::render::RenderOptions;
@@ -29,7 +30,7 @@ pub struct Args {
     #[arg(value_name = "AREA.hop")]
     file: PathBuf,
 
-    /// Longitude, latitude (degrees, WGS 84; of local databases x and y) and height above ground, metres
+    /// Longitude, latitude (degrees, WGS 84; of local databases x and y) and height above the ground or the roof there, metres
     #[arg(long, value_name = "LON,LAT,HEIGHT", value_parser = args::position, allow_hyphen_values = true)]
     from: [f64; 3],
 
@@ -61,6 +62,15 @@ pub fn run(args: &Args) -> Outcome {
     let places = Places::new(&source, args.xy)?;
     let [from, to] = [args.from, args.to].map(|point| places.point(point, args.msl));
     let (from, to) = (from?, to?);
+    if from == to {
+        let what = format!(
+            "--from and --to are the same point, {} at {:.1} m above {}; a line of sight needs two",
+            places.name(from.truncate()),
+            from.z,
+            source.header().metadata.vertical_datum
+        );
+        return Err(Error::Configuration(what).into());
+    }
     let world = WorldArgs { curvature: args.curvature, tile_world: false };
     let curvature = world.apply(source.header(), RenderOptions::default()).curvature;
     let found = sight(&source, from, to, curvature)?;
@@ -96,16 +106,26 @@ pub fn run(args: &Args) -> Outcome {
     // Writing to a string does not fail.
     let _ = match (blocked, nearest) {
         (Some(_), _) if missing.is_infinite() => write!(text, "; no height of it would do"),
-        (Some(_), _) if *missing > 0.0 => write!(text, "; it would have to be {missing:.1} m higher"),
+        (Some(_), _) if *missing > 0.0 => write!(text, "; it would have to be {} higher", rise(*missing)),
         (None, Some((sample, above))) => write!(
             text,
             "; the line comes nearest to what lies below it at {}, {:.0} m on the way: {above:.1} m",
             places.name(sample.place),
             sample.distance
         ),
+        (None, None) if *distance > 0.0 => write!(text, "; there is no ground between them"),
         _ => Ok(()),
     };
     Ok(exit::print(&(text + "\n"))?)
+}
+
+/// A rise, however small: along level ground or up a slope a hair may be enough.
+fn rise(metres: f64) -> String {
+    match metres {
+        0.05.. => format!("{metres:.1} m"),
+        0.0005.. => format!("{metres:.3} m"),
+        _ => "less than a millimetre".to_owned(),
+    }
 }
 
 /// What a point lies within, as JSON: nothing, ground, or a material.
