@@ -8,7 +8,8 @@
 //! ```
 //! Voids that are not declared are counted, and [`ElevationRaster::notes`] tells them once. −9999 m is a depth that occurs;
 //! so a sparse scan at opening decides whether the raster holds other depths below −8000 m, in which case −9999 is a depth too. The
-//! decision is taken once, so that a post does not depend on the window it is read through.
+//! decision is taken once, so that a post does not depend on the window it is read through, and by the same pixels whatever the
+//! file's blocks: 8 × 8 cells of 64 × 16 pixels, evenly spread, first and last included. That is some 64 tiles, or 128 rows.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -23,10 +24,10 @@ const PLAUSIBLE: std::ops::RangeInclusive<f64> = -12_000.0..=9_000.0;
 const AMBIGUOUS: f64 = -9999.0;
 /// Depths around [`AMBIGUOUS`] that show that a raster covers the deep sea, metres.
 const DEEP_SEA: std::ops::Range<f64> = -12_000.0..-8_000.0;
-/// Blocks that the sparse scan looks at, along each axis.
+/// Cells that the sparse scan looks at, along each axis.
 const SCAN: u32 = 8;
-/// Side of the part of a block that the scan reads, pixels.
-const SCAN_SIDE: u32 = 64;
+/// Columns and rows of a cell. Tiles as they are usual hold such cells whole, and strips are decoded in few rows.
+const CELL: (u32, u32) = (64, 16);
 /// Undeclared void values that are told apart; further ones are counted together.
 const TOLD_APART: usize = 4;
 
@@ -85,24 +86,21 @@ impl Conversion {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Value(u64);
 
-/// A window with its samples, for the sparse scans.
-pub(super) fn sparse_windows(info: &RasterInfo) -> impl Iterator<Item = Window> + use<> {
-    let axis = |size: u32, block: u32| {
-        let blocks = size.div_ceil(block);
-        let count = blocks.min(SCAN);
-        // Evenly spread block numbers, first and last included.
+/// What the sparse scans read. It depends on the size of a raster alone: the same pixels in other blocks must come to the same.
+pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item = Window> {
+    let axis = |size: u32, side: u32| {
+        let cells = size.div_ceil(side);
+        let count = cells.min(SCAN);
+        // Evenly spread cells, first and last included.
         (0..count).map(move |i| {
-            let number = u64::from(i) * u64::from(blocks - 1) / u64::from((count - 1).max(1));
-            let begin = number as u32 * block;
-            (begin, SCAN_SIDE.min(block).min(size - begin))
+            let number = u64::from(i) * u64::from(cells - 1) / u64::from((count - 1).max(1));
+            let begin = number as u32 * side;
+            (begin, side.min(size - begin))
         })
     };
-    // Blocks that span the raster are looked at in parts.
-    let part = |size: u32, block: u32| block.min(size.div_ceil(SCAN)).max(1);
-    let columns: Vec<_> = axis(info.width, part(info.width, info.block.0)).collect();
-    let rows: Vec<_> = axis(info.height, part(info.height, info.block.1)).collect();
-    rows.into_iter().flat_map(move |(y, height)| {
-        columns.clone().into_iter().map(move |(x, width)| Window { x, y, width, height })
+    // Row by row, so that a strip is decoded once.
+    axis(height, CELL.1).flat_map(move |(y, height)| {
+        axis(width, CELL.0).map(move |(x, width)| Window { x, y, width, height })
     })
 }
 
@@ -219,7 +217,7 @@ fn covers_deep_sea(raster: &dyn Raster, conversion: &Conversion) -> Result<bool>
         sample != AMBIGUOUS && !conversion.is_nodata(sample) && DEEP_SEA.contains(&conversion.metres(sample))
     };
     let mut samples = Vec::new();
-    for window in sparse_windows(raster.info()) {
+    for window in sparse_windows((raster.info().width, raster.info().height)) {
         raster.read(window, &[0], &mut samples)?;
         if samples.iter().any(is_deep) {
             return Ok(true);
@@ -293,19 +291,33 @@ mod tests {
     }
 
     #[test]
-    fn sparse_windows_lie_within() {
-        for (width, height, block) in
-            [(1, 1, (512, 64)), (4000, 3000, (256, 256)), (17, 5000, (17, 1)), (9, 9, (9, 9))]
-        {
-            let mut info = raster(SampleType::U8, 1, &[0.0]).0;
-            (info.width, info.height, info.block) = (width, height, block);
-            let windows: Vec<_> = sparse_windows(&info).collect();
-            assert!(!windows.is_empty() && windows.len() <= 64);
-            for w in windows {
-                assert!(
-                    w.width > 0 && w.height > 0 && w.x + w.width <= width && w.y + w.height <= height,
-                    "{w:?}"
-                );
+    fn voids_do_not_depend_on_blocks() {
+        // Depths that are seen if whole blocks of 64 or of 100 pixels are looked at, and a sentinel.
+        let voids_in = |block: (u32, u32)| {
+            let mut sea = raster(SampleType::I16, 1, &[0.0]);
+            (sea.0.width, sea.0.height, sea.0.block) = (1024, 1024, block);
+            sea.1 = vec![0.0; 1024 * 1024];
+            (100..128).for_each(|x| (0..64).for_each(|y| sea.1[y * 1024 + x] = -9000.0));
+            sea.1[0] = AMBIGUOUS;
+            voids(&heights(sea, &[]).0)
+        };
+        let expected = voids_in((64, 64));
+        for block in [(100, 64), (128, 128), (1024, 1), (1024, 1024)] {
+            assert_eq!(voids_in(block), expected, "{block:?}");
+        }
+    }
+
+    #[test]
+    fn sparse_windows_lie_within_and_are_few() {
+        for (width, height) in [(1, 1), (63, 17), (4000, 3000), (17, 5000), (9, 9), (1 << 30, 1 << 30)] {
+            let windows: Vec<_> = sparse_windows((width, height)).collect();
+            let rows: u32 = windows.iter().filter(|w| w.x == 0).map(|w| w.height).sum();
+            assert!(!windows.is_empty() && windows.len() <= 64 && rows <= 128);
+            let is_at = |x: u32, y: u32| windows.iter().any(|w| w.x + w.width == x && w.y + w.height == y);
+            assert!(windows[0].x == 0 && windows[0].y == 0 && is_at(width, height), "{windows:?}");
+            for (index, w) in windows.iter().enumerate() {
+                let is_inside = w.x + w.width <= width && w.y + w.height <= height;
+                assert!(w.width > 0 && w.height > 0 && is_inside && !windows[..index].contains(w), "{w:?}");
             }
         }
     }

@@ -4,7 +4,8 @@
 //! bands   those that the user gave, else 1, 2, 3; one or two bands are grey
 //! 8 bits  as stored (MinIsWhite inverted)
 //! others  stretched: the 2nd percentile of a sparse scan becomes 0, the 98th 255, for all bands alike, so
-//!         that hues stay; chosen once, at opening, so that pixels do not depend on their window
+//!         that hues stay; chosen once, at opening, so that pixels do not depend on their window. What is scanned depends
+//!         on the picture's size alone (see elevation.rs), so that strips and tiles give the same colours
 //! alpha   0 where the alpha band is 0, where ALL bands used hold the nodata value, or where a sample is NaN; else 255
 //! ```
 
@@ -123,7 +124,7 @@ impl ImageryRaster {
     fn stretch(&self) -> Result<(f64, f64)> {
         let mut found = Vec::new();
         let mut samples = Vec::new();
-        for window in sparse_windows(self.info()) {
+        for window in sparse_windows((self.info().width, self.info().height)) {
             self.raster.read(window, &self.bands, &mut samples)?;
             for pixel in samples.chunks_exact(self.bands.len()) {
                 let (colours, alpha) = pixel.split_at(self.colours);

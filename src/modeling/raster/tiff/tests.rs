@@ -255,3 +255,60 @@ fn threads_read_the_same() {
         }
     });
 }
+
+/// 16-bit grey that grows eastward and southward: in strips, or in tiles if blocks are narrower than it is.
+fn slope(size: (u32, u32), block: (u32, u32), is_deflated: bool) -> Vec<u8> {
+    let is_tiled = block.0 < size.0;
+    let chunk = |column: u32, row: u32| {
+        // The last strip ends with the picture, tiles are whole.
+        let end = if is_tiled { (row + 1) * block.1 } else { size.1.min((row + 1) * block.1) };
+        let places = (row * block.1..end).flat_map(|y| (0..block.0).map(move |x| (column * block.0 + x, y)));
+        let bytes: Vec<u8> = places.flat_map(|(x, y)| ((17 * x + 31 * y) as u16).to_le_bytes()).collect();
+        if is_deflated { stored_deflate(&bytes) } else { bytes }
+    };
+    let (columns, rows) = (size.0.div_ceil(block.0), size.1.div_ceil(block.1));
+    let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+    let chunks: Vec<Vec<u8>> = places.map(|(column, row)| chunk(column, row)).collect();
+    let mut entries = image(size, 1, block.1, chunks);
+    if is_tiled {
+        for entry in &mut entries {
+            entry.0 = match entry.0 {
+                tag::STRIP_OFFSETS => tag::TILE_OFFSETS,
+                tag::STRIP_BYTE_COUNTS => tag::TILE_BYTE_COUNTS,
+                other => other,
+            };
+        }
+        entries.retain(|entry| entry.0 != tag::ROWS_PER_STRIP);
+        set(&mut entries, tag::TILE_WIDTH, Long(vec![block.0]));
+        set(&mut entries, tag::TILE_LENGTH, Long(vec![block.1]));
+    }
+    set(&mut entries, tag::BITS_PER_SAMPLE, Short(vec![16]));
+    set(&mut entries, tag::COMPRESSION, Short(vec![if is_deflated { 8 } else { 1 }]));
+    tiff(vec![entries])
+}
+
+#[test]
+fn strips_and_tiles_are_stretched_alike() {
+    let size = (700, 900);
+    let colours = |block: (u32, u32), is_deflated| {
+        let file = write(&slope(size, block, is_deflated));
+        let imagery = ImageryRaster::new(open(&file.path, &OpenOptions::default()).unwrap(), None).unwrap();
+        let mut pixels = Vec::new();
+        imagery.read(Window { x: 0, y: 0, width: size.0, height: size.1 }, &mut pixels).unwrap();
+        let note = imagery.notes()[0].replace(&file.path.display().to_string(), "");
+        (note, pixels)
+    };
+    let (note, pixels) = colours((700, 64), false);
+    assert!(note.contains("stretched"), "{note}");
+    // About 2 of 100 pixels are black, and 2 white.
+    let share =
+        |byte: u8| pixels.iter().filter(|pixel| pixel[0] == byte).count() as f64 / pixels.len() as f64;
+    assert!([0, 255].into_iter().all(|byte| (0.001..0.05).contains(&share(byte))), "{note}");
+    for (block, is_deflated) in
+        [((700, 1), false), ((700, 900), false), ((700, 10), true), ((128, 64), false), ((256, 48), true)]
+    {
+        let (told, others) = colours(block, is_deflated);
+        assert_eq!(told, note, "{block:?}");
+        assert!(others == pixels, "{block:?}");
+    }
+}
