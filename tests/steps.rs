@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{
     Baked, Baking, BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill,
-    Place, Route, bake_shadows, build, forget_steps, is_own_work,
+    Place, Route, bake_shadows, build, forget_steps, is_begun, is_own_work, take_over,
 };
 use hedgehop::progress::{Observer, Silent};
 use hedgehop::sunlight::Sun;
@@ -189,6 +189,36 @@ fn a_log_that_was_not_given_its_name_is_found() {
     assert!(is_own_work(&options.output));
     assert_eq!(left(folder.path()), ["a.hop", "a.hop.steps"]);
     assert_eq!(updated(&options).reused, PAGES);
+}
+
+#[test]
+fn a_database_keeps_its_steps_under_another_name() {
+    let folder = site();
+    let old = options(folder.path(), "b.hop");
+    let new = BuildOptions { output: folder.path().join("a.hop"), threads: 1, ..old.clone() };
+    // Of a build of the new name nothing stays, finished or not; of one of the old name neither.
+    build(&new, &Silent).unwrap();
+    forget_steps(&new.output);
+    assert!(interrupted(&new, 20).is_err() && left(folder.path()).len() == 4, "{:?}", left(folder.path()));
+    assert!(!is_begun(&old.output));
+    updated(&old);
+    assert!(is_begun(&old.output));
+    take_over(&old.output, &new.output).unwrap();
+    assert_eq!(left(folder.path()), ["a.hop", "a.hop.steps"]);
+    assert!(!is_begun(&old.output) && !folder.path().join("b.hop.steps").exists());
+    // The log knows the file as it is: to the system a new name is a change of it.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let (log, file) = (bytes(&folder.path().join("a.hop.steps")), fs::metadata(&new.output).unwrap());
+        let changed = i128::from(file.ctime()) * 1_000_000_000 + i128::from(file.ctime_nsec());
+        let last = String::from_utf8_lossy(&log[times_in(&log)..]).into_owned();
+        assert!(last.contains(&changed.to_string()), "{last}");
+    }
+    assert_eq!(updated(&new).reused, PAGES);
+    // Pages of a build that was never finished are something, too.
+    let third = BuildOptions { output: folder.path().join("c.hop"), ..new };
+    assert!(interrupted(&third, 20).is_err() && is_begun(&third.output) && !third.output.exists());
 }
 
 #[test]

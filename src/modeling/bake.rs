@@ -13,6 +13,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::census::Census;
+use super::room;
 use super::steps::{self, Made, Steps};
 use super::workers::in_order;
 use super::writing::Page;
@@ -83,8 +84,14 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     }
     check_shadows(sun)?;
     let steps = baking.steps.then(|| Steps::of(output));
-    let writer = PageWriter::create(output, header.grid, header.heights, overwrite)?;
-    let writer = writer.with_objects(Arc::clone(&header.objects));
+    // Pages stay as long as they are. Where some are known, they may stay in their places, too.
+    let bytes: u64 = directory.present().map(|(_, entry)| room::placed(entry.length)).sum();
+    if !steps.as_ref().is_some_and(Steps::knows_pages) {
+        room::check_bytes(output, bytes)?;
+    }
+    let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?
+        .with_objects(Arc::clone(&header.objects));
+    writer.expect(bytes + header.objects.to_bytes().len() as u64);
     let mut writer = steps::begin(steps.as_ref(), writer, HELD)?;
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };

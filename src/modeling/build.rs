@@ -26,7 +26,8 @@ use super::budget::Budget;
 use super::census::Census;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
-use super::inputs::{self, Inputs};
+use super::hints;
+use super::inputs::{self, Input, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
 use super::object::{Objects, ScatterFile};
@@ -35,7 +36,9 @@ use super::page::Project;
 use super::placed::{ElevationInput, ImageryInput};
 use super::placing::Collection;
 use super::plan::{self, Plan};
+use super::room::Room;
 use super::scan::{self, Survey};
+use super::sources;
 use super::standing::{self, Standing};
 use super::steps::{self, PageKeys, SourceKeys, Steps};
 use super::synthetic::Roughness;
@@ -87,10 +90,12 @@ pub struct Outline {
     pub crs: Crs,
     /// Its grid.
     pub grid: Grid,
-    /// Bytes of the file at most.
+    /// Bytes of the file at most, without what stands on the ground.
     pub most_bytes: u64,
     /// What the program chose or assumed.
     pub notes: Vec<String>,
+    /// What lies outside the area and changes nothing, a sentence for each: most often a mistake.
+    pub outside: Vec<(Input, String)>,
 }
 
 /// Finds out what a build would make, from the heads of its files: no height is read.
@@ -101,16 +106,34 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let budget = Budget::of(options)?;
     let inputs = inputs::open_all(options, budget.cache)?;
     let plan = plan::plan(&inputs, options)?;
+    let outside = hints::all_outside(&inputs, &plan, options)?;
     let notes = inputs.notes.into_iter().chain(plan.notes.iter().cloned()).collect();
-    let most_bytes = plan::most_bytes(&plan);
-    Ok(Outline { crs: plan.crs, grid: plan.grid, most_bytes, notes })
+    let most_bytes = Room { plan: &plan, output: &options.output, builds: false }.most_bytes();
+    Ok(Outline { crs: plan.crs, grid: plan.grid, most_bytes, notes, outside })
 }
 
-/// Refuses an output that must not be written, before any work is done.
+/// Refuses an output that no database can be, whether anything may be replaced or not.
 ///
 /// # Errors
-/// It is an input, exists and may not be replaced, or lies where nothing can be written.
-pub fn check_output(options: &BuildOptions) -> Result<()> {
+/// It is an input, a folder or a device, or has no name that a file can have.
+pub fn check_name(options: &BuildOptions) -> Result<()> {
+    let name = options.output.to_string_lossy();
+    let refuse =
+        |what: String| Err(Error::Configuration(format!("{what}; name a file with -o, like AREA.hop")));
+    if name.is_empty() {
+        return refuse("the output has no name".into());
+    }
+    if name.contains('\0') {
+        return refuse(format!(
+            "{} has a NUL character in it, as no name can",
+            name.replace('\0', "\u{fffd}")
+        ));
+    }
+    // Of names that end so the system knows only after the pages were made that they are no files.
+    let last = name.rsplit(std::path::is_separator).next().unwrap_or_default();
+    if ["", ".", ".."].contains(&last) {
+        return refuse(format!("{name} is a folder"));
+    }
     // Paths that do not resolve are no inputs that could be lost.
     if let Ok(output) = options.output.canonicalize() {
         let is_output = |input: &&PathBuf| input.canonicalize().is_ok_and(|input| input == output);
@@ -130,6 +153,15 @@ pub fn check_output(options: &BuildOptions) -> Result<()> {
             )));
         }
     }
+    PageWriter::check_target(&options.output, true)
+}
+
+/// Refuses an output that must not be written, before any work is done.
+///
+/// # Errors
+/// Those of [`check_name`]; it exists and may not be replaced, or lies where nothing can be written.
+pub fn check_output(options: &BuildOptions) -> Result<()> {
+    check_name(options)?;
     PageWriter::check_target(&options.output, options.overwrite)?;
     // A folder that is missing, or not writable, would show only after the heights were scanned.
     let folder = options.output.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -146,14 +178,18 @@ pub(super) fn build_from(
     observer: &dyn Observer,
 ) -> Result<BuildReport> {
     let plan = plan::plan(&inputs, options)?;
-    plan::check_space(&plan, &options.output)?;
+    let room = Room { plan: &plan, output: &options.output, builds: is_built(&inputs) };
     if !plan.stored.is_all() {
         budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
     }
     let mut metadata = describe(&inputs, &plan, options);
+    metadata.notes.extend(hints::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
     let steps = options.steps.then(|| Steps::of(&options.output));
+    if !steps.as_ref().is_some_and(Steps::knows_pages) {
+        room.check(observer)?;
+    }
     let keys =
         steps.as_ref().map(|steps| SourceKeys::of(&inputs, &plan, datum, options, steps)).transpose()?;
     let traced = steps.as_ref().zip(keys.as_ref());
@@ -185,9 +221,8 @@ pub(super) fn build_from(
     }
     let measure = options.synthetic.detail.is_some_and(|detail| detail.roughness == Roughness::Auto);
     let surveys = scan::survey(&elevation, &plan, (traced, measure), budget.threads, observer)?;
-    for survey in surveys.iter().filter(|_| measure) {
-        let note =
-            format!("detail goes on with the roughness of elevation, {:.2}", survey.energies.roughness());
+    let rough = sources::roughness(&surveys, &metadata.sources, clouds.len());
+    for note in rough.into_iter().filter(|_| measure) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -237,6 +272,10 @@ pub(super) fn build_from(
     let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
     let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
     let code = HeightCode::spanning(low, high.max(tops));
+    if let Some(note) = hints::coarse_steps(HeightCode::spanning(low, high), code) {
+        observer.note(&note);
+        metadata.notes.push(note);
+    }
     let mut collection = Collection::new(plan.grid, code, &options.materials);
     if let Some(standing) = &mut standing {
         standing.share(plan.grid.spacing, &mut collection);
@@ -254,9 +293,9 @@ pub(super) fn build_from(
     });
     let mut writer = PageWriter::create(&options.output, plan.grid, code, options.overwrite)?
         .with_objects(Arc::clone(&shared));
-    writer.expect(plan::most_bytes(&plan));
-    let mut writer = steps::begin(steps.as_ref(), writer, budget.changes)?;
+    writer.expect(room.most_bytes() + shared.to_bytes().len() as u64);
     let trace = steps.as_ref().zip(page_keys.as_ref());
+    let mut writer = steps::begin(steps.as_ref(), writer, budget.changes)?;
     let mut written = Written::default();
     if let Err(error) = write_pages(&project, budget.threads, trace, &mut writer, &mut written, observer) {
         return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
@@ -295,15 +334,18 @@ pub(super) fn build_from(
     })
 }
 
+/// Whether something may stand on the ground.
+fn is_built(inputs: &Inputs) -> bool {
+    let Inputs { clouds, features, objects, scatters, .. } = inputs;
+    !(clouds.is_empty() && features.is_empty() && objects.is_empty() && scatters.is_empty())
+}
+
 fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
     inputs.elevation.iter().map(|raster| raster.datum).collect()
 }
 
 /// What is known before the first page.
 fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
-    let elevation = inputs.elevation.iter().map(|raster| raster.record("elevation"));
-    let imagery = inputs.imagery.iter().map(|raster| raster.record("imagery"));
-    let land_cover = inputs.land_cover.iter().map(|raster| raster.record("land cover"));
     let mut notes = inputs.notes.clone();
     notes.extend(plan.notes.iter().cloned());
     let has_colours = options.synthetic.has_colours() || inputs.clouds.iter().any(Cloud::is_coloured);
@@ -315,7 +357,7 @@ fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
         crs_name: plan.crs.name().to_owned(),
         crs_epsg: plan.crs.epsg(),
         crs_proj: plan.crs.proj().map(str::to_owned),
-        sources: elevation.chain(imagery).chain(land_cover).collect(),
+        sources: sources::records(inputs, options),
         corridors: options.corridors.iter().map(Corridor::record).collect(),
         notes,
         writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),

@@ -16,13 +16,15 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::room;
 use super::tally::Tally;
 use super::workers::in_order;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
-    APRON, Attributes, ContentHash, EncodedPage, Grid, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback,
-    PageSource, PageWriter, RADIX, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
+    APRON, Attributes, BARE, ContentHash, EncodedPage, Grid, Metadata, PAGE_SIDE, PageBuffer, PageId,
+    PageReadback, PageSource, PageWriter, RADIX, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock,
+    sparse_page,
 };
 
 /// How far the box may reach into a page that it only touches, as a share of its side.
@@ -104,6 +106,9 @@ pub fn extract(
         .with_objects(Arc::clone(&header.objects));
     let knife = Knife { source, part, finer: writer.readback() };
     let ids = knife.ids(pages);
+    let count = |level: u8| ids.iter().filter(|id| id.level == level).count() as u64;
+    let objects = header.objects.to_bytes().len() as u64;
+    writer.expect(room::most_bytes(&part.grid, count, count(BARE)) + objects);
     let mut tally = Tally::default();
     observer.begin("pages", ids.len() as u64, "pages");
     // Coarser pages are made from finer ones that have been written.
@@ -128,7 +133,10 @@ pub fn extract(
     observer.end();
     source.intact()?;
     let mut metadata: Metadata = tally.metadata(&header.metadata);
-    metadata.notes.push("a part of a larger database".into());
+    let note = "a part of a larger database";
+    if metadata.notes.iter().all(|told| told != note) {
+        metadata.notes.push(note.into());
+    }
     writer.finish(&metadata, tally.height_range(header.heights))
 }
 

@@ -126,10 +126,10 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
     Ok(Inputs { clouds, elevation, imagery, land_cover, notes: opener.into_notes(), ..Inputs::default() })
 }
 
-/// A file of a build.
+/// A part of a build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
-    /// Of points, by its place in [`BuildOptions::clouds`].
+    /// A file of points, by its place in [`BuildOptions::clouds`].
     Cloud(usize),
     /// Of elevation, by its place in [`BuildOptions::elevation`].
     Elevation(usize),
@@ -143,6 +143,10 @@ pub enum Input {
     Object(usize),
     /// Of a scatter, by its place in [`BuildOptions::scatters`].
     Scatter(usize),
+    /// A shape of the ground, by its place in [`super::synthetic::Synthetic::terrain`].
+    Terrain(usize),
+    /// A pattern on it, by its place in [`super::synthetic::Synthetic::textures`].
+    Texture(usize),
 }
 
 /// Reads a file of features.

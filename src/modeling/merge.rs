@@ -10,10 +10,12 @@
 //!
 //! Pages need not lie on each other: voxels are copied one by one.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use glam::DVec2;
 
+use super::room;
 use super::tally::Tally;
 use super::workers::in_order;
 use crate::error::{Error, Result};
@@ -170,8 +172,10 @@ impl<'s> Merger<'s> {
             let end = [corner[0] + i64::from(own.grid.nx), corner[1] + i64::from(own.grid.ny)];
             layers.push(Layer { source: *source, first: corner, end, sources });
         }
-        metadata.notes.dedup();
         metadata.notes.push(format!("merged from {} databases", layers.len()));
+        // What several of them tell is told once.
+        let mut told = HashSet::new();
+        metadata.notes.retain(|note| told.insert(note.clone()));
         let low = [0, 1].map(|axis| layers.iter().map(|layer| layer.first[axis]).min().unwrap_or(0));
         let high = [0, 1].map(|axis| layers.iter().map(|layer| layer.end[axis]).max().unwrap_or(0));
         let size = [0, 1].map(|axis| u32::try_from(high[axis] - low[axis]).unwrap_or(u32::MAX));
@@ -209,6 +213,12 @@ impl<'s> Merger<'s> {
         observer: &dyn Observer,
     ) -> Result<Merged> {
         let mut writer = PageWriter::create(output, self.grid, self.heights, overwrite)?;
+        let pages = |level: u8| {
+            let (columns, rows) = self.grid.page_dims(level);
+            u64::from(columns) * u64::from(rows)
+        };
+        let bare = if self.layers.iter().any(|layer| layer.source.header().is_built) { pages(0) } else { 0 };
+        writer.expect(room::most_bytes(&self.grid, pages, bare));
         let finer = writer.readback();
         let (mut tally, mut join) = (Tally::default(), Join::default());
         let ids = |level: u8| -> Vec<PageId> {

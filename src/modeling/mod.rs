@@ -15,6 +15,7 @@ mod extract;
 mod feather;
 mod fill;
 mod groves;
+mod hints;
 mod inputs;
 mod kernel;
 mod land_cover;
@@ -28,7 +29,9 @@ mod placed;
 mod placing;
 mod plan;
 mod plausible;
+mod room;
 mod scan;
+mod sources;
 mod standing;
 mod steps;
 pub mod synthetic;
@@ -42,7 +45,7 @@ mod workers;
 mod writing;
 
 pub use bake::{Baked, Baking, bake_shadows, check_shadows};
-pub use build::{BuildReport, Outline, build, check_output, outline};
+pub use build::{BuildReport, Outline, build, check_name, check_output, outline};
 pub use corridor::{Corridor, Place, Route};
 pub use extract::{Part, extract};
 pub use inputs::{Input, faults};
@@ -52,4 +55,4 @@ pub use merge::{Join, Merged, Merger};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };
-pub use steps::{forget_steps, is_own_work};
+pub use steps::{forget_steps, is_begun, is_own_work, take_over};

@@ -22,7 +22,7 @@ use super::options::BuildOptions;
 use super::vertical::{self, Shift};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
-use crate::voxel::{Grid, RADIX, most_page_bytes};
+use crate::voxel::{Grid, RADIX};
 
 /// Voxels along a side that all arithmetic here and in the pages is safe for.
 const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
@@ -343,46 +343,4 @@ fn axis(low: f64, high: f64, phase: f64, spacing: f64) -> Result<(f64, u32)> {
         )));
     }
     Ok((phase + first * spacing, count as u32))
-}
-
-/// Refuses a grid whose database the disk cannot hold.
-pub(super) fn check_space(plan: &Plan, output: &Path) -> Result<()> {
-    let grid = &plan.grid;
-    let needed = most_bytes(plan) as f64;
-    let Some(free) = free_bytes(output) else { return Ok(()) };
-    if needed <= free {
-        return Ok(());
-    }
-    let megabytes = |bytes: f64| (bytes / 1.0e6).ceil();
-    Err(Error::Configuration(format!(
-        "{}: {} x {} voxels of {} m{} take up to {} MB, but only {} MB are free there; \
-         choose a larger --spacing or a smaller --bbox",
-        output.display(),
-        grid.nx,
-        grid.ny,
-        grid.spacing,
-        if plan.stored.is_all() { "" } else { " in corridors" },
-        megabytes(needed),
-        megabytes(free)
-    )))
-}
-
-/// Bytes of a plan's database, at most.
-pub(super) fn most_bytes(plan: &Plan) -> u64 {
-    (0..plan.grid.level_count())
-        .map(|level| plan.stored.count(level) * most_page_bytes(&plan.grid, level))
-        .sum()
-}
-
-/// Free bytes where `output` will be; `None` if the system does not say.
-#[cfg(unix)]
-fn free_bytes(output: &Path) -> Option<f64> {
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let state = rustix::fs::statvfs(folder).ok()?;
-    Some(state.f_bavail as f64 * state.f_frsize as f64)
-}
-
-#[cfg(not(unix))]
-fn free_bytes(_output: &Path) -> Option<f64> {
-    None
 }

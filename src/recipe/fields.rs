@@ -51,7 +51,9 @@ impl<'r> Mistakes<'r> {
 fn plain_words(key: &str, message: &str) -> String {
     let kinds = ["invalid type: ", "invalid value: "].iter().find_map(|begin| message.strip_prefix(begin));
     let Some((given, wanted)) = kinds.and_then(|kinds| kinds.rsplit_once(", expected ")) else {
-        return format!("{key}: {message}");
+        // What a value may be is told with its key already.
+        let is_named = message.strip_prefix(key).is_some_and(|rest| rest.starts_with(' '));
+        return if is_named { message.to_owned() } else { format!("{key}: {message}") };
     };
     let wanted = match wanted {
         "f64" => "a number",

@@ -22,7 +22,9 @@ use toml::de::DeTable;
 use crate::document::{self, Kind, Reading};
 use crate::error::{Error, Result};
 use crate::flight::{Fix, Horizontal, ReadOptions, read_track};
-use crate::modeling::{BuildOptions, Corridor, Input, Outline, Place, Route, check_shadows, faults, outline};
+use crate::modeling::{
+    BuildOptions, Corridor, Input, Outline, Place, Route, check_name, check_shadows, faults, outline,
+};
 use crate::sunlight::SunSetting;
 use fields::{Fields, Mistakes};
 use words::key_of_place;
@@ -56,6 +58,9 @@ struct Lines {
     land_cover: Vec<usize>,
     objects: Vec<usize>,
     scatters: Vec<usize>,
+    /// Of every shape and every pattern.
+    terrain: Vec<usize>,
+    textures: Vec<usize>,
     /// Of every corridor.
     corridors: Vec<usize>,
     /// Of the table `[place]`, and of its keys.
@@ -85,12 +90,7 @@ impl Recipe {
     /// # Errors
     /// What is wrong with it, the first mistake and how many there are.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::check(path)?.map_err(|mistakes| {
-            let first = mistakes.first().map(Mistake::to_string).unwrap_or_default();
-            let more = mistakes.len().saturating_sub(1);
-            let rest = format!(" (and {more} more: `hedgehop recipe check {}` tells all)", path.display());
-            Error::invalid(path, if more > 0 { first + &rest } else { first })
-        })
+        Self::check(path)?.map_err(|mistakes| refused(path, mistakes.first(), mistakes.len()))
     }
 
     /// Reads a recipe, or tells all that is wrong with it, by line.
@@ -119,35 +119,103 @@ impl Recipe {
     /// # Errors
     /// The mistakes, by line.
     pub fn outline(&self) -> std::result::Result<Outline, Vec<Mistake>> {
-        let mistake = |line, error| Mistake { line, what: error_in_keys(error).to_string() };
-        let of_file = |(input, error)| match input {
-            Input::Cloud(index) => mistake(self.lines.clouds[index], error),
-            Input::Elevation(index) => mistake(self.lines.elevation[index], error),
-            Input::Imagery(index) => mistake(self.lines.imagery[index], error),
-            Input::LandCover(index) => mistake(self.lines.land_cover[index], error),
-            Input::Features(index) => mistake(self.lines.features[index], error),
-            Input::Object(index) => mistake(self.lines.objects[index], error),
-            Input::Scatter(index) => mistake(self.lines.scatters[index], error),
-        };
-        let mut mistakes: Vec<Mistake> = faults(&self.options).into_iter().map(of_file).collect();
-        if !mistakes.is_empty() {
-            mistakes.sort_by_key(|mistake| mistake.line);
-            return Err(mistakes);
+        let faults = faults(&self.options).into_iter();
+        let mut mistakes: Vec<Mistake> =
+            faults.map(|(input, error)| mistake(self.line_of_input(input), error)).collect();
+        let mut found = None;
+        if mistakes.is_empty() {
+            match outline(&self.options) {
+                Ok(outline) => {
+                    mistakes.extend(self.wrong_shadows(&outline));
+                    found = Some(outline);
+                }
+                Err(error) => mistakes.push(mistake(self.line_of(&error.to_string()), error)),
+            }
         }
-        let found =
-            outline(&self.options).map_err(|error| vec![mistake(self.line_of(&error.to_string()), error)])?;
-        let folder = self.options.output.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        mistakes.extend(self.wrong_output());
+        match found {
+            Some(found) if mistakes.is_empty() => Ok(self.with_lines(found)),
+            _ => {
+                mistakes.sort_by_key(|mistake| mistake.line);
+                Err(mistakes)
+            }
+        }
+    }
+
+    /// The same error as a mistake of the recipe, with its line, if [`Self::outline`] tells it, too: for who met it in a build.
+    #[must_use]
+    pub fn located(&self, error: Error) -> Error {
+        if matches!(error, Error::Io { .. } | Error::Interrupted(_)) {
+            return error;
+        }
+        let mistakes = self.outline().err().unwrap_or_default();
+        let said = error_in_keys(error);
+        let text = said.to_string();
+        match mistakes.iter().find(|mistake| mistake.what == text) {
+            Some(met) => refused(&self.path, Some(met), mistakes.len()),
+            None => said,
+        }
+    }
+
+    /// Refuses an output that is the recipe itself.
+    ///
+    /// # Errors
+    /// It is.
+    pub fn check_output(&self, output: &Path) -> Result<()> {
+        let both = self.path.canonicalize().ok().zip(output.canonicalize().ok());
+        if both.is_none_or(|(recipe, output)| recipe != output) {
+            return Ok(());
+        }
+        let what = format!("{} is the recipe; name another file with -o, like AREA.hop", self.path.display());
+        Err(Error::Configuration(what))
+    }
+
+    /// What is wrong with the database's name, and where that stands.
+    fn wrong_output(&self) -> Option<Mistake> {
+        let output = &self.options.output;
+        let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let checked = self.check_output(output).and_then(|()| check_name(&self.options));
+        let line = self.line_of("-o");
+        if let Err(error) = checked {
+            return Some(mistake(line, error));
+        }
+        folder.filter(|folder| !folder.is_dir()).map(|folder| {
             let what = format!("{} is no folder; make it, or say another `output`", folder.display());
-            return Err(vec![Mistake { line: self.line_of("-o"), what }]);
+            Mistake { line, what }
+        })
+    }
+
+    /// What is wrong with the sun over the place, and where that stands.
+    fn wrong_shadows(&self, found: &Outline) -> Option<Mistake> {
+        let middle = 0.5 * (found.grid.origin + found.grid.far_corner());
+        let sky = self.shadows.as_ref()?.over(&found.crs, middle);
+        sky.and_then(|sky| check_shadows(sky.sun)).err().map(|error| mistake(self.lines.shadows, error))
+    }
+
+    /// What lies outside the area is told with its line, before all else.
+    fn with_lines(&self, mut found: Outline) -> Outline {
+        let told = |(input, what): &(Input, String)| (self.line_of_input(*input), what.clone());
+        let mut outside: Vec<(usize, String)> = found.outside.iter().map(told).collect();
+        outside.sort_by_key(|(line, _)| *line);
+        let outside = outside.into_iter().map(|(line, what)| format!("line {line}: {what}"));
+        found.notes = outside.chain(found.notes).collect();
+        found
+    }
+
+    /// The line of the table that names a part of the build.
+    fn line_of_input(&self, input: Input) -> usize {
+        let lines = &self.lines;
+        match input {
+            Input::Cloud(index) => lines.clouds[index],
+            Input::Elevation(index) => lines.elevation[index],
+            Input::Imagery(index) => lines.imagery[index],
+            Input::LandCover(index) => lines.land_cover[index],
+            Input::Features(index) => lines.features[index],
+            Input::Object(index) => lines.objects[index],
+            Input::Scatter(index) => lines.scatters[index],
+            Input::Terrain(index) => lines.terrain[index],
+            Input::Texture(index) => lines.textures[index],
         }
-        if let Some(shadows) = &self.shadows {
-            let wrong = |error| vec![mistake(self.lines.shadows, error)];
-            let middle = 0.5 * (found.grid.origin + found.grid.far_corner());
-            let sun = shadows.over(&found.crs, middle).map_err(wrong)?.sun;
-            check_shadows(sun).map_err(wrong)?;
-        }
-        Ok(found)
     }
 
     /// The line of what a build says of no file that it reads: that of the corridor or of the key of `[place]` that it names.
@@ -166,6 +234,19 @@ impl Recipe {
         let line = self.lines.keys.iter().find(|(known, _)| Some(*known) == key).map(|(_, line)| *line);
         line.unwrap_or(self.lines.place)
     }
+}
+
+/// Something wrong at a line, in the words of recipes.
+fn mistake(line: usize, error: Error) -> Mistake {
+    Mistake { line, what: error_in_keys(error).to_string() }
+}
+
+/// One of so many mistakes, for who ends at it.
+fn refused(path: &Path, met: Option<&Mistake>, count: usize) -> Error {
+    let met = met.map(Mistake::to_string).unwrap_or_default();
+    let more = count.saturating_sub(1);
+    let rest = format!(" (and {more} more: `hedgehop recipe check {}` tells all)", path.display());
+    Error::invalid(path, if more > 0 { met + &rest } else { met })
 }
 
 /// Where a path file goes over the ground.

@@ -4,6 +4,7 @@ use glam::DVec2;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::Lines;
 use super::cover;
 use super::fields::Fields;
 use crate::document::Reading;
@@ -13,26 +14,38 @@ use crate::modeling::synthetic::{
     Circle, Detail, Hills, Palette, Pattern, Roughness, Stop, Synthetic, Terrain, Texture, Top,
 };
 
-/// Reads all of them, and whether all shapes of terrain could be read.
-pub(super) fn synthetic(root: &mut Fields<'_, '_, '_>, known: &Materials) -> (Synthetic, bool) {
+/// Reads all of them, and whether all shapes of terrain could be read; `lines` takes where they stand.
+pub(super) fn synthetic(
+    root: &mut Fields<'_, '_, '_>,
+    known: &Materials,
+    lines: &mut Lines,
+) -> (Synthetic, bool) {
     let (mut shapes, mut materials) = (Vec::new(), Vec::new());
     let tables = root.tables("terrain", "[[terrain]]");
     let count = tables.len();
     for mut table in tables {
         let material = table.material(known);
+        let line = table.line();
         if let Some(shape) = terrain(table) {
+            lines.terrain.push(line);
             materials.extend(material.map(|material| (shapes.len(), material)));
             shapes.push(shape);
         }
     }
     let is_whole = shapes.len() == count;
-    let textures = root.tables("texture", "[[texture]]").into_iter();
+    let mut textures = Vec::new();
+    for table in root.tables("texture", "[[texture]]") {
+        let line = table.line();
+        let texture = texture(table, known);
+        lines.textures.extend(texture.iter().map(|_| line));
+        textures.extend(texture);
+    }
     let synthetic = Synthetic {
         terrain: shapes,
         materials,
         detail: root.table("detail", "[detail]").and_then(detail),
         palette: root.table("palette", "[palette]").and_then(palette),
-        textures: textures.filter_map(|table| texture(table, known)).collect(),
+        textures,
     };
     (synthetic, is_whole)
 }

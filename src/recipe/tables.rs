@@ -90,7 +90,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     }
     options.materials = cover::materials(&mut root);
     let is_whole;
-    (options.synthetic, is_whole) = synthetic(&mut root, &options.materials);
+    (options.synthetic, is_whole) = synthetic(&mut root, &options.materials, &mut lines);
     let tables = root.tables("elevation", "[[elevation]]");
     // Of shapes in which something is wrong one may be the plane.
     if tables.is_empty() && !has_cloud && !options.synthetic.has_base() && is_whole {
@@ -152,7 +152,13 @@ fn place(
 ) -> Vec<(&'static str, usize)> {
     let mistakes = table.mistakes;
     if let Some(output) = table.take::<PathBuf>("output") {
-        options.output = folder.join(output.into_inner());
+        let span = output.span();
+        let output = output.into_inner();
+        if output.as_os_str().is_empty() {
+            let what = "output is empty; name a file, as in output = \"place.hop\", or leave it out";
+            mistakes.add(&span, what);
+        }
+        options.output = folder.join(output);
     }
     options.crs = crs(&mut table);
     options.local = table.take("local").is_some_and(Spanned::into_inner);
@@ -354,10 +360,11 @@ fn corridor(mut table: Fields<'_, '_, '_>, folder: &Path) -> Option<Corridor> {
 fn sun(mut table: Fields<'_, '_, '_>) -> Option<SunSetting> {
     let mistakes = table.mistakes;
     let span = table.span();
+    // What is there but of the wrong kind is told by itself.
+    let is_empty = ["azimuth_deg", "elevation_deg", "time"].iter().all(|key| !table.has(key));
     let azimuth = table.take("azimuth_deg");
     let elevation = table.take("elevation_deg");
     let time = table.take("time");
-    let is_empty = azimuth.is_none() && elevation.is_none() && time.is_none();
     table.finish();
     match written::sun("[shadows]", azimuth, elevation, time) {
         Ok(None) if is_empty => {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::progress::Silent;
-use crate::voxel::{MemPages, build_in_memory, verify};
+use crate::voxel::{MemPages, SourceRecord, build_in_memory, verify};
 
 fn area(first: [u32; 2], size: [u32; 2], height: impl Fn(f64, f64) -> f64) -> MemPages {
     let at = |axis: usize| first[axis]..first[axis] + size[axis];
@@ -61,6 +61,33 @@ fn the_first_is_in_front_and_the_join_is_measured() {
     assert!((height(&soft, 280, 100) - slope(280.0, 100.0)).abs() < 0.01);
     let middle = height(&soft, 295, 100) - slope(295.0, 100.0);
     assert!((1.5..2.5).contains(&middle), "{middle}");
+}
+
+#[test]
+fn what_is_told_of_several_is_told_once() {
+    let grid = Grid { nx: 100, ny: 100, spacing: 2.0, origin: DVec2::ZERO };
+    let pages = |first: f64, notes: &[&str], file: &str| {
+        let source = SourceRecord { file: file.into(), ..SourceRecord::default() };
+        let metadata = Metadata {
+            notes: notes.iter().map(|note| (*note).to_owned()).collect(),
+            sources: vec![source],
+            ..Metadata::default()
+        };
+        let grid = Grid { origin: DVec2::new(first, 0.0), ..grid };
+        build_in_memory(grid, &[5.0; 10_000], &[[9; 3]; 10_000], None, &metadata).unwrap()
+    };
+    let west = pages(0.0, &["no imagery", "datum assumed"], "a.tif");
+    let east = pages(200.0, &["no imagery", "west of all", "datum assumed"], "b.tif");
+    let (whole, _) = merged(&[&west, &east], 0.0);
+    let metadata = &whole.header().metadata;
+    let files: Vec<&str> = metadata.sources.iter().map(|source| source.file.as_str()).collect();
+    assert_eq!(files, ["a.tif", "b.tif"]);
+    assert_eq!(metadata.notes, ["no imagery", "datum assumed", "west of all", "merged from 2 databases"]);
+    // Again with a third.
+    let far = pages(400.0, &["no imagery"], "c.tif");
+    let (whole, _) = merged(&[&whole, &far], 0.0);
+    let notes = &whole.header().metadata.notes;
+    assert_eq!(*notes, ["no imagery", "datum assumed", "west of all", "merged from 2 databases"]);
 }
 
 #[test]

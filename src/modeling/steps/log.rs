@@ -230,6 +230,11 @@ impl Default for Log {
 }
 
 impl Log {
+    /// One that goes on from the bytes of another.
+    pub fn after(bytes: Vec<u8>) -> Self {
+        Self { bytes, file: None }
+    }
+
     /// Gives it a new file.
     pub fn begin(&mut self, path: &Path) -> io::Result<()> {
         let file = OpenOptions::new().write(true).create_new(true).open(path)?;

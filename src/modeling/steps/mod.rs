@@ -16,6 +16,7 @@
 //! After "Build Systems à la Carte" (Mokhov, Mitchell and Peyton Jones 2018, §3): verifying traces, with early cut-off at coarser
 //! levels.
 
+mod handover;
 mod key;
 mod keys;
 mod log;
@@ -27,6 +28,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+pub use handover::{is_begun, take_over};
 pub(super) use key::{Key, Keyer};
 pub(super) use keys::{PageKeys, SourceKeys};
 pub(super) use log::{Extent, Made};
@@ -204,6 +206,11 @@ impl Steps {
     /// Notes what a feature may change.
     pub fn bound(&self, key: Key, extent: &Extent) {
         self.log().feature(key, extent);
+    }
+
+    /// Whether builds before left pages.
+    pub fn knows_pages(&self) -> bool {
+        self.earlier.iter().any(|earlier| !earlier.pages.is_empty())
     }
 
     /// A page that was made of the same before.

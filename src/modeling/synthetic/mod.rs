@@ -59,6 +59,17 @@ impl Synthetic {
         self.palette.is_some() || !self.textures.is_empty()
     }
 
+    /// West, south, east, north of shapes that do not go on everywhere, by their places in `terrain`.
+    pub(super) fn shape_bounds(&self) -> impl Iterator<Item = (usize, [f64; 4])> + '_ {
+        self.terrain.iter().enumerate().filter_map(|(index, shape)| Some((index, shape.bounds()?)))
+    }
+
+    /// The same of `textures`.
+    pub(super) fn texture_bounds(&self) -> impl Iterator<Item = (usize, [f64; 4])> + '_ {
+        let within = |texture: &Texture| texture.within.map(|circle| circle.bounds(0.0));
+        self.textures.iter().enumerate().filter_map(move |(index, texture)| Some((index, within(texture)?)))
+    }
+
     /// Shapes in the order in which they change the ground: ponds last, so that their water is level.
     fn shapes(&self) -> impl Iterator<Item = &Terrain> {
         let is_pond = |shape: &&Terrain| matches!(shape, Terrain::Pond { .. });

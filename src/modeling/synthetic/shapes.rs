@@ -149,7 +149,8 @@ impl Circle {
         (at - self.centre).length() / self.radius_m
     }
 
-    fn bounds(&self, more: f64) -> [f64; 4] {
+    /// West, south, east, north of it, and of so many metres around it.
+    pub(super) fn bounds(&self, more: f64) -> [f64; 4] {
         let reach = self.radius_m + more;
         let (low, high) = (self.centre - reach, self.centre + reach);
         [low.x, low.y, high.x, high.y]

@@ -8,6 +8,7 @@ mod objects;
 mod pictures;
 mod real;
 mod refusals;
+mod room;
 mod shapes;
 mod support;
 mod synthetic;

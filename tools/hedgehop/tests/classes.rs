@@ -36,7 +36,11 @@ const BUILD: &str = "build --elevation dem.asc --elevation-crs EPSG:32632 --land
 fn areas_are_told_by_material() {
     let folder = site();
     ends(&run(&folder, BUILD), 0);
-    assert!(!ends(&run(&folder, "info place.hop"), 0).contains("materials"));
+    let told = ends(&run(&folder, "info place.hop"), 0);
+    assert!(
+        !told.contains("materials") && told.contains("2: features house.geojson: 1 row, EPSG:32632"),
+        "{told}"
+    );
     let told = ends(&run(&folder, "info --classes place.hop"), 0);
     for words in ["grass", "water, snow and ice", "buildings and pavement", "33.333 %", "spans"] {
         assert!(told.contains(words), "{words}: {told}");
@@ -105,6 +109,10 @@ fn objects_tell_how_often_they_are_placed() {
     let folder = TempDir::new().expect("a temporary folder");
     fs::write(folder.path().join("trees.toml"), TREES).expect("a recipe");
     ends(&run(&folder, "build trees.toml"), 0);
+    let told = ends(&run(&folder, "info --classes trees.hop"), 0);
+    let forms = "1: scatter conifer, broadleaf, shrub, rock: about 20 m apart, scaled by 0.6 to 1.4";
+    assert!(told.contains("0: terrain plane: 1 shape") && told.contains(forms), "{told}");
+    assert!(told.contains("by source 0: plane "), "{told}");
     let json = |flags: &str| -> Vec<Value> {
         let told = ends(&run(&folder, &format!("info --classes --json {flags} trees.hop")), 0);
         let json: Value = serde_json::from_str(&told).expect("JSON");

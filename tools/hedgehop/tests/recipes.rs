@@ -103,6 +103,148 @@ fn shadows_of_a_recipe_are_in_its_database() {
     assert_eq!(fs::read(folder.path().join("place.without-shadows.hop")).expect("a file"), b"mine");
 }
 
+/// Names of all files of a folder, in order.
+fn names(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).expect("the folder").flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+const SHADOWS: &str = "[shadows]\nazimuth_deg = 250\nelevation_deg = 12\n";
+
+#[test]
+fn what_was_kept_without_shadows_becomes_the_result_when_they_go() {
+    let folder = site();
+    let put = |text: &str| fs::write(folder.path().join("place.toml"), text).expect("a file");
+    let plain = fs::read_to_string(folder.path().join("place.toml")).expect("the recipe");
+    let database = || fs::read(folder.path().join("place.hop")).expect("a database");
+    ends(&run(&folder, "build --elevation dem.asc --elevation-crs EPSG:32632 -o flags.hop"), 0);
+    let flags = fs::read(folder.path().join("flags.hop")).expect("a database");
+    put(&(plain.clone() + SHADOWS));
+    ends(&run(&folder, "build place.toml"), 0);
+    assert!(database() != flags && folder.path().join("place.without-shadows.hop.steps").exists());
+    put(&plain);
+    let all = ["dem.asc", "flags.hop", "place.hop", "place.hop.steps", "place.toml"];
+    for _ in 0..2 {
+        // No page is made, and the next build knows all of them by their new name.
+        let told = ends(&run(&folder, "build place.toml"), 0);
+        assert!(told.contains("4 of 4 pages are as before") && told.contains("built place.hop"), "{told}");
+        assert!(database() == flags, "the bytes of a build without shadows");
+        assert_eq!(names(&folder), all);
+    }
+    // With a database that somebody removed, too; and with one of another origin only if that may be replaced.
+    for (there, flag) in [(false, ""), (true, " --overwrite")] {
+        put(&(plain.clone() + SHADOWS));
+        ends(&run(&folder, "build place.toml"), 0);
+        put(&plain);
+        match there {
+            false => fs::remove_file(folder.path().join("place.hop")).expect("it goes"),
+            true => fs::remove_file(folder.path().join("place.hop.steps")).expect("it goes"),
+        }
+        if there {
+            let told = ends(&run(&folder, "build place.toml"), 2);
+            assert!(told.contains("place.hop exists; --overwrite"), "{told}");
+        }
+        let told = ends(&run(&folder, &format!("build place.toml{flag}")), 0);
+        assert!(told.contains("4 of 4 pages are as before"), "{told}");
+        assert!(database() == flags);
+        assert_eq!(names(&folder), all);
+    }
+}
+
+#[test]
+fn what_was_left_without_shadows_beside_another_result_is_told() {
+    let folder = site();
+    let recipe = fs::read_to_string(folder.path().join("place.toml")).expect("the recipe");
+    ends(&run(&folder, "build place.toml"), 0);
+    // A recipe of its own keeps it there.
+    let output = "[place]\noutput = \"place.without-shadows.hop\"\n";
+    fs::write(folder.path().join("other.toml"), format!("{output}{recipe}")).expect("a file");
+    ends(&run(&folder, "build other.toml"), 0);
+    let told = ends(&run(&folder, "build place.toml"), 0);
+    assert!(told.contains("place.without-shadows.hop is of builds with shadows"), "{told}");
+    assert!(
+        folder.path().join("place.without-shadows.hop").exists() && told.contains("4 of 4 pages"),
+        "{told}"
+    );
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused_before_anything_is_made() {
+    let folder = site();
+    let recipe = fs::read_to_string(folder.path().join("place.toml")).expect("the recipe");
+    fs::write(folder.path().join("shaded.toml"), recipe + SHADOWS).expect("a file");
+    fs::create_dir(folder.path().join("there.hop")).expect("a folder");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("nowhere", folder.path().join("link.hop")).expect("a link");
+    let before = names(&folder);
+    for (output, words) in [
+        ("there.hop", "there.hop is a folder; name a file"),
+        ("there.hop --overwrite", "there.hop is a folder; name a file"),
+        ("absent/", "absent/ is a folder; name a file"),
+        ("link.hop", "link.hop exists already; give --overwrite"),
+    ] {
+        if output.starts_with("link") && !cfg!(unix) {
+            continue;
+        }
+        let [plain, shaded] = ["place", "shaded"].map(|recipe| {
+            ends(&run(&folder, &format!("build {recipe}.toml -o {output} --progress plain")), 2)
+        });
+        // The same sentence, and not a stage before it.
+        assert!(plain.contains(words), "{plain}");
+        assert_eq!(plain, shaded);
+        assert!(!shaded.contains("voxels") && names(&folder) == before, "{shaded}");
+    }
+    // A link that leads nowhere is as much in the way of the database without shadows as a file.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("nowhere", folder.path().join("a.without-shadows.hop")).expect("a link");
+        let told = ends(&run(&folder, "build shaded.toml -o a.hop"), 2);
+        assert!(told.contains("a.without-shadows.hop is in the way"), "{told}");
+    }
+}
+
+#[test]
+fn what_a_build_refuses_of_a_recipe_is_told_with_its_line() {
+    let folder = site();
+    let recipe = fs::read_to_string(folder.path().join("place.toml")).expect("the recipe");
+    for (text, line, words) in [
+        (format!("{recipe}[shadows]\ntime = 2026-06-21T00:30:00Z\n"), 4, "the sun throws no shadows"),
+        (format!("{recipe}[shadows]\ntime = 2026-06-21T09:30:00\n"), 5, "with an offset from UTC"),
+        (
+            format!("[place]\noutput = \".\"\n{recipe}"),
+            2,
+            "is a folder; name a file with `output` of [place]",
+        ),
+        (format!("[place]\ncrs = \"EPSG:4326\"\n{recipe}"), 2, "`crs` of [place] EPSG:4326 is not in metres"),
+        (format!("[place]\nbbox = [0, 0, 9, 9]\n{recipe}"), 2, "lies outside the elevation"),
+    ] {
+        fs::write(folder.path().join("bad.toml"), text).expect("a file");
+        let told = ends(&run(&folder, "build bad.toml --progress plain"), 3);
+        assert!(told.contains(&format!("bad.toml: line {line}: ")) && told.contains(words), "{told}");
+        assert!(!told.contains("voxels:"), "before a page was made: {told}");
+    }
+    // A command line has no lines, and is refused as early.
+    let flags =
+        "build --elevation dem.asc --elevation-crs EPSG:32632 -o a.hop --progress plain --bake-shadows";
+    let told = ends(&run(&folder, &format!("{flags} 250,-3")), 2);
+    assert!(told.contains("choose one above the horizon") && !told.contains("voxels:"), "{told}");
+}
+
+#[test]
+fn a_check_tells_what_lies_outside_the_area() {
+    let folder = site();
+    let dome = "[[terrain]]\nkind = \"dome\"\ncentre = [5000200, 500200]\nradius_m = 50\nheight_m = 9\n";
+    let recipe = fs::read_to_string(folder.path().join("place.toml")).expect("the recipe");
+    fs::write(folder.path().join("place.toml"), recipe + dome).expect("a file");
+    let told = ends(&run(&folder, "recipe check place.toml"), 0);
+    assert!(told.contains("line 4: [[terrain]] number 1 lies outside the area"), "{told}");
+    assert!(told.contains("with x and y the other way round"), "{told}");
+    let told = ends(&run(&folder, "build place.toml"), 0);
+    assert!(told.contains("[[terrain]] number 1 lies outside the area"), "{told}");
+}
+
 #[test]
 fn a_new_recipe_can_be_checked_and_replaces_nothing() {
     let folder = site();

@@ -1,8 +1,9 @@
 //! `hedgehop build`: elevation and imagery in, a database out.
 
+mod order;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::ValueEnum;
 use hedgehop::Error;
@@ -10,15 +11,12 @@ use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::synthetic::Synthetic;
 use hedgehop::modeling::{
-    Baked, Baking, BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile,
-    Interpolation, LandCoverFile, Materials, NodataFill, Scheme, bake_shadows, build, check_output,
-    forget_steps, is_own_work,
+    BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
+    LandCoverFile, Materials, NodataFill, Scheme, is_own_work,
 };
-use hedgehop::progress::Observer;
-use hedgehop::recipe::{InKeys, Recipe, error_in_keys, route};
+use hedgehop::recipe::{InKeys, route};
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
-use tempfile::TempDir;
 
 use crate::area;
 use crate::args;
@@ -27,6 +25,8 @@ use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::program::program;
 use crate::progress::Reporter;
+
+pub use order::Order;
 
 const EXAMPLE: &str = "\
 Examples:
@@ -297,35 +297,25 @@ impl Args {
     }
 }
 
-/// What is to be built, whoever says it.
-pub struct Order {
-    pub options: BuildOptions,
-    /// The sun whose shadows go into the colours.
-    shadows: Option<SunSetting>,
-}
-
 impl Args {
     fn order(&self) -> hedgehop::Result<Order> {
         let Some(file) = &self.recipe else {
-            return Ok(Order { options: self.options()?, shadows: self.bake_shadows });
+            return Ok(Order::new(self.options()?, self.bake_shadows));
         };
         let mut order = Order::of(file)?;
         let options = &mut order.options;
         if let Some(output) = &self.output {
             options.output.clone_from(output);
         }
-        let same = |one: &Path, other: &Path| one.canonicalize().ok().zip(other.canonicalize().ok());
-        if same(file, &options.output).is_some_and(|(recipe, output)| recipe == output) {
-            let what = format!("{} is the recipe; name another file with -o, like AREA.hop", file.display());
-            return Err(Error::Configuration(what));
-        }
+        // Before anything beside it is touched.
+        order.check_name().map_err(|error| if self.output.is_some() { error } else { order.told(error) })?;
+        let options = &mut order.options;
         // What a build of a recipe left is there to be brought up to date.
         options.overwrite = self.making.overwrite || is_own_work(&options.output);
-        if self.fresh {
-            forget_steps(&options.output);
-            forget_steps(&without_shadows(&options.output));
-        }
         (options.memory, options.threads) = (self.memory, self.making.workers.count());
+        if self.fresh {
+            order.forget_steps();
+        }
         Ok(order)
     }
 }
@@ -340,109 +330,19 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     args::check_inputs("--corridor", &args.corridor, "*.csv")?;
     let order = args.order()?;
     let output = &order.options.output;
-    if output.exists() && !order.options.overwrite {
+    // What is no file is refused for that: nothing replaces it.
+    if output.is_file() && !order.options.overwrite {
         let what = format!("{} exists; --overwrite replaces it", output.display());
         return Err(Error::Configuration(what).into());
     }
     let reporter = Reporter::new(args.making.progress, interrupt);
     let report = if args.recipe.is_some() {
-        order.fill(&InKeys(&reporter)).map_err(error_in_keys)
+        order.fill(&InKeys(&reporter)).map_err(|error| order.told(error))
     } else {
         order.fill(&reporter)
     };
     exit::print(&summary(output, &report?)?)?;
     Ok(())
-}
-
-impl Order {
-    /// What a recipe says.
-    pub fn of(recipe: &Path) -> hedgehop::Result<Self> {
-        let recipe = Recipe::read(recipe)?;
-        Ok(Self { options: recipe.options, shadows: recipe.shadows })
-    }
-
-    /// Builds it.
-    pub fn fill(&self, observer: &dyn Observer) -> hedgehop::Result<BuildReport> {
-        let Some(sun) = self.shadows else { return build(&self.options, observer) };
-        let BuildOptions { output, overwrite, threads, steps, .. } = &self.options;
-        let begun = Instant::now();
-        check_output(&self.options)?;
-        // Where steps are kept, so is what shadows are baked into: the next build changes that, and bakes what changed.
-        let aside = if *steps { Aside::kept(output)? } else { Aside::temporary(output)? };
-        let options = BuildOptions { output: aside.path(), overwrite: *steps, ..self.options.clone() };
-        let report = build(&options, observer)?;
-        let source = PageFile::open(&options.output)?;
-        if source.header().content_hash != report.content_hash {
-            let path = options.output.display();
-            let what = format!("another build changed {path} meanwhile; repeat the command");
-            return Err(Error::Configuration(what));
-        }
-        let sun = area::sky(sun, source.header())?.sun;
-        let baking = Baking {
-            source: &source,
-            directory: source.directory(),
-            sun,
-            output,
-            overwrite: *overwrite,
-            steps: *steps,
-            threads: *threads,
-        };
-        let Baked { content_hash, bytes, pages, reused } = bake_shadows(&baking, observer)?;
-        let seconds = begun.elapsed().as_secs_f64();
-        Ok(BuildReport { content_hash, bytes, pages, reused, seconds, ..report })
-    }
-}
-
-/// Where a database without shadows lies while, or as long as, another one has them.
-enum Aside {
-    /// Beside the output, for the builds to come.
-    Kept(PathBuf),
-    /// In a folder that goes with it.
-    Temporary(TempDir),
-}
-
-impl Aside {
-    /// What lies there is replaced if a build left it, and only then.
-    fn kept(output: &Path) -> hedgehop::Result<Self> {
-        let path = without_shadows(output);
-        if path.exists() && !is_own_work(&path) {
-            let path = path.display();
-            let what = format!(
-                "{path} is in the way: a build with shadows keeps the database without them there; move it elsewhere, or delete it if a build left it"
-            );
-            return Err(Error::Configuration(what));
-        }
-        Ok(Self::Kept(path))
-    }
-
-    fn temporary(output: &Path) -> hedgehop::Result<Self> {
-        let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-        // Named as what else a kill leaves behind.
-        let mut prefix = output.file_name().unwrap_or_default().to_owned();
-        prefix.push(".part-");
-        let folder = tempfile::Builder::new().prefix(&prefix).tempdir_in(folder.unwrap_or(Path::new(".")));
-        folder.map(Self::Temporary).map_err(|error| Error::io(output, "create a folder beside it", error))
-    }
-
-    fn path(&self) -> PathBuf {
-        match self {
-            Self::Kept(path) => path.clone(),
-            Self::Temporary(folder) => folder.path().join("without-shadows.hop"),
-        }
-    }
-}
-
-/// Where builds that keep their steps have the database without shadows of one that has them.
-fn without_shadows(output: &Path) -> PathBuf {
-    const ENDING: &str = "without-shadows.hop";
-    if output.extension().is_some_and(|extension| extension == "hop") {
-        return output.with_extension(ENDING);
-    }
-    // Names that differ in their ending only are of different databases.
-    let mut name = output.as_os_str().to_owned();
-    name.push(".");
-    name.push(ENDING);
-    name.into()
 }
 
 /// What was built, and what to try next.
