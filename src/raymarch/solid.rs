@@ -20,8 +20,8 @@ use glam::{DVec2, DVec3};
 use super::{CellStep, CellWalk, GridRay, Lattice, PageCursor};
 use crate::error::Result;
 use crate::voxel::{
-    BARE, BLOCK_SIDE, BlockSpans, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanTable,
-    SpansView,
+    BARE, BLOCK_SIDE, BlockSpans, Cut, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span,
+    SpanTable, SpansView,
 };
 
 /// Blocks whose spans are kept; more begin anew.
@@ -32,7 +32,7 @@ const NOTHING_LEFT: f64 = 1.0 / 512.0;
 
 /// How far walls and upper ends of neighbours that are one may be apart, for being stored in steps, sides of a voxel: what shows in between is
 /// lit as they are.
-const SEAM: f64 = 0.04;
+const SEAM: f64 = Cut::BESIDE;
 
 /// Where a stretch of a ray enters a span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -38,16 +38,25 @@ pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
 
 /// The same with all that stands as objects of 20 × 20 voxels, each of them placed once.
 pub fn standing_as(objects: bool, spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
+    standing_on(|_, _| 0.0, objects, spans_of)
+}
+
+/// The same on ground of that height over the centres of voxels, metres.
+pub fn standing_on(
+    ground_of: impl Fn(u32, u32) -> f64,
+    objects: bool,
+    spans_of: impl Fn(u32, u32) -> Vec<Span>,
+) -> MemPages {
     const PART: u32 = 20;
     const FOOT: u16 = 5000;
     let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(1000.0, 2000.0) };
     let voxels = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
     let spans: BTreeMap<_, _> =
         voxels().map(|at| (at, spans_of(at.0, at.1))).filter(|(_, spans)| !spans.is_empty()).collect();
-    let ground = vec![0.0; (SIDE * SIDE) as usize];
+    let ground: Vec<f64> = voxels().map(|(x, y)| ground_of(x, y)).collect();
     let top = |at: (u32, u32)| spans.get(&at).into_iter().flatten().map(|span| span.high).max();
-    let heights: Vec<f64> =
-        voxels().map(|at| top(at).and_then(|code| CODE.decode(code)).unwrap_or(0.0)).collect();
+    let top = |at: (u32, u32)| top(at).and_then(|code| CODE.decode(code)).unwrap_or(f64::NEG_INFINITY);
+    let heights: Vec<f64> = voxels().zip(&ground).map(|(at, ground)| top(at).max(*ground)).collect();
     let grass = vec![[80, 120, 60]; ground.len()];
     let arrays = Arrays { grid, heights: &heights, colours: &grass, attributes: None };
     let (mut parts, mut placed) = (Vec::new(), Vec::new());

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::reference::marcher;
 use super::*;
-use crate::raymarch::solid_tests::{pillar, pyramid, standing, standing_as};
+use crate::raymarch::solid_tests::{pillar, pyramid, standing, standing_as, standing_on};
 use crate::raymarch::{Marcher, SolidHit};
 use crate::space::{Attitude, Pose};
 use crate::voxel::{Cut, MemPages, Span};
@@ -297,6 +297,24 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
         camera(160.0, 158.0, 24.0, [0.0, -50.0, 0.0]),
         camera(163.0, 161.0, 21.0, [270.0, -20.0, 0.0]),
     ];
+    // Level roofs and pitched ones that go on into a hillside, and come out of it where it falls again.
+    let hill = |_: u32, y: u32| (12.0 - 0.35 * SPACING * (f64::from(y) - 150.0).abs()).max(0.0);
+    let buried = standing_on(hill, false, |x, y| {
+        let is_house = |from: u32| (from..from + 12).contains(&x) && (125..175).contains(&y);
+        match (is_house(140), is_house(160)) {
+            (true, _) => vec![pillar(8.0)],
+            (_, true) => {
+                vec![Span { slope: [0, -8], ..pillar(9.0 - 0.25 * SPACING * (f64::from(y) - 150.0)) }]
+            }
+            _ => Vec::new(),
+        }
+    });
+    let of_hill = [
+        camera(150.0, 95.0, 16.0, [5.0, -8.0, 0.0]),
+        camera(156.0, 200.0, 20.0, [183.0, -12.0, 0.0]),
+        camera(190.0, 150.0, 30.0, [270.0, -30.0, 0.0]),
+        camera(156.0, 140.0, 40.0, [0.0, -70.0, 0.0]),
+    ];
     let of_wood = [
         camera(150.0, 100.0, 30.0, [20.0, -10.0, 0.0]),
         camera(100.0, 155.0, 60.0, [80.0, -25.0, 0.0]),
@@ -311,6 +329,7 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
     for (name, pages, cameras, own_too) in [
         ("village", village(false), &of_village[..], true),
         ("pyramid", standing(pyramid), &of_pyramid[..], true),
+        ("houses in a hillside", buried, &of_hill[..], true),
         ("wood", wood(Span::OPAQUE), &of_wood[..], false),
         ("wood that light comes through", wood(DENSE), &of_wood[..], false),
         ("level wood", wood(Span::OPAQUE), &of_level_wood[..], true),

@@ -21,25 +21,46 @@ impl<'p> Crest<'p> {
     /// The crest at an inverse depth, 1/metres, which does not grow from one call to the next by more than a voxel's width.
     #[inline]
     pub fn at(&mut self, inverse: f32) -> f32 {
-        let lane = self.lane;
-        while let Some(sight) = self.sights.get(self.next)
-            && sight.inverse.0[lane] > inverse
+        (self.next, self.crest) = self.passed(inverse);
+        self.reached(self.next, self.crest, inverse)
+    }
+
+    /// The crest farther away, for one who comes back.
+    #[inline]
+    pub fn beyond(&self, inverse: f32) -> f32 {
+        let (next, crest) = self.passed(inverse);
+        self.reached(next, crest, inverse)
+    }
+
+    /// The first sight that is not nearer, and the greatest tangent of those that are.
+    #[inline]
+    fn passed(&self, inverse: f32) -> (usize, f32) {
+        let (mut next, mut crest) = (self.next, self.crest);
+        while let Some(sight) = self.sights.get(next)
+            && sight.inverse.0[self.lane] > inverse
         {
-            self.crest = self.crest.max(sight.slope.0[lane]);
-            self.next += 1;
+            crest = crest.max(sight.slope.0[self.lane]);
+            next += 1;
         }
+        (next, crest)
+    }
+
+    /// The crest between two sights.
+    #[inline]
+    fn reached(&self, next: usize, crest: f32, inverse: f32) -> f32 {
+        let lane = self.lane;
         // On the stretch to the next one inverse depth is linear in the tangent.
-        let Some(ahead) = self.sights.get(self.next).filter(|sight| !sight.mark.begins) else {
-            return self.crest;
+        let Some(ahead) = self.sights.get(next).filter(|sight| !sight.mark.begins) else {
+            return crest;
         };
-        let Some(behind) = self.next.checked_sub(1).map(|index| &self.sights[index]) else {
-            return self.crest;
+        let Some(behind) = next.checked_sub(1).map(|index| &self.sights[index]) else {
+            return crest;
         };
         let (from, to) = (behind.slope.0[lane], ahead.slope.0[lane]);
         let (near, far) = (behind.inverse.0[lane], ahead.inverse.0[lane]);
         if from <= 0.5 * NO_SLOPE || near <= far {
-            return self.crest;
+            return crest;
         }
-        self.crest.max(from + (to - from) * ((near - inverse) / (near - far)).clamp(0.0, 1.0))
+        crest.max(from + (to - from) * ((near - inverse) / (near - far)).clamp(0.0, 1.0))
     }
 }

@@ -6,7 +6,7 @@ use super::{Facet, FacetLight, Ladder, Metric};
 use crate::voxel::{Cut, PageId, Span};
 
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
-const SEAM: f32 = 0.04;
+const SEAM: f32 = Cut::BESIDE as f32;
 
 /// Spans of a voxel that are put in order.
 const MOST_SORTED: usize = 16;
@@ -125,14 +125,19 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
             return;
         }
-        let crest = crest.at(inverse[0]);
+        let (crest, crest_far) = (crest.at(inverse[0]), crest.beyond(inverse[1]));
         let [low_near, low_far] = lows.unwrap_or([crest; 2]);
         let wall = self.wall(span, at[0]);
         let (facet, seam) = self.front(span, wall, cut[0], at[0]);
         // The rim of the front that is lit as the upper end is.
         let rim = top_near - seam * spacing * inverse[0];
         let side = [low_near.max(crest), rim.max(low_near)];
-        let upper = [rim.max(low_near).max(crest), highest];
+        let is_top_seen = top_far > top_near;
+        let [emerges, submerges] = match is_top_seen {
+            true => above_ground([top_near, top_far], [crest, crest_far]),
+            false => [f32::NEG_INFINITY, f32::INFINITY],
+        };
+        let upper = [rim.max(low_near).max(crest).max(emerges), highest.min(submerges)];
         let lower = [low_far.max(crest), low_near];
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
         let depth = inverse.map(|inverse| 1.0 / inverse);
@@ -150,7 +155,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let opacity = span.state & Span::OPACITY;
         for (tangents, facet, (inverse, across)) in [
             (side, facet, front),
-            (upper, Facet::Top(span.slope), along(top, slope, rise, top_far, top_far > top_near)),
+            (upper, Facet::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
             (lower, Facet::Bottom, along(low, low_slope, low_rise, low_far, low_far < low_near)),
         ] {
             let [low, high] = tangents;
@@ -262,6 +267,20 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
             192
         };
         (Facet::Side(facing), SEAM)
+    }
+}
+
+/// Between which tangents an upper end lies above the ground, of which the tangents at its near and at its far end are known: both are linear in inverse
+/// depth. A roof may go on into a slope, and come out of one.
+#[inline]
+fn above_ground([near, far]: [f32; 2], crest: [f32; 2]) -> [f32; 2] {
+    let above = [near - crest[0], far - crest[1]];
+    let crossing = || near + (far - near) * (above[0] / (above[0] - above[1]));
+    match above.map(|above| above >= 0.0) {
+        [true, true] => [f32::NEG_INFINITY, f32::INFINITY],
+        [true, false] => [f32::NEG_INFINITY, crossing()],
+        [false, true] => [crossing(), f32::INFINITY],
+        [false, false] => [f32::INFINITY, f32::NEG_INFINITY],
     }
 }
 
