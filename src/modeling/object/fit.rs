@@ -11,6 +11,7 @@
 
 use glam::{DVec2, Vec3, dvec2};
 
+use super::bands::banded;
 use super::mask::{Form, Mask, RAYS, place};
 use super::rays::{Cell, Steep, Stretch};
 use super::soup::Soup;
@@ -62,14 +63,20 @@ impl Over<'_> {
         let stretches = cell.stretches(&self.soup.pieces, self.spacing);
         let (sheets, dense): (Vec<Stretch>, Vec<Stretch>) =
             stretches.into_iter().partition(|stretch| stretch.is_sheet);
-        let mut solids = Vec::new();
-        for layer in self.layers(dense) {
-            solids.extend(self.layer(&layer, &cell.steep));
-        }
+        let mut solids: Vec<Solid> =
+            self.layers(dense).iter().filter_map(|layer| self.layer(layer, &cell.steep)).collect();
+        let dense = solids.len();
         for layer in overlapping(sheets, self.spacing) {
             self.sheets(layer, &cell.steep, &mut solids);
         }
         solids.extend(self.poles(&cell.steep, &solids));
+        // Last, since a wall is one to what looks whether it is there.
+        let rest = solids.split_off(dense);
+        let banded = |solid: Solid| {
+            let ends = [solid.low_m.unwrap_or(f64::NEG_INFINITY), solid.high_m];
+            banded(solid, &beside(&cell.sides, ends), self.spacing)
+        };
+        let mut solids: Vec<Solid> = solids.into_iter().flat_map(banded).chain(rest).collect();
         solids.sort_by(|a, b| {
             let low = |solid: &Solid| solid.low_m.unwrap_or(f64::NEG_INFINITY);
             low(a).total_cmp(&low(b)).then(a.high_m.total_cmp(&b.high_m))

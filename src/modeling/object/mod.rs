@@ -7,6 +7,7 @@
 //! [[object]], [[scatter]] ──▶ placements ──raise──▶ solids over a block                         (standing, scatter, placement)
 //! ```
 
+mod bands;
 mod built_in;
 mod fit;
 mod mask;

@@ -35,14 +35,20 @@ pub(super) struct Steep {
     pub colour: Vec3,
     /// They are parts of sheets.
     pub is_sheet: bool,
-    bin: u8,
+    /// Number of their direction.
+    pub bin: u8,
+    /// Number of the material of one of them.
+    pub material: u32,
 }
 
 /// All over a voxel.
 #[derive(Debug, Default)]
 pub(super) struct Cell {
     crossings: Vec<Crossing>,
+    /// By direction.
     pub steep: Vec<Steep>,
+    /// The same by material, too.
+    pub sides: Vec<Steep>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -180,11 +186,19 @@ impl Window {
             colour: seen.truncate() * area as f32,
             is_sheet,
             bin: turn as u8,
+            material: face.material,
         };
-        match cell.steep.iter_mut().find(|known| known.bin == own.bin && known.is_sheet == is_sheet) {
-            Some(known) => known.add(&own),
-            None => cell.steep.push(own),
-        }
+        let key = |steep: &Steep| (steep.bin, steep.is_sheet);
+        add(&mut cell.steep, own, key);
+        add(&mut cell.sides, own, |steep| (key(steep), steep.material));
+    }
+}
+
+/// Adds faces to those of the same key.
+fn add<K: PartialEq>(all: &mut Vec<Steep>, own: Steep, key: impl Fn(&Steep) -> K) {
+    match all.iter_mut().find(|known| key(known) == key(&own)) {
+        Some(known) => known.add(&own),
+        None => all.push(own),
     }
 }
 
