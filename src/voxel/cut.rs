@@ -16,6 +16,9 @@ impl Cut {
     pub const NONE: Self = Self { facing: 0, at: i8::MIN };
     /// Steps per voxel's side.
     pub const STEPS: f32 = 128.0;
+    /// How near to a voxel's side or corner a wall is taken for that, sides of the voxel: walls are stored in steps, and those of neighbours that are one
+    /// are apart by less. What shows in between is lit as the wall.
+    pub const BESIDE: f64 = 0.04;
     const ROUND: i8 = i8::MAX;
 
     /// A wall that looks to `facing`, so many steps from the voxel's centre; at the farthest that a wall can be, beyond which there are

@@ -209,7 +209,8 @@ impl Bound {
             Self::Barrier(barrier) => ground + barrier.barrier.height_m,
             Self::Wood(wood) => ground + wood.highest(),
             Self::Tree(tree) => tree.base_m + tree.tree.height_m,
-            Self::Building(_) | Self::Bridge(_) | Self::Upright(_) | Self::Wire(_) => {
+            Self::Building(building) => building.highest(spacing).max(ground),
+            Self::Bridge(_) | Self::Upright(_) | Self::Wire(_) => {
                 let [west, south, east, north] = self.reach(spacing);
                 let [low, high] =
                     [DVec2::new(west, south), DVec2::new(east, north)].map(|at| (at / spacing).floor());

@@ -26,6 +26,8 @@ const STEP: f64 = 4.0;
 const MOST: usize = 400;
 /// Parts of a roof that are smaller than this share of a voxel, and sides that are shorter than this share of its side, come from rounding.
 const NOTHING: f64 = 1e-6;
+/// Steepest roof, rise over run eastward and northward: more is not stored.
+const STEEPEST: f64 = 3.9;
 
 /// The lowest ground along an outline, metres: that on which a building of that area stands; `None` where there is no ground, or no outline.
 pub(in super::super::super) fn foot_of(area: &Area, ground: &dyn Ground) -> Option<f64> {
@@ -66,9 +68,14 @@ impl BoundBuilding {
         self.eaves_m + self.roof.height_m
     }
 
+    /// Height that nothing of it rises above, over voxels of this side, metres: planes of the roof may do over a voxel's centre where they end before that.
+    pub fn highest(&self, spacing: f64) -> f64 {
+        self.top_m() + self.roof.steepest().min(2.0 * STEEPEST) * spacing
+    }
+
     /// Its solids, with the index of their voxel: one for each plane of the roof over it.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
-        for cover in self.footprint.cover(square) {
+        for cover in self.footprint.cover_with_walls(square) {
             let index = square.index(cover.column, cover.row);
             let centre = square.centre(cover.column, cover.row);
             let parts = self.parts(centre, square.spacing, cover.wall);
@@ -82,12 +89,21 @@ impl BoundBuilding {
         if floor.area() <= 0.0 {
             return Vec::new();
         }
-        let planes = self.roof.planes_over(&self.footprint, centre, &floor);
-        if let [plane] = planes[..] {
-            return vec![self.with_top(centre, plane, wall, [false; 2])];
-        }
-        let part = |plane: &Plane| {
-            let joints = planes.iter().filter_map(|other| plane.below(other, centre));
+        let roof = self.roof.planes_over(&self.footprint, centre, &floor);
+        let least = |place: DVec2| {
+            let greatest = |planes: &Vec<Plane>| {
+                planes.iter().map(|plane| plane.height(centre + place)).fold(f64::NEG_INFINITY, f64::max)
+            };
+            roof.iter().map(greatest).fold(f64::INFINITY, f64::min)
+        };
+        // Of each, the plane that counts at the centre.
+        let greatest = |planes: &Vec<Plane>| {
+            planes.iter().copied().max_by(|a, b| a.height(centre).total_cmp(&b.height(centre)))
+        };
+        let ends: Vec<Option<Plane>> = roof.iter().map(greatest).collect();
+        let part = |number: usize, plane: &Plane| {
+            let others = ends.iter().enumerate().filter(|(other, _)| *other != number);
+            let joints = others.filter_map(|(_, other)| plane.below(other.as_ref()?, centre));
             let halves: Vec<HalfPlane> = walls.iter().copied().chain(joints).collect();
             let part = Patch::voxel(spacing).within_all(halves.iter().enumerate());
             if part.area() < NOTHING * spacing * spacing {
@@ -96,10 +112,11 @@ impl BoundBuilding {
             let mut bounds = part.bounded_by(NOTHING * spacing);
             if bounds.len() > 2 {
                 bounds = self.least_harm(&bounds, &halves, spacing, |place| {
-                    let least = planes.iter().map(|other| other.height(centre + place));
-                    plane.height(centre + place) - least.fold(f64::INFINITY, f64::min)
+                    plane.height(centre + place) - least(place)
                 });
             }
+            // A wall that passes beside the voxel, or in another part of it, lights what stands out there.
+            bounds.extend((0..walls.len()).filter(|wall| !bounds.contains(wall)).collect::<Vec<_>>());
             let apex = bounds.get(..2).and_then(|two| halves[two[0]].crossing(&halves[two[1]]));
             let apex = apex.filter(|apex| apex.abs().max_element() <= 0.5 * spacing);
             let kept = |number: usize| match apex {
@@ -110,19 +127,23 @@ impl BoundBuilding {
                 }
                 _ => (halves[number].facing(), halves[number].distance),
             };
+            let is_joint = |number: usize| number >= walls.len();
             let (wall, joined) = match bounds[..] {
                 [] => (Wall::Whole, [false; 2]),
                 [one] => {
                     let (facing, distance_m) = kept(one);
-                    (Wall::Plane { facing, distance_m }, [one >= walls.len(), false])
+                    (Wall::Plane { facing, distance_m }, [is_joint(one), false])
                 }
-                [one, other, ..] => {
-                    (Wall::Corner([one, other].map(kept)), [one, other].map(|number| number >= walls.len()))
-                }
+                [one, other, ..] => (Wall::Corner([one, other].map(kept)), [one, other].map(is_joint)),
             };
-            Some(self.with_top(centre, *plane, wall, joined))
+            let stored = plane.no_steeper(STEEPEST, centre + part.middle());
+            Some(self.with_top(centre, stored, wall, joined, walls.is_empty()))
         };
-        planes.iter().filter_map(part).collect()
+        let all = roof
+            .iter()
+            .enumerate()
+            .flat_map(|(number, planes)| planes.iter().map(move |plane| (number, plane)));
+        all.filter_map(|(number, plane)| part(number, plane)).collect()
     }
 
     /// Of several half-planes the two that leave the least of what lies beyond the others: above the roof, or before a wall.
@@ -150,13 +171,16 @@ impl BoundBuilding {
         best.map_or_else(Vec::new, Vec::from)
     }
 
-    fn with_top(&self, centre: DVec2, plane: Plane, wall: Wall, joined: [bool; 2]) -> Solid {
+    /// A part of it; where no wall is near, all that may stand out beside it is roof.
+    fn with_top(&self, centre: DVec2, plane: Plane, wall: Wall, joined: [bool; 2], is_inside: bool) -> Solid {
+        let Building { walls, cover, .. } = self.building;
+        let side = if is_inside && self.low_m.is_none() { cover.colour } else { walls.colour };
         Solid {
             slope: plane.slope.into(),
             wall,
             joined,
-            side: self.building.walls.colour,
-            ..Solid::level(self.low_m, self.eaves_m + plane.height(centre), self.building.cover)
+            side,
+            ..Solid::level(self.low_m, self.eaves_m + plane.height(centre), cover)
         }
     }
 }

@@ -79,7 +79,10 @@ impl BoundBarrier {
             };
             let solid = Solid {
                 slope: [slope(DVec2::X), slope(DVec2::Y)],
-                wall: Wall::plane(cross.outward, half - cross.off),
+                wall: Wall::Corner([
+                    (cross.outward.to_angle(), half - cross.off),
+                    ((-cross.outward).to_angle(), half + cross.off),
+                ]),
                 opacity,
                 ..Solid::level(None, base + height_m, paint)
             };
@@ -194,5 +197,48 @@ impl Wood {
     fn tree_of(&self, leaf: Leaf, height_m: f64, cell: f64) -> Tree {
         let crown_m = (2.0 * SLENDER * height_m).min(CROWDED * cell);
         Tree { height_m, crown_m, leaf, paint: crown(leaf) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::dvec2;
+
+    use super::super::super::kinds::Meaning;
+    use super::super::bind;
+    use super::super::testing::{HEIGHTS, PAINT, at, level, of_line, raised, square};
+    use super::*;
+
+    #[test]
+    fn both_faces_of_a_wall_are_straight() {
+        let square = square(1.0);
+        for step in 0..9 {
+            let along = DVec2::from_angle(0.1 + 0.17 * f64::from(step));
+            let middle = at(32.3, 24.1);
+            let barrier = Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT };
+            let line = of_line(&[middle - along * 15.0, middle + along * 15.0]);
+            let solids = raised(&bind(&Meaning::Barrier(barrier), &line, 1, &level), &square, &level);
+            for place in 0..400 {
+                let (from, off) = (0.06 * f64::from(place) - 12.0, 0.031 * f64::from(place % 60) - 0.93);
+                let place = middle + along * from + along.perp() * off;
+                let local = square.local(place);
+                let (column, row) = (local.x as usize, local.y as usize);
+                let index = square.index(column, row);
+                let from_centre = place - square.centre(column, row);
+                let is_there = solids.iter().filter(|(over, _)| *over == index).any(|(_, solid)| {
+                    let span = solid.encode(&HEIGHTS, square.spacing);
+                    span.is_some_and(|span| {
+                        span.walls().all(|(normal, distance)| {
+                            let normal = dvec2(f64::from(normal[0]), f64::from(normal[1]));
+                            normal.dot(from_centre) <= f64::from(distance)
+                        })
+                    })
+                });
+                // It is a voxel thick.
+                if (off.abs() - 0.5).abs() > 0.02 {
+                    assert_eq!(is_there, off.abs() < 0.5, "{step}: {off} m beside the line");
+                }
+            }
+        }
     }
 }

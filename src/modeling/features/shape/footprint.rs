@@ -18,6 +18,7 @@ use super::super::layer::{Area, bounds};
 use super::super::read::rings::{doubled_area, is_inside};
 use super::patch::{HalfPlane, Patch};
 use super::solid::{Square, Wall};
+use crate::voxel::Cut;
 
 /// A polygon in the database's system.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +26,24 @@ pub(in crate::modeling) struct Footprint {
     /// Outsides counter-clockwise, holes clockwise.
     pub rings: Vec<Vec<DVec2>>,
     pub bounds: [f64; 4],
+}
+
+/// The line of a wall that a roof rises from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Eaves {
+    pub at: DVec2,
+    /// Unit vector.
+    pub inward: DVec2,
+}
+
+impl Eaves {
+    fn along(from: DVec2, to: DVec2) -> Self {
+        Self { at: from, inward: (to - from).perp().normalize_or_zero() }
+    }
+
+    fn distance(&self, place: DVec2) -> f64 {
+        self.inward.dot(place - self.at)
+    }
 }
 
 /// What a polygon covers of a voxel.
@@ -40,7 +59,7 @@ pub(in crate::modeling) struct Cover {
 
 /// Steps of shares, and of distances of walls in voxels: far above what rounding takes, which depends on where places are counted from.
 const STEPS: f64 = (1 << 20) as f64;
-/// Shares below this are nothing, and above 1 less this all: what is left out where a wall comes into a voxel is thinner than where walls of
+/// Shares below this are nothing: what is left out where a wall comes into a voxel is thinner than where walls of
 /// neighbours are told apart, or the neighbour's side would show.
 const LEAST: f64 = 1.0 / 4096.0;
 /// Edges of one voxel that are tried as walls: the longest of them.
@@ -79,24 +98,45 @@ impl Footprint {
     }
 
     /// Distance of a place from the nearest edge, metres, and the direction away from it.
+    #[cfg(test)]
     pub fn distance(&self, place: DVec2) -> (f64, DVec2) {
-        let Some((away, (a, b), _)) = self.nearest(place) else { return (f64::INFINITY, DVec2::ZERO) };
-        // On the edge itself, away is inward.
-        (away.length(), away.try_normalize().unwrap_or((b - a).perp().normalize_or_zero()))
-    }
-
-    /// Whether the nearest place of the outline is a corner.
-    pub fn is_corner_nearest(&self, place: DVec2) -> bool {
-        self.nearest(place).is_some_and(|(.., along)| along == 0.0 || along == 1.0)
-    }
-
-    /// The way from the outline to a place, the edge from which it comes, and the share of that.
-    fn nearest(&self, place: DVec2) -> Option<(DVec2, (DVec2, DVec2), f64)> {
-        let from = |(a, b): (DVec2, DVec2)| {
+        let mut nearest = (f64::INFINITY, DVec2::ZERO);
+        for (a, b) in self.edges() {
             let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            (place - (a + (b - a) * along), (a, b), along)
+            let away = place - (a + (b - a) * along);
+            if away.length() < nearest.0 {
+                // On the edge itself, away is inward.
+                nearest = (away.length(), away.try_normalize().unwrap_or((b - a).perp().normalize_or_zero()));
+            }
+        }
+        nearest
+    }
+
+    /// How far a place within lies from the walls that the water of a roof over it runs to, metres, if the roof rises from all of them alike, and these: one, or
+    /// the two of a corner that points inward. There they are valleys, and the farther one counts.
+    pub(super) fn eaves(&self, place: DVec2) -> Option<(f64, Vec<Eaves>)> {
+        let mut least: Option<(f64, Vec<Eaves>)> = None;
+        let mut add = |distance: f64, eaves: &[Eaves]| {
+            if distance >= 0.0 && least.as_ref().is_none_or(|(known, _)| distance < *known) {
+                least = Some((distance, eaves.to_vec()));
+            }
         };
-        self.edges().map(from).min_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()))
+        for ring in &self.rings {
+            for (index, &a) in ring.iter().enumerate() {
+                let [b, c] = [1, 2].map(|next| ring[(index + next) % ring.len()]);
+                let [one, other] = [(a, b), (b, c)].map(|(from, to)| Eaves::along(from, to));
+                let along =
+                    |from: DVec2, to: DVec2| (place - from).dot(to - from) / (to - from).length_squared();
+                let (before, after) = (along(a, b), along(b, c));
+                if (0.0..=1.0).contains(&before) {
+                    add(one.distance(place), &[one]);
+                }
+                if before > 1.0 && after < 0.0 && (b - a).perp_dot(c - b) < 0.0 {
+                    add(one.distance(place).max(other.distance(place)), &[one, other]);
+                }
+            }
+        }
+        least
     }
 
     /// All edges, with the inside to their left.
@@ -117,18 +157,30 @@ impl Footprint {
 
     /// What it covers of each voxel that it touches.
     pub fn cover(&self, square: &Square) -> Vec<Cover> {
+        self.cover_within(square, 0.0)
+    }
+
+    /// The same, with the walls of voxels, too, that one passes so near by that it seems to be theirs: voxels beside them show their corners by as
+    /// much as walls are rounded. Where a corner points inward a voxel comes twice, with each of its walls.
+    pub fn cover_with_walls(&self, square: &Square) -> Vec<Cover> {
+        self.cover_within(square, Cut::BESIDE)
+    }
+
+    fn cover_within(&self, square: &Square, margin: f64) -> Vec<Cover> {
         let (columns, rows) = square.touched(self.bounds);
         // In voxels from the square's corner, so that clipping is against whole numbers.
         let local = |place: &DVec2| square.local(*place);
         let low = dvec2(columns.start as f64, rows.start as f64);
         let high = dvec2(columns.end as f64, rows.end as f64);
         let rings = self.rings.iter().map(|ring| ring.iter().map(local).collect::<Vec<_>>());
-        let near: Vec<Vec<DVec2>> = rings.map(|ring| clipped(&ring, low, high)).collect();
+        let near: Vec<Vec<DVec2>> = rings.map(|ring| clipped(&ring, low - margin, high + margin)).collect();
         let mut covers = Vec::new();
         for row in rows {
             let (bottom, top) = (row as f64, row as f64 + 1.0);
             let band = clip_all(&near, dvec2(low.x, bottom), dvec2(high.x, top));
             let Some([west, _, east, _]) = bounds(band.iter().flatten().copied()) else { continue };
+            let beside =
+                if margin > 0.0 { Beside::new(&near, [bottom, top], margin) } else { Beside::default() };
             let crossing = crossing(&band, bottom, top);
             let first = (west.floor().max(low.x) as usize).min(columns.end);
             for column in first..(east.ceil().max(0.0) as usize).min(columns.end) {
@@ -136,18 +188,53 @@ impl Footprint {
                 let centre = dvec2(left + 0.5, bottom + 0.5);
                 if !crossing.iter().any(|(from, to)| *from < left + 1.0 && *to > left) {
                     if windings(&band, centre) > 0 {
-                        covers.push(Cover { column, row, share: 1.0, wall: Wall::Whole });
+                        let wall = beside.wall(centre, square.spacing).unwrap_or(Wall::Whole);
+                        covers.push(Cover { column, row, share: 1.0, wall });
                     }
                     continue;
                 }
                 let rings = clip_all(&band, dvec2(left, bottom), dvec2(left + 1.0, top));
-                let covered = Covered { rings: &rings, centre };
-                if let Some((share, wall)) = covered.wall(square.spacing) {
-                    covers.push(Cover { column, row, share, wall });
+                let covered = Covered { rings: &rings, centre, half: 0.5 };
+                let Some((share, wall)) = covered.wall(square.spacing) else { continue };
+                match covered.inward_corner(share, square.spacing).filter(|_| margin > 0.0) {
+                    // What two walls bound one by one.
+                    Some(walls) => covers.extend(walls.map(|wall| Cover { column, row, share, wall })),
+                    None => covers.push(Cover { column, row, share, wall }),
                 }
             }
         }
         covers
+    }
+}
+
+/// Edges in and beside a row of voxels.
+#[derive(Default)]
+struct Beside {
+    rings: Vec<Vec<DVec2>>,
+    crossing: Vec<(f64, f64)>,
+    margin: f64,
+}
+
+impl Beside {
+    fn new(near: &[Vec<DVec2>], [bottom, top]: [f64; 2], margin: f64) -> Self {
+        let (bottom, top) = (bottom - margin, top + margin);
+        let far = f64::INFINITY;
+        let rings = clip_all(near, dvec2(-far, bottom), dvec2(far, top));
+        let crossing = crossing(&rings, bottom, top);
+        Self { rings, crossing, margin }
+    }
+
+    /// The nearest wall that passes beside a voxel of which all is covered.
+    fn wall(&self, centre: DVec2, spacing: f64) -> Option<Wall> {
+        let half = 0.5 + self.margin;
+        let (left, right) = (centre.x - half, centre.x + half);
+        if !self.crossing.iter().any(|(from, to)| *from < right && *to > left) {
+            return None;
+        }
+        let rings = clip_all(&self.rings, centre - half, centre + half);
+        let edges = Covered { rings: &rings, centre, half }.edges();
+        let (_, normal, distance) = edges.into_iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some(Wall::plane(normal, distance * spacing))
     }
 }
 
@@ -223,6 +310,8 @@ fn clip(ring: &[DVec2], distance: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
 struct Covered<'r> {
     rings: &'r [Vec<DVec2>],
     centre: DVec2,
+    /// Half of its side: more than a half of one with what lies beside it.
+    half: f64,
 }
 
 impl Covered<'_> {
@@ -238,10 +327,10 @@ impl Covered<'_> {
         if share < LEAST {
             return None;
         }
-        if share > 1.0 - LEAST {
+        let mut edges = self.edges();
+        if edges.is_empty() {
             return Some((1.0, Wall::Whole));
         }
-        let mut edges = self.edges();
         edges.sort_by(|a, b| b.0.total_cmp(&a.0));
         let sum: DVec2 = edges.iter().map(|(length, normal, _)| *normal * *length).sum();
         let mut tried = Vec::new();
@@ -272,13 +361,23 @@ impl Covered<'_> {
         }
     }
 
+    /// The two walls of a corner that points inward, if nothing else bounds what is covered: either of them, all of which lies within one.
+    fn inward_corner(&self, share: f64, spacing: f64) -> Option<[Wall; 2]> {
+        let [(_, one, near), (_, other, far)] = self.edges()[..] else { return None };
+        let beyond = [(-one, -near), (-other, -far)].map(|(normal, distance)| HalfPlane { normal, distance });
+        let left_out = Patch::voxel(1.0).within_all(beyond.iter().enumerate()).area();
+        let walls =
+            [(one, near), (other, far)].map(|(normal, distance)| Wall::plane(normal, distance * spacing));
+        (left_out > BETTER && (1.0 - left_out - share).abs() < BETTER).then_some(walls)
+    }
+
     /// Length, outward normal and distance from the centre of each edge that is not the voxel's own border.
     fn edges(&self) -> Vec<(f64, DVec2, f64)> {
         /// What clipping leaves beside the border, voxels.
         const SLACK: f64 = 1e-9;
         let on_border = |a: DVec2, b: DVec2| {
             let (a, b) = (a - self.centre, b - self.centre);
-            let (same, far) = ((a - b).abs(), (a.abs() - 0.5).abs());
+            let (same, far) = ((a - b).abs(), (a.abs() - self.half).abs());
             (same.x < SLACK && far.x < SLACK) || (same.y < SLACK && far.y < SLACK)
         };
         let pairs = self.rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));

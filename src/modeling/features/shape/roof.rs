@@ -3,10 +3,10 @@
 //! ```text
 //! frame     = the rectangle of least area around the footprint: one of its sides lies along an edge of the convex hull
 //! gabled    = two planes along the longer side (or across it, or by the stated direction)
-//! hipped    = four planes of one slope over a rectangle; else the distance from the nearest wall
+//! hipped    = four planes of one slope over a rectangle; else a plane from each wall, and valleys at corners that point inward
 //! pyramidal = a plane from each edge of the hull to its middle;  skillion = one plane;  dome = an ellipsoid over the hull
 //! ```
-//! All but domes, and hips around corners that point inward, are the least of some planes, so that ridges and hips are known exactly: a
+//! All but domes are the least of some planes, or in valleys of the greatest of two, so that ridges, hips and valleys are known exactly: a
 //! voxel that they cross has a solid for each plane.
 
 use glam::{DVec2, Vec2Swizzles};
@@ -28,6 +28,15 @@ impl Plane {
         self.height + self.slope.dot(place - self.at)
     }
 
+    /// The plane, or one that is no steeper than that eastward and northward and as high over a place.
+    pub fn no_steeper(&self, steepest: f64, place: DVec2) -> Self {
+        let slope = self.slope.clamp(DVec2::splat(-steepest), DVec2::splat(steepest));
+        match slope == self.slope {
+            true => *self,
+            false => Self { at: place, height: self.height(place), slope },
+        }
+    }
+
     /// Where it is no higher than another one, from a place; `None` if they are parallel.
     pub fn below(&self, other: &Self, from: DVec2) -> Option<HalfPlane> {
         let rising = self.slope - other.slope;
@@ -46,7 +55,7 @@ impl Plane {
 pub(super) enum Form {
     /// The least of these.
     Planes(Vec<Plane>),
-    /// Distance from the walls times a slope, up to a height.
+    /// From all walls with a slope, up to a height; with valleys where corners point inward.
     FromWalls { slope: f64, most: f64 },
     /// An ellipsoid of a height over the hull: each edge's outward normal and the inverse of its distance from the middle.
     Dome { middle: DVec2, edges: Vec<DVec2>, height: f64 },
@@ -68,6 +77,9 @@ pub(super) struct Frame {
     /// Half of the sides, the longer one first.
     pub half: DVec2,
 }
+
+/// Planes over a voxel, more than which are told by some of them.
+const MOST: usize = 6;
 
 /// Half width from which a roof of which nothing is said is flat, metres.
 const WIDE: f64 = 9.0;
@@ -157,74 +169,127 @@ impl Bound {
         }
     }
 
-    /// Height above the eaves over a place within the footprint, metres, and its slope.
-    pub fn at(&self, footprint: &Footprint, place: DVec2) -> (f64, DVec2) {
+    /// The greatest sum of slopes eastward and northward.
+    pub fn steepest(&self) -> f64 {
+        let sum = |slope: DVec2| slope.x.abs() + slope.y.abs();
         match &self.form {
-            Form::Planes(planes) => {
-                let least = planes.iter().min_by(|a, b| a.height(place).total_cmp(&b.height(place)));
-                least.map_or((0.0, DVec2::ZERO), |plane| (plane.height(place), plane.slope))
-            }
-            Form::FromWalls { slope, most } => {
-                let (distance, away) = footprint.distance(place);
-                let inward = if footprint.holds(place) { 1.0 } else { -1.0 };
-                let height = distance * inward * slope;
-                if height < *most { (height, away * inward * *slope) } else { (*most, DVec2::ZERO) }
-            }
-            Form::Dome { middle, edges, height } => {
-                let from_middle = place - *middle;
-                let out = |edge: &DVec2| edge.dot(from_middle);
-                let Some(edge) = edges.iter().max_by(|a, b| out(a).total_cmp(&out(b))) else {
-                    return (0.0, DVec2::ZERO);
-                };
-                // Near the rim the slope has no bound.
-                let share = out(edge).clamp(0.0, 0.98);
-                let rest = (1.0 - share * share).sqrt();
-                (height * rest, -*edge * (height * share / rest))
-            }
+            Form::Planes(planes) => planes.iter().map(|plane| sum(plane.slope)).fold(0.0, f64::max),
+            Form::FromWalls { slope, .. } => slope * std::f64::consts::SQRT_2,
+            Form::Dome { .. } => f64::INFINITY,
         }
     }
 
-    /// Planes of which the roof over a part of a voxel (from `centre`) is the least: those that are so somewhere, and others that nearly are. One at
-    /// least; where it is no such planes, one that touches it.
-    pub fn planes_over(&self, footprint: &Footprint, centre: DVec2, part: &Patch) -> Vec<Plane> {
-        let touching = |from_centre: DVec2| {
-            let at = centre + from_centre;
-            let (height, slope) = self.at(footprint, at);
-            Plane { at, height, slope }
-        };
-        let planes = match &self.form {
-            Form::Planes(planes) => planes.clone(),
-            Form::Dome { .. } => return vec![touching(part.middle())],
-            Form::FromWalls { .. } => {
-                let middle = part.middle();
-                // Away from corners, where two walls are nearest.
-                let places = part.corners().map(|corner| corner.lerp(middle, 0.125)).chain([middle]);
-                // Around a corner that points inward the roof is a cone, and not the least of what touches it.
-                if places.clone().any(|place| footprint.is_corner_nearest(centre + place)) {
-                    return vec![touching(middle)];
-                }
-                let mut planes: Vec<Plane> = Vec::new();
-                for plane in places.map(touching) {
-                    if !planes.iter().any(|known| known.is_same(&plane, centre)) {
-                        planes.push(plane);
-                    }
-                }
-                planes
+    /// The roof over a part of a voxel, from `centre`: the least of these, each of which is the greatest of some planes. Exactly, but for domes, of which there is the
+    /// plane that touches it.
+    pub fn planes_over(&self, footprint: &Footprint, centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
+        let mut all: Vec<Vec<Plane>> = match &self.form {
+            Form::Planes(planes) => planes.iter().map(|plane| vec![*plane]).collect(),
+            Form::Dome { middle, edges, height } => {
+                return vec![vec![touching(centre + part.middle(), *middle, edges, *height)]];
             }
+            Form::FromWalls { slope, most } => from_walls(footprint, [*slope, *most], centre, part),
         };
         let range = |plane: &Plane| {
             let heights = part.corners().map(|corner| plane.height(centre + corner));
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
         };
-        let least = planes.iter().map(|plane| range(plane).1).fold(f64::INFINITY, f64::min);
-        let mut kept = planes.clone();
-        kept.retain(|plane| range(plane).0 < least);
-        if kept.is_empty() {
+        let most = |planes: &[Plane], of: fn((f64, f64)) -> f64| {
+            planes.iter().map(|plane| of(range(plane))).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let highest = |planes: &[Plane]| most(planes, |(_, high)| high);
+        let lowest_highest = all.iter().min_by(|a, b| highest(a).total_cmp(&highest(b))).cloned();
+        let least = lowest_highest.as_deref().map_or(f64::INFINITY, highest);
+        all.retain(|planes| most(planes, |(low, _)| low) < least);
+        if all.is_empty() {
             // A level one is as high everywhere as at its highest.
-            kept.extend(planes.into_iter().min_by(|a, b| range(a).1.total_cmp(&range(b).1)));
+            all.extend(lowest_highest);
         }
-        kept
+        // Of a roof of many planes those that it is made of somewhere.
+        if all.len() > MOST {
+            let places = || part.corners().map(|corner| corner * 0.999).chain([part.middle()]);
+            let over = |planes: &[Plane], place: DVec2| {
+                planes.iter().map(|plane| plane.height(centre + place)).fold(f64::NEG_INFINITY, f64::max)
+            };
+            let mut kept: Vec<usize> = Vec::new();
+            for place in places() {
+                let order = |a: &usize, b: &usize| over(&all[*a], place).total_cmp(&over(&all[*b], place));
+                let index = (0..all.len()).min_by(order).unwrap_or(0);
+                if !kept.contains(&index) {
+                    kept.push(index);
+                }
+            }
+            all = kept.into_iter().map(|index| all[index].clone()).collect();
+        }
+        for planes in &mut all {
+            let is_below = |one: &Plane, other: &Plane| {
+                part.corners().all(|corner| one.height(centre + corner) <= other.height(centre + corner))
+            };
+            let mut index = 0;
+            while index < planes.len() {
+                let one = planes[index];
+                let is_hidden =
+                    (0..planes.len()).any(|other| other != index && is_below(&one, &planes[other]));
+                if is_hidden {
+                    planes.remove(index);
+                } else {
+                    index += 1;
+                }
+            }
+        }
+        all
     }
+}
+
+/// The plane that touches a dome.
+fn touching(place: DVec2, middle: DVec2, edges: &[DVec2], height: f64) -> Plane {
+    let from_middle = place - middle;
+    let out = |edge: &DVec2| edge.dot(from_middle);
+    let Some(edge) = edges.iter().max_by(|a, b| out(a).total_cmp(&out(b))) else {
+        return Plane { at: place, height: 0.0, slope: DVec2::ZERO };
+    };
+    // Near the rim the slope has no bound.
+    let share = out(edge).clamp(0.0, 0.98);
+    let rest = (1.0 - share * share).sqrt();
+    Plane { at: place, height: height * rest, slope: -*edge * (height * share / rest) }
+}
+
+/// A roof that rises from all walls alike, up to a height, over a part of a voxel.
+fn from_walls(
+    footprint: &Footprint,
+    [slope, most]: [f64; 2],
+    centre: DVec2,
+    part: &Patch,
+) -> Vec<Vec<Plane>> {
+    let middle = part.middle();
+    // Away from corners, where two walls are as near.
+    let places = part.corners().map(|corner| corner.lerp(middle, 0.125)).chain([middle]);
+    let mut all: Vec<Vec<Plane>> = Vec::new();
+    for place in places {
+        let Some((distance, eaves)) = footprint.eaves(centre + place) else { continue };
+        let mut found: Vec<Plane> = match distance * slope < most {
+            true => eaves
+                .iter()
+                .map(|eaves| Plane { at: eaves.at, height: 0.0, slope: eaves.inward * slope })
+                .collect(),
+            false => vec![Plane { at: centre, height: most, slope: DVec2::ZERO }],
+        };
+        // What runs down into a valley on one side of it runs on beside it.
+        let (same, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|known: &Vec<Plane>| {
+            known.iter().any(|known| found.iter().any(|plane| plane.is_same(known, centre)))
+        });
+        for plane in same.into_iter().flatten() {
+            if !found.iter().any(|known| known.is_same(&plane, centre)) {
+                found.push(plane);
+            }
+        }
+        all = others;
+        all.push(found);
+    }
+    if all.is_empty() {
+        // Walls are rounded: it may lie beside them.
+        all.push(vec![Plane { at: centre, height: 0.0, slope: DVec2::ZERO }]);
+    }
+    all
 }
 
 impl Frame {
@@ -298,7 +363,7 @@ fn inradius(footprint: &Footprint, frame: Frame) -> f64 {
         for sample in 0..(2 * GRID + 1).pow(2) {
             let (i, j) = (sample % (2 * GRID + 1) - GRID, sample / (2 * GRID + 1) - GRID);
             let place = from + DVec2::new(f64::from(i), f64::from(j)) * (reach / f64::from(GRID));
-            let distance = footprint.distance(place).0;
+            let distance = footprint.eaves(place).map_or(0.0, |(distance, _)| distance);
             if distance > best && footprint.holds(place) {
                 (best, middle) = (distance, place);
             }

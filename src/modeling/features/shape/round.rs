@@ -221,8 +221,10 @@ impl BoundTree {
                 let light = 1.0 - 0.22 * share;
                 let shaded = |light: f64| paint.colour.map(|code| (f64::from(code) * light).round() as u8);
                 let rough = rough_of(centre, self.hash);
+                // The tip falls to all sides.
+                let slope = from_axis.normalize_or_zero() * fall.max(-2.0);
                 let solid = Solid {
-                    slope: (outward * fall.max(-2.0)).into(),
+                    slope: slope.into(),
                     wall: Wall::Round(outward.y.atan2(outward.x)),
                     top: varied(shaded(light), rough, ROUGH),
                     side: varied(shaded(0.72 * light), rough, ROUGH),

@@ -204,7 +204,8 @@ impl Solid {
         for ((facing, distance_m), is_joined) in self.wall.planes().zip(self.joined) {
             let (normal, distance) = (DVec2::from_angle(facing).abs(), distance_m / spacing);
             let reach = 0.5 * (normal.x + normal.y);
-            if !self.strip && distance >= reach {
+            // One beside the voxel leaves all of it, and says how its corner is lit.
+            if !self.strip && distance >= reach + if is_joined { 0.0 } else { Cut::BESIDE } {
                 continue;
             }
             if !self.strip && distance <= -reach {
