@@ -186,7 +186,7 @@ pub(super) fn build_from(
     metadata.notes.extend(hints::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
-    let steps = options.steps.then(|| Steps::of(&options.output));
+    let steps = options.steps.then(|| Steps::of(&options.output).kept_for(options.kept_for.as_deref()));
     if !steps.as_ref().is_some_and(Steps::knows_pages) {
         room.check(observer)?;
     }

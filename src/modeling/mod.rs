@@ -55,4 +55,4 @@ pub use merge::{Join, Merged, Merger};
 pub use options::{
     BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
 };
-pub use steps::{forget_steps, is_begun, is_own_work, take_over};
+pub use steps::{forget_steps, is_kept_for, is_own_work, take_over};

@@ -132,6 +132,8 @@ pub struct BuildOptions {
     pub overwrite: bool,
     /// Note beside the output what each step was made of, so that the next build of it makes only what changed.
     pub steps: bool,
+    /// The database that this one is kept for, if it is the one without its shadows: noted with the steps, see [`is_kept_for`](super::is_kept_for).
+    pub kept_for: Option<PathBuf>,
     /// CRS of the database as the user typed it; `None` chooses.
     pub crs: Option<String>,
     /// Coordinates of files without a CRS are metres; the database has no place on Earth.
@@ -176,6 +178,7 @@ impl BuildOptions {
             output,
             overwrite: false,
             steps: false,
+            kept_for: None,
             crs: None,
             local: false,
             spacing: None,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::assembly::Storage;
 use super::fixed_header::FixedHeader;
-use super::format::header as at;
+use super::format::{MAGIC, VERSION, header as at};
 use super::page::{is_page_length, part_crc};
 use super::{ContentHash, Grid, PageEntry, PageId, PagePart, open_to_read};
 
@@ -55,6 +55,14 @@ impl EarlierFile {
         self.0.read_at(0, &mut record).ok()?;
         let length = self.0.metadata().ok()?.len();
         FixedHeader::decode_start(Path::new(""), &record, length).ok().map(|header| header.content_hash)
+    }
+
+    /// The same of any version so far, unchecked: enough to know a file again, not to read it. All versions have it at one place.
+    pub fn identity(&self) -> Option<ContentHash> {
+        let mut record = [0; at::SIZE];
+        self.0.read_at(0, &mut record).ok()?;
+        let is_known = record.starts_with(&MAGIC) && (1..=VERSION).contains(&at::VERSION.u32(&record));
+        is_known.then(|| ContentHash(at::CONTENT_HASH.array(&record)))
     }
 
     /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written. `scratch` is for its bytes.

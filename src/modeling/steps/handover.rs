@@ -11,20 +11,12 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::log::{Known, Log, Stamp};
-use super::{TICK, beside, forget, is_own_work, parts, stamp};
+use super::{TICK, beside, forget, parts, stamp};
 use crate::error::{Error, Result};
 use crate::voxel::EarlierFile;
 
 /// Ends the name of the part that a log is of while it is on its way.
 const ON_ITS_WAY: &str = ".part-taken";
-
-/// Whether builds that keep their steps left something of `output`: all of it, or the pages of one that was interrupted.
-pub fn is_begun(output: &Path) -> bool {
-    if fs::symlink_metadata(output).is_ok() {
-        return is_own_work(output);
-    }
-    parts(output).iter().any(|part| EarlierFile::open_abandoned(part).is_some())
-}
 
 /// Gives the database that builds keep at `from` the name `to`, with what is known of its steps: the next build of `to` makes only what changed.
 /// What was at `to` is replaced, and nothing is left of either build.

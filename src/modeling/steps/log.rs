@@ -8,6 +8,7 @@
 //!         page    where it lies, what it was made of, counts over its voxels [`PageRecord`]
 //!         whole   identity of the database that has these pages              32 bytes
 //!         left    what its file was when it was done                         JSON
+//!         aside   name of the database that this one is kept for             bytes of the name
 //! ```
 //! A note of this machine for itself, in its own byte order: nothing is lost with it but time.
 
@@ -37,6 +38,7 @@ enum Kind {
     Page = 4,
     Whole = 5,
     Left = 6,
+    Aside = 7,
 }
 
 /// What a file was when its bytes were hashed.
@@ -170,6 +172,13 @@ pub(super) struct Known {
     pub whole: Option<ContentHash>,
     /// What its file was then.
     pub left: Option<Stamp>,
+    /// Name of the database that it is kept for, as [`name_of`] has it.
+    pub kept_for: Option<Vec<u8>>,
+}
+
+/// A database's name without its folder, as logs have it.
+pub(super) fn name_of(database: &Path) -> Vec<u8> {
+    database.file_name().unwrap_or_default().as_encoded_bytes().to_vec()
 }
 
 impl Known {
@@ -209,6 +218,8 @@ impl Known {
             self.whole = Some(ContentHash(payload.try_into().ok()?));
         } else if kind == Kind::Left as u32 {
             self.left = Some(serde_json::from_slice(payload).ok()?);
+        } else if kind == Kind::Aside as u32 {
+            self.kept_for = Some(payload.to_vec());
         } else {
             return None;
         }
@@ -269,6 +280,10 @@ impl Log {
 
     pub fn left(&mut self, stamp: &Stamp) {
         self.json(Kind::Left, stamp);
+    }
+
+    pub fn kept_for(&mut self, name: &[u8]) {
+        self.add(Kind::Aside, name);
     }
 
     /// Writes what has come since.

@@ -28,11 +28,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-pub use handover::{is_begun, take_over};
+pub use handover::take_over;
 pub(super) use key::{Key, Keyer};
 pub(super) use keys::{PageKeys, SourceKeys};
 pub(super) use log::{Extent, Made};
-use log::{Known, Log, Stamp};
+use log::{Known, Log, Stamp, name_of};
 
 use super::census::Census;
 use super::scan::Survey;
@@ -82,12 +82,21 @@ pub fn is_own_work(output: &Path) -> bool {
     let file = EarlierFile::open(output);
     adopt(output, file.as_ref());
     let whole = Known::read(&beside(output)).whole;
-    whole.is_some() && whole == file.and_then(|file| file.content_hash())
+    whole.is_some() && whole == file.and_then(|file| file.identity())
+}
+
+/// Whether builds that keep their steps left something at `kept` for the database `output`: all of it, or the pages of one that was interrupted.
+pub fn is_kept_for(kept: &Path, output: &Path) -> bool {
+    let is_for = |log: &Path| Known::read(log).kept_for == Some(name_of(output));
+    if fs::symlink_metadata(kept).is_ok() {
+        return is_own_work(kept) && is_for(&beside(kept));
+    }
+    parts(kept).iter().any(|part| is_for(&beside(part)) && EarlierFile::open_abandoned(part).is_some())
 }
 
 /// Gives `output` its log, if the build that wrote it was killed before it could.
 fn adopt(output: &Path, file: Option<&EarlierFile>) {
-    let Some(identity) = file.and_then(EarlierFile::content_hash) else { return };
+    let Some(identity) = file.and_then(EarlierFile::identity) else { return };
     let is_of_output = |log: &Path| Known::read(log).whole == Some(identity);
     let parts = parts(output);
     if parts.is_empty() || is_of_output(&beside(output)) {
@@ -103,17 +112,20 @@ fn adopt(output: &Path, file: Option<&EarlierFile>) {
 /// Forgets the steps of builds of `output`, so that the next one makes all of it; but not that it is [own work](is_own_work).
 pub fn forget_steps(output: &Path) {
     adopt(output, EarlierFile::open(output).as_ref());
-    let whole = Known::read(&beside(output)).whole;
+    let known = Known::read(&beside(output));
     parts(output).iter().for_each(|part| forget(part));
-    note_own_work(output, whole);
+    note_own_work(output, &known);
 }
 
-/// Notes that a build of a recipe wrote `output`, which has this identity, without any steps; nothing is known of it if it has none.
-fn note_own_work(output: &Path, identity: Option<ContentHash>) {
+/// Notes that a build of a recipe wrote `output`, without any steps; nothing is known of it if it was none.
+fn note_own_work(output: &Path, known: &Known) {
     let path = beside(output);
-    let written = identity.and_then(|identity| {
+    let written = known.whole.and_then(|identity| {
         let mut log = Log::default();
         log.whole(identity);
+        if let Some(name) = &known.kept_for {
+            log.kept_for(name);
+        }
         // Whoever is killed meanwhile has the one or the other.
         let fresh = beside(&path);
         let _ = fs::remove_file(&fresh);
@@ -206,6 +218,14 @@ impl Steps {
     /// Notes what a feature may change.
     pub fn bound(&self, key: Key, extent: &Extent) {
         self.log().feature(key, extent);
+    }
+
+    /// Notes for which database this one is kept.
+    pub fn kept_for(self, output: Option<&Path>) -> Self {
+        if let Some(output) = output {
+            self.log().kept_for(&name_of(output));
+        }
+        self
     }
 
     /// Whether builds before left pages.

@@ -249,6 +249,7 @@ impl Args {
         let finest = self.spacing.iter().copied().reduce(f64::min);
         let spacing = if corridors.is_empty() { self.spacing.last().copied() } else { finest };
         Ok(BuildOptions {
+            kept_for: None,
             clouds: self.cloud.iter().map(|path| self.cloud(path)).collect(),
             elevation: self.elevation.iter().map(|path| self.elevation(path)).collect(),
             imagery: self.imagery.iter().map(|path| self.imagery(path)).collect(),

@@ -13,7 +13,7 @@ use std::time::Instant;
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{
     Baked, Baking, BuildOptions, BuildReport, bake_shadows, build, check_name, check_output, check_shadows,
-    forget_steps, is_begun, is_own_work, outline, take_over,
+    forget_steps, is_kept_for, outline, take_over,
 };
 use hedgehop::progress::Observer;
 use hedgehop::recipe::Recipe;
@@ -74,7 +74,9 @@ impl Order {
         self.check_sun(sun)?;
         // Where steps are kept, so is what shadows are baked into: the next build changes that, and bakes what changed.
         let aside = if *steps { Aside::kept(output)? } else { Aside::temporary(output)? };
-        let options = BuildOptions { output: aside.path(), overwrite: *steps, ..self.options.clone() };
+        let kept_for = steps.then(|| output.clone());
+        let options =
+            BuildOptions { output: aside.path(), overwrite: *steps, kept_for, ..self.options.clone() };
         let report = build(&options, observer)?;
         let source = built(&options.output, &report)?;
         let sun = area::sky(sun, source.header())?.sun;
@@ -98,7 +100,7 @@ impl Order {
         let kept = without_shadows(output);
         if !self.takes_over(&kept) {
             let report = build(&self.options, observer)?;
-            if self.options.steps && is_own_work(&kept) {
+            if self.options.steps && is_kept_for(&kept, output) {
                 let kept = kept.display();
                 observer.note(&format!(
                     "{kept} is of builds with shadows, which this one has not; delete it and {kept}.steps, unless another recipe builds it"
@@ -107,8 +109,10 @@ impl Order {
             return Ok(report);
         }
         check_output(&self.options)?;
-        let report =
-            build(&BuildOptions { output: kept.clone(), overwrite: true, ..self.options.clone() }, observer)?;
+        let kept_for = Some(output.clone());
+        let options =
+            BuildOptions { output: kept.clone(), overwrite: true, kept_for, ..self.options.clone() };
+        let report = build(&options, observer)?;
         built(&kept, &report)?;
         // Somebody may have put something there meanwhile.
         check_output(&self.options)?;
@@ -121,7 +125,9 @@ impl Order {
         let BuildOptions { output, overwrite, steps, .. } = &self.options;
         let has_shadows =
             || PageFile::open(output).is_ok_and(|file| file.header().metadata.baked_sun.is_some());
-        *steps && is_begun(kept) && (fs::symlink_metadata(output).is_err() || *overwrite && has_shadows())
+        *steps
+            && is_kept_for(kept, output)
+            && (fs::symlink_metadata(output).is_err() || *overwrite && has_shadows())
     }
 
     /// Refuses a sun that throws no shadows before the database that they are to lie in is made.
@@ -163,11 +169,11 @@ enum Aside {
 }
 
 impl Aside {
-    /// What lies there is replaced if a build left it, and only then.
+    /// What lies there is replaced if a build left it for this output, and only then.
     fn kept(output: &Path) -> Result<Self> {
         let path = without_shadows(output);
         // A link that leads nowhere is somebody's, too.
-        if fs::symlink_metadata(&path).is_ok() && !is_own_work(&path) {
+        if fs::symlink_metadata(&path).is_ok() && !is_kept_for(&path, output) {
             let path = path.display();
             let what = format!(
                 "{path} is in the way: a build with shadows keeps the database without them there; move it elsewhere, or delete it if a build left it"
