@@ -103,7 +103,10 @@ impl BoundBuilding {
         let ends: Vec<Option<Plane>> = roof.iter().map(greatest).collect();
         let part = |number: usize, plane: &Plane| {
             let others = ends.iter().enumerate().filter(|(other, _)| *other != number);
-            let joints = others.filter_map(|(_, other)| plane.below(other.as_ref()?, centre));
+            let hips = others.filter_map(|(_, other)| plane.below(other.as_ref()?, centre));
+            // In a valley the higher one counts: they do not lie in each other.
+            let valleys = roof[number].iter().filter_map(|other| other.below(plane, centre));
+            let joints = hips.chain(valleys);
             let halves: Vec<HalfPlane> = walls.iter().copied().chain(joints).collect();
             let part = Patch::voxel(spacing).within_all(halves.iter().enumerate());
             if part.area() < NOTHING * spacing * spacing {
