@@ -368,7 +368,11 @@ impl Covered<'_> {
         let left_out = Patch::voxel(1.0).within_all(beyond.iter().enumerate()).area();
         let walls =
             [(one, near), (other, far)].map(|(normal, distance)| Wall::plane(normal, distance * spacing));
-        (left_out > BETTER && (1.0 - left_out - share).abs() < BETTER).then_some(walls)
+        let within = beyond.map(|half| HalfPlane { normal: -half.normal, distance: -half.distance });
+        let common = Patch::voxel(1.0).within_all(within.iter().enumerate()).area();
+        // Walls that are nearly one leave the same, whichever way the corner points.
+        let is_inward = (1.0 - left_out - share).abs() < BETTER && (common - share).abs() >= BETTER;
+        is_inward.then_some(walls)
     }
 
     /// Length, outward normal and distance from the centre of each edge that is not the voxel's own border.
