@@ -57,12 +57,12 @@ impl EarlierFile {
         FixedHeader::decode_start(Path::new(""), &record, length).ok().map(|header| header.content_hash)
     }
 
-    /// The same of any version so far, unchecked: enough to know a file again, not to read it. All versions have it at one place.
+    /// The same of older versions, too, unchecked: enough to know a file again, not to read it. All versions have it at one place.
     pub fn identity(&self) -> Option<ContentHash> {
         let mut record = [0; at::SIZE];
         self.0.read_at(0, &mut record).ok()?;
-        let is_known = record.starts_with(&MAGIC) && (1..=VERSION).contains(&at::VERSION.u32(&record));
-        is_known.then(|| ContentHash(at::CONTENT_HASH.array(&record)))
+        let is_older = record.starts_with(&MAGIC) && (1..VERSION).contains(&at::VERSION.u32(&record));
+        if is_older { Some(ContentHash(at::CONTENT_HASH.array(&record))) } else { self.content_hash() }
     }
 
     /// A page of a grid that lies where `entry` says; `None` if what lies there is not what was written. `scratch` is for its bytes.

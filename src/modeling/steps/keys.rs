@@ -45,6 +45,7 @@ impl SourceKeys {
             scatters: Vec::new(),
             corridors: Vec::new(),
             output: Default::default(),
+            kept_for: None,
             overwrite: false,
             steps: false,
             memory: 0,

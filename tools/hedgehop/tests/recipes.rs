@@ -154,7 +154,7 @@ fn what_was_kept_without_shadows_becomes_the_result_when_they_go() {
 }
 
 #[test]
-fn what_was_left_without_shadows_beside_another_result_is_told() {
+fn what_another_recipe_built_is_not_taken_for_what_has_no_shadows() {
     let folder = site();
     let recipe = fs::read_to_string(folder.path().join("place.toml")).expect("the recipe");
     ends(&run(&folder, "build place.toml"), 0);
@@ -162,12 +162,16 @@ fn what_was_left_without_shadows_beside_another_result_is_told() {
     let output = "[place]\noutput = \"place.without-shadows.hop\"\n";
     fs::write(folder.path().join("other.toml"), format!("{output}{recipe}")).expect("a file");
     ends(&run(&folder, "build other.toml"), 0);
+    let others = || fs::read(folder.path().join("place.without-shadows.hop")).expect("a database");
+    let before = others();
     let told = ends(&run(&folder, "build place.toml"), 0);
-    assert!(told.contains("place.without-shadows.hop is of builds with shadows"), "{told}");
-    assert!(
-        folder.path().join("place.without-shadows.hop").exists() && told.contains("4 of 4 pages"),
-        "{told}"
-    );
+    assert!(told.contains("4 of 4 pages") && !told.contains("without-shadows"), "{told}");
+    fs::remove_file(folder.path().join("place.hop")).expect("it goes");
+    ends(&run(&folder, "build place.toml"), 0);
+    fs::write(folder.path().join("place.toml"), recipe + SHADOWS).expect("a file");
+    let told = ends(&run(&folder, "build place.toml"), 2);
+    assert!(told.contains("place.without-shadows.hop is in the way"), "{told}");
+    assert!(others() == before);
 }
 
 #[test]
