@@ -23,16 +23,9 @@ impl Cut {
 
     /// A wall that looks to `facing`, so many steps from the voxel's centre; at the farthest that a wall can be, beyond which there are
     /// no corners of a voxel either.
-    pub const fn wall(facing: u8, steps: i32) -> Self {
-        let (nearest, farthest) = (i8::MIN as i32 + 1, i8::MAX as i32 - 1);
-        let at = if steps < nearest {
-            nearest
-        } else if steps > farthest {
-            farthest
-        } else {
-            steps
-        };
-        Self { facing, at: at as i8 }
+    pub fn wall(facing: u8, steps: i32) -> Self {
+        let [nearest, farthest] = [i8::MIN + 1, i8::MAX - 1].map(i32::from);
+        Self { facing, at: steps.clamp(nearest, farthest) as i8 }
     }
 
     /// All of the voxel, as part of something round whose sides look to `facing`.
