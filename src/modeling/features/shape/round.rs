@@ -221,17 +221,21 @@ impl BoundTree {
                 let light = 1.0 - 0.22 * share;
                 let shaded = |light: f64| paint.colour.map(|code| (f64::from(code) * light).round() as u8);
                 let rough = rough_of(centre, self.hash);
-                // The tip falls to all sides.
-                let slope = from_axis.normalize_or_zero() * fall.max(-2.0);
                 let solid = Solid {
-                    slope: slope.into(),
-                    wall: Wall::Round(outward.y.atan2(outward.x)),
+                    slope: (outward * fall.max(STEEPEST)).into(),
+                    wall: Wall::Round(outward.to_angle()),
                     top: varied(shaded(light), rough, ROUGH),
                     side: varied(shaded(0.72 * light), rough, ROUGH),
                     opacity: if share > 0.75 { 0.75 } else { 1.0 },
                     ..Solid::level(Some(low_m), high_m, paint)
                 };
-                out.push((index, solid));
+                match leaf {
+                    Leaf::Needle if holds_stem => {
+                        let sides = tip(&solid, fall.max(STEEPEST), from_axis, self.top_m());
+                        out.extend(sides.map(|side| (index, side)));
+                    }
+                    _ => out.push((index, solid)),
+                }
             }
             if holds_stem {
                 let width = (0.03 * height_m / square.spacing).clamp(FAINTEST, 1.0);
@@ -244,6 +248,23 @@ impl BoundTree {
             }
         }
     }
+}
+
+/// Steepest fall of a crown over a voxel, rise over run.
+const STEEPEST: f64 = -2.0;
+
+/// The four sides of a crown's tip over a voxel, whose centre lies `from_tip` (metres) from it; `fall` is their slope.
+fn tip(crown: &Solid, fall: f64, from_tip: DVec2, top_m: f64) -> [Solid; 4] {
+    let eighth = std::f64::consts::FRAC_PI_4;
+    [0.0, 2.0, 4.0, 6.0].map(|side| {
+        let slope = DVec2::from_angle(side * eighth) * fall;
+        let joints = [side + 3.0, side - 3.0].map(|turn| {
+            let facing = turn * eighth;
+            (facing, -DVec2::from_angle(facing).dot(from_tip))
+        });
+        let high_m = top_m + slope.dot(from_tip);
+        Solid { slope: slope.into(), wall: Wall::Corner(joints), joined: [true; 2], high_m, ..*crown }
+    })
 }
 
 const BARK: [u8; 3] = [88, 76, 62];
