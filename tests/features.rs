@@ -125,9 +125,8 @@ fn houses_have_their_walls_corners_and_heights() {
         for quarter in 0..4 {
             let normal = DVec2::from_angle(turn + f64::from(quarter) * std::f64::consts::FRAC_PI_2);
             let [distance, width] = if quarter % 2 == 0 { [half.x, half.y] } else { [half.y, half.x] };
-            // The last voxel and a half before a corner are the corner's.
             for aside in [-1.0, -0.4, 0.1, 0.6, 1.0] {
-                let beside = normal.perp() * (aside * (width - 1.5));
+                let beside = normal.perp() * (aside * (width - 0.1));
                 let from = middle + beside + normal * 35.0;
                 let (hit, _) = met(&pages, from.extend(105.0), (middle + beside).extend(105.0));
                 let hit = hit.unwrap();
@@ -135,11 +134,11 @@ fn houses_have_their_walls_corners_and_heights() {
                 worst = worst.max((hit.range - (35.0 - distance)).abs());
             }
         }
-        // The corners: half a voxel outside nothing stands, a voxel inside the house does.
-        for corner in rectangle(DVec2::ZERO, half, turn) {
-            let out = corner.normalize() * std::f64::consts::FRAC_1_SQRT_2;
-            assert_eq!(top(&pages, middle + corner + out * 1.42), None, "a voxel outside of a corner");
-            assert!(top(&pages, middle + corner - out * 1.42).is_some(), "a voxel inside of it");
+        // A twentieth of a voxel outside of a corner nothing stands, so much inside of it the house does.
+        for (x, y) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)] {
+            let corner = |more: f64| middle + DVec2::from_angle(turn).rotate((half + more) * dvec2(x, y));
+            assert_eq!(top(&pages, corner(0.05)), None, "outside of a corner");
+            assert!(top(&pages, corner(-0.05)).is_some(), "inside of it");
         }
     }
     assert!(worst < 0.05, "walls are off by {worst} m");

@@ -1,4 +1,4 @@
-//! Sixty-four places of a voxel, one bit each, and the half-plane that says best which of them are covered.
+//! Sixty-four places of a voxel, one bit each, and the half-plane, or the two, that say best which of them are covered.
 //!
 //! The places are a rank-1 lattice (Korobov 1959): no two share their column or row, so that walls along the grid are told to a 64th of a
 //! voxel, as are most others.

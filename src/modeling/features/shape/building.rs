@@ -91,16 +91,14 @@ impl BoundBuilding {
         }
         let roof = self.roof.planes_over(&self.footprint, centre, &floor);
         let least = |place: DVec2| {
-            let greatest = |planes: &Vec<Plane>| {
-                planes.iter().map(|plane| plane.height(centre + place)).fold(f64::NEG_INFINITY, f64::max)
-            };
-            roof.iter().map(greatest).fold(f64::INFINITY, f64::min)
+            let heights = roof.iter().map(|planes| roof::greatest(planes, centre + place));
+            heights.fold(f64::INFINITY, f64::min)
         };
         // Of each, the plane that counts at the centre.
-        let greatest = |planes: &Vec<Plane>| {
+        let at_centre = |planes: &Vec<Plane>| {
             planes.iter().copied().max_by(|a, b| a.height(centre).total_cmp(&b.height(centre)))
         };
-        let ends: Vec<Option<Plane>> = roof.iter().map(greatest).collect();
+        let ends: Vec<Option<Plane>> = roof.iter().map(at_centre).collect();
         let part = |number: usize, plane: &Plane| {
             let others = ends.iter().enumerate().filter(|(other, _)| *other != number);
             let hips = others.filter_map(|(_, other)| plane.below(other.as_ref()?, centre));
@@ -114,12 +112,16 @@ impl BoundBuilding {
             }
             let mut bounds = part.bounded_by(NOTHING * spacing);
             if bounds.len() > 2 {
-                bounds = self.least_harm(&bounds, &halves, spacing, |place| {
+                bounds = least_harm(&bounds, &halves, spacing, |place| {
                     plane.height(centre + place) - least(place)
                 });
             }
             // A wall that passes beside the voxel, or in another part of it, lights what stands out there.
-            bounds.extend((0..walls.len()).filter(|wall| !bounds.contains(wall)).collect::<Vec<_>>());
+            for wall in 0..walls.len() {
+                if !bounds.contains(&wall) {
+                    bounds.push(wall);
+                }
+            }
             let apex = bounds.get(..2).and_then(|two| halves[two[0]].crossing(&halves[two[1]]));
             let apex = apex.filter(|apex| apex.abs().max_element() <= 0.5 * spacing);
             let kept = |number: usize| match apex {
@@ -149,31 +151,6 @@ impl BoundBuilding {
         all.filter_map(|(number, plane)| part(number, plane)).collect()
     }
 
-    /// Of several half-planes the two that leave the least of what lies beyond the others: above the roof, or before a wall.
-    fn least_harm(
-        &self,
-        bounds: &[usize],
-        halves: &[HalfPlane],
-        spacing: f64,
-        above_roof: impl Fn(DVec2) -> f64,
-    ) -> Vec<usize> {
-        let pairs = bounds
-            .iter()
-            .enumerate()
-            .flat_map(|(at, one)| bounds[at + 1..].iter().map(|other| [*one, *other]));
-        let harm = |pair: &[usize; 2]| {
-            let part =
-                Patch::voxel(spacing).within_all(pair.iter().map(|number| (*number, &halves[*number])));
-            let beyond = |place: DVec2| {
-                let walls = bounds.iter().map(|number| halves[*number].beyond(place));
-                walls.fold(0.0, f64::max)
-            };
-            part.corners().map(|place| beyond(place).max(above_roof(place))).fold(0.0, f64::max)
-        };
-        let best = pairs.min_by(|a, b| harm(a).total_cmp(&harm(b)));
-        best.map_or_else(Vec::new, Vec::from)
-    }
-
     /// A part of it; where no wall is near, all that may stand out beside it is roof.
     fn with_top(&self, centre: DVec2, plane: Plane, wall: Wall, joined: [bool; 2], is_inside: bool) -> Solid {
         let Building { walls, cover, .. } = self.building;
@@ -186,4 +163,25 @@ impl BoundBuilding {
             ..Solid::level(self.low_m, self.eaves_m + plane.height(centre), cover)
         }
     }
+}
+
+/// Of several half-planes the two that leave the least of what lies beyond the others: above the roof, or before a wall.
+fn least_harm(
+    bounds: &[usize],
+    halves: &[HalfPlane],
+    spacing: f64,
+    above_roof: impl Fn(DVec2) -> f64,
+) -> Vec<usize> {
+    let pairs =
+        bounds.iter().enumerate().flat_map(|(at, one)| bounds[at + 1..].iter().map(|other| [*one, *other]));
+    let harm = |pair: &[usize; 2]| {
+        let part = Patch::voxel(spacing).within_all(pair.iter().map(|number| (*number, &halves[*number])));
+        let beyond = |place: DVec2| {
+            let walls = bounds.iter().map(|number| halves[*number].beyond(place));
+            walls.fold(0.0, f64::max)
+        };
+        part.corners().map(|place| beyond(place).max(above_roof(place))).fold(0.0, f64::max)
+    };
+    let best = pairs.min_by(|a, b| harm(a).total_cmp(&harm(b)));
+    best.map_or_else(Vec::new, Vec::from)
 }

@@ -31,8 +31,9 @@ pub(in crate::modeling) struct Footprint {
 /// The line of a wall that a roof rises from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Eaves {
+    /// A place on it.
     pub at: DVec2,
-    /// Unit vector.
+    /// Unit vector to the inside.
     pub inward: DVec2,
 }
 
@@ -95,21 +96,6 @@ impl Footprint {
     /// Area, square metres.
     pub fn area(&self) -> f64 {
         0.5 * self.rings.iter().map(|ring| doubled_area(ring)).sum::<f64>()
-    }
-
-    /// Distance of a place from the nearest edge, metres, and the direction away from it.
-    #[cfg(test)]
-    pub fn distance(&self, place: DVec2) -> (f64, DVec2) {
-        let mut nearest = (f64::INFINITY, DVec2::ZERO);
-        for (a, b) in self.edges() {
-            let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            let away = place - (a + (b - a) * along);
-            if away.length() < nearest.0 {
-                // On the edge itself, away is inward.
-                nearest = (away.length(), away.try_normalize().unwrap_or((b - a).perp().normalize_or_zero()));
-            }
-        }
-        nearest
     }
 
     /// How far a place within lies from the walls that the water of a roof over it runs to, metres, if the roof rises from all of them alike, and these: one, or
@@ -207,11 +193,13 @@ impl Footprint {
     }
 }
 
-/// Edges in and beside a row of voxels.
+/// Edges in and beside a row of voxels; all in voxels.
 #[derive(Default)]
 struct Beside {
     rings: Vec<Vec<DVec2>>,
+    /// From where to where each edge goes eastward.
     crossing: Vec<(f64, f64)>,
+    /// How far beside a voxel they count.
     margin: f64,
 }
 

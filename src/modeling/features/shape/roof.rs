@@ -189,55 +189,60 @@ impl Bound {
             }
             Form::FromWalls { slope, most } => from_walls(footprint, [*slope, *most], centre, part),
         };
-        let range = |plane: &Plane| {
-            let heights = part.corners().map(|corner| plane.height(centre + corner));
-            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
-        };
-        let most = |planes: &[Plane], of: fn((f64, f64)) -> f64| {
-            planes.iter().map(|plane| of(range(plane))).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let highest = |planes: &[Plane]| most(planes, |(_, high)| high);
-        let lowest_highest = all.iter().min_by(|a, b| highest(a).total_cmp(&highest(b))).cloned();
-        let least = lowest_highest.as_deref().map_or(f64::INFINITY, highest);
-        all.retain(|planes| most(planes, |(low, _)| low) < least);
-        if all.is_empty() {
-            // A level one is as high everywhere as at its highest.
-            all.extend(lowest_highest);
-        }
-        // Of a roof of many planes those that it is made of somewhere.
+        let corners: Vec<DVec2> = part.corners().map(|corner| centre + corner).collect();
+        all = least_somewhere(all, &corners);
         if all.len() > MOST {
-            let places = || part.corners().map(|corner| corner * 0.999).chain([part.middle()]);
-            let over = |planes: &[Plane], place: DVec2| {
-                planes.iter().map(|plane| plane.height(centre + place)).fold(f64::NEG_INFINITY, f64::max)
-            };
-            let mut kept: Vec<usize> = Vec::new();
-            for place in places() {
-                let order = |a: &usize, b: &usize| over(&all[*a], place).total_cmp(&over(&all[*b], place));
-                let index = (0..all.len()).min_by(order).unwrap_or(0);
-                if !kept.contains(&index) {
-                    kept.push(index);
-                }
-            }
-            all = kept.into_iter().map(|index| all[index].clone()).collect();
+            // A little within, where of two that meet in a corner one is the least.
+            let middle = centre + part.middle();
+            let places = corners.iter().map(|corner| corner.lerp(middle, 1e-3)).chain([middle]);
+            all = least_at(all, places);
         }
         for planes in &mut all {
             let is_below = |one: &Plane, other: &Plane| {
-                part.corners().all(|corner| one.height(centre + corner) <= other.height(centre + corner))
+                corners.iter().all(|corner| one.height(*corner) <= other.height(*corner))
             };
-            let mut index = 0;
-            while index < planes.len() {
-                let one = planes[index];
-                let is_hidden =
-                    (0..planes.len()).any(|other| other != index && is_below(&one, &planes[other]));
-                if is_hidden {
-                    planes.remove(index);
-                } else {
-                    index += 1;
-                }
-            }
+            let known = planes.clone();
+            planes.retain(|one| !known.iter().any(|other| other != one && is_below(one, other)));
         }
         all
     }
+}
+
+/// Height of the greatest of some planes over a place.
+pub(super) fn greatest(planes: &[Plane], place: DVec2) -> f64 {
+    planes.iter().map(|plane| plane.height(place)).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Of surfaces, each the greatest of some planes, those that may be the least somewhere between places; one at least, if there are any.
+fn least_somewhere(mut all: Vec<Vec<Plane>>, corners: &[DVec2]) -> Vec<Vec<Plane>> {
+    // No higher than that, and no lower: planes are so in corners.
+    let highest = |planes: &Vec<Plane>| {
+        corners.iter().map(|corner| greatest(planes, *corner)).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let lowest = |planes: &Vec<Plane>| {
+        let of = |plane: &Plane| corners.iter().map(|at| plane.height(*at)).fold(f64::INFINITY, f64::min);
+        planes.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let bound = all.iter().min_by(|a, b| highest(a).total_cmp(&highest(b))).cloned();
+    let least = bound.as_ref().map_or(f64::INFINITY, highest);
+    all.retain(|planes| lowest(planes) < least);
+    if all.is_empty() {
+        // A level one is as high everywhere as at its highest.
+        all.extend(bound);
+    }
+    all
+}
+
+/// Of such surfaces those that are the least at places, each once.
+fn least_at(all: Vec<Vec<Plane>>, places: impl Iterator<Item = DVec2>) -> Vec<Vec<Plane>> {
+    let mut kept: Vec<Vec<Plane>> = Vec::new();
+    for place in places {
+        let least = all.iter().min_by(|a, b| greatest(a, place).total_cmp(&greatest(b, place)));
+        if let Some(planes) = least.filter(|planes| !kept.contains(planes)) {
+            kept.push(planes.clone());
+        }
+    }
+    kept
 }
 
 /// The plane that touches a dome.
