@@ -56,8 +56,9 @@ fn code(text: &str) -> String {
 
 /// Whether a source under `src/` is compiled for tests only; such a file may say that it skips.
 fn is_test_source(path: &Path) -> bool {
-    path.components()
-        .any(|part| ["tests", "tests.rs", "testing.rs"].iter().any(|name| part.as_os_str() == *name))
+    let is_named =
+        |part: &str| ["tests", "tests.rs", "testing.rs"].contains(&part) || part.ends_with("_tests.rs");
+    path.components().any(|part| part.as_os_str().to_str().is_some_and(is_named))
 }
 
 /// Source before its unit tests, if they stand in the same file.
