@@ -95,10 +95,10 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     let mut writer = steps::begin(steps.as_ref(), writer, HELD)?;
     let shades = Shades::new(Shade::new(header, sun), KEPT);
     let oven = Oven { source, shades, daylight: Daylight::new(sun), finer: writer.readback() };
-    let keys = BakingKeys::new((source, directory), sun, oven.shades.shade());
-    let trace = steps.as_ref().map(|steps| (steps, &keys));
+    let keys =
+        steps.as_ref().map(|steps| (steps, BakingKeys::new((source, directory), sun, &oven.shades, steps)));
     let mut written = Written::default();
-    if let Err(error) = bake_pages(&oven, baking, trace, &mut writer, &mut written, observer) {
+    if let Err(error) = bake_pages(&oven, baking, keys.as_ref(), &mut writer, &mut written, observer) {
         return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
     }
     source.intact()?;
@@ -118,7 +118,7 @@ struct Written {
 fn bake_pages(
     oven: &Oven<'_>,
     Baking { directory, threads, .. }: &Baking<'_>,
-    trace: Option<(&Steps, &BakingKeys<'_>)>,
+    trace: Option<&(&Steps, BakingKeys<'_>)>,
     writer: &mut PageWriter,
     written: &mut Written,
     observer: &dyn Observer,
@@ -136,7 +136,7 @@ fn bake_pages(
             Vec::new,
             |scratch, task| {
                 let (_, id) = pages[task as usize];
-                let key = trace.map(|(_, keys)| keys.of(id, &oven.finer));
+                let key = trace.map(|(_, keys)| keys.of(id, &oven.finer)).transpose()?;
                 let known = trace
                     .zip(key)
                     .and_then(|((steps, _), key)| steps.page(&oven.source.header().grid, id, key, scratch));

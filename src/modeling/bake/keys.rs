@@ -2,36 +2,48 @@
 //!
 //! ```text
 //! light of a page     ← the way of the sun's rays to it, the pages whose heights they pass
-//! page of level 1     ← the page without shadows, it and its light and those around it, whose voxels its apron repeats
+//! page of level 1     ← the page without shadows, it and the shares of its light and those around it, whose voxels its apron repeats
 //! coarser page        ← the page without shadows, the finer ones with shadows; where some are absent, as of level 1
 //! ```
+//! Rays to a page pass over a kilometre of others, and few of these throw a shadow as far as that: what goes on is not what light was made of, but what came of it.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::modeling::steps::{Key, Keyer};
-use crate::sunlight::{Shade, Sun};
+use crate::error::Result;
+use crate::modeling::steps::{Key, Keyer, Steps};
+use crate::sunlight::{Shades, Sun};
 use crate::voxel::{Directory, PageId, PageReadback, PageSource, finer_pages};
 
 /// Keys of the pages of one database under one sun.
 pub(super) struct BakingKeys<'a> {
     source: &'a dyn PageSource,
     directory: &'a Directory,
-    shade: &'a Shade,
+    shades: &'a Shades,
+    steps: &'a Steps,
     settings: Key,
+    /// Of the shares of the sun on pages.
     lights: Mutex<HashMap<PageId, Key>>,
 }
 
 impl<'a> BakingKeys<'a> {
-    pub fn new((source, directory): (&'a dyn PageSource, &'a Directory), sun: Sun, shade: &'a Shade) -> Self {
+    pub fn new(
+        (source, directory): (&'a dyn PageSource, &'a Directory),
+        sun: Sun,
+        shades: &'a Shades,
+        steps: &'a Steps,
+    ) -> Self {
         let header = source.header();
         let settings = Keyer::of("shadows").with(&sun).with(&header.grid).with(&header.heights);
         let settings = settings.with(&header.level_count).with(&header.is_built).key();
-        Self { source, directory, shade, settings, lights: Mutex::default() }
+        Self { source, directory, shades, steps, settings, lights: Mutex::default() }
     }
 
     /// Of a page; all finer ones have been written.
-    pub fn of(&self, id: PageId, finer: &PageReadback) -> Key {
+    ///
+    /// # Errors
+    /// A page, this one or one towards the sun, that is damaged.
+    pub fn of(&self, id: PageId, finer: &PageReadback) -> Result<Key> {
         let keyer = self.with_page(Keyer::of("shaded").with_key(self.settings), id);
         let grid = &self.source.header().grid;
         let (mut keyer, mut is_whole) = (keyer, id.level > 0 && !id.is_bare());
@@ -40,7 +52,7 @@ impl<'a> BakingKeys<'a> {
             is_whole &= hash.is_some();
             keyer = keyer.with_bytes(hash.as_ref().map_or(&[], |hash| hash));
         }
-        if is_whole { keyer.key() } else { self.with_around(keyer, id).key() }
+        Ok(if is_whole { keyer } else { self.with_around(keyer, id)? }.key())
     }
 
     /// Adds what a page is without shadows, with the bare ground under it.
@@ -54,30 +66,48 @@ impl<'a> BakingKeys<'a> {
     }
 
     /// Adds a page, those around it, and the light on them.
-    fn with_around(&self, mut keyer: Keyer, id: PageId) -> Keyer {
+    fn with_around(&self, mut keyer: Keyer, id: PageId) -> Result<Keyer> {
         let around = |at: u32| at.saturating_sub(1)..=at + 1;
         for (px, py) in around(id.py).flat_map(|py| around(id.px).map(move |px| (px, py))) {
             let page = PageId { px, py, ..id.surface() };
             if self.source.has(page) {
-                keyer = self.with_page(keyer, page).with_key(self.light(page));
+                keyer = self.with_page(keyer, page).with_key(self.light(page)?);
             }
         }
-        keyer
+        Ok(keyer)
     }
 
-    /// Of the light on a page.
-    fn light(&self, id: PageId) -> Key {
+    /// Of the shares of the sun on a page: as they were found before of the same, or else found now.
+    fn light(&self, id: PageId) -> Result<Key> {
         let lights = || self.lights.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = lights().get(&id) {
-            return *known;
+            return Ok(*known);
         }
-        let keyer = Keyer::of("light").with(&self.shade.way(id));
-        let keyer = self.shade.supports(self.source, id).into_iter().fold(keyer, |keyer, support| {
+        let shade = self.shades.shade();
+        let keyer = Keyer::of("light").with(&shade.way(id));
+        let keyer = shade.supports(self.source, id).into_iter().fold(keyer, |keyer, support| {
             let entry = self.directory.get(support);
             keyer.with(&support).with_bytes(entry.map_or(&[], |entry| &entry.hash))
         });
         let key = keyer.key();
-        lights().insert(id, key);
-        key
+        let light = match self.steps.light(key) {
+            Some(light) => light,
+            None => self.found(id)?,
+        };
+        if lights().insert(id, light).is_none() {
+            self.steps.lit(key, light);
+        }
+        Ok(light)
+    }
+
+    /// Of the shares of the sun on a page, which are found for it.
+    fn found(&self, id: PageId) -> Result<Key> {
+        let keyer = Keyer::of("shares");
+        let page = self.shades.page(self.source, id)?;
+        Ok(match &page {
+            Some(page) => keyer.with(&page.stride).with_bytes(&page.shares),
+            None => keyer,
+        }
+        .key())
     }
 }

@@ -9,6 +9,7 @@
 //!         whole   identity of the database that has these pages              32 bytes
 //!         left    what its file was when it was done                         JSON
 //!         aside   name of the database that this one is kept for             bytes of the name
+//!         light   what came of the light on a page                           two keys
 //! ```
 //! A note of this machine for itself, in its own byte order: nothing is lost with it but time.
 
@@ -39,6 +40,7 @@ enum Kind {
     Whole = 5,
     Left = 6,
     Aside = 7,
+    Light = 8,
 }
 
 /// What a file was when its bytes were hashed.
@@ -167,6 +169,8 @@ pub(super) struct Known {
     pub files: HashMap<String, (Stamp, Key)>,
     pub surveys: HashMap<Key, Survey>,
     pub features: HashMap<Key, Extent>,
+    /// Keys of the shares of the sun that came of light.
+    pub lights: HashMap<Key, Key>,
     pub pages: HashMap<PageId, Made>,
     /// Identity of the finished database.
     pub whole: Option<ContentHash>,
@@ -220,6 +224,9 @@ impl Known {
             self.left = Some(serde_json::from_slice(payload).ok()?);
         } else if kind == Kind::Aside as u32 {
             self.kept_for = Some(payload.to_vec());
+        } else if kind == Kind::Light as u32 {
+            let [key, light]: [Key; 2] = bytemuck::try_pod_read_unaligned(payload).ok()?;
+            self.lights.insert(key, light);
         } else {
             return None;
         }
@@ -268,6 +275,10 @@ impl Log {
 
     pub fn feature(&mut self, key: Key, extent: &Extent) {
         self.add(Kind::Feature, bytemuck::bytes_of(&FeatureRecord { key, extent: *extent }));
+    }
+
+    pub fn light(&mut self, key: Key, light: Key) {
+        self.add(Kind::Light, bytemuck::bytes_of(&[key, light]));
     }
 
     pub fn page(&mut self, made: &Made) {

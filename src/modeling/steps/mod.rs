@@ -8,6 +8,8 @@
 //!     coarser page                  ← the hashes of the finer pages that it is made from; where some are absent, as of level 1
 //! beside AREA.hop lies AREA.hop.steps: keys and results of steps, where each page lies
 //! shadows are a database of their own, of the one without: [`super::bake_shadows`]
+//!     light on a page               ← the way of the sun's rays, the pages that they pass over
+//!     page                          ← it without shadows, the shares of the sun that came of its light and of that around it
 //! a page whose key is there is taken from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
 //! where pages stay in their place, only those that were made are written; and as long as the system's times tell that nobody changed the file,
 //! none of the others is read
@@ -53,6 +55,7 @@ pub(super) struct Steps {
     files: HashMap<String, (Stamp, Key)>,
     surveys: HashMap<Key, Survey>,
     features: HashMap<Key, Extent>,
+    lights: HashMap<Key, Key>,
     earlier: Vec<Earlier>,
     /// What is to be replaced, if pages of it are known.
     base: Option<EarlierFile>,
@@ -153,6 +156,7 @@ impl Steps {
             files: HashMap::new(),
             surveys: HashMap::new(),
             features: HashMap::new(),
+            lights: HashMap::new(),
             earlier: Vec::new(),
             base: None,
             left: Vec::new(),
@@ -178,6 +182,7 @@ impl Steps {
         self.files.extend(known.files);
         self.surveys.extend(known.surveys);
         self.features.extend(known.features);
+        self.lights.extend(known.lights);
         self.earlier.extend(file.map(|file| Earlier { file, pages: known.pages, is_as_left }));
     }
 
@@ -218,6 +223,16 @@ impl Steps {
     /// Notes what a feature may change.
     pub fn bound(&self, key: Key, extent: &Extent) {
         self.log().feature(key, extent);
+    }
+
+    /// What came of the light on a page, as it was found before.
+    pub fn light(&self, key: Key) -> Option<Key> {
+        self.lights.get(&key).copied()
+    }
+
+    /// Notes what came of the light on a page.
+    pub fn lit(&self, key: Key, light: Key) {
+        self.log().light(key, light);
     }
 
     /// Notes for which database this one is kept.
