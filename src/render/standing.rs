@@ -64,7 +64,7 @@ impl<'a> Stander<'a> {
             rows: kept.filled.len(),
             has_depths: !depths.inverse.is_empty(),
         };
-        self.march.see(&standing, &mut self.facets, &mut self.cover)?;
+        self.march.see(self.isa, &standing, &mut self.facets, &mut self.cover)?;
         let DepthsMut { inverse, tilts } = depths;
         let cover = &self.cover;
         let solids = Solids { ladder, first: kept.first, cells, scale, inverse, tilts, cover, air, squares };

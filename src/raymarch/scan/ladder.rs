@@ -70,15 +70,18 @@ impl Ladder {
     }
 
     /// How many rows lie below a tangent, the part of the one that it is in included: 0 to their number.
-    #[inline]
+    #[inline(always)]
     pub fn rows_below(&self, tangent: f32) -> f32 {
         let last = self.per_row.len();
         let cell = self.cell(evenly(tangent).max(self.start)).min(self.before.len() - 2);
-        let mut row = (self.before[cell] as usize).saturating_sub(1);
-        while row < last && self.edges[row + 1] <= tangent {
+        let row = (self.before[cell] as usize).saturating_sub(1);
+        // One more edge may lie in the cell's nearer part, as often as not; more than that seldom do.
+        let edge = |row: usize| self.edges.get(row + 1).copied().unwrap_or(f32::INFINITY);
+        let mut row = row + usize::from(edge(row) <= tangent);
+        while edge(row) <= tangent {
             row += 1;
         }
-        if row == last {
+        if row >= last {
             return last as f32;
         }
         row as f32 + ((tangent - self.edges[row]) * self.per_row[row]).max(0.0)

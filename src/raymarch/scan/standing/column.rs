@@ -43,7 +43,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, weight: f32, light: [f32; 3], inverse: f32) {
         for (sum, light) in self.light.iter_mut().zip(light) {
             *sum += weight * light;
@@ -53,7 +53,7 @@ impl Seen {
     }
 
     /// Hides a share of the light in the row's middle.
-    #[inline]
+    #[inline(always)]
     fn hide(&mut self, opacity: f32, middle: Middle) {
         if self.hidden >= HALF {
             return;
@@ -100,19 +100,19 @@ pub(super) struct Line {
 
 impl Line {
     /// The same everywhere.
-    #[inline]
+    #[inline(always)]
     pub fn level(value: f32) -> Self {
         Self { tangent: 0.0, value, slope: 0.0 }
     }
 
     /// Through a value, rising by `slope` for each unit of the tangent.
-    #[inline]
+    #[inline(always)]
     pub fn new(tangent: f32, value: f32, slope: f32) -> Self {
         Self { tangent, value, slope }
     }
 
     /// The value at a tangent.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, tangent: f32) -> f32 {
         (tangent - self.tangent) * self.slope + self.value
     }
@@ -140,7 +140,7 @@ pub(super) struct Passage {
 
 impl Haze {
     /// Share of light that it hides from a ray of this tangent, 0…1.
-    #[inline]
+    #[inline(always)]
     fn opacity(&self, tangent: f32) -> f32 {
         let tangent = tangent.max(self.tangents[0]).min(self.tangents[1]);
         let slant = (self.level * tangent).clamp(-STEEPEST, STEEPEST);
@@ -151,6 +151,7 @@ impl Haze {
 
 impl Passage {
     /// Share of the way through the voxel that a ray of this tangent is within the span: ends are lines between the sides.
+    #[inline(always)]
     fn share(&self, tangent: f32) -> f32 {
         let crossing = |[near, far]: [f32; 2]| (tangent - near) / (far - near);
         let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
@@ -254,13 +255,19 @@ impl Column {
         self.extent = [usize::MAX, 0];
     }
 
+    /// Whether it is of interest how far away things are.
+    #[inline(always)]
+    pub fn has_depths(&self) -> bool {
+        self.has_depths
+    }
+
     /// Whether all rows are hidden.
     pub fn is_closed(&self) -> bool {
         self.open == 0 || self.lowest == self.covered.len()
     }
 
     /// All rows below a place are hidden. Returns the lowest one that is not, or how many there are.
-    #[inline]
+    #[inline(always)]
     pub fn close_below(&mut self, place: f32) -> usize {
         self.lowest = self.lowest.max(place.max(0.0) as usize).min(self.covered.len());
         while self.lowest < self.covered.len() {
@@ -276,27 +283,30 @@ impl Column {
     }
 
     /// Whether all rows between two places are hidden.
-    #[inline]
+    #[inline(always)]
     pub fn is_full(&self, low: f32, high: f32) -> bool {
         // What ends within a row needs all of that.
         let whole = high.max(0.0) as usize;
         let end = (whole + usize::from(high > whole as f32)).min(self.covered.len());
-        let mut row = (low.max(0.0) as usize).min(end);
+        self.next_open((low.max(0.0) as usize).min(end), end).is_none()
+    }
+
+    /// The first row from `row` on and before `end` that is not hidden.
+    #[inline(always)]
+    fn next_open(&self, mut row: usize, end: usize) -> Option<usize> {
         while row < end {
             let (word, bit) = (row / WORD, row % WORD);
             let full = (self.full[word] >> bit).trailing_ones() as usize;
-            if full == 0 {
-                return false;
-            }
             row += full;
-            if bit + full < WORD && row < end {
-                return false;
+            if bit + full < WORD {
+                return (row < end).then_some(row);
             }
         }
-        true
+        None
     }
 
     /// Fills what is open between two places, in rows, of which `centres` are the middles' tangents.
+    #[inline(always)]
     pub fn fill(&mut self, [low, high]: [f32; 2], light: [f32; 3], fill: &Fill, centres: &[f32]) {
         let rows = self.covered.len();
         let (low, high) = (low.max(0.0), high.min(rows as f32));
@@ -305,26 +315,23 @@ impl Column {
         }
         let first = low as usize;
         let end = (high as usize) + usize::from(high > (high as usize) as f32);
-        for (row, &centre) in centres.iter().enumerate().take(end).skip(first) {
-            if self.full[row / WORD] >> (row % WORD) & 1 != 0 {
-                continue;
-            }
+        let mut next = first;
+        while let Some(row) = self.next_open(next, end) {
+            next = row + 1;
+            let centre = centres[row];
             let at = row as f32;
             let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
             let [least, most] = fill.bounds;
             let inverse = fill.inverse.at(centre).max(least).min(most);
-            let tilt = if inverse < most { [fill.across, fill.inverse.slope] } else { [fill.front, 0.0] };
-            let middle = Middle { inverse, tilt };
-            if fill.haze.is_none() && self.covered[row] == 0 && to - from >= 1.0 {
-                if self.has_depths {
-                    self.seen[row].hide(1.0, middle);
-                }
+            let is_whole = fill.haze.is_none() && self.covered[row] == 0 && to - from >= 1.0;
+            let opacity = fill.haze.as_ref().map_or(1.0, |haze| haze.opacity(centre));
+            if self.has_depths && (is_whole || (from..to).contains(&0.5)) {
+                let tilt = if inverse < most { [fill.across, fill.inverse.slope] } else { [fill.front, 0.0] };
+                self.seen[row].hide(opacity, Middle { inverse, tilt });
+            }
+            if is_whole {
                 self.fill_whole(row, light, inverse);
             } else {
-                let opacity = fill.haze.as_ref().map_or(1.0, |haze| haze.opacity(centre));
-                if self.has_depths && (from..to).contains(&0.5) {
-                    self.seen[row].hide(opacity, middle);
-                }
                 self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
             }
         }
@@ -332,7 +339,7 @@ impl Column {
     }
 
     /// Fills all of a row of which opaque matter covers nothing yet with opaque matter.
-    #[inline]
+    #[inline(always)]
     fn fill_whole(&mut self, row: usize, light: [f32; 3], inverse: f32) {
         self.seen[row].add(self.left[row], light, inverse);
         self.covered[row] = ALL;
@@ -341,7 +348,7 @@ impl Column {
     }
 
     /// Fills the parts of a row between two places with what hides a share of light.
-    #[inline]
+    #[inline(always)]
     fn fill_row(&mut self, row: usize, [from, to]: [f32; 2], light: [f32; 3], inverse: f32, opacity: f32) {
         let [begin, end] = [from, to].map(|place| (place + 0.5) as u32);
         let covered = self.covered[row];

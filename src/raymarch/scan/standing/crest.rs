@@ -19,21 +19,21 @@ impl<'p> Crest<'p> {
     }
 
     /// The crest at an inverse depth, 1/metres, which does not grow from one call to the next by more than a voxel's width.
-    #[inline]
+    #[inline(always)]
     pub fn at(&mut self, inverse: f32) -> f32 {
         (self.next, self.crest) = self.passed(inverse);
         self.reached(self.next, self.crest, inverse)
     }
 
     /// The crest farther away, for one who comes back.
-    #[inline]
+    #[inline(always)]
     pub fn beyond(&self, inverse: f32) -> f32 {
         let (next, crest) = self.passed(inverse);
         self.reached(next, crest, inverse)
     }
 
     /// The first sight that is not nearer, and the greatest tangent of those that are.
-    #[inline]
+    #[inline(always)]
     fn passed(&self, inverse: f32) -> (usize, f32) {
         let (mut next, mut crest) = (self.next, self.crest);
         while let Some(sight) = self.sights.get(next)
@@ -46,7 +46,7 @@ impl<'p> Crest<'p> {
     }
 
     /// The crest between two sights.
-    #[inline]
+    #[inline(always)]
     fn reached(&self, next: usize, crest: f32, inverse: f32) -> f32 {
         let lane = self.lane;
         // On the stretch to the next one inverse depth is linear in the tangent.
@@ -58,7 +58,7 @@ impl<'p> Crest<'p> {
         };
         let (from, to) = (behind.slope.0[lane], ahead.slope.0[lane]);
         let (near, far) = (behind.inverse.0[lane], ahead.inverse.0[lane]);
-        if from <= 0.5 * NO_SLOPE || near <= far {
+        if to <= crest || from <= 0.5 * NO_SLOPE || near <= far {
             return crest;
         }
         crest.max(from + (to - from) * ((near - inverse) / (near - far)).clamp(0.0, 1.0))

@@ -56,52 +56,62 @@ struct Wall {
 
 impl<L: FacetLight> Crossing<'_, '_, L> {
     /// Looks at the spans of the voxel.
+    #[inline(always)]
     pub fn look_at(&mut self, spans: &[Span], crest: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
-        if let [span] = spans {
-            if let Some(stretch) = self.within(span) {
-                self.meet(span, stretch, crest);
-            }
-            return;
-        }
-        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
-        let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
-        let outward = spans[first..].iter().chain(spans[..first].iter().rev());
-        let mut met = [(0.0_f32, 0.0_f32, &spans[0]); MOST_SORTED];
+        let mut met = [(0.0_f32, 0.0_f32, 0_usize); MOST_SORTED];
         let mut count = 0;
-        for span in outward {
-            let steepest = f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
-            let top = scale * f32::from(span.high) + self.above + steepest * rise_per_step;
-            if top * self.inverse[usize::from(top < 0.0)] <= self.floor {
-                continue;
+        if let [span] = spans {
+            if let Some([enter, leave]) = self.within(span) {
+                met[0] = (enter, leave, 0);
+                count = 1;
             }
-            let Some([enter, leave]) = self.within(span) else { continue };
-            if count == MOST_SORTED {
-                self.meet(span, [enter, leave], crest);
-                continue;
+        } else {
+            // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
+            let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
+            for index in (first..spans.len()).chain((0..first).rev()) {
+                let span = &spans[index];
+                let steepest =
+                    f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
+                let top = scale * f32::from(span.high) + self.above + steepest * rise_per_step;
+                if top * self.inverse[usize::from(top < 0.0)] <= self.floor {
+                    continue;
+                }
+                let Some([enter, leave]) = self.within(span) else { continue };
+                if count == MOST_SORTED {
+                    self.meet_out_of_order(span, [enter, leave], crest);
+                    continue;
+                }
+                // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
+                let mut at = count;
+                while at > 0 && met[at - 1].0 > enter {
+                    met[at] = met[at - 1];
+                    at -= 1;
+                }
+                met[at] = (enter, leave, index);
+                count += 1;
             }
-            // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
-            let mut at = count;
-            while at > 0 && met[at - 1].0 > enter {
-                met[at] = met[at - 1];
-                at -= 1;
-            }
-            met[at] = (enter, leave, span);
-            count += 1;
         }
-        for &(enter, leave, span) in &met[..count] {
-            self.meet(span, [enter, leave], crest);
+        for &(enter, leave, index) in &met[..count] {
+            self.meet(&spans[index], [enter, leave], crest);
         }
     }
 
+    /// One of more than are put in order.
+    #[cold]
+    fn meet_out_of_order(&mut self, span: &Span, cut: [f32; 2], crest: &mut Crest<'_>) {
+        self.meet(span, cut, crest);
+    }
+
     /// How many rows lie below a tangent; of those that are hidden it does not matter.
-    #[inline]
+    #[inline(always)]
     fn row(&self, tangent: f32) -> f32 {
         if tangent <= self.floor { self.hidden } else { self.ladder.rows_below(tangent) - self.first }
     }
 
     /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
+    #[inline(always)]
     fn meet(&mut self, span: &Span, cut: [f32; 2], crest: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
@@ -117,15 +127,16 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let top = scale * f32::from(span.high) + self.above;
         let [top_near, top_far] = [0, 1].map(|end| (top + rise[end]) * inverse[end]);
         let highest = top_near.max(top_far);
-        let low = scale * f32::from(span.low) + self.above;
+        let low_end = scale * f32::from(span.low) + self.above;
         let low_rise = if span.is(Span::PARALLEL) { rise } else { [0.0; 2] };
-        let lows = (span.low != Span::GROUND).then(|| [0, 1].map(|end| (low + low_rise[end]) * inverse[end]));
+        let lows =
+            (span.low != Span::GROUND).then(|| [0, 1].map(|end| (low_end + low_rise[end]) * inverse[end]));
         let lowest = lows.map_or(f32::NEG_INFINITY, |[near, far]| near.min(far));
         let high_row = self.row(highest);
         if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
             return;
         }
-        let (crest, crest_far) = (crest.at(inverse[0]), crest.beyond(inverse[1]));
+        let (crest, beyond) = (crest.at(inverse[0]), &*crest);
         let [low_near, low_far] = lows.unwrap_or([crest; 2]);
         let wall = self.wall(span, at[0]);
         let (facet, seam) = self.front(span, wall, cut[0], at[0]);
@@ -134,39 +145,46 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let side = [low_near.max(crest), rim.max(low_near)];
         let is_top_seen = top_far > top_near;
         let [emerges, submerges] = match is_top_seen {
-            true => above_ground([top_near, top_far], [crest, crest_far]),
+            true => above_ground([top_near, top_far], [crest, beyond.beyond(inverse[1])]),
             false => [f32::NEG_INFINITY, f32::INFINITY],
         };
         let upper = [rim.max(low_near).max(crest).max(emerges), highest.min(submerges)];
         let lower = [low_far.max(crest), low_near];
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
         let depth = inverse.map(|inverse| 1.0 / inverse);
-        let front = (Line::level(inverse[0]), inverse[0] * self.turning(wall, cut[0], at[0], depth[0]));
+        let has_depths = self.column.has_depths();
+        let turning = if has_depths { self.turning(wall, cut[0], at[0], depth[0]) } else { 0.0 };
+        let front = (Line::level(inverse[0]), inverse[0] * turning);
         let along = |height: f32, slope: [f32; 2], rise: [f32; 2], far: f32, is_seen: bool| {
             let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
             if !is_seen || at_eye == 0.0 {
                 return front;
             }
-            (Line::new(far, inverse[1], 1.0 / at_eye), -dot(slope, self.beside) * spacing / at_eye)
+            let across = if has_depths { -dot(slope, self.beside) * spacing / at_eye } else { 0.0 };
+            (Line::new(far, inverse[1], 1.0 / at_eye), across)
         };
         let low_slope = if span.is(Span::PARALLEL) { slope } else { [0.0; 2] };
         let bounds = [inverse[1], inverse[0]];
         let passage = Passage { top: [top_near, top_far], bottom: lows.unwrap_or([f32::NEG_INFINITY; 2]) };
         let opacity = span.state & Span::OPACITY;
-        for (tangents, facet, (inverse, across)) in [
-            (side, facet, front),
-            (upper, Facet::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
-            (lower, Facet::Bottom, along(low, low_slope, low_rise, low_far, low_far < low_near)),
-        ] {
+        let mut known = (highest, high_row);
+        for (face, tangents) in [side, upper, lower].into_iter().enumerate() {
             let [low, high] = tangents;
             if low >= high || high <= self.floor {
                 continue;
             }
-            let high = if high >= highest { high_row } else { self.row(high) };
-            let low = self.row(low);
-            if low >= high || self.column.is_full(low, high) {
+            let high_row = if high >= highest { high_row } else { self.row(high) };
+            // The upper end begins where the front ends.
+            let low_row = if low == known.0 { known.1 } else { self.row(low) };
+            known = (high, high_row);
+            if low_row >= high_row || self.column.is_full(low_row, high_row) {
                 continue;
             }
+            let (facet, (inverse, across)) = match face {
+                0 => (facet, front),
+                1 => (Facet::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
+                _ => (Facet::Bottom, along(low_end, low_slope, low_rise, low_far, low_far < low_near)),
+            };
             let light = self.light.light(self.page, self.voxel, span, facet);
             let haze = (opacity < Span::OPAQUE).then(|| {
                 let sides = match span.is(Span::STRIP) {
@@ -178,14 +196,14 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
                 Haze { clearness, level: self.level, tangents, passage }
             });
             let fill = Fill { haze, inverse, across, bounds, front: front.1 };
-            self.column.fill([low, high], light, &fill, self.centres);
+            self.column.fill([low_row, high_row], light, &fill, self.centres);
         }
     }
 
     /// By what share of itself the inverse depth of a span's front, which is seen at a depth, rises to the next plane.
     ///
     /// A wall goes on in the next voxel. A side of a voxel may end with it: half of the way to the next plane is to end there, too.
-    #[inline]
+    #[inline(always)]
     fn turning(&self, wall: Option<Wall>, share: f32, at: [f32; 2], depth: f32) -> f32 {
         let finite = |turning: f32| if turning.is_finite() { turning } else { 0.0 };
         if let Some(Wall { normal, .. }) = wall
@@ -201,7 +219,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
     }
 
     /// Shares of the way through the voxel between which the plane lies within a span's walls.
-    #[inline]
+    #[inline(always)]
     fn within(&self, span: &Span) -> Option<[f32; 2]> {
         let mut within = [0.0, 1.0];
         for (index, cut) in span.cuts.iter().enumerate() {
@@ -223,7 +241,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
     }
 
     /// The wall of a span that a place within is nearest to: the one that it lies on, if it lies on one.
-    #[inline]
+    #[inline(always)]
     fn wall(&self, span: &Span, at: [f32; 2]) -> Option<Wall> {
         let wall = |index: usize| {
             let cut = span.cuts[index];
@@ -243,7 +261,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
 
     /// Which way the front of a span looks that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
     /// lit as the upper end, sides of a voxel. `wall` is the nearest one.
-    #[inline]
+    #[inline(always)]
     fn front(&self, span: &Span, wall: Option<Wall>, share: f32, at: [f32; 2]) -> (Facet, f32) {
         if let Some(wall) = wall
             && share > 0.0
@@ -272,7 +290,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
 
 /// Between which tangents an upper end lies above the ground, of which the tangents at its near and at its far end are known: both are linear in inverse
 /// depth. A roof may go on into a slope, and come out of one.
-#[inline]
+#[inline(always)]
 fn above_ground([near, far]: [f32; 2], crest: [f32; 2]) -> [f32; 2] {
     let above = [near - crest[0], far - crest[1]];
     let crossing = || near + (far - near) * (above[0] / (above[0] - above[1]));
@@ -285,7 +303,7 @@ fn above_ground([near, far]: [f32; 2], crest: [f32; 2]) -> [f32; 2] {
 }
 
 /// What of a range of shares lies where `beyond`, linear from share 0 to 1, is not positive.
-#[inline]
+#[inline(always)]
 fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
     if first <= 0.0 && last <= 0.0 {
         return Some([from, to]);
@@ -298,7 +316,7 @@ fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
     (clipped[0] < clipped[1]).then_some(clipped)
 }
 
-#[inline]
+#[inline(always)]
 fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
     a[0] * b[0] + a[1] * b[1]
 }

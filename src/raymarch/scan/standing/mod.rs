@@ -33,7 +33,7 @@ use self::crossing::Crossing;
 use self::walk::{Step, Walk};
 use super::{Field, Ladder, PlaneGroup, Profile};
 use crate::error::Result;
-use crate::simd::LANES;
+use crate::simd::{Isa, Kernel, LANES, Simd};
 use crate::voxel::{
     BARE, BLOCK_SIDE, Cut, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanBlock,
     SpanTable, SpansView,
@@ -157,6 +157,7 @@ impl<'a> StandingMarch<'a> {
     /// A page that is damaged.
     pub fn see(
         &mut self,
+        isa: Isa,
         standing: &Standing<'_>,
         light: &mut impl FacetLight,
         cover: &mut Cover,
@@ -165,25 +166,7 @@ impl<'a> StandingMarch<'a> {
         if standing.until <= 0.0 {
             return Ok(());
         }
-        for lane in 0..LANES {
-            self.columns[lane].begin(standing.rows, standing.has_depths);
-            let group = standing.group;
-            let way = group.way(lane);
-            let plane = Plane {
-                march: self,
-                standing: *standing,
-                light: &mut *light,
-                lane,
-                depth: f64::from(group.depth[lane]),
-                ground: (way[0].hypot(way[1])) as f32,
-                way,
-                beside: group.beside(lane),
-                crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
-                floor: standing.field.tangents[0],
-                hidden: 0.0,
-            };
-            plane.follow()?;
-        }
+        isa.run(Following { march: self, standing, light })?;
         cover.take(&self.columns);
         Ok(())
     }
@@ -203,12 +186,49 @@ impl<'a> StandingMarch<'a> {
     }
 }
 
+struct Following<'f, 'a, L> {
+    march: &'f mut StandingMarch<'a>,
+    standing: &'f Standing<'f>,
+    light: &'f mut L,
+}
+
+impl<L: FacetLight> Kernel for Following<'_, '_, L> {
+    type Output = Result<()>;
+
+    /// No lanes: all of it is compiled for the instruction set.
+    #[inline(always)]
+    fn run<V: Simd>(self, _: V) -> Result<()> {
+        let Self { march, standing, light } = self;
+        for lane in 0..LANES {
+            march.columns[lane].begin(standing.rows, standing.has_depths);
+            let group = standing.group;
+            let way = group.way(lane);
+            let plane = Plane {
+                march: &mut *march,
+                standing: *standing,
+                light: &mut *light,
+                lane,
+                depth: f64::from(group.depth[lane]),
+                ground: (way[0].hypot(way[1])) as f32,
+                way,
+                beside: group.beside(lane),
+                crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
+                floor: standing.field.tangents[0],
+                hidden: 0.0,
+            };
+            plane.follow()?;
+        }
+        Ok(())
+    }
+}
+
 impl<L: FacetLight> Plane<'_, '_, L> {
     #[inline(always)]
     fn column(&mut self) -> &mut Column {
         &mut self.march.columns[self.lane]
     }
 
+    #[inline(always)]
     fn follow(mut self) -> Result<()> {
         let Standing { eye, group, until, .. } = self.standing;
         let [enter, leave] = group.over.map(|over| f64::from(over[self.lane]));
@@ -236,13 +256,14 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         Ok(())
     }
 
+    #[inline(always)]
     fn page_of(&self, cell: [i64; 2], per_page: u32) -> PageId {
         let [px, py] = cell.map(|cell| (cell / i64::from(per_page)) as u32);
         PageId { level: BARE, px, py }
     }
 
     /// Height of a code above the eye at a major distance, metres.
-    #[inline]
+    #[inline(always)]
     fn height(&self, code: u16, distance: f64) -> f64 {
         let drop = f64::from(self.standing.group.drop[self.lane]) * distance * distance;
         self.march.metric.code.offset + self.march.metric.code.scale * f64::from(code)
@@ -251,6 +272,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     }
 
     /// Whether all that stands in a block lies below what hides it, or above what is looked at.
+    #[inline(always)]
     fn is_hidden(&mut self, spans: &SpanBlock, block: &Step) -> bool {
         let tangents = |code: u16| {
             [block.enter, block.leave].map(|at| (self.height(code, at) / (self.depth * at)) as f32)
@@ -271,6 +293,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     }
 
     /// Finds below which tangent all is hidden, behind ground with this crest.
+    #[inline(always)]
     fn raise_floor(&mut self, crest: f32) {
         let Standing { ladder, first, .. } = self.standing;
         if crest > self.floor {
@@ -284,6 +307,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     }
 
     /// Looks at the voxels of a block: `ends` are the first and the last along each axis.
+    #[inline(always)]
     fn cross_block(
         &mut self,
         page: PageId,

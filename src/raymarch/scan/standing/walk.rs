@@ -23,6 +23,7 @@ pub(super) struct Walk {
 
 impl Walk {
     /// Cells of side `side`, first and last of each axis in `limits`, along `eye + way · distance` between two distances.
+    #[inline(always)]
     pub fn new(eye: [f64; 2], way: [f64; 2], side: f64, limits: [[i64; 2]; 2], [at, end]: [f64; 2]) -> Self {
         let (mut cell, mut border, mut per_cell, mut step) =
             ([0; 2], [f64::INFINITY; 2], [f64::INFINITY; 2], [0; 2]);
@@ -46,21 +47,27 @@ impl Walk {
 impl Iterator for Walk {
     type Item = Step;
 
-    #[inline]
+    #[inline(always)]
     fn next(&mut self) -> Option<Step> {
         if self.at >= self.end {
             return None;
         }
-        let axis = usize::from(self.border[1] < self.border[0]);
+        // Both axes side by side: which one it is follows no pattern that a processor could foresee, and an index waits for memory.
+        let [across, up] = self.border;
+        let turns = up < across;
+        let [first, second] = [!turns, turns];
         let (cell, enter) = (self.cell, self.at);
-        let leave = self.border[axis].min(self.end).max(enter);
-        self.at = leave;
-        self.cell[axis] += self.step[axis];
-        self.border[axis] += self.per_cell[axis];
-        let [first, last] = self.limits[axis];
-        if leave < self.end && !(first..=last).contains(&self.cell[axis]) {
-            self.at = self.end;
-        }
+        let leave = (if turns { up } else { across }).min(self.end).max(enter);
+        let by = |axis: usize, is: bool| if is { self.step[axis] } else { 0 };
+        let ahead = |axis: usize, is: bool| if is { self.per_cell[axis] } else { 0.0 };
+        let next = [cell[0] + by(0, first), cell[1] + by(1, second)];
+        self.border = [across + ahead(0, first), up + ahead(1, second)];
+        let [[west, east], [south, north]] = self.limits;
+        // Below the first is far above the last, without a sign.
+        let is_within = |at: i64, first: i64, last: i64| (at - first) as u64 <= (last - first) as u64;
+        let is_within = is_within(next[0], west, east) & is_within(next[1], south, north);
+        self.at = if leave < self.end && !is_within { self.end } else { leave };
+        self.cell = next;
         Some(Step { cell, enter, leave })
     }
 }
