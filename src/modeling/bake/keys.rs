@@ -102,12 +102,10 @@ impl<'a> BakingKeys<'a> {
 
     /// Of the shares of the sun on a page, which are found for it.
     fn found(&self, id: PageId) -> Result<Key> {
-        let keyer = Keyer::of("shares");
         let page = self.shades.page(self.source, id)?;
-        Ok(match &page {
-            Some(page) => keyer.with(&page.stride).with_bytes(&page.shares),
-            None => keyer,
-        }
-        .key())
+        let keyer = page
+            .iter()
+            .fold(Keyer::of("shares"), |keyer, page| keyer.with(&page.stride).with_bytes(&page.shares));
+        Ok(keyer.key())
     }
 }
