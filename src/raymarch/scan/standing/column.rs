@@ -269,16 +269,9 @@ impl Column {
     /// All rows below a place are hidden. Returns the lowest one that is not, or how many there are.
     #[inline(always)]
     pub fn close_below(&mut self, place: f32) -> usize {
-        self.lowest = self.lowest.max(place.max(0.0) as usize).min(self.covered.len());
-        while self.lowest < self.covered.len() {
-            let (word, bit) = (self.lowest / WORD, self.lowest % WORD);
-            let full = (self.full[word] >> bit).trailing_ones() as usize;
-            self.lowest += full;
-            if full == 0 || bit + full < WORD {
-                break;
-            }
-        }
-        self.lowest = self.lowest.min(self.covered.len());
+        let rows = self.covered.len();
+        self.lowest = self.lowest.max(place.max(0.0) as usize).min(rows);
+        self.lowest = self.next_open(self.lowest, rows).unwrap_or(rows);
         self.lowest
     }
 

@@ -8,7 +8,7 @@ use crate::voxel::{Cut, PageId, Span};
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
 const SEAM: f32 = Cut::BESIDE as f32;
 
-/// Spans of a voxel that are put in order.
+/// Spans of a voxel that are put in order together.
 const MOST_SORTED: usize = 16;
 
 /// Spans of a voxel where a plane crosses them.
@@ -57,51 +57,42 @@ struct Wall {
 impl<L: FacetLight> Crossing<'_, '_, L> {
     /// Looks at the spans of the voxel.
     #[inline(always)]
-    pub fn look_at(&mut self, spans: &[Span], crest: &mut Crest<'_>) {
+    pub fn look_at(&mut self, spans: &[Span], ground: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
-        let mut met = [(0.0_f32, 0.0_f32, 0_usize); MOST_SORTED];
-        let mut count = 0;
-        if let [span] = spans {
-            if let Some([enter, leave]) = self.within(span) {
-                met[0] = (enter, leave, 0);
-                count = 1;
-            }
-        } else {
-            // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
-            let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
-            for index in (first..spans.len()).chain((0..first).rev()) {
-                let span = &spans[index];
+        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
+        let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
+        let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
+        let Some(any) = spans.first() else { return };
+        let mut met = [([0.0_f32; 2], any); MOST_SORTED];
+        loop {
+            let mut count = 0;
+            while count < MOST_SORTED
+                && let Some(span) = outward.next()
+            {
                 let steepest =
                     f32::from(span.slope[0].unsigned_abs()) + f32::from(span.slope[1].unsigned_abs());
                 let top = scale * f32::from(span.high) + self.above + steepest * rise_per_step;
                 if top * self.inverse[usize::from(top < 0.0)] <= self.floor {
                     continue;
                 }
-                let Some([enter, leave]) = self.within(span) else { continue };
-                if count == MOST_SORTED {
-                    self.meet_out_of_order(span, [enter, leave], crest);
-                    continue;
-                }
+                let Some(shares) = self.within(span) else { continue };
                 // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
                 let mut at = count;
-                while at > 0 && met[at - 1].0 > enter {
+                while at > 0 && met[at - 1].0[0] > shares[0] {
                     met[at] = met[at - 1];
                     at -= 1;
                 }
-                met[at] = (enter, leave, index);
+                met[at] = (shares, span);
                 count += 1;
             }
+            for (shares, span) in &met[..count] {
+                self.meet(span, *shares, ground);
+            }
+            if count < MOST_SORTED {
+                return;
+            }
         }
-        for &(enter, leave, index) in &met[..count] {
-            self.meet(&spans[index], [enter, leave], crest);
-        }
-    }
-
-    /// One of more than are put in order.
-    #[cold]
-    fn meet_out_of_order(&mut self, span: &Span, cut: [f32; 2], crest: &mut Crest<'_>) {
-        self.meet(span, cut, crest);
     }
 
     /// How many rows lie below a tangent; of those that are hidden it does not matter.
@@ -112,7 +103,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
 
     /// Fills what is seen of a span, of which the plane crosses a part between two shares of the way through the voxel.
     #[inline(always)]
-    fn meet(&mut self, span: &Span, cut: [f32; 2], crest: &mut Crest<'_>) {
+    fn meet(&mut self, span: &Span, cut: [f32; 2], ground: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
         // Inverse depth is not linear in the distance, but 1 / it is.
@@ -136,7 +127,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
             return;
         }
-        let (crest, beyond) = (crest.at(inverse[0]), &*crest);
+        let crest = ground.at(inverse[0]);
         let [low_near, low_far] = lows.unwrap_or([crest; 2]);
         let wall = self.wall(span, at[0]);
         let (facet, seam) = self.front(span, wall, cut[0], at[0]);
@@ -145,7 +136,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
         let side = [low_near.max(crest), rim.max(low_near)];
         let is_top_seen = top_far > top_near;
         let [emerges, submerges] = match is_top_seen {
-            true => above_ground([top_near, top_far], [crest, beyond.beyond(inverse[1])]),
+            true => above_ground([top_near, top_far], [crest, ground.beyond(inverse[1])]),
             false => [f32::NEG_INFINITY, f32::INFINITY],
         };
         let upper = [rim.max(low_near).max(crest).max(emerges), highest.min(submerges)];

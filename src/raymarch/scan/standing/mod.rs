@@ -186,6 +186,7 @@ impl<'a> StandingMarch<'a> {
     }
 }
 
+/// All planes of a group, one after the other.
 struct Following<'f, 'a, L> {
     march: &'f mut StandingMarch<'a>,
     standing: &'f Standing<'f>,

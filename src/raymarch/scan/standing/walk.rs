@@ -54,20 +54,17 @@ impl Iterator for Walk {
         }
         // Both axes side by side: which one it is follows no pattern that a processor could foresee, and an index waits for memory.
         let [across, up] = self.border;
-        let turns = up < across;
-        let [first, second] = [!turns, turns];
+        let crosses = [up >= across, up < across];
         let (cell, enter) = (self.cell, self.at);
-        let leave = (if turns { up } else { across }).min(self.end).max(enter);
-        let by = |axis: usize, is: bool| if is { self.step[axis] } else { 0 };
-        let ahead = |axis: usize, is: bool| if is { self.per_cell[axis] } else { 0.0 };
-        let next = [cell[0] + by(0, first), cell[1] + by(1, second)];
-        self.border = [across + ahead(0, first), up + ahead(1, second)];
-        let [[west, east], [south, north]] = self.limits;
-        // Below the first is far above the last, without a sign.
-        let is_within = |at: i64, first: i64, last: i64| (at - first) as u64 <= (last - first) as u64;
-        let is_within = is_within(next[0], west, east) & is_within(next[1], south, north);
-        self.at = if leave < self.end && !is_within { self.end } else { leave };
-        self.cell = next;
+        let leave = across.min(up).min(self.end).max(enter);
+        self.cell = [0, 1].map(|axis| cell[axis] + if crosses[axis] { self.step[axis] } else { 0 });
+        self.border =
+            [0, 1].map(|axis| self.border[axis] + if crosses[axis] { self.per_cell[axis] } else { 0.0 });
+        let is_within = [0, 1].map(|axis| {
+            let [first, last] = self.limits[axis];
+            (self.cell[axis] >= first) & (self.cell[axis] <= last)
+        });
+        self.at = if leave < self.end && !(is_within[0] & is_within[1]) { self.end } else { leave };
         Some(Step { cell, enter, leave })
     }
 }
