@@ -182,6 +182,11 @@ impl Footprint {
                 let rings = clip_all(&band, dvec2(left, bottom), dvec2(left + 1.0, top));
                 let covered = Covered { rings: &rings, centre, half: 0.5 };
                 let Some((share, wall)) = covered.wall(square.spacing) else { continue };
+                // Where no edge crosses the voxel but by rounding, one may still lie along its border.
+                let wall = match wall {
+                    Wall::Whole => beside.wall(centre, square.spacing).unwrap_or(Wall::Whole),
+                    wall => wall,
+                };
                 match covered.inward_corner(share, square.spacing).filter(|_| margin > 0.0) {
                     // What two walls bound one by one.
                     Some(walls) => covers.extend(walls.map(|wall| Cover { column, row, share, wall })),

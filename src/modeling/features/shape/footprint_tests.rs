@@ -83,6 +83,21 @@ fn walls_of_any_direction_are_straight_and_corners_sharp() {
 }
 
 #[test]
+fn walls_along_borders_of_voxels_are_walls_however_they_are_rounded() {
+    let square = square(1.0);
+    let ring = rectangle(square.corner() + dvec2(15.0, 15.0), dvec2(10.0, 8.0), 0.0);
+    for nudge in [f64::next_down, |metres| metres, f64::next_up] {
+        let ring = ring.iter().map(|place| dvec2(nudge(place.x), nudge(place.y))).collect();
+        let covers = Footprint::of(&area(ring, vec![])).unwrap().cover_with_walls(&square);
+        assert_eq!(covers.len(), 20 * 16);
+        for cover in covers {
+            let is_outermost = [5, 24].contains(&cover.column) || [7, 22].contains(&cover.row);
+            assert_eq!(cover.wall != Wall::Whole, is_outermost, "{} {}", cover.column, cover.row);
+        }
+    }
+}
+
+#[test]
 fn areas_add_up_whatever_the_form() {
     let square = square(1.0);
     let at = |x: f64, y: f64| square.corner() + dvec2(x, y);
