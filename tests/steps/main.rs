@@ -1,16 +1,18 @@
 //! Builds that go on from builds before: always the bytes of a build of everything, and no more made than what changed.
 
+mod handover;
+mod shadows;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hedgehop::memory::PageFile;
 use hedgehop::modeling::{
-    Baked, Baking, BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill,
-    Place, Route, bake_shadows, build, forget_steps, is_kept_for, is_own_work, take_over,
+    BuildOptions, BuildReport, Corridor, ElevationFile, FeatureFile, ImageryFile, NodataFill, Place, Route,
+    build, forget_steps, is_own_work,
 };
 use hedgehop::progress::{Observer, Silent};
-use hedgehop::sunlight::Sun;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
 use tempfile::TempDir;
@@ -192,48 +194,6 @@ fn a_log_that_was_not_given_its_name_is_found() {
 }
 
 #[test]
-fn a_database_keeps_its_steps_under_another_name() {
-    let folder = site();
-    let name = |name: &str| folder.path().join(name);
-    let new = BuildOptions { threads: 1, ..options(folder.path(), "a.hop") };
-    let old = BuildOptions { output: name("b.hop"), kept_for: Some(name("a.hop")), ..new.clone() };
-    build(&new, &Silent).unwrap();
-    forget_steps(&new.output);
-    assert!(interrupted(&new, 20).is_err() && left(folder.path()).len() == 4, "{:?}", left(folder.path()));
-    updated(&old);
-    forget_steps(&old.output);
-    assert!(is_kept_for(&old.output, &new.output) && !is_kept_for(&old.output, &name("c.hop")));
-    updated(&old);
-    assert!(is_kept_for(&old.output, &new.output) && !is_kept_for(&new.output, &old.output));
-    take_over(&old.output, &new.output).unwrap();
-    assert_eq!(left(folder.path()), ["a.hop", "a.hop.steps"]);
-    assert!(!is_kept_for(&old.output, &new.output) && !folder.path().join("b.hop.steps").exists());
-    // The log knows the file as it is: to the system a new name is a change of it.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        let (log, file) = (bytes(&folder.path().join("a.hop.steps")), fs::metadata(&new.output).unwrap());
-        let changed = i128::from(file.ctime()) * 1_000_000_000 + i128::from(file.ctime_nsec());
-        let last = String::from_utf8_lossy(&log[times_in(&log)..]).into_owned();
-        assert!(last.contains(&changed.to_string()), "{last}");
-    }
-    assert_eq!(updated(&new).reused, PAGES);
-    let third = BuildOptions { output: name("c.hop"), kept_for: Some(name("a.hop")), ..new.clone() };
-    assert!(interrupted(&third, 20).is_err() && is_kept_for(&third.output, &new.output));
-}
-
-#[test]
-fn what_an_older_version_built_is_replaced_unasked() {
-    let folder = site();
-    let options = options(folder.path(), "a.hop");
-    updated(&options);
-    let mut older = bytes(&options.output);
-    older[8] -= 1;
-    fs::write(&options.output, &older).unwrap();
-    assert!(is_own_work(&options.output) && updated(&options).reused == 0, "nothing of it stays");
-}
-
-#[test]
 fn files_change_what_they_reach() {
     let folder = site();
     let options = options(folder.path(), "a.hop");
@@ -277,83 +237,6 @@ fn corridors_are_brought_up_to_date() {
     options.corridors[0].width = 600.0;
     let wider = updated(&options);
     assert!(wider.reused > 0 && wider.reused < wider.pages);
-}
-
-/// Bakes shadows again into what was built, and holds the result against all of them baked beside it.
-fn shaded(options: &BuildOptions, sun: Sun) -> Baked {
-    updated(options);
-    let source = PageFile::open(&options.output).unwrap();
-    let [output, clean] = ["shaded", "clean"].map(|name| options.output.with_extension(name));
-    let (directory, threads) = (source.directory(), options.threads);
-    let baking =
-        Baking { source: &source, directory, sun, output: &output, overwrite: true, steps: true, threads };
-    let baked = bake_shadows(&baking, &Silent).unwrap();
-    let whole = bake_shadows(&Baking { output: &clean, steps: false, ..baking }, &Silent).unwrap();
-    assert_eq!((whole.reused, whole.pages, whole.bytes), (0, baked.pages, baked.bytes));
-    assert!(bytes(&output) == bytes(&clean), "the same bytes");
-    assert!(
-        is_own_work(&output) && PageFile::open(&output).unwrap().verify(&Silent).unwrap().problems.is_empty()
-    );
-    baked
-}
-
-#[test]
-fn shadows_are_baked_again_where_they_fall_otherwise() {
-    let folder = site();
-    let mut options = options(folder.path(), "a.hop");
-    let sun = Sun { azimuth: 180.0, elevation: 40.0 };
-    let first = shaded(&options, sun);
-    assert_eq!(first.reused, 0);
-    assert_eq!(shaded(&options, sun).reused, first.pages);
-    // A house in the easternmost pages: its own, their coarser ones, and those about it, whose aprons may have it. Rays to others pass over it, and nothing comes of that.
-    let mut town = TOWN;
-    town[2].2 = 7.5;
-    houses(folder.path(), &town);
-    let edited = shaded(&options, sun);
-    let baked = edited.pages - edited.reused;
-    assert!((1..=11).contains(&baked) && edited.pages > PAGES, "{baked} of {}", edited.pages);
-    // It lies in the light of all that is north of it.
-    let low = Sun { azimuth: 180.0, elevation: 1.0 };
-    assert_eq!(shaded(&options, low).reused, 0, "another sun");
-    town[2].2 = 8.5;
-    houses(folder.path(), &town);
-    let long = shaded(&options, low);
-    assert!(long.pages - long.reused > baked && long.reused > 0, "{} of {}", long.reused, long.pages);
-    // Where coarse pages have no finer ones.
-    let place = |x: f64, y: f64| Place::Xy(CORNER.0 + x, CORNER.1 + y);
-    let route =
-        Route { file: PathBuf::from("route.csv"), places: vec![place(0.0, 300.0), place(1280.0, 300.0)] };
-    options.corridors = vec![Corridor { route, width: 200.0, spacing: 1.0 }];
-    let strip = shaded(&options, sun);
-    assert!(strip.reused < strip.pages);
-    town[2].2 = 6.5;
-    houses(folder.path(), &town);
-    let strip = shaded(&options, sun);
-    assert!(strip.reused > 0 && strip.reused < strip.pages, "{} of {}", strip.reused, strip.pages);
-}
-
-#[test]
-fn interrupted_shadows_go_on() {
-    let folder = site();
-    let options = options(folder.path(), "a.hop");
-    build(&options, &Silent).unwrap();
-    let source = PageFile::open(&options.output).unwrap();
-    let output = options.output.with_extension("shaded");
-    let baking = Baking {
-        source: &source,
-        directory: source.directory(),
-        sun: Sun { azimuth: 100.0, elevation: 20.0 },
-        output: &output,
-        overwrite: false,
-        steps: true,
-        threads: 2,
-    };
-    let stopped = bake_shadows(&baking, &Impatient { left: AtomicU64::new(12) });
-    assert!(matches!(stopped, Err(Error::Interrupted(_))) && !output.exists());
-    let baked = bake_shadows(&baking, &Silent).unwrap();
-    assert!(baked.reused > 0 && baked.reused < baked.pages, "{} of {}", baked.reused, baked.pages);
-    let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
-    assert!(names.into_iter().all(|name| !name.to_string_lossy().contains("part-")), "nothing is left");
 }
 
 /// Stops after so many pages.
