@@ -18,13 +18,13 @@ pub struct BlockSpans {
     /// Where those of each voxel begin, row by row northward, and the last one's end.
     starts: [u32; VOXELS + 1],
     /// Height codes that nothing over each voxel rises above, slopes and all; 0 where nothing stands.
-    tops: [u16; VOXELS],
+    tops: [f32; VOXELS],
     spans: Vec<Span>,
 }
 
 impl Default for BlockSpans {
     fn default() -> Self {
-        Self { starts: [0; VOXELS + 1], tops: [0; VOXELS], spans: Vec::new() }
+        Self { starts: [0; VOXELS + 1], tops: [0.0; VOXELS], spans: Vec::new() }
     }
 }
 
@@ -55,7 +55,7 @@ impl BlockSpans {
             });
         }
         self.spans.clear();
-        (self.starts, self.tops) = ([0; VOXELS + 1], [0; VOXELS]);
+        (self.starts, self.tops) = ([0; VOXELS + 1], [0.0; VOXELS]);
         if counts.iter().fold(0_u32, |sum, count| sum.saturating_add(*count)) > MOST {
             return false;
         }
@@ -85,9 +85,9 @@ impl BlockSpans {
     #[inline]
     fn put(&mut self, voxel: usize, span: Span, end: &mut u32, rise: f32) {
         let steps = u32::from(span.slope[0].unsigned_abs()) + u32::from(span.slope[1].unsigned_abs());
-        // Rounded up.
-        let top = u32::from(span.high) + (steps as f32 * rise) as u32 + 1;
-        self.tops[voxel] = self.tops[voxel].max(top.min(u32::from(u16::MAX)) as u16);
+        // With room for what rounding takes.
+        let top = f32::from(span.high) + steps as f32 * rise + 0.5;
+        self.tops[voxel] = self.tops[voxel].max(top);
         let mut at = *end as usize;
         let first = self.starts[voxel] as usize;
         while at > first && (self.spans[at - 1].low, self.spans[at - 1].high) > (span.low, span.high) {
@@ -101,14 +101,19 @@ impl BlockSpans {
     /// Spans of voxel (x, y) of the page, which lies in the block, lowest first.
     #[inline]
     pub fn of(&self, x: u32, y: u32) -> &[Span] {
-        let voxel = (y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE) as usize;
+        self.at((y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE) as usize)
+    }
+
+    /// Spans of a voxel by its number in the block, row by row northward, lowest first.
+    #[inline]
+    pub fn at(&self, voxel: usize) -> &[Span] {
         &self.spans[self.starts[voxel] as usize..self.starts[voxel + 1] as usize]
     }
 
-    /// Height code that nothing over voxel (x, y) of the page rises above; 0 if nothing stands there.
+    /// By voxel: height code that nothing over it rises above, half a step at least; 0 where nothing stands.
     #[inline]
-    pub fn top(&self, x: u32, y: u32) -> u16 {
-        self.tops[(y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE) as usize]
+    pub fn tops(&self) -> &[f32; VOXELS] {
+        &self.tops
     }
 }
 

@@ -53,6 +53,12 @@ impl Relief {
     }
 }
 
+/// The highest byte of each lane, signed.
+#[inline(always)]
+fn highest<V: Simd>(_: V, lanes: V::I) -> V::F {
+    lanes.sar::<24>().to_float()
+}
+
 /// Bytes of sixteen reliefs.
 const RELIEFS: usize = LANES * size_of::<Relief>();
 
@@ -70,11 +76,18 @@ impl<F: Floats> ReliefLanes<F> {
     #[inline(always)]
     pub fn load<V: Simd<F = F>>(simd: V, bytes: &[u8; RELIEFS]) -> Self {
         let [four, fifth] = simd.load_fives(bytes);
-        let scaled = |byte: V::I, unit: f32| byte.sar::<24>().to_float() * simd.splat(unit);
-        let spread = std::f32::consts::SQRT_2 / SPREAD_STEPS;
+        let correction = simd.splat(1.0 / CORRECTION_STEPS);
+        let spread = simd.splat(std::f32::consts::SQRT_2 / SPREAD_STEPS);
         Self {
-            correction: [four.shl::<24>(), four.shl::<16>()].map(|byte| scaled(byte, 1.0 / CORRECTION_STEPS)),
-            spread: [four.shl::<8>(), four, fifth.shl::<24>()].map(|byte| scaled(byte, spread)),
+            correction: [
+                highest(simd, four.shl::<24>()) * correction,
+                highest(simd, four.shl::<16>()) * correction,
+            ],
+            spread: [
+                highest(simd, four.shl::<8>()) * spread,
+                highest(simd, four) * spread,
+                highest(simd, fifth.shl::<24>()) * spread,
+            ],
         }
     }
 

@@ -134,16 +134,21 @@ impl Finish for Encoding {
     }
 }
 
+/// Codes of radiance of one colour.
+#[inline(always)]
+fn code<V: Simd>(simd: V, radiance: &[f32; LANES]) -> V::I {
+    let unit = simd.splat(1.0 / (ROOT_OF_BRIGHTEST * ROOT_OF_BRIGHTEST));
+    let share = (simd.load(radiance) * unit).max(simd.splat(0.0)).min(simd.splat(1.0));
+    share.sqrt().mul_add(simd.splat(CODE_LIMIT), simd.splat(0.5)).to_int()
+}
+
 /// Texels of a row of radiance, which has [`LANES`] more behind it.
 #[inline(always)]
 pub fn encode<V: Simd>(simd: V, texels: &mut [u32], light: [&[f32]; 3]) {
-    let [zero, half, one, limit] = [0.0, 0.5, 1.0, CODE_LIMIT].map(|value| simd.splat(value));
-    let unit = simd.splat(1.0 / (ROOT_OF_BRIGHTEST * ROOT_OF_BRIGHTEST));
     for (chunk, texels) in texels.chunks_mut(LANES).enumerate() {
-        let [red, green, blue] = light.map(|plane| {
-            let radiance = plane[chunk * LANES..].first_chunk().map_or(zero, |lanes| simd.load(lanes));
-            ((radiance * unit).max(zero).min(one).sqrt() * limit + half).to_int()
-        });
+        let [red, green, blue] =
+            light.map(|plane| plane[chunk * LANES..].first_chunk().unwrap_or(&[0.0; LANES]));
+        let [red, green, blue] = [code(simd, red), code(simd, green), code(simd, blue)];
         let mut codes = [0; LANES];
         (red | green.shl::<10>() | blue.shl::<20>()).store(&mut codes);
         texels.copy_from_slice(bytemuck::cast_slice(&codes[..texels.len()]));

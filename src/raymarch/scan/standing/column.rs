@@ -1,10 +1,10 @@
 //! What is left of the rows of one plane, and what was seen in them.
 
-use crate::simd::{LANES, Sixteen};
+use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen, math};
 
-/// Parts of a row that opaque matter covers or not, bits of a byte.
+/// Parts of a row that opaque matter covers or not, bits of an element.
 const PARTS: f32 = 8.0;
-const ALL: u8 = u8::MAX;
+const ALL: i32 = 0xff;
 
 /// Share of the light behind that counts as none.
 const NOTHING_LEFT: f32 = 1.0 / 256.0;
@@ -18,52 +18,51 @@ const STEEPEST: f32 = 1.0e6;
 /// Rows in a word of flags.
 const WORD: usize = u64::BITS as usize;
 
-/// Depth in a row's middle.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Middle {
-    /// Its inverse, 1/metres; 0: nothing.
-    pub inverse: f32,
-    /// How that goes on: to the next plane, and for each unit of the tangent of elevation.
-    pub tilt: [f32; 2],
-}
-
-/// What a row shows of what stands on the ground: shares of light, as yet without the air before it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Seen {
+/// What sixteen rows show of what stands on the ground, one above the other: shares of light, as yet without the air before it.
+#[derive(Debug, Clone, Copy)]
+struct Rows {
+    /// Parts that opaque matter covers.
+    covered: [i32; LANES],
+    /// Share of light that comes through what is semitransparent.
+    left: Sixteen,
     /// Radiance times the share of the row that shows it, linear Rec. 709.
-    pub light: [f32; 3],
+    light: [Sixteen; 3],
     /// That share, 0…1.
-    pub share: f32,
+    share: Sixteen,
     /// Sum of inverse depths times shares, 1/metres.
-    pub inverse: f32,
-    /// What hides the half of the light in the row's middle.
-    pub middle: Middle,
-    /// Share of light that is hidden in the middle, 0…1.
-    hidden: f32,
+    inverse: Sixteen,
 }
 
-impl Seen {
-    #[inline(always)]
-    fn add(&mut self, weight: f32, light: [f32; 3], inverse: f32) {
-        for (sum, light) in self.light.iter_mut().zip(light) {
-            *sum += weight * light;
-        }
-        self.share += weight;
-        self.inverse += weight * inverse;
-    }
-
-    /// Hides a share of the light in the row's middle.
-    #[inline(always)]
-    fn hide(&mut self, opacity: f32, middle: Middle) {
-        if self.hidden >= HALF {
-            return;
-        }
-        self.hidden += (1.0 - self.hidden) * opacity;
-        if self.hidden >= HALF {
-            self.middle = middle;
-        }
-    }
+/// How far away what stands in their middles is.
+#[derive(Debug, Clone, Copy)]
+struct Middles {
+    /// Share of light that is hidden there, 0…1.
+    hidden: Sixteen,
+    /// Inverse depth of what hides the half of it, 1/metres; 0: nothing.
+    inverse: Sixteen,
+    /// How that goes on: to the next plane, and for each unit of the tangent of elevation.
+    tilts: [Sixteen; 2],
 }
+
+impl Rows {
+    const EMPTY: Self = Self {
+        covered: [0; LANES],
+        left: Sixteen([1.0; LANES]),
+        light: [NONE; 3],
+        share: NONE,
+        inverse: NONE,
+    };
+}
+
+impl Middles {
+    const EMPTY: Self = Self { hidden: NONE, inverse: NONE, tilts: [NONE; 2] };
+}
+
+const NONE: Sixteen = Sixteen([0.0; LANES]);
+
+/// Numbers of rows, from the first of sixteen on.
+const NUMBERS: [f32; LANES] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
 /// Elements of a row: red, green and blue, the share, inverse depth times that, inverse depth in the middle and how it goes on.
 const ELEMENTS: usize = 8;
@@ -111,10 +110,10 @@ impl Line {
         Self { tangent, value, slope }
     }
 
-    /// The value at a tangent.
+    /// Values at tangents.
     #[inline(always)]
-    pub fn at(&self, tangent: f32) -> f32 {
-        (tangent - self.tangent) * self.slope + self.value
+    fn at<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
+        (tangents - simd.splat(self.tangent)).mul_add(simd.splat(self.slope), simd.splat(self.value))
     }
 }
 
@@ -139,51 +138,52 @@ pub(super) struct Passage {
 }
 
 impl Haze {
-    /// Share of light that it hides from a ray of this tangent, 0…1.
+    /// Shares of light that it hides from rays of these tangents, 0…1.
     #[inline(always)]
-    fn opacity(&self, tangent: f32) -> f32 {
-        let tangent = tangent.max(self.tangents[0]).min(self.tangents[1]);
-        let slant = (self.level * tangent).clamp(-STEEPEST, STEEPEST);
-        let way = (slant * slant + 1.0).sqrt() * self.passage.share(tangent);
-        1.0 - (self.clearness * way).exp2()
+    fn opacity<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
+        let [low, high] = self.tangents.map(|tangent| simd.splat(tangent));
+        let tangents = tangents.max(low).min(high);
+        let [steepest, one] = [STEEPEST, 1.0].map(|value| simd.splat(value));
+        let slant = (simd.splat(self.level) * tangents).abs().min(steepest);
+        let way = slant.mul_add(slant, one).sqrt() * self.passage.share(simd, tangents);
+        one - math::exp_neg(simd, way * simd.splat(-self.clearness * std::f32::consts::LN_2))
     }
 }
 
 impl Passage {
-    /// Share of the way through the voxel that a ray of this tangent is within the span: ends are lines between the sides.
+    /// Shares of the way through the voxel that rays of these tangents are within the span: ends are lines between the sides.
     #[inline(always)]
-    fn share(&self, tangent: f32) -> f32 {
-        let crossing = |[near, far]: [f32; 2]| (tangent - near) / (far - near);
-        let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
+    fn share<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let crossing = |[near, far]: [f32; 2]| (tangents - simd.splat(near)) * simd.splat(1.0 / (far - near));
+        let (mut enter, mut leave) = (zero, one);
         let [near, far] = self.top;
-        if tangent > near.min(far) {
-            // Sinking beside the ray, or rising above it.
-            if far < near {
-                leave = leave.min(crossing(self.top))
-            } else {
-                enter = enter.max(crossing(self.top))
-            }
+        // Sinking beside the ray, or rising above it.
+        let passes = simd.splat(near.min(far)).lt(tangents);
+        if far < near {
+            leave = leave.min(crossing(self.top)).select(passes, leave);
+        } else {
+            enter = enter.max(crossing(self.top)).select(passes, enter);
         }
         let [near, far] = self.bottom;
-        if tangent < near.max(far) {
-            if far > near {
-                leave = leave.min(crossing(self.bottom));
-            } else {
-                enter = enter.max(crossing(self.bottom));
-            }
+        let passes = tangents.lt(simd.splat(near.max(far)));
+        if far > near {
+            leave = leave.min(crossing(self.bottom)).select(passes, leave);
+        } else {
+            enter = enter.max(crossing(self.bottom)).select(passes, enter);
         }
-        (leave - enter).max(0.0)
+        (leave - enter).max(zero)
     }
 }
 
 /// The rows of one plane.
 #[derive(Debug, Default)]
 pub(super) struct Column {
-    /// Parts of each row that are covered.
-    covered: Vec<u8>,
-    /// Share of light that comes through what is semitransparent.
-    left: Vec<f32>,
-    seen: Vec<Seen>,
+    /// How many there are.
+    count: usize,
+    rows: Vec<Rows>,
+    /// Nothing unless it is of interest how far away things are.
+    middles: Vec<Middles>,
     /// Bits of rows that are hidden all over, and how many are not.
     full: Vec<u64>,
     open: usize,
@@ -191,8 +191,6 @@ pub(super) struct Column {
     lowest: usize,
     /// Rows that show something, first and one beyond the last.
     extent: [usize; 2],
-    /// Whether it is of interest how far away that is.
-    has_depths: bool,
 }
 
 impl Cover {
@@ -209,18 +207,25 @@ impl Cover {
         if self.rows.len() < end {
             self.rows.resize(end, [Sixteen::default(); ELEMENTS]);
         }
-        for row in first..end {
-            let elements = &mut self.rows[row];
-            for (lane, column) in columns.iter().enumerate() {
-                let Seen { light: [red, green, blue], share, inverse, .. } = column.seen[row];
-                for (element, value) in elements.iter_mut().zip([red, green, blue, share, inverse]) {
-                    element.0[lane] = value;
+        let sixteens = first.min(end) / LANES..end.div_ceil(LANES);
+        for (lane, column) in columns.iter().enumerate() {
+            for sixteen in sixteens.clone() {
+                let Rows { light: [red, green, blue], share, inverse, .. } = &column.rows[sixteen];
+                let rows = self.rows[sixteen * LANES..].iter_mut().take(LANES);
+                for (row, elements) in rows.enumerate() {
+                    for (element, values) in elements.iter_mut().zip([red, green, blue, share, inverse]) {
+                        element.0[lane] = values.0[row];
+                    }
                 }
-            }
-            for (lane, column) in columns.iter().enumerate().filter(|(_, column)| column.has_depths) {
-                let Middle { inverse, tilt: [across, along] } = column.seen[row].middle;
-                for (element, value) in elements[5..].iter_mut().zip([inverse, across, along]) {
-                    element.0[lane] = value;
+                let Some(Middles { inverse, tilts: [across, along], .. }) = column.middles.get(sixteen)
+                else {
+                    continue;
+                };
+                let rows = self.rows[sixteen * LANES..].iter_mut().take(LANES);
+                for (row, elements) in rows.enumerate() {
+                    for (element, values) in elements[5..].iter_mut().zip([inverse, across, along]) {
+                        element.0[lane] = values.0[row];
+                    }
                 }
             }
         }
@@ -237,20 +242,20 @@ impl Cover {
 
 impl Column {
     /// Empties it for so many rows.
-    pub fn begin(&mut self, rows: usize, has_depths: bool) {
-        self.has_depths = has_depths;
+    pub fn begin(&mut self, count: usize, has_depths: bool) {
         // Beyond its extent all rows are as they were.
         let [first, end] = self.extent;
-        let used = first.min(end)..end.min(self.covered.len());
-        self.covered[used.clone()].fill(0);
-        self.left[used.clone()].fill(1.0);
-        self.seen[used].fill(Seen::default());
-        self.covered.resize(rows, 0);
-        self.left.resize(rows, 1.0);
-        self.seen.resize(rows, Seen::default());
+        let used = first.min(end) / LANES..end.div_ceil(LANES);
+        let sixteens = count.div_ceil(LANES);
+        self.rows[used.clone()].fill(Rows::EMPTY);
+        self.rows.resize(sixteens, Rows::EMPTY);
+        if let Some(middles) = self.middles.get_mut(used) {
+            middles.fill(Middles::EMPTY);
+        }
+        self.middles.resize(if has_depths { sixteens } else { 0 }, Middles::EMPTY);
         self.full.clear();
-        self.full.resize(rows.div_ceil(WORD), 0);
-        self.open = rows;
+        self.full.resize(count.div_ceil(WORD), 0);
+        (self.count, self.open) = (count, count);
         self.lowest = 0;
         self.extent = [usize::MAX, 0];
     }
@@ -258,18 +263,18 @@ impl Column {
     /// Whether it is of interest how far away things are.
     #[inline(always)]
     pub fn has_depths(&self) -> bool {
-        self.has_depths
+        !self.middles.is_empty()
     }
 
     /// Whether all rows are hidden.
     pub fn is_closed(&self) -> bool {
-        self.open == 0 || self.lowest == self.covered.len()
+        self.open == 0 || self.lowest == self.count
     }
 
     /// All rows below a place are hidden. Returns the lowest one that is not, or how many there are.
     #[inline(always)]
     pub fn close_below(&mut self, place: f32) -> usize {
-        let rows = self.covered.len();
+        let rows = self.count;
         self.lowest = self.lowest.max(place.max(0.0) as usize).min(rows);
         self.lowest = self.next_open(self.lowest, rows).unwrap_or(rows);
         self.lowest
@@ -280,7 +285,7 @@ impl Column {
     pub fn is_full(&self, low: f32, high: f32) -> bool {
         // What ends within a row needs all of that.
         let whole = high.max(0.0) as usize;
-        let end = (whole + usize::from(high > whole as f32)).min(self.covered.len());
+        let end = (whole + usize::from(high > whole as f32)).min(self.count);
         self.next_open((low.max(0.0) as usize).min(end), end).is_none()
     }
 
@@ -300,75 +305,116 @@ impl Column {
 
     /// Fills what is open between two places, in rows, of which `centres` are the middles' tangents.
     #[inline(always)]
-    pub fn fill(&mut self, [low, high]: [f32; 2], light: [f32; 3], fill: &Fill, centres: &[f32]) {
-        let rows = self.covered.len();
-        let (low, high) = (low.max(0.0), high.min(rows as f32));
+    pub fn fill<V: Simd>(
+        &mut self,
+        simd: V,
+        [low, high]: [f32; 2],
+        light: [f32; 3],
+        fill: &Fill,
+        centres: &[Sixteen],
+    ) {
+        let (low, high) = (low.max(0.0), high.min(self.count as f32));
         if low >= high {
             return;
         }
         let first = low as usize;
         let end = (high as usize) + usize::from(high > (high as usize) as f32);
-        let mut next = first;
-        while let Some(row) = self.next_open(next, end) {
-            next = row + 1;
-            let centre = centres[row];
-            let at = row as f32;
-            let (from, to) = ((low - at).max(0.0), (high - at).min(1.0));
-            let [least, most] = fill.bounds;
-            let inverse = fill.inverse.at(centre).max(least).min(most);
-            let is_whole = fill.haze.is_none() && self.covered[row] == 0 && to - from >= 1.0;
-            let opacity = fill.haze.as_ref().map_or(1.0, |haze| haze.opacity(centre));
-            if self.has_depths && (is_whole || (from..to).contains(&0.5)) {
-                let tilt = if inverse < most { [fill.across, fill.inverse.slope] } else { [fill.front, 0.0] };
-                self.seen[row].hide(opacity, Middle { inverse, tilt });
-            }
-            if is_whole {
-                self.fill_whole(row, light, inverse);
-            } else {
-                self.fill_row(row, [from * PARTS, to * PARTS], light, inverse, opacity);
+        let sixteens = first / LANES..end.div_ceil(LANES);
+        for (sixteen, centres) in sixteens.clone().zip(&centres[sixteens]) {
+            let row = sixteen * LANES;
+            let open = !(self.full[row / WORD] >> (row % WORD)) as u16;
+            if open != 0 {
+                let within = [low, high].map(|place| place - row as f32);
+                self.fill_sixteen(simd, sixteen, (open, within), light, fill, centres);
             }
         }
         self.extent = [self.extent[0].min(first), self.extent[1].max(end)];
     }
 
-    /// Fills all of a row of which opaque matter covers nothing yet with opaque matter.
+    /// Fills those of sixteen rows that are `open` (bits) between two places.
     #[inline(always)]
-    fn fill_whole(&mut self, row: usize, light: [f32; 3], inverse: f32) {
-        self.seen[row].add(self.left[row], light, inverse);
-        self.covered[row] = ALL;
-        self.full[row / WORD] |= 1 << (row % WORD);
-        self.open -= 1;
-    }
-
-    /// Fills the parts of a row between two places with what hides a share of light.
-    #[inline(always)]
-    fn fill_row(&mut self, row: usize, [from, to]: [f32; 2], light: [f32; 3], inverse: f32, opacity: f32) {
-        let [begin, end] = [from, to].map(|place| (place + 0.5) as u32);
-        let covered = self.covered[row];
-        let bits = (((1_u32 << end) - (1_u32 << begin)) as u8) & !covered;
+    fn fill_sixteen<V: Simd>(
+        &mut self,
+        simd: V,
+        sixteen: usize,
+        (open, within): (u16, [f32; 2]),
+        light: [f32; 3],
+        fill: &Fill,
+        centres: &Sixteen,
+    ) {
+        let [zero, one, half] = [0.0, 1.0, HALF].map(|value| simd.splat(value));
+        let all = simd.splat_int(ALL);
+        // Shares of each row at which what fills it begins and ends.
+        let [from, to] = [below(simd, within[0]), below(simd, within[1])];
+        let open = simd.mask(open) & from.lt(to);
+        let centres = simd.load(&centres.0);
+        let [least, most] = fill.bounds.map(|bound| simd.splat(bound));
+        let inverse = fill.inverse.at(simd, centres).max(least).min(most);
+        let opacity = fill.haze.as_ref().map_or(one, |haze| haze.opacity(simd, centres));
+        let rows = &mut self.rows[sixteen];
+        let covered = simd.load_ints(&rows.covered);
+        let [begin, end] = [from, to].map(|place| place.mul_add(simd.splat(PARTS), half).to_int());
+        let bits = (power(simd, end) - power(simd, begin)) & (all - covered);
         // What is narrower than a part covers it in part.
-        let is_narrow = begin == end;
-        let share = if is_narrow {
-            if covered == ALL { 0.0 } else { (to - from) / PARTS }
-        } else {
-            bits.count_ones() as f32 / PARTS
-        };
-        let weight = self.left[row] * share * opacity;
-        if weight > 0.0 {
-            self.seen[row].add(weight, light, inverse);
+        let is_narrow = begin.eq(end);
+        let narrow = zero.select(covered.eq(all), to - from);
+        let share = narrow.select(is_narrow, ones(simd, bits).to_float() * simd.splat(1.0 / PARTS));
+        let left = simd.load(&rows.left.0);
+        let hidden = share * opacity;
+        let weight = (left * hidden).select(open, zero);
+        let add = |value: V::F, sum: &mut Sixteen| weight.mul_add(value, simd.load(&sum.0)).store(&mut sum.0);
+        for (light, sum) in light.into_iter().zip(&mut rows.light) {
+            add(simd.splat(light), sum);
         }
-        if opacity >= 1.0 && !is_narrow {
-            self.covered[row] |= bits;
-        } else {
-            self.left[row] *= 1.0 - share * opacity;
+        add(one, &mut rows.share);
+        add(inverse, &mut rows.inverse);
+        let covers = open & one.le(opacity) & !is_narrow;
+        let covered = (covered | bits).select(covers, covered);
+        let left = (left - left * hidden).select(open & !covers, left);
+        // No light comes from behind, though it may not be known yet how far away the middle is.
+        let is_dark = open & (covered.eq(all) | left.lt(simd.splat(NOTHING_LEFT)));
+        covered.store(&mut rows.covered);
+        zero.select(is_dark, left).store(&mut rows.left.0);
+        let mut is_full = is_dark;
+        if let Some(middles) = self.middles.get_mut(sixteen) {
+            let hidden = simd.load(&middles.hidden.0);
+            let has_middle = open & from.le(half) & half.lt(to);
+            let more = (one - hidden).mul_add(opacity, hidden).select(has_middle, hidden);
+            let hides = hidden.lt(half) & half.le(more);
+            // Once the half is hidden it does not matter how much more.
+            more.store(&mut middles.hidden.0);
+            inverse.store_masked(hides, &mut middles.inverse.0);
+            let goes_on = inverse.lt(most);
+            let across = simd.splat(fill.across).select(goes_on, simd.splat(fill.front));
+            let along = simd.splat(fill.inverse.slope).select(goes_on, zero);
+            across.store_masked(hides, &mut middles.tilts[0].0);
+            along.store_masked(hides, &mut middles.tilts[1].0);
+            is_full = is_dark & half.le(more);
         }
-        if self.covered[row] == ALL || self.left[row] < NOTHING_LEFT {
-            // No light comes from behind, though it may not be known yet how far away the middle is.
-            self.left[row] = 0.0;
-            if !self.has_depths || self.seen[row].hidden >= HALF {
-                self.full[row / WORD] |= 1 << (row % WORD);
-                self.open -= 1;
-            }
-        }
+        let (row, full) = (sixteen * LANES, is_full.bits());
+        self.full[row / WORD] |= u64::from(full) << (row % WORD);
+        self.open -= full.count_ones() as usize;
     }
+}
+
+/// What of each of sixteen rows lies below a place, shares. (No closure: compilers leave those of arrays functions of their own, without the
+/// instruction set.)
+#[inline(always)]
+fn below<V: Simd>(simd: V, place: f32) -> V::F {
+    (simd.splat(place) - simd.load(&NUMBERS)).max(simd.splat(0.0)).min(simd.splat(1.0))
+}
+
+/// 2 to these powers, which are 0 to 8.
+#[inline(always)]
+fn power<V: Simd>(simd: V, exponents: V::I) -> V::I {
+    (exponents + simd.splat_int(127)).shl::<23>().as_floats().to_int()
+}
+
+/// How many of the lowest eight bits are 1.
+#[inline(always)]
+fn ones<V: Simd>(simd: V, bits: V::I) -> V::I {
+    let every = |pattern: i32| simd.splat_int(pattern);
+    let pairs = bits - (bits.shr::<1>() & every(0x55));
+    let fours = (pairs & every(0x33)) + (pairs.shr::<2>() & every(0x33));
+    (fours + fours.shr::<4>()) & every(0xf)
 }

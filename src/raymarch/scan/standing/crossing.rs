@@ -3,6 +3,7 @@
 use super::column::{Column, Fill, Haze, Line, Passage};
 use super::crest::Crest;
 use super::{Facet, FacetLight, Ladder, Metric};
+use crate::simd::{Simd, Sixteen};
 use crate::voxel::{Cut, PageId, Span};
 
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
@@ -12,7 +13,8 @@ const SEAM: f32 = Cut::BESIDE as f32;
 const MOST_SORTED: usize = 16;
 
 /// Spans of a voxel where a plane crosses them.
-pub(super) struct Crossing<'c, 'f, L> {
+pub(super) struct Crossing<'c, 'f, L, V> {
+    pub simd: V,
     pub page: PageId,
     /// Column and row on the page.
     pub voxel: [u32; 2],
@@ -23,7 +25,7 @@ pub(super) struct Crossing<'c, 'f, L> {
     /// Index of the first row.
     pub first: f32,
     /// Tangents of the middles of rows from there on.
-    pub centres: &'f [f32],
+    pub centres: &'c [Sixteen],
     /// Sides of a voxel along the ground per unit of major distance.
     pub ground: f32,
     /// Depth per distance along the ground.
@@ -54,7 +56,7 @@ struct Wall {
     is_joint: bool,
 }
 
-impl<L: FacetLight> Crossing<'_, '_, L> {
+impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
     /// Looks at the spans of the voxel.
     #[inline(always)]
     pub fn look_at(&mut self, spans: &[Span], ground: &mut Crest<'_>) {
@@ -187,7 +189,7 @@ impl<L: FacetLight> Crossing<'_, '_, L> {
                 Haze { clearness, level: self.level, tangents, passage }
             });
             let fill = Fill { haze, inverse, across, bounds, front: front.1 };
-            self.column.fill([low_row, high_row], light, &fill, self.centres);
+            self.column.fill(self.simd, [low_row, high_row], light, &fill, self.centres);
         }
     }
 

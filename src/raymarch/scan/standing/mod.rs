@@ -21,7 +21,11 @@ mod blocks;
 mod column;
 mod crest;
 mod crossing;
+mod voxels;
 mod walk;
+
+#[cfg(test)]
+mod tests;
 
 use glam::DVec3;
 
@@ -30,10 +34,11 @@ use self::column::Column;
 pub use self::column::Cover;
 use self::crest::Crest;
 use self::crossing::Crossing;
+use self::voxels::{Course, Passed, Veil};
 use self::walk::{Step, Walk};
 use super::{Field, Ladder, PlaneGroup, Profile};
 use crate::error::Result;
-use crate::simd::{Isa, Kernel, LANES, Simd};
+use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::{
     BARE, BLOCK_SIDE, Cut, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanBlock,
     SpanTable, SpansView,
@@ -91,6 +96,9 @@ pub struct StandingMarch<'a> {
     /// The page that was looked up last.
     page: Option<(PageId, SpansView<'a>)>,
     blocks: Blocks,
+    passed: Passed,
+    /// Tangents of the middles of rows.
+    centres: Vec<Sixteen>,
     /// One for each plane of a group.
     columns: Box<[Column; LANES]>,
 }
@@ -120,6 +128,7 @@ struct Plane<'f, 'a, L> {
     ground: f32,
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
+    course: Course,
     /// By how much units per metre of depth change to the next plane.
     beside: [f32; 2],
     crest: Crest<'f>,
@@ -147,6 +156,8 @@ impl<'a> StandingMarch<'a> {
             metric,
             page: None,
             blocks: Blocks::new(SpanTable::rise(code, grid.spacing)),
+            passed: Passed::default(),
+            centres: Vec::new(),
             columns: Box::default(),
         }
     }
@@ -166,6 +177,12 @@ impl<'a> StandingMarch<'a> {
         if standing.until <= 0.0 {
             return Ok(());
         }
+        let centres = standing.ladder.centres[standing.first..].chunks(LANES);
+        let sixteen = |centres: &[f32]| {
+            Sixteen(std::array::from_fn(|row| centres.get(row).copied().unwrap_or_default()))
+        };
+        self.centres.clear();
+        self.centres.extend(centres.take(standing.rows.div_ceil(LANES)).map(sixteen));
         isa.run(Following { march: self, standing, light })?;
         cover.take(&self.columns);
         Ok(())
@@ -196,9 +213,8 @@ struct Following<'f, 'a, L> {
 impl<L: FacetLight> Kernel for Following<'_, '_, L> {
     type Output = Result<()>;
 
-    /// No lanes: all of it is compiled for the instruction set.
     #[inline(always)]
-    fn run<V: Simd>(self, _: V) -> Result<()> {
+    fn run<V: Simd>(self, simd: V) -> Result<()> {
         let Self { march, standing, light } = self;
         for lane in 0..LANES {
             march.columns[lane].begin(standing.rows, standing.has_depths);
@@ -212,12 +228,13 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
                 depth: f64::from(group.depth[lane]),
                 ground: (way[0].hypot(way[1])) as f32,
                 way,
+                course: Course::new([standing.eye.truncate().to_array(), way], f64::from(group.depth[lane])),
                 beside: group.beside(lane),
                 crest: Crest::new(standing.profile, lane, standing.field.tangents[0]),
                 floor: standing.field.tangents[0],
                 hidden: 0.0,
             };
-            plane.follow()?;
+            plane.follow(simd)?;
         }
         Ok(())
     }
@@ -230,7 +247,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
     }
 
     #[inline(always)]
-    fn follow(mut self) -> Result<()> {
+    fn follow<V: Simd>(mut self, simd: V) -> Result<()> {
         let Standing { eye, group, until, .. } = self.standing;
         let [enter, leave] = group.over.map(|over| f64::from(over[self.lane]));
         let (from, to) = (enter.max(LEAST_DISTANCE), leave.min(until));
@@ -250,9 +267,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             if reach.high == 0 || self.is_hidden(&reach, &block) {
                 continue;
             }
-            let ends =
-                [0, 1].map(|axis| [first[axis], (first[axis] + i64::from(BLOCK_SIDE) - 1).min(size[axis])]);
-            self.cross_block(id, (&view, corner), &block, ends);
+            self.cross_block(simd, id, (&view, corner), &block);
         }
         Ok(())
     }
@@ -307,60 +322,54 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         self.floor = self.floor.max(crest).max(edge);
     }
 
-    /// Looks at the voxels of a block: `ends` are the first and the last along each axis.
+    /// Looks at the voxels of a block.
     #[inline(always)]
-    fn cross_block(
+    fn cross_block<V: Simd>(
         &mut self,
+        simd: V,
         page: PageId,
         (view, corner): (&SpansView<'_>, [u32; 2]),
         block: &Step,
-        ends: [[i64; 2]; 2],
     ) {
-        let eye = [self.standing.eye.x, self.standing.eye.y];
-        let Standing { ladder, first, .. } = self.standing;
-        let (way, depth, lane) = (self.way, self.depth, self.lane);
-        let inverse = |at: f64| (1.0 / (depth * at)) as f32;
+        let Standing { eye, ladder, first, .. } = self.standing;
+        let (depth, lane) = (self.depth, self.lane);
         let drop = f64::from(self.standing.group.drop[lane]);
-        let datum = self.march.metric.code.offset - self.standing.eye.z;
-        let StandingMarch { blocks, metric, columns, objects, .. } = &mut *self.march;
+        let StandingMarch { blocks, metric, columns, objects, passed, centres, .. } = &mut *self.march;
         let stands = blocks.get(block.cell, (view, corner), objects);
+        let datum = metric.code.offset - eye.z;
         let above = |from: f64, to: f64| datum - drop * (0.5 * (from + to)).powi(2);
-        // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`, without a division.
-        let per_unit = f64::from(self.floor) * depth / metric.code.scale;
-        let base = above(block.enter, block.leave) / metric.code.scale;
-        let farther = self.floor < 0.0;
-        for step in Walk::new(eye, way, 1.0, ends, [block.enter, block.leave]) {
-            let voxel = step.cell.map(|cell| (cell % i64::from(PAGE_SIDE)) as u32);
-            let top = stands.top(voxel[0], voxel[1]);
-            let hidden = per_unit * if farther { step.leave } else { step.enter } - base;
-            if top == 0 || f64::from(top) <= hidden || step.enter >= step.leave {
-                continue;
-            }
-            let inverse = [step.enter, step.leave].map(inverse);
-            let above = above(step.enter, step.leave) as f32;
-            let from_centre =
-                |axis: usize, at: f64| (eye[axis] + way[axis] * at - step.cell[axis] as f64 - 0.5) as f32;
+        // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`.
+        let veil = Veil {
+            base: -above(block.enter, block.leave) / metric.code.scale,
+            per_unit: f64::from(self.floor) * depth / metric.code.scale,
+        };
+        let first_voxel = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
+        self.course.pass(simd, (first_voxel, stands.tops()), [block.enter, block.leave], veil, passed);
+        for passage in passed.voxels() {
+            let place = passage.place as u32;
+            let [near, far] = passage.distances;
             let mut crossing = Crossing {
+                simd,
                 page,
-                voxel,
+                voxel: [corner[0] + place % BLOCK_SIDE, corner[1] + place / BLOCK_SIDE],
                 metric,
                 column: &mut columns[lane],
                 light: &mut *self.light,
                 ladder,
                 first: first as f32,
-                centres: ladder.centres.get(first..).unwrap_or_default(),
+                centres,
                 ground: self.ground,
                 level: depth as f32 / (self.ground * metric.spacing),
-                ahead: way.map(|way| (way / depth) as f32),
+                ahead: self.way.map(|way| (way / depth) as f32),
                 beside: self.beside,
                 floor: self.floor,
                 hidden: self.hidden,
-                length: (step.leave - step.enter) as f32,
-                ends: [step.enter, step.leave].map(|at| [from_centre(0, at), from_centre(1, at)]),
-                inverse,
-                above,
+                length: far - near,
+                ends: passage.at,
+                inverse: passage.inverse,
+                above: above(f64::from(near), f64::from(far)) as f32,
             };
-            crossing.look_at(stands.of(voxel[0], voxel[1]), &mut self.crest);
+            crossing.look_at(stands.at(passage.place), &mut self.crest);
         }
     }
 }
