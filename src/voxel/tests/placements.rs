@@ -15,7 +15,7 @@ fn marked(x: u16, y: u16, low: u16) -> Span {
         low,
         high: 900 + x,
         slope: [10, 3],
-        cuts: [Cut::wall(20, 5), Cut::wall(90, 7)],
+        cuts: [Cut::wall(20, 5), Cut::wall(90, 7), Cut::wall(201, -3)],
         top: [x as u8, y as u8, 7],
         state: Span::OPAQUE,
         side: [1, 2, 3],
@@ -58,12 +58,18 @@ fn spans_at(pages: &MemPages, x: u32, y: u32) -> Vec<Span> {
     let mut block = BlockSpans::default();
     let rise = SpanTable::rise(CODE, 1.0);
     block.gather(&view, &pages.header().objects, [x % PAGE_SIDE, y % PAGE_SIDE], rise);
-    let top =
-        block.of(x % PAGE_SIDE, y % PAGE_SIDE).iter().map(|span| span.reach(rise)[1]).max().unwrap_or(0);
-    let voxel = (y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE) as usize;
-    let room = block.tops()[voxel] - f32::from(top);
-    assert!(if top == 0 { room == 0.0 } else { (0.0..1.5).contains(&room) });
-    block.of(x % PAGE_SIDE, y % PAGE_SIDE).to_vec()
+    let spans = block.of(x % PAGE_SIDE, y % PAGE_SIDE);
+    let corner = |span: &Span| {
+        let steps: i32 = span.slope.iter().map(|slope| i32::from(slope.unsigned_abs())).sum();
+        f64::from(span.high) + f64::from(steps) * rise
+    };
+    let highest = spans.iter().map(corner).reduce(f64::max);
+    let top = f64::from(block.tops()[(y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE) as usize]);
+    assert!(
+        highest.map_or(top == 0.0, |highest| (0.25..1.0).contains(&(top - highest))),
+        "{top} {highest:?}"
+    );
+    spans.to_vec()
 }
 
 #[test]
