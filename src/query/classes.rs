@@ -333,7 +333,7 @@ mod tests {
             low: Span::GROUND,
             high: 900,
             slope: [0, 0],
-            cuts: [Cut::wall(0, 0), Cut::NONE],
+            cuts: [Cut::wall(0, 0), Cut::NONE, Cut::NONE],
             top: [9; 3],
             state: Span::OPAQUE,
             side: [9; 3],
@@ -363,8 +363,8 @@ mod tests {
             at(1, [10, 10], 1),
         ]);
         let found = tally(&pages, None).unwrap().objects;
-        assert_eq!(found[0], ObjectTally { voxels: [3, 2], placed: 2, bytes: 16 + 7 * 4 + 6 * 18 });
-        assert_eq!(found[1], ObjectTally { voxels: [20, 12], placed: 3, bytes: 16 + 241 * 4 + 240 * 18 });
+        assert_eq!(found[0], ObjectTally { voxels: [3, 2], placed: 2, bytes: 16 + 7 * 4 + 6 * 20 });
+        assert_eq!(found[1], ObjectTally { voxels: [20, 12], placed: 3, bytes: 16 + 241 * 4 + 240 * 20 });
         let bytes: u64 = found.iter().map(|object| object.bytes).sum();
         assert_eq!((16 + bytes).next_multiple_of(64), pages.header().objects.to_bytes().len() as u64);
         // Middles are at 260, 9; at 255, 256; and, turned, at 16, 20.

@@ -269,7 +269,7 @@ pub(super) mod tests {
     #[test]
     fn a_wall_right_before_the_eye_counts_in_full() {
         // Half a metre thick along the western side of its voxel, 0.2 m before the eye: no half of a voxel's side has a middle in it.
-        let wall = Span { cuts: [Cut::wall(0, -32), Cut::NONE], ..pillar(6.0) };
+        let wall = Span { cuts: [Cut::wall(0, -32), Cut::NONE, Cut::NONE], ..pillar(6.0) };
         let pages = standing(|x, _| if x == 145 { vec![wall] } else { Vec::new() });
         let see = |to: f64| sight(&pages, point(289.8, 5.0), point(489.8, to), Curvature::FLAT).unwrap();
         let hidden = see(5.0);

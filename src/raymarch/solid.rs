@@ -156,7 +156,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
             let (normal, distance) = (DVec2::from(cut.normal().map(f64::from)), f64::from(cut.distance()));
             cut.is_wall().then_some((index, normal, distance))
         };
-        let walls = [wall(0), wall(1)];
+        let walls = [0, 1, 2].map(wall);
         // The last wall that the ray came through.
         let mut through = None;
         for (index, normal, distance) in walls.into_iter().flatten() {
@@ -194,7 +194,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
         }
         // Through a side of the voxel, or where it meets another part of the same thing.
         let is_side = enter == step.enter;
-        let is_joint = through.is_some_and(|(index, at)| at == enter && span.is(Span::JOINED[index]));
+        let is_joint = through.is_some_and(|(index, at)| at == enter && span.is_joined(index));
         if is_side || is_joint {
             let (at, above) = place(enter);
             let before = |(_, normal, distance): &(usize, DVec2, f64)| distance - normal.dot(at);

@@ -23,7 +23,7 @@ pub fn pillar(high: f64) -> Span {
         low: Span::GROUND,
         high: CODE.encode(high),
         slope: [0, 0],
-        cuts: [Cut::NONE; 2],
+        cuts: [Cut::NONE; 3],
         top: [200, 60, 50],
         state: Span::OPAQUE,
         side: [220, 210, 190],
@@ -140,7 +140,7 @@ fn house(centre: DVec2, half: DVec2, turn: f64, high: f64) -> impl Fn(u32, u32) 
         let facing = (angle / std::f64::consts::TAU * 256.0).round().rem_euclid(256.0) as u8;
         let cut = Cut::wall(facing, (inside * f64::from(Cut::STEPS)).round() as i32);
         let cut = if inside > 0.75 { Cut::NONE } else { cut };
-        vec![Span { cuts: [cut, Cut::NONE], ..pillar(high) }]
+        vec![Span { cuts: [cut, Cut::NONE, Cut::NONE], ..pillar(high) }]
     }
 }
 
@@ -194,35 +194,52 @@ fn roofs_are_planes() {
 /// Middle of [`pyramid`], units.
 const APEX: DVec2 = DVec2::new(160.3, 160.6);
 
-/// Height of a pyramid with edges to the north-east and so on, metres.
-fn pyramid_height(at: DVec2) -> f64 {
-    20.0 - 0.5 * SPACING * (at - APEX).abs().max_element()
+/// Half a ridge shorter than a voxel, units eastward.
+const HALF_RIDGE: f64 = 0.18;
+
+/// Height of a roof with hips to the north-east and so on, and half a ridge of this length (units), metres.
+fn hipped_height(half_ridge: f64, at: DVec2) -> f64 {
+    let [x, y] = (at - APEX).abs().to_array();
+    20.0 - 0.5 * SPACING * (x - half_ridge).max(y).max(0.0)
 }
 
 /// The wedges of a pyramid over a voxel; four in that of its apex.
 pub fn pyramid(x: u32, y: u32) -> Vec<Span> {
+    hipped(0.0, x, y)
+}
+
+/// The parts of a hipped roof over a voxel; in that of its ridge, which is shorter, two of them lie within three joints.
+pub fn short_ridge(x: u32, y: u32) -> Vec<Span> {
+    hipped(HALF_RIDGE, x, y)
+}
+
+fn hipped(half_ridge: f64, x: u32, y: u32) -> Vec<Span> {
     let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
     if (centre - APEX).abs().max_element() > 8.0 {
         return Vec::new();
     }
     let side = |quarter: u8| {
-        let out = DVec2::from_angle(f64::from(quarter) * std::f64::consts::FRAC_PI_2);
-        let (mut cuts, mut joined, mut count) = ([Cut::NONE; 2], 0, 0);
-        // Lines at an eighth of a turn to either side of `out`, beyond which the neighbours are lower.
-        for facing in [96, 160].map(|turn: u8| turn.wrapping_add(64 * quarter)) {
+        let out = DVec2::from_angle(f64::from(quarter) * std::f64::consts::FRAC_PI_2).round();
+        let (mut cuts, mut joined, mut count) = ([Cut::NONE; 3], 0, 0);
+        // Lines at an eighth of a turn to either side of `out`, beyond which the neighbours are lower, and the ridge.
+        let has_ridge = half_ridge > 0.0 && quarter % 2 == 1;
+        for turn in [96_u8, 160, 128].into_iter().take(if has_ridge { 3 } else { 2 }) {
+            let facing = turn.wrapping_add(64 * quarter);
             let normal = DVec2::from(Cut::wall(facing, 0).normal().map(f64::from));
-            let distance = normal.dot(APEX - centre);
+            let end = half_ridge * if quarter.is_multiple_of(2) { out.x } else { normal.x.signum() };
+            let end = if turn == 128 { APEX } else { APEX + DVec2::new(end, 0.0) };
+            let distance = normal.dot(end - centre);
             let reach = 0.5 * normal.abs().element_sum();
             if distance <= -reach {
                 return None;
             }
             if distance < reach {
                 cuts[count] = Cut::wall(facing, (distance * f64::from(Cut::STEPS)).round() as i32);
-                joined |= Span::JOINED[count];
+                joined |= Span::JOINED.get(count).copied().unwrap_or_default();
                 count += 1;
             }
         }
-        let high = 20.0 - 0.5 * SPACING * out.dot(centre - APEX);
+        let high = 20.0 - 0.5 * SPACING * (out.dot(centre - APEX) - out.x.abs() * half_ridge);
         let slope = (out * -0.5 * f64::from(Span::SLOPE_STEPS)).to_array().map(|slope| slope.round() as i8);
         Some(Span { cuts, slope, state: Span::OPAQUE | joined, ..pillar(high) })
     };
@@ -230,29 +247,33 @@ pub fn pyramid(x: u32, y: u32) -> Vec<Span> {
 }
 
 #[test]
-fn four_planes_of_a_roof_meet_in_a_point() {
-    let pages = standing(pyramid);
-    assert_eq!(pyramid(160, 160).len(), 4);
-    let mut worst: f64 = 0.0;
-    for step in 0..400 {
-        let away = DVec2::from_angle(f64::from(step) * 0.377);
-        let to = APEX + away.perp() * (f64::from(step % 41) - 20.0) / 20.0 + away * 0.3 * f64::from(step % 7);
-        let to = to.extend(pyramid_height(to));
-        // From the side that the place is seen from, and flat enough that a joint that stood out would be hit.
-        let from = to + (away * 40.0).extend(50.0);
-        let (hits, left, _) = met(&pages, from, to + 0.5 * (to - from));
-        assert_eq!((left, hits[0].face), (0.0, Face::Top), "{step}");
-        let length = ((to - from) * DVec3::new(SPACING, SPACING, 1.0)).length();
-        worst = worst.max((hits[0].range - length).abs());
+fn four_planes_of_a_roof_meet_in_a_point_or_in_a_ridge_shorter_than_a_voxel() {
+    assert!(short_ridge(160, 160).iter().filter(|span| span.cuts[2].is_wall()).count() == 2);
+    for half_ridge in [0.0, HALF_RIDGE] {
+        let pages = standing(|x, y| hipped(half_ridge, x, y));
+        assert_eq!(hipped(half_ridge, 160, 160).len(), 4);
+        let mut worst: f64 = 0.0;
+        for step in 0..400 {
+            let away = DVec2::from_angle(f64::from(step) * 0.377);
+            let to =
+                APEX + away.perp() * (f64::from(step % 41) - 20.0) / 20.0 + away * 0.3 * f64::from(step % 7);
+            let to = to.extend(hipped_height(half_ridge, to));
+            // From the side that the place is seen from, and flat enough that a joint that stood out would be hit.
+            let from = to + (away * 40.0).extend(50.0);
+            let (hits, left, _) = met(&pages, from, to + 0.5 * (to - from));
+            assert_eq!((left, hits[0].face), (0.0, Face::Top), "{step}");
+            let length = ((to - from) * DVec3::new(SPACING, SPACING, 1.0)).length();
+            worst = worst.max((hits[0].range - length).abs());
+        }
+        // A step of a cut is 16 mm.
+        assert!(worst < 0.02, "{worst} m");
     }
-    // A step of a cut is 16 mm.
-    assert!(worst < 0.02, "{worst} m");
 }
 
 #[test]
 fn corners_of_houses_are_sharp() {
     // Of the voxel the south-western quarter is left.
-    let corner = Span { cuts: [Cut::wall(0, 0), Cut::wall(64, 0)], ..pillar(9.0) };
+    let corner = Span { cuts: [Cut::wall(0, 0), Cut::wall(64, 0), Cut::NONE], ..pillar(9.0) };
     let pages = standing(|x, y| if (x, y) == (160, 160) { vec![corner] } else { Vec::new() });
     for (from, to, side) in [
         ((200.0, 160.25), (160.0, 160.25), Some((39.5, DVec3::X))),
@@ -322,7 +343,7 @@ fn a_wire_is_a_strip_as_wide_as_it_is_high() {
         let wire = Span {
             low: CODE.encode(high - thick),
             slope: [8, 0],
-            cuts: [Cut::wall(64, 0), Cut::NONE],
+            cuts: [Cut::wall(64, 0), Cut::NONE, Cut::NONE],
             state: Span::OPAQUE | Span::PARALLEL | Span::STRIP,
             ..pillar(high)
         };
@@ -352,7 +373,7 @@ fn a_thin_wire_hides_its_share_of_a_strip() {
     // A third of 0.2 m, hung along x at 10 m.
     let wire = Span {
         low: CODE.encode(9.8),
-        cuts: [Cut::wall(64, 0), Cut::NONE],
+        cuts: [Cut::wall(64, 0), Cut::NONE, Cut::NONE],
         state: 5 | Span::PARALLEL | Span::STRIP,
         ..pillar(10.0)
     };

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::reference::marcher;
 use super::*;
-use crate::raymarch::solid_tests::{pillar, pyramid, standing, standing_as, standing_on};
+use crate::raymarch::solid_tests::{pillar, pyramid, short_ridge, standing, standing_as, standing_on};
 use crate::raymarch::{Marcher, SolidHit};
 use crate::space::{Attitude, Pose};
 use crate::voxel::{Cut, MemPages, Span};
@@ -30,7 +30,7 @@ fn village(as_objects: bool) -> MemPages {
                 continue;
             }
             // Two walls at corners.
-            let mut cuts = [Cut::NONE; 2];
+            let mut cuts = [Cut::NONE; 3];
             let walls =
                 [(DVec2::new(to.x.signum(), 0.0), inside.x), (DVec2::new(0.0, to.y.signum()), inside.y)];
             let walls = walls.into_iter().filter(|(_, beyond)| *beyond <= 0.75);
@@ -86,7 +86,7 @@ fn tree(out: DVec2, high: f64, crown: u8, spans: &mut Vec<Span>) {
         let middle = 0.5 * (high + 4.0);
         spans.push(Span {
             low: CODE.encode(middle - half),
-            cuts: [Cut::round(turn_of(out.to_angle())), Cut::NONE],
+            cuts: [Cut::round(turn_of(out.to_angle())), Cut::NONE, Cut::NONE],
             top: [60, 110, 40],
             side: [45, 85, 35],
             state: crown,
@@ -330,6 +330,7 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
     for (name, pages, cameras, own_too) in [
         ("village", village(false), &of_village[..], true),
         ("pyramid", standing(pyramid), &of_pyramid[..], true),
+        ("short ridge", standing(short_ridge), &of_pyramid[..], true),
         ("houses in a hillside", buried, &of_hill[..], true),
         ("wood", wood(Span::OPAQUE), &of_wood[..], false),
         ("wood that light comes through", wood(DENSE), &of_wood[..], false),

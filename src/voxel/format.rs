@@ -9,7 +9,7 @@ compile_error!(
 /// ends or cleared the eighth bit.
 pub(super) const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
 /// Version of the format that is written, and the only one that is read.
-pub(super) const VERSION: u32 = 6;
+pub(super) const VERSION: u32 = 7;
 /// Pages begin at multiples of this, so that each can be mapped and advised alone.
 pub(super) const PAGE_ALIGNMENT: u64 = 4096;
 /// Planes begin at multiples of this within their page, and the directory within the file.

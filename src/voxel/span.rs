@@ -8,7 +8,7 @@
 //! A span need not fill its voxel, so that walls are straight whatever their direction, and roofs smooth:
 //!
 //! ```text
-//!       upper end: a plane            two cuts: half-planes
+//!       upper end: a plane            cuts: half-planes, three at most
 //!            __..--               +-------/-+   facing: where a wall's outside lies
 //!      high --                    |######/  |
 //!          |      |               |#####/   |   how far the wall lies from the
@@ -16,7 +16,8 @@
 //!                                 +----``---+
 //! ```
 //!
-//! Two cuts say the corner of a house, a gable's end, and each of the three planes and more of a roof that meet in one point.
+//! Two cuts say the corner of a house, a gable's end, and each of the three planes and more of a roof that meet in one point; three a side of a
+//! hipped roof where its ridge is shorter than a voxel.
 
 use super::Cut;
 
@@ -31,8 +32,8 @@ pub struct Span {
     pub high: u16,
     /// Slope of the upper end, eastward and northward: rise over run in [`Self::SLOPE_STEPS`] steps.
     pub slope: [i8; 2],
-    /// It lies within both. A second one without a first, and one that is round, make no sense.
-    pub cuts: [Cut; 2],
+    /// It lies within all. One behind none, and a second or third one that is round, make no sense.
+    pub cuts: [Cut; 3],
     /// Colour of the upper end, sRGB.
     pub top: [u8; 3],
     /// Opacity in its lower four bits, in [`Self::OPAQUE`] steps, and [`Self::PARALLEL`], [`Self::STRIP`] and [`Self::JOINED`].
@@ -49,7 +50,7 @@ impl Span {
         low: 0,
         high: 0,
         slope: [0; 2],
-        cuts: [Cut::NONE; 2],
+        cuts: [Cut::NONE; 3],
         top: [0; 3],
         state: 0,
         side: [0; 3],
@@ -69,7 +70,7 @@ impl Span {
     /// Bit of `state`: not what is inside of the first wall, but a strip along it, half to either side and as wide as the span is
     /// high: a wire.
     pub const STRIP: u8 = 32;
-    /// Bits of `state`, one for each cut: beyond the wall the same thing goes on, another plane of its roof.
+    /// Bits of `state` for the first two cuts: beyond the wall the same thing goes on, another plane of its roof. Beyond a third one it always does.
     pub const JOINED: [u8; 2] = [64, 128];
 
     /// Share of the light that it hides on a way as long as its voxel's side, of a strip as long as that is thick, 0…1.
@@ -85,6 +86,12 @@ impl Span {
     /// Whether a bit of `state` is set.
     pub fn is(&self, bit: u8) -> bool {
         self.state & bit != 0
+    }
+
+    /// Whether beyond the wall of a cut the same thing goes on.
+    #[inline]
+    pub fn is_joined(&self, index: usize) -> bool {
+        Self::JOINED.get(index).is_none_or(|bit| self.is(*bit))
     }
 
     /// Slope of the upper end, eastward and northward, rise over run.
@@ -117,12 +124,11 @@ impl Span {
 
     /// What is wrong with it by itself.
     pub(super) fn check(&self) -> Option<String> {
-        let [first, second] = self.cuts;
         let is_sound = self.state & Self::OPACITY != 0
             && self.low <= self.high
             && self.high > 0
-            && (first.is_wall() || !second.is_wall())
-            && !second.is_round()
+            && self.cuts.is_sorted_by_key(|cut| !cut.is_wall())
+            && !self.cuts[1..].iter().any(|cut| cut.is_round())
             && (0..2).all(|index| self.cuts[index].is_wall() || !self.is(Self::JOINED[index]));
         (!is_sound).then(|| {
             format!(

@@ -13,8 +13,8 @@ pub(super) struct StoredSolid {
     high_m: f32,
     slope: [f32; 2],
     /// Of its planes.
-    facing: [f32; 2],
-    distance_m: [f32; 2],
+    facing: [f32; 3],
+    distance_m: [f32; 3],
     opacity: f32,
     /// Column and row of its voxel in its tile.
     pub voxel: [u8; 2],
@@ -30,6 +30,7 @@ pub(super) struct StoredSolid {
 const PLANE: u8 = 1;
 const ROUND: u8 = 2;
 const CORNER: u8 = 3;
+const WEDGE: u8 = 4;
 const PARALLEL: u8 = 1;
 const STRIP: u8 = 2;
 const JOINED: [u8; 2] = [4, 8];
@@ -39,10 +40,11 @@ impl StoredSolid {
     pub fn of(voxel: [u8; 2], solid: &Solid) -> Self {
         let nothing = (0.0, 0.0);
         let (wall, planes) = match solid.wall {
-            Wall::Whole => (0, [nothing; 2]),
-            Wall::Plane { facing, distance_m } => (PLANE, [(facing, distance_m), nothing]),
-            Wall::Corner(planes) => (CORNER, planes),
-            Wall::Round(facing) => (ROUND, [(facing, 0.0), nothing]),
+            Wall::Whole => (0, [nothing; 3]),
+            Wall::Plane { facing, distance_m } => (PLANE, [(facing, distance_m), nothing, nothing]),
+            Wall::Corner([one, other]) => (CORNER, [one, other, nothing]),
+            Wall::Wedge(planes) => (WEDGE, planes),
+            Wall::Round(facing) => (ROUND, [(facing, 0.0), nothing, nothing]),
         };
         let bit = |is: bool, bit: u8| if is { bit } else { 0 };
         Self {
@@ -67,7 +69,8 @@ impl StoredSolid {
 
     /// The solid again.
     pub fn solid(&self) -> Solid {
-        let planes = [0, 1].map(|index| (f64::from(self.facing[index]), f64::from(self.distance_m[index])));
+        let planes =
+            [0, 1, 2].map(|index| (f64::from(self.facing[index]), f64::from(self.distance_m[index])));
         let (facing, distance_m) = planes[0];
         Solid {
             low_m: Some(f64::from(self.low_m)).filter(|low| !low.is_nan()),
@@ -75,7 +78,8 @@ impl StoredSolid {
             slope: self.slope.map(f64::from),
             wall: match self.wall {
                 PLANE => Wall::Plane { facing, distance_m },
-                CORNER => Wall::Corner(planes),
+                CORNER => Wall::Corner([planes[0], planes[1]]),
+                WEDGE => Wall::Wedge(planes),
                 ROUND => Wall::Round(facing),
                 _ => Wall::Whole,
             },

@@ -145,6 +145,7 @@ pub fn laid(symmetry: Symmetry, solid: &Solid) -> Solid {
         Wall::Whole => Wall::Whole,
         Wall::Plane { facing: angle, distance_m } => Wall::Plane { facing: facing(angle), distance_m },
         Wall::Corner(planes) => Wall::Corner(planes.map(|(angle, distance_m)| (facing(angle), distance_m))),
+        Wall::Wedge(planes) => Wall::Wedge(planes.map(|(angle, distance_m)| (facing(angle), distance_m))),
         Wall::Round(angle) => Wall::Round(facing(angle)),
     };
     Solid { slope: symmetry.turn(solid.slope), wall, ..*solid }

@@ -14,7 +14,7 @@ fn post(high: u16, slope: [i8; 2]) -> Span {
         low: Span::GROUND,
         high,
         slope,
-        cuts: [Cut::NONE; 2],
+        cuts: [Cut::NONE; 3],
         top: [200, 40, 30],
         state: Span::OPAQUE,
         side: [120, 110, 100],
@@ -153,8 +153,8 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
 
 #[test]
 fn cuts_that_make_no_sense_are_found() {
-    let wall = Cut::wall(20, 9);
-    let checked = |cuts: [Cut; 2], state: u8| {
+    let (wall, none) = (Cut::wall(20, 9), Cut::NONE);
+    let checked = |cuts: [Cut; 3], state: u8| {
         let table = SpanTable::new((1, 1), 1.0, |_, _, spans| {
             spans.push(Span { cuts, state, ..post(10, [0, 0]) });
         });
@@ -165,18 +165,22 @@ fn cuts_that_make_no_sense_are_found() {
     };
     let [first, second] = Span::JOINED.map(|bit| Span::OPAQUE | bit);
     for (cuts, state) in [
-        ([Cut::NONE; 2], Span::OPAQUE),
-        ([Cut::round(5), Cut::NONE], Span::OPAQUE),
-        ([wall, Cut::NONE], first),
-        ([wall, Cut::wall(90, 0)], first | second),
+        ([none; 3], Span::OPAQUE),
+        ([Cut::round(5), none, none], Span::OPAQUE),
+        ([wall, none, none], first),
+        ([wall, Cut::wall(90, 0), none], first | second),
+        ([wall, Cut::wall(90, 0), Cut::wall(200, 0)], first),
     ] {
         assert_eq!(checked(cuts, state), None, "{cuts:?}");
     }
     for (cuts, state) in [
-        ([Cut::NONE, wall], Span::OPAQUE),
-        ([wall, Cut::round(5)], Span::OPAQUE),
-        ([Cut::NONE; 2], first),
-        ([wall, Cut::NONE], second),
+        ([none, wall, none], Span::OPAQUE),
+        ([wall, none, wall], Span::OPAQUE),
+        ([wall, Cut::round(5), none], Span::OPAQUE),
+        ([wall, wall, Cut::round(5)], Span::OPAQUE),
+        ([Cut::round(5), wall, none], Span::OPAQUE),
+        ([none; 3], first),
+        ([wall, none, none], second),
     ] {
         assert!(checked(cuts, state).is_some(), "{cuts:?}");
     }

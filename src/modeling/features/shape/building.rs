@@ -110,36 +110,47 @@ impl BoundBuilding {
             if part.area() < NOTHING * spacing * spacing {
                 return None;
             }
+            let is_joint = |number: usize| number >= walls.len();
             let mut bounds = part.bounded_by(NOTHING * spacing);
-            if bounds.len() > 2 {
+            // A third wall is a joint: footprints leave no more than two in a voxel.
+            if bounds.len() > 3 {
                 bounds = least_harm(&bounds, &halves, spacing, |place| {
                     plane.height(centre + place) - least(place)
                 });
             }
             // A wall that passes beside the voxel, or in another part of it, lights what stands out there.
             for wall in 0..walls.len() {
-                if !bounds.contains(&wall) {
+                if bounds.len() < 2 && !bounds.contains(&wall) {
                     bounds.push(wall);
                 }
             }
-            let apex = bounds.get(..2).and_then(|two| halves[two[0]].crossing(&halves[two[1]]));
-            let apex = apex.filter(|apex| apex.abs().max_element() <= 0.5 * spacing);
-            let kept = |number: usize| match apex {
-                // Directions are stored in steps: where planes meet they still do.
-                Some(apex) if number >= walls.len() => {
-                    let facing = stored_facing(halves[number].facing());
-                    (facing, DVec2::from_angle(facing).dot(apex))
+            let kept = |number: usize| {
+                let half = &halves[number];
+                let others = bounds.iter().filter(|other| **other != number);
+                let met = others.filter_map(|other| half.crossing(&halves[*other])).filter(|place| {
+                    let is_corner =
+                        bounds.iter().all(|other| halves[*other].beyond(*place) < NOTHING * spacing);
+                    is_corner && place.abs().max_element() <= 0.5 * spacing
+                });
+                let (count, sum) =
+                    met.fold((0.0, DVec2::ZERO), |(count, sum), place| (count + 1.0, sum + place));
+                if !is_joint(number) || count == 0.0 {
+                    return (half.facing(), half.distance);
                 }
-                _ => (halves[number].facing(), halves[number].distance),
+                // Directions are stored in steps: where planes meet they still do.
+                let facing = stored_facing(half.facing());
+                (facing, DVec2::from_angle(facing).dot(sum / count))
             };
-            let is_joint = |number: usize| number >= walls.len();
             let (wall, joined) = match bounds[..] {
                 [] => (Wall::Whole, [false; 2]),
                 [one] => {
                     let (facing, distance_m) = kept(one);
                     (Wall::Plane { facing, distance_m }, [is_joint(one), false])
                 }
-                [one, other, ..] => (Wall::Corner([one, other].map(kept)), [one, other].map(is_joint)),
+                [one, other] => (Wall::Corner([one, other].map(kept)), [one, other].map(is_joint)),
+                [one, other, third, ..] => {
+                    (Wall::Wedge([one, other, third].map(kept)), [one, other].map(is_joint))
+                }
             };
             let stored = plane.no_steeper(STEEPEST, centre + part.middle());
             Some(self.with_top(centre, stored, wall, joined, walls.is_empty()))
@@ -165,23 +176,25 @@ impl BoundBuilding {
     }
 }
 
-/// Of several half-planes the two that leave the least of what lies beyond the others: above the roof, or before a wall.
+/// Of several half-planes the three that leave the least of what lies beyond the others: above the roof, or before a wall.
 fn least_harm(
     bounds: &[usize],
     halves: &[HalfPlane],
     spacing: f64,
     above_roof: impl Fn(DVec2) -> f64,
 ) -> Vec<usize> {
-    let pairs =
-        bounds.iter().enumerate().flat_map(|(at, one)| bounds[at + 1..].iter().map(|other| [*one, *other]));
-    let harm = |pair: &[usize; 2]| {
-        let part = Patch::voxel(spacing).within_all(pair.iter().map(|number| (*number, &halves[*number])));
+    let after = |at: usize| bounds.iter().enumerate().skip(at);
+    let threes = after(0).flat_map(|(at, one)| {
+        after(at + 1).flat_map(move |(at, other)| after(at + 1).map(move |(_, third)| [*one, *other, *third]))
+    });
+    let harm = |three: &[usize; 3]| {
+        let part = Patch::voxel(spacing).within_all(three.iter().map(|number| (*number, &halves[*number])));
         let beyond = |place: DVec2| {
             let walls = bounds.iter().map(|number| halves[*number].beyond(place));
             walls.fold(0.0, f64::max)
         };
         part.corners().map(|place| beyond(place).max(above_roof(place))).fold(0.0, f64::max)
     };
-    let best = pairs.min_by(|a, b| harm(a).total_cmp(&harm(b)));
+    let best = threes.min_by(|a, b| harm(a).total_cmp(&harm(b)));
     best.map_or_else(Vec::new, Vec::from)
 }

@@ -70,18 +70,16 @@ fn roofs_are_within_a_step_of_their_height() {
     let flat = roof_error(RoofShape::Flat, half, |_| 0.0);
     let hips = |half: DVec2| move |p: DVec2| 3.0 * ((half.x - p.x.abs()).min(4.0 - p.y.abs()) / 4.0).min(1.0);
     let hipped = roof_error(RoofShape::Hipped, half, hips(half));
-    // A ridge of 0.2 m, less than a voxel: each side has three joints, of which two are kept.
+    // A ridge of 0.2 m, less than a voxel: each side has three joints.
     let short = roof_error(RoofShape::Hipped, wide, hips(wide));
     let pyramid =
         roof_error(RoofShape::Pyramidal, half, |p| 3.0 * (1.0 - (p.x.abs() / 8.0).max(p.y.abs() / 4.0)));
     println!(
         "flat {flat:.3} m, gabled {gabled:.3}, hipped {hipped:.3}, a short ridge {short:.3}, pyramid {pyramid:.3}"
     );
-    for error in [flat, gabled, hipped, pyramid] {
+    for error in [flat, gabled, hipped, short, pyramid] {
         assert!(error < HEIGHTS.scale, "{error}");
     }
-    // Without the ridge a side rises beyond it until its hips meet: by twice the slope of 3 in 4, over half of the ridge's length.
-    assert!(short < 2.0 * 0.75 * 0.1, "{short}");
 }
 
 #[test]

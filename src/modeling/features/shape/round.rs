@@ -71,10 +71,12 @@ impl BoundUpright {
                 let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
                 // Circles of a few voxels have whole ones at their rim.
                 let wall = match cover.wall {
-                    Wall::Plane { .. } | Wall::Corner(_) if radius > 1.5 * square.spacing => {
+                    Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_)
+                        if radius > 1.5 * square.spacing =>
+                    {
                         Wall::plane(outward, radius - distance)
                     }
-                    Wall::Plane { .. } | Wall::Corner(_) if cover.share < 0.4 => continue,
+                    Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_) if cover.share < 0.4 => continue,
                     _ => Wall::Round(outward.y.atan2(outward.x)),
                 };
                 let is_core = distance + square.spacing < self.least();

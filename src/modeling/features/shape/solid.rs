@@ -89,6 +89,8 @@ pub enum Wall {
     },
     /// What is within two planes; facings and distances as above.
     Corner([(f64, f64); 2]),
+    /// What is within three; beyond the third one the same thing goes on.
+    Wedge([(f64, f64); 3]),
     /// It fills the voxel, and its sides look in this direction, radians counter-clockwise from east.
     Round(f64),
 }
@@ -102,9 +104,10 @@ impl Wall {
     /// Its planes: facings and distances.
     pub fn planes(&self) -> impl Iterator<Item = (f64, f64)> + use<> {
         let planes = match *self {
-            Self::Plane { facing, distance_m } => [Some((facing, distance_m)), None],
-            Self::Corner(planes) => planes.map(Some),
-            Self::Whole | Self::Round(_) => [None; 2],
+            Self::Plane { facing, distance_m } => [Some((facing, distance_m)), None, None],
+            Self::Corner([one, other]) => [Some(one), Some(other), None],
+            Self::Wedge(planes) => planes.map(Some),
+            Self::Whole | Self::Round(_) => [None; 3],
         };
         planes.into_iter().flatten()
     }
@@ -138,7 +141,7 @@ pub struct Solid {
     pub parallel: bool,
     /// A strip along the wall's line, as wide as the solid is high.
     pub strip: bool,
-    /// By planes of its wall: beyond it the same thing goes on, another plane of its roof.
+    /// By the first planes of its wall: beyond it the same thing goes on, another plane of its roof.
     pub joined: [bool; 2],
 }
 
@@ -194,14 +197,15 @@ impl Solid {
     }
 
     /// Cuts, and the bits of those beyond which the same goes on; `None` if they leave nothing.
-    fn cuts(&self, spacing: f64) -> Option<([Cut; 2], u8)> {
+    fn cuts(&self, spacing: f64) -> Option<([Cut; 3], u8)> {
         if let Wall::Round(facing) = self.wall {
-            return Some(([Cut::round(turn(facing)), Cut::NONE], 0));
+            return Some(([Cut::round(turn(facing)), Cut::NONE, Cut::NONE], 0));
         }
-        let (mut cuts, mut count) = ([(Cut::NONE, false); 2], 0);
+        let (mut cuts, mut count) = ([(false, Cut::NONE); 3], 0);
         // Planes of a roof that meet in a point are stored in steps, and no longer do: they overlap by as much, or there would be a hole.
         let lap = if self.joined == [true; 2] { LAP } else { 0.0 };
-        for ((facing, distance_m), is_joined) in self.wall.planes().zip(self.joined) {
+        let joined = self.joined.into_iter().chain([true]);
+        for ((facing, distance_m), is_joined) in self.wall.planes().zip(joined) {
             let (normal, distance) = (DVec2::from_angle(facing).abs(), distance_m / spacing);
             let reach = 0.5 * (normal.x + normal.y);
             // One beside the voxel leaves all of it, and says how its corner is lit.
@@ -213,15 +217,15 @@ impl Solid {
             }
             // Casts saturate.
             let steps = (distance * f64::from(Cut::STEPS) + lap).round() as i32;
-            cuts[count] = (Cut::wall(turn(facing), steps), is_joined);
+            cuts[count] = (is_joined, Cut::wall(turn(facing), steps));
             count += 1;
         }
-        // The order in which they were found says nothing.
-        if count == 2 && !self.strip {
-            cuts.sort_unstable();
+        // The order in which they were found says nothing, but that a third one is a joint.
+        if !self.strip {
+            cuts[..count].sort_unstable();
         }
-        let bits = [0, 1].map(|index| if cuts[index].1 { Span::JOINED[index] } else { 0 });
-        Some((cuts.map(|(cut, _)| cut), bits[0] | bits[1]))
+        let bits = [0, 1].map(|index| if cuts[index].0 { Span::JOINED[index] } else { 0 });
+        Some((cuts.map(|(_, cut)| cut), bits[0] | bits[1]))
     }
 }
 
@@ -284,7 +288,7 @@ mod tests {
         };
         let span = solid.encode(&HEIGHTS, 2.0).unwrap();
         assert_eq!((HEIGHTS.decode(span.low), HEIGHTS.decode(span.high)), (Some(104.0), HEIGHTS.decode(241)));
-        assert_eq!((span.slope, span.cuts), ([16, -127], [Cut::wall(192, 16), Cut::NONE]));
+        assert_eq!((span.slope, span.cuts), ([16, -127], [Cut::wall(192, 16), Cut::NONE, Cut::NONE]));
         assert_eq!((span.state, span.material), (8 | Span::PARALLEL, Material::Brick.code()));
         assert_eq!(block().encode(&HEIGHTS, 2.0).unwrap().low, Span::GROUND);
     }
@@ -292,7 +296,7 @@ mod tests {
     #[test]
     fn walls_beyond_the_voxel_are_none() {
         let with = |distance_m: f64| Solid { wall: Wall::plane(dvec2(1.0, 1.0), distance_m), ..block() };
-        assert_eq!(with(1.5).encode(&HEIGHTS, 2.0).unwrap().cuts, [Cut::NONE; 2]);
+        assert_eq!(with(1.5).encode(&HEIGHTS, 2.0).unwrap().cuts, [Cut::NONE; 3]);
         assert_eq!(with(-1.5).encode(&HEIGHTS, 2.0), None);
         assert_eq!(with(0.0).encode(&HEIGHTS, 2.0).unwrap().cuts[0], Cut::wall(32, 0));
         assert_eq!(Solid { low_m: Some(112.0), ..block() }.encode(&HEIGHTS, 2.0), None);

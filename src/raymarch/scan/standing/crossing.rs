@@ -239,16 +239,15 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         let wall = |index: usize| {
             let cut = span.cuts[index];
             let normal = self.metric.directions[usize::from(cut.facing)];
-            let is_joint = span.is(Span::JOINED[index]);
+            let is_joint = span.is_joined(index);
             Wall { facing: cut.facing, normal, before: cut.distance() - dot(normal, at), is_joint }
         };
+        let nearer = |one: Wall, other: Wall| if other.before < one.before { other } else { one };
         match span.cuts.map(Cut::is_wall) {
-            [false, _] => None,
-            [true, false] => Some(wall(0)),
-            [true, true] => {
-                let walls = [wall(0), wall(1)];
-                Some(walls[usize::from(walls[1].before < walls[0].before)])
-            }
+            [false, ..] => None,
+            [true, false, _] => Some(wall(0)),
+            [true, true, false] => Some(nearer(wall(0), wall(1))),
+            [true, true, true] => Some(nearer(nearer(wall(0), wall(1)), wall(2))),
         }
     }
 
