@@ -2,9 +2,13 @@
 //!
 //! `cargo run --release -p hedgehop-valley -- data` writes the files there and prints their hashes.
 
+mod airfield;
+#[cfg(test)]
+mod airfield_tests;
 mod chapel;
 mod farm;
 mod features;
+mod geopackage;
 mod geotiff;
 mod gravel;
 mod grid;
@@ -36,7 +40,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 /// The files' names and contents.
-type Files = [(&'static str, Vec<u8>); 13];
+type Files = [(&'static str, Vec<u8>); 14];
 
 /// All that the files show.
 struct Sample {
@@ -75,6 +79,8 @@ fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
     let places = path::fly(&valley.surface);
     let heights: Vec<f32> = valley.bare.iter().map(|&height| height as f32).collect();
     let classes: Vec<u8> = valley.classes.iter().map(|&class| class as u8).collect();
+    let airfield =
+        [("buildings", airfield::buildings()), ("grounds", airfield::grounds()), ("ways", airfield::ways())];
     let vineyard = shapefile::encode(&vineyard::draw())?;
     Ok([
         ("valley-elevation.tif", geotiff::encode(&geotiff::Samples::Heights(&heights))?),
@@ -90,5 +96,6 @@ fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
         ("valley-vineyard.dbf", vineyard.dbf),
         ("valley-vineyard.prj", vineyard.prj),
         ("valley-vineyard.cpg", vineyard.cpg),
+        ("valley-airfield.gpkg", geopackage::encode(&airfield)?),
     ])
 }

@@ -45,7 +45,7 @@ macro_rules! carried {
 }
 
 /// The recipe, and all that it names.
-const FILES: [(&str, &[u8]); 16] = carried![
+const FILES: [(&str, &[u8]); 17] = carried![
     "valley.toml",
     "valley-elevation.tif",
     "valley-imagery.tif",
@@ -61,6 +61,7 @@ const FILES: [(&str, &[u8]); 16] = carried![
     "valley-vineyard.dbf",
     "valley-vineyard.prj",
     "valley-vineyard.cpg",
+    "valley-airfield.gpkg",
     "valley-path.csv",
 ];
 

@@ -1,0 +1,86 @@
+//! What stands beside the airstrip, by OpenStreetMap's tags: hangars, a clubhouse, a tower, the apron before them, and ways to both.
+//!
+//! Places are drawn along the strip and across it, from its middle: the first northward, the second eastward, metres.
+
+use crate::features::{Feature, Geometry};
+use crate::outline::Place;
+use crate::sites;
+
+/// Along and across the strip: least and greatest.
+type Area = [[f64; 2]; 2];
+
+/// The apron, the hangars on its eastern side, and the clubhouse, whose roof has a ridge of half a metre.
+const APRON: Area = [[-48.0, 25.0], [30.0, 54.0]];
+const HANGARS: [Area; 2] = [[[-46.0, -18.0], [58.0, 80.0]], [[-10.0, 8.0], [58.0, 74.0]]];
+const CLUBHOUSE: Area = [[18.0, 30.5], [58.0, 70.0]];
+/// Where the fence runs: around all of it, open to the apron.
+const FENCE: Area = [[-54.0, 46.0], [54.0, 88.0]];
+
+/// Buildings, masts and tanks: areas and places.
+pub fn buildings() -> Vec<Feature> {
+    let building = |area: Area, kind: &str, [height, roof]: [f64; 2], shape: &str, [wall, top]: [&str; 2]| {
+        Feature::new(
+            Geometry::Polygon(corners(area).to_vec()),
+            [
+                ("building", kind.into()),
+                ("height", height.into()),
+                ("roof:shape", shape.into()),
+                ("roof:height", roof.into()),
+                ("building:colour", wall.into()),
+                ("roof:colour", top.into()),
+            ],
+        )
+    };
+    let mut features = vec![
+        building(HANGARS[0], "hangar", [10.5, 3.0], "gabled", ["#8fa0ab", "#6d7c86"]),
+        building(HANGARS[1], "hangar", [6.5, 1.2], "skillion", ["#c9c4b6", "#9aa3a6"]),
+        building(CLUBHOUSE, "clubhouse", [6.8, 3.2], "hipped", ["#ded6c2", "#8e4f3a"]),
+    ];
+    let uprights = [
+        ((38.0, 62.0), "tower", 12.0, 4.0),
+        ((-51.0, 60.0), "storage_tank", 3.2, 5.0),
+        ((-40.0, 33.0), "mast", 7.0, 0.3),
+    ];
+    features.extend(uprights.map(|(place, kind, height, diameter)| {
+        let tags = [("man_made", kind.into()), ("height", height.into()), ("diameter", diameter.into())];
+        Feature::new(Geometry::Point(georeferenced(place)), tags)
+    }));
+    features
+}
+
+/// The apron.
+pub fn grounds() -> Vec<Feature> {
+    let tags = [("aeroway", "apron".into()), ("surface", "concrete".into())];
+    vec![Feature::new(Geometry::Polygon(corners(APRON).to_vec()), tags)]
+}
+
+/// The way from the strip to the apron, a lane between the buildings, and the fence.
+pub fn ways() -> Vec<Feature> {
+    let line = |places: &[Place]| Geometry::Line(places.iter().map(|&place| georeferenced(place)).collect());
+    let [[south, north], [west, east]] = FENCE;
+    vec![
+        Feature::new(
+            line(&[(-8.0, sites::STRIP_SIZE.1 / 2.0 - 3.0), (-8.0, APRON[1][0] + 2.0)]),
+            [("aeroway", "taxiway".into()), ("surface", "asphalt".into()), ("width", 10.0.into())],
+        ),
+        Feature::new(
+            line(&[(13.0, APRON[1][1] - 2.0), (13.0, east - 5.0)]),
+            [("highway", "service".into()), ("surface", "asphalt".into()), ("width", 4.0.into())],
+        ),
+        Feature::new(
+            line(&[(south, west), (south, east), (north, east), (north, west)]),
+            [("barrier", "fence".into()), ("height", 1.6.into())],
+        ),
+    ]
+}
+
+/// Corners counterclockwise, metres in the area.
+pub fn corners([[south, north], [west, east]]: Area) -> [Place; 4] {
+    [(south, west), (south, east), (north, east), (north, west)].map(georeferenced)
+}
+
+/// A place in the area, metres.
+fn georeferenced((along, across): Place) -> Place {
+    let (s, c) = sites::STRIP_DIRECTION.to_radians().sin_cos();
+    (sites::STRIP.0 + along * s + across * c, sites::STRIP.1 + along * c - across * s)
+}
