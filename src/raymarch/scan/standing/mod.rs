@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! for each plane, from the eye outward:
-//!     for each block of 8 × 8 voxels that it crosses, for each voxel of these, for each of its spans:
-//!         the part of the way within the wall, from near to far
-//!         its front, between the tangents of its lower and upper end there          → rows that are not hidden yet
-//!         what is seen of its upper end, from the front's to the far end's tangent  → rows above
-//!         or of its lower end                                                       → rows below
+//!     for each block of 8 × 8 voxels that it crosses:
+//!         its voxels that rise above what is hidden, all at once; for each of them from near to far:
+//!         for each of its spans:
+//!             the part of the way within the wall, from near to far
+//!             its front, between the tangents of its lower and upper end there          → rows that are not hidden yet
+//!             what is seen of its upper end, from the front's to the far end's tangent  → rows above
+//!             or of its lower end                                                       → rows below
 //! ```
 //!
 //! A plane sees a span as a quadrilateral, so that in a column of the picture it is an interval of tangents per face. What is nearer hides
@@ -15,7 +17,8 @@
 //! rows that are still open, is how voxel landscapes with overhangs were drawn before (K. Silverman's Voxlap engine, 2000); here
 //! spans have planes for ends and walls, and cover shares of rows.
 //!
-//! Planes are followed one by one, not in lockstep: neighbours soon see other voxels, and most blocks are passed over.
+//! Planes are followed one by one, not in lockstep: neighbours soon see other voxels, and most blocks are passed over. Lanes are what one
+//! plane does many times, voxels of a block and rows of the picture.
 
 mod blocks;
 mod column;
