@@ -133,6 +133,8 @@ pub(super) struct Haze {
 /// The ends of a span where a plane enters its voxel and where it leaves it, as tangents.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passage {
+    /// Inverse depths there, 1/metres.
+    pub inverse: [f32; 2],
     pub top: [f32; 2],
     pub bottom: [f32; 2],
 }
@@ -155,7 +157,13 @@ impl Passage {
     #[inline(always)]
     fn share<V: Simd>(&self, simd: V, tangents: V::F) -> V::F {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-        let crossing = |[near, far]: [f32; 2]| (tangents - simd.splat(near)) * simd.splat(1.0 / (far - near));
+        // Heights, not tangents, are linear along the way: where the ray is as high as an end, `near` and `far` count by the depths there.
+        let [from, to] = self.inverse;
+        let crossing = |[near, far]: [f32; 2]| {
+            let begun = (tangents - simd.splat(near)) * simd.splat(to);
+            let left = (simd.splat(far) - tangents) * simd.splat(from);
+            begun / (begun + left)
+        };
         let (mut enter, mut leave) = (zero, one);
         let [near, far] = self.top;
         // Sinking beside the ray, or rising above it.

@@ -11,11 +11,19 @@ pub(super) struct Crest<'p> {
     next: usize,
     /// Greatest tangent of those that are.
     crest: f32,
+    /// The least that there is.
+    lowest: f32,
 }
 
 impl<'p> Crest<'p> {
     pub fn new(profile: &'p Profile, lane: usize, lowest: f32) -> Self {
-        Self { sights: profile.sights(), lane, next: 0, crest: lowest }
+        Self { sights: profile.sights(), lane, next: 0, crest: lowest, lowest }
+    }
+
+    /// What is told of a crest below which no row lies.
+    #[inline(always)]
+    pub fn lowest(&self) -> f32 {
+        self.lowest
     }
 
     /// The crest at an inverse depth, 1/metres, which does not grow from one call to the next by more than a voxel's width.

@@ -9,6 +9,9 @@ use crate::voxel::{Cut, PageId, Span};
 /// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
 const SEAM: f32 = Cut::BESIDE as f32;
 
+/// How far a place on a voxel's border may lie beyond a wall along it by rounding, sides of a voxel: what is seen there is the voxel's side and no wall within.
+const BY_ROUNDING: f32 = 1.0e-5;
+
 /// Spans of a voxel that are put in order together.
 const MOST_SORTED: usize = 16;
 
@@ -138,6 +141,8 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         let side = [low_near.max(crest), rim.max(low_near)];
         let is_top_seen = top_far > top_near;
         let [emerges, submerges] = match is_top_seen {
+            // Right below the eye no ground is seen that near: what hides the roof there would hide it from all rows.
+            true if crest <= ground.lowest() => [f32::NEG_INFINITY, f32::INFINITY],
             true => above_ground([top_near, top_far], [crest, ground.beyond(inverse[1])]),
             false => [f32::NEG_INFINITY, f32::INFINITY],
         };
@@ -158,7 +163,8 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         };
         let low_slope = if span.is(Span::PARALLEL) { slope } else { [0.0; 2] };
         let bounds = [inverse[1], inverse[0]];
-        let passage = Passage { top: [top_near, top_far], bottom: lows.unwrap_or([f32::NEG_INFINITY; 2]) };
+        let bottom = lows.unwrap_or([f32::NEG_INFINITY; 2]);
+        let passage = Passage { inverse, top: [top_near, top_far], bottom };
         let opacity = span.state & Span::OPACITY;
         let mut known = (highest, high_row);
         for (face, tangents) in [side, upper, lower].into_iter().enumerate() {
@@ -220,7 +226,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
                 break;
             }
             let normal = self.metric.directions[usize::from(cut.facing)];
-            let beyond = self.ends.map(|at| dot(normal, at) - cut.distance());
+            let beyond = self.ends.map(|at| dot(normal, at) - cut.distance() - BY_ROUNDING);
             if index == 0 && span.is(Span::STRIP) {
                 let steps = self.metric.scale / self.metric.spacing;
                 let half = 0.5 * f32::from(span.high - span.low.min(span.high)) * steps;

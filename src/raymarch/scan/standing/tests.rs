@@ -173,7 +173,8 @@ impl Kernel for Fills<'_> {
     #[inline(always)]
     fn run<V: Simd>(self, simd: V) {
         for &Filling { places, light, inverse, opacity } in self.fillings {
-            let passage = Passage { top: [f32::INFINITY; 2], bottom: [f32::NEG_INFINITY; 2] };
+            let passage =
+                Passage { inverse: [1.0; 2], top: [f32::INFINITY; 2], bottom: [f32::NEG_INFINITY; 2] };
             let clearness = (1.0 - opacity).log2();
             let haze = Haze { clearness, level: 0.0, tangents: [-1.0, 1.0], passage };
             let fill = Fill {
