@@ -9,6 +9,7 @@
 use super::kinds::Meaning;
 use super::layer::{Geometry, Layer, LayerOptions, LeftOut};
 use super::meaning::{hash, interpret_all};
+use super::shape::Footprint;
 use crate::error::Result;
 use crate::geo::{Crs, Transform};
 
@@ -53,7 +54,9 @@ pub fn place(
             left_out.add(&row.place, format!("it has no place in {}", crs.name()));
             continue;
         };
-        if geometry.bounds().is_some_and(reaches) {
+        if encloses_nothing(&meaning, &geometry) {
+            left_out.add(&row.place, "its outline encloses nothing: it crosses itself, or is a line");
+        } else if geometry.bounds().is_some_and(reaches) {
             features.push(Feature { meaning, geometry, hash: hash(&format!("{file} {}", row.place)) });
         } else {
             left_out.add(&row.place, "it lies outside of the area");
@@ -61,6 +64,16 @@ pub fn place(
     }
     notes.extend(left_out.into_notes(&file));
     Ok((features, notes))
+}
+
+/// Whether a feature is an area and its outline none.
+fn encloses_nothing(meaning: &Meaning, geometry: &Geometry) -> bool {
+    let Geometry { points, lines, areas } = geometry;
+    let is_area = !areas.is_empty() && points.places.is_empty() && lines.is_empty();
+    // Walls and fences run along outlines.
+    is_area
+        && !matches!(meaning, Meaning::Barrier(_))
+        && areas.iter().all(|area| Footprint::of(area).is_none())
 }
 
 #[cfg(test)]
@@ -125,6 +138,27 @@ mod tests {
         let [feature] = &features[..] else { panic!("{features:?}") };
         assert!(feature.geometry.points.places[0].distance(dvec2(612_050.0, 5_241_040.0)) < 1e-3);
         assert_eq!(notes, ["a.geojson: feature 2 is left out: it lies outside of the area"]);
+    }
+
+    #[test]
+    fn outlines_that_enclose_nothing_are_told() {
+        let polygon = |tags: &str, ring: &str| {
+            format!(
+                r#"{{"type":"Feature","geometry":{{"type":"Polygon","coordinates":[[{ring}]]}},"properties":{{{tags}}}}}"#
+            )
+        };
+        let bow_tie = "[612010,5241010],[612020,5241020],[612020,5241010],[612010,5241020],[612010,5241010]";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.geojson");
+        let lines = [polygon(r#""building":"yes""#, bow_tie), polygon(r#""barrier":"fence""#, bow_tie)];
+        std::fs::write(&path, lines.join("\n")).unwrap();
+        let options = LayerOptions { crs: Some("EPSG:25832".into()), ..LayerOptions::default() };
+        let crs = Crs::from_epsg(25832).unwrap();
+        let (features, notes) = place(&read(&path, &options).unwrap(), &options, &crs, AREA).unwrap();
+        assert_eq!(features.len(), 1, "{notes:?}");
+        let expected =
+            "a.geojson: feature 1 is left out: its outline encloses nothing: it crosses itself, or is a line";
+        assert!(notes.iter().any(|note| note == expected), "{notes:?}");
     }
 
     #[test]

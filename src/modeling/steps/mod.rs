@@ -170,6 +170,11 @@ impl Steps {
         let is_as_left = known.left.is_some() && known.left == stamp(output).ok();
         steps.take(known, file, is_as_left);
         for part in parts(output) {
+            // A build was killed between its part and its log; one that runs has just written to it.
+            if fs::symlink_metadata(&part).is_err() && is_settled(&beside(&part)) {
+                forget(&part);
+                continue;
+            }
             let Some(file) = EarlierFile::open_abandoned(&part) else { continue };
             let known = Known::read(&beside(&part));
             steps.left.push((part, known.pages.len()));

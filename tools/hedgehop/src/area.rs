@@ -119,7 +119,7 @@ pub fn description(header: &Header) -> Result<String> {
     row(
         "voids",
         format!(
-            "{:.3} % of the voxels had no elevation data; after --nodata-fill {:.3} % have no surface",
+            "{:.3} % of the voxels had no elevation data, {:.3} % have no surface",
             metadata.void_share * 100.0,
             metadata.empty_share * 100.0
         ),

@@ -10,6 +10,7 @@ use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Trac
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::geo::Crs;
 use hedgehop::progress::{Observer, Silent};
+use hedgehop::query::Ground;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
@@ -345,7 +346,11 @@ fn note_underground<S: PageSource>(
 ) -> Result<()> {
     for (number, pose) in poses {
         let Some(ground) = world.ground(source, pose.eye.truncate())? else { continue };
-        if pose.eye.z < ground {
+        // Below a bridge or a crown one is not underground.
+        let place = pose.eye.truncate();
+        let is_above_bare =
+            || Ground::Bare.height_at(source, place).map(|bare| bare.is_some_and(|bare| pose.eye.z >= bare));
+        if pose.eye.z < ground && !is_above_bare()? {
             observer.note(&format!(
                 "the camera of frame {number} is {:.1} m below the ground; --clearance raises it, --alt-mode says what altitudes are measured from",
                 ground - pose.eye.z

@@ -1,6 +1,7 @@
 //! What stands beside the airstrip, by OpenStreetMap's tags: hangars, a clubhouse, a tower, the apron before them, and ways to both.
 //!
-//! Places are drawn along the strip and across it, from its middle: the first northward, the second eastward, metres.
+//! Places are drawn along the strip and across it, from its middle: the first northward, the second eastward, metres. Where the taxiway leaves the strip, the
+//! ground beside it is as high as that.
 
 use crate::features::{Feature, Geometry};
 use crate::outline::Place;
@@ -10,11 +11,11 @@ use crate::sites;
 type Area = [[f64; 2]; 2];
 
 /// The apron, the hangars on its eastern side, and the clubhouse, whose roof has a ridge of half a metre.
-const APRON: Area = [[-48.0, 25.0], [30.0, 54.0]];
-const HANGARS: [Area; 2] = [[[-46.0, -18.0], [58.0, 80.0]], [[-10.0, 8.0], [58.0, 74.0]]];
-const CLUBHOUSE: Area = [[18.0, 30.5], [58.0, 70.0]];
+const APRON: Area = [[82.0, 158.0], [30.0, 54.0]];
+const HANGARS: [Area; 2] = [[[84.0, 112.0], [58.0, 80.0]], [[120.0, 138.0], [58.0, 74.0]]];
+const CLUBHOUSE: Area = [[148.0, 160.5], [58.0, 70.0]];
 /// Where the fence runs: around all of it, open to the apron.
-const FENCE: Area = [[-54.0, 46.0], [54.0, 88.0]];
+const FENCE: Area = [[76.0, 176.0], [54.0, 88.0]];
 
 /// Buildings, masts and tanks: areas and places.
 pub fn buildings() -> Vec<Feature> {
@@ -37,9 +38,9 @@ pub fn buildings() -> Vec<Feature> {
         building(CLUBHOUSE, "clubhouse", [6.8, 3.2], "hipped", ["#ded6c2", "#8e4f3a"]),
     ];
     let uprights = [
-        ((38.0, 62.0), "tower", 12.0, 4.0),
-        ((-51.0, 60.0), "storage_tank", 3.2, 5.0),
-        ((-40.0, 33.0), "mast", 7.0, 0.3),
+        ((168.0, 62.0), "tower", 12.0, 4.0),
+        ((79.0, 60.0), "storage_tank", 3.2, 5.0),
+        ((90.0, 33.0), "mast", 7.0, 0.3),
     ];
     features.extend(uprights.map(|(place, kind, height, diameter)| {
         let tags = [("man_made", kind.into()), ("height", height.into()), ("diameter", diameter.into())];
@@ -60,11 +61,11 @@ pub fn ways() -> Vec<Feature> {
     let [[south, north], [west, east]] = FENCE;
     vec![
         Feature::new(
-            line(&[(-8.0, sites::STRIP_SIZE.1 / 2.0 - 3.0), (-8.0, APRON[1][0] + 2.0)]),
+            line(&[(150.0, sites::STRIP_SIZE.1 / 2.0 - 3.0), (150.0, APRON[1][0] + 2.0)]),
             [("aeroway", "taxiway".into()), ("surface", "asphalt".into()), ("width", 10.0.into())],
         ),
         Feature::new(
-            line(&[(13.0, APRON[1][1] - 2.0), (13.0, east - 5.0)]),
+            line(&[(143.0, APRON[1][1] - 2.0), (143.0, east - 5.0)]),
             [("highway", "service".into()), ("surface", "asphalt".into()), ("width", 4.0.into())],
         ),
         Feature::new(

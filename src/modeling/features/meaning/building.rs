@@ -128,7 +128,7 @@ fn roof(tags: &mut Tags<'_>, pitched: bool) -> (Roof, bool) {
     let column = tags.options.columns.roof_height.clone();
     let height =
         tags.measured(column.as_ref(), &["roof:height", "building:roof:height"], quantity::length, &zero);
-    let angle = tags.measured(None, &["roof:angle", "building:roof:angle"], quantity::degrees, &(0.0..=80.0));
+    let angle = tags.measured(None, &["roof:angle", "building:roof:angle"], quantity::degrees, &(0.0..=75.0));
     let direction = tags.text("roof:direction").and_then(|text| quantity::direction(&text));
     let across = tags.is("roof:orientation", &["across"]);
     let is_said = height.is_some() || angle.is_some();

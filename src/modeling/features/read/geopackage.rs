@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Found> {
                 "its tables \"{}\" and \"{}\" are in different reference systems",
                 first.table.name, other.table.name
             ),
-            "read them one by one: say which with table = \"…\"",
+            "read them one by one: say which with layer = \"…\"",
         ));
     }
     found.crs = system(path, &mut database, &tables, first.system)?;

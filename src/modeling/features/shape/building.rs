@@ -24,6 +24,8 @@ pub struct BoundBuilding {
 /// Metres between places of an outline at which the ground is looked at, and most of them.
 const STEP: f64 = 4.0;
 const MOST: usize = 400;
+/// Places across it at which the ground is looked at if there is none along its outline.
+const ACROSS: usize = 64;
 /// Parts of a roof that are smaller than this share of a voxel, and sides that are shorter than this share of its side, come from rounding.
 const NOTHING: f64 = 1e-6;
 /// Steepest roof, rise over run eastward and northward: more is not stored.
@@ -36,7 +38,20 @@ pub(in super::super::super) fn foot_of(area: &Area, ground: &dyn Ground) -> Opti
 
 fn lowest(footprint: &Footprint, ground: &dyn Ground) -> Option<f64> {
     let heights = footprint.outline(STEP, MOST).into_iter().filter_map(|place| ground.height_at(place));
-    heights.reduce(f64::min)
+    // One that surrounds all ground stands on that.
+    let within = || {
+        let [west, south, east, north] = footprint.bounds;
+        let share = |index: usize| (index as f64 + 0.5) / ACROSS as f64;
+        let places = (0..ACROSS * ACROSS).map(|index| {
+            let (column, row) = (share(index % ACROSS), share(index / ACROSS));
+            DVec2::new(west + (east - west) * column, south + (north - south) * row)
+        });
+        places
+            .filter(|place| footprint.holds(*place))
+            .filter_map(|place| ground.height_at(place))
+            .reduce(f64::min)
+    };
+    heights.reduce(f64::min).or_else(within)
 }
 
 impl BoundBuilding {
@@ -70,7 +85,13 @@ impl BoundBuilding {
 
     /// Height that nothing of it rises above, over voxels of this side, metres: planes of the roof may do over a voxel's centre where they end before that.
     pub fn highest(&self, spacing: f64) -> f64 {
-        self.top_m() + self.roof.steepest().min(2.0 * STEEPEST) * spacing
+        self.top_m() + self.roof.steepest().min(2.0 * self.steepest(spacing)) * spacing
+    }
+
+    /// Steepest roof over voxels of this side, rise over run eastward and northward: where a voxel is wider than a roof's run, planes that end within it would
+    /// rise far above the ridge over its centre.
+    fn steepest(&self, spacing: f64) -> f64 {
+        STEEPEST.min(self.roof.height_m / spacing)
     }
 
     /// Its solids, with the index of their voxel: one for each plane of the roof over it.
@@ -120,10 +141,11 @@ impl BoundBuilding {
             }
             // A wall that passes beside the voxel, or in another part of it, lights what stands out there.
             for wall in 0..walls.len() {
-                if bounds.len() < 2 && !bounds.contains(&wall) {
+                if bounds.len() < 3 && !bounds.contains(&wall) {
                     bounds.push(wall);
                 }
             }
+            bounds.sort_unstable();
             let kept = |number: usize| {
                 let half = &halves[number];
                 let others = bounds.iter().filter(|other| **other != number);
@@ -152,7 +174,7 @@ impl BoundBuilding {
                     (Wall::Wedge([one, other, third].map(kept)), [one, other].map(is_joint))
                 }
             };
-            let stored = plane.no_steeper(STEEPEST, centre + part.middle());
+            let stored = plane.no_steeper(self.steepest(spacing), centre + part.middle());
             Some(self.with_top(centre, stored, wall, joined, walls.is_empty()))
         };
         let all = roof

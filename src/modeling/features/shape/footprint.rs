@@ -198,6 +198,9 @@ impl Footprint {
     }
 }
 
+/// How far a wall along a voxel's border may reach into it by rounding, voxels.
+const BY_ROUNDING: f64 = 1e-6;
+
 /// Edges in and beside a row of voxels; all in voxels.
 #[derive(Default)]
 struct Beside {
@@ -217,7 +220,7 @@ impl Beside {
         Self { rings, crossing, margin }
     }
 
-    /// The nearest wall that passes beside a voxel of which all is covered.
+    /// The nearest walls that pass beside a voxel of which all is covered, two at most.
     fn wall(&self, centre: DVec2, spacing: f64) -> Option<Wall> {
         let half = 0.5 + self.margin;
         let (left, right) = (centre.x - half, centre.x + half);
@@ -225,9 +228,19 @@ impl Beside {
             return None;
         }
         let rings = clip_all(&self.rings, centre - half, centre + half);
-        let edges = Covered { rings: &rings, centre, half }.edges();
-        let (_, normal, distance) = edges.into_iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
-        Some(Wall::plane(normal, distance * spacing))
+        let mut edges = Covered { rings: &rings, centre, half }.edges();
+        // Beyond its end, where a corner points inward, a wall's line may run through the voxel, and leaves none of it out.
+        edges.retain(|(_, normal, distance)| *distance >= 0.5 * normal.abs().element_sum() - BY_ROUNDING);
+        edges.sort_by(|a, b| a.2.total_cmp(&b.2));
+        // Whichever page asks.
+        let kept = |distance: f64| (distance * STEPS).round() / STEPS * spacing;
+        match edges[..] {
+            [] => None,
+            [(_, normal, distance)] => Some(Wall::plane(normal, kept(distance))),
+            [(_, one, near), (_, other, far), ..] => {
+                Some(Wall::Corner([(one.to_angle(), kept(near)), (other.to_angle(), kept(far))]))
+            }
+        }
     }
 }
 

@@ -98,6 +98,27 @@ fn walls_along_borders_of_voxels_are_walls_however_they_are_rounded() {
 }
 
 #[test]
+fn walls_along_borders_leave_all_of_voxels_beyond_their_ends() {
+    // A corner that points inward, on a border of voxels and a little beside it.
+    for off in [0.0, 0.01, -0.01, 0.03] {
+        let corners = [(4.0, 4.0), (24.0, 4.0), (24.0, 13.0), (13.0, 13.0), (13.0, 22.0), (4.0, 22.0)];
+        let square = square(1.0);
+        let outline = corners.map(|(x, y)| square.corner() + dvec2(x + off, y + off)).to_vec();
+        let footprint = Footprint::of(&area(outline, vec![])).unwrap();
+        let mut left = 0.0;
+        for cover in footprint.cover_with_walls(&square).iter().filter(|cover| cover.share > 0.999_999) {
+            let sides = cover
+                .wall
+                .planes()
+                .map(|(facing, distance_m)| distance_m - 0.5 * DVec2::from_angle(facing).abs().element_sum());
+            left += 1.0;
+            assert!(sides.fold(0.0, f64::min) > -1e-5, "{} {}: {:?}", cover.column, cover.row, cover.wall);
+        }
+        assert!(left > 200.0, "{left}");
+    }
+}
+
+#[test]
 fn areas_add_up_whatever_the_form() {
     let square = square(1.0);
     let at = |x: f64, y: f64| square.corner() + dvec2(x, y);

@@ -82,9 +82,17 @@ impl Patch {
         0.5 * self.corners().zip(next).map(|(a, b)| a.perp_dot(b)).sum::<f64>()
     }
 
-    /// Mean of its corners: a place within.
+    /// Its centroid: a place within, wherever rounding leaves two corners for one.
     pub fn middle(&self) -> DVec2 {
-        self.corners().sum::<DVec2>() / self.corners.len().max(1) as f64
+        let mean = self.corners().sum::<DVec2>() / self.corners.len().max(1) as f64;
+        let pairs = self.corners().zip(self.corners().cycle().skip(1));
+        let (area, sum) = pairs.fold((0.0, DVec2::ZERO), |(area, sum), (a, b)| {
+            let (a, b) = (a - mean, b - mean);
+            let doubled = a.perp_dot(b);
+            (area + doubled, sum + (a + b) * doubled)
+        });
+        let off = sum / (3.0 * area);
+        if off.is_finite() { mean + off } else { mean }
     }
 
     /// Numbers of the half-planes that bound it along more than a length, in rising order.

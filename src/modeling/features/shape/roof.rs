@@ -4,9 +4,9 @@
 //! frame     = the rectangle of least area around the footprint: one of its sides lies along an edge of the convex hull
 //! gabled    = two planes along the longer side (or across it, or by the stated direction)
 //! hipped    = four planes of one slope over a rectangle; else a plane from each wall, and valleys at corners that point inward
-//! pyramidal = a plane from each edge of the hull to its middle;  skillion = one plane;  dome = an ellipsoid over the hull
+//! pyramidal = a plane from each edge of the hull to its middle;  skillion = one plane;  dome = planes through rings of an ellipsoid over the hull
 //! ```
-//! All but domes are the least of some planes, or in valleys of the greatest of two, so that ridges, hips and valleys are known exactly: a
+//! All are the least of some planes, or in valleys of the greatest of two, so that ridges, hips and valleys are known exactly: a
 //! voxel that they cross has a solid for each plane.
 
 use glam::{DVec2, Vec2Swizzles};
@@ -14,6 +14,9 @@ use glam::{DVec2, Vec2Swizzles};
 use super::super::kinds::{Rise, Roof, RoofShape};
 use super::footprint::Footprint;
 use super::patch::{HalfPlane, Patch};
+
+/// Where the rings of a dome lie, degrees from its top around the ellipsoid's middle: the lowest planes are as steep as slopes of solids can be told.
+const RINGS: [f64; 6] = [0.0, 15.0, 30.0, 45.0, 60.0, 90.0];
 
 /// A plane: height above the eaves over a place, and its slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,8 +60,6 @@ pub(super) enum Form {
     Planes(Vec<Plane>),
     /// From all walls with a slope, up to a height; with valleys where corners point inward.
     FromWalls { slope: f64, most: f64 },
-    /// An ellipsoid of a height over the hull: each edge's outward normal and the inverse of its distance from the middle.
-    Dome { middle: DVec2, edges: Vec<DVec2>, height: f64 },
 }
 
 /// A roof over a footprint: form, and height of the ridge above the eaves.
@@ -155,9 +156,7 @@ impl Bound {
                 let plane = |edge: DVec2| Plane { at: frame.middle, height, slope: -edge * height };
                 Form::Planes(hull_edges(&hull, frame.middle).map(plane).collect())
             }
-            _ => {
-                Form::Dome { middle: frame.middle, edges: hull_edges(&hull, frame.middle).collect(), height }
-            }
+            _ => Form::Planes(dome(&hull, frame.middle, height)),
         };
         Self { form, height_m: height }
     }
@@ -175,18 +174,13 @@ impl Bound {
         match &self.form {
             Form::Planes(planes) => planes.iter().map(|plane| sum(plane.slope)).fold(0.0, f64::max),
             Form::FromWalls { slope, .. } => slope * std::f64::consts::SQRT_2,
-            Form::Dome { .. } => f64::INFINITY,
         }
     }
 
-    /// The roof over a part of a voxel, from `centre`: the least of these, each of which is the greatest of some planes. Exactly, but for domes, of which there is the
-    /// plane that touches it.
+    /// The roof over a part of a voxel, from `centre`: the least of these, each of which is the greatest of some planes.
     pub fn planes_over(&self, footprint: &Footprint, centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
         let mut all: Vec<Vec<Plane>> = match &self.form {
             Form::Planes(planes) => planes.iter().map(|plane| vec![*plane]).collect(),
-            Form::Dome { middle, edges, height } => {
-                return vec![vec![touching(centre + part.middle(), *middle, edges, *height)]];
-            }
             Form::FromWalls { slope, most } => from_walls(footprint, [*slope, *most], centre, part),
         };
         let corners: Vec<DVec2> = part.corners().map(|corner| centre + corner).collect();
@@ -245,17 +239,18 @@ fn least_at(all: Vec<Vec<Plane>>, places: impl Iterator<Item = DVec2>) -> Vec<Ve
     kept
 }
 
-/// The plane that touches a dome.
-fn touching(place: DVec2, middle: DVec2, edges: &[DVec2], height: f64) -> Plane {
-    let from_middle = place - middle;
-    let out = |edge: &DVec2| edge.dot(from_middle);
-    let Some(edge) = edges.iter().max_by(|a, b| out(a).total_cmp(&out(b))) else {
-        return Plane { at: place, height: 0.0, slope: DVec2::ZERO };
+/// The planes of a dome through rings of places on an ellipsoid over the hull: one from ring to ring over each edge.
+fn dome(hull: &[DVec2], middle: DVec2, height: f64) -> Vec<Plane> {
+    let planes = |edge: DVec2| {
+        RINGS.windows(2).map(move |rings| {
+            let [upper, lower] = [rings[0], rings[1]].map(|degrees| DVec2::from_angle(degrees.to_radians()));
+            // Height over distance from the middle, as shares of the dome's and of the edge's.
+            let fall = (upper.x - lower.x) / (lower.y - upper.y);
+            let at_middle = upper.x + fall * upper.y;
+            Plane { at: middle, height: height * at_middle, slope: -edge * (height * fall) }
+        })
     };
-    // Near the rim the slope has no bound.
-    let share = out(edge).clamp(0.0, 0.98);
-    let rest = (1.0 - share * share).sqrt();
-    Plane { at: place, height: height * rest, slope: -*edge * (height * share / rest) }
+    hull_edges(hull, middle).flat_map(planes).collect()
 }
 
 /// A roof that rises from all walls alike, up to a height, over a part of a voxel.

@@ -2,7 +2,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::kinds::{Building, Meaning, Rise, Roof, RoofShape, Top};
 use super::testing::{HEIGHTS, at, house, level, of_area, raised, rectangle, square};
-use super::{Bound, Solid, Wall, bind};
+use super::{Bound, Solid, Square, Wall, bind};
 use crate::voxel::Span;
 
 /// Whether a span's plan holds a place, and the height of its upper end there.
@@ -74,11 +74,90 @@ fn roofs_are_within_a_step_of_their_height() {
     let short = roof_error(RoofShape::Hipped, wide, hips(wide));
     let pyramid =
         roof_error(RoofShape::Pyramidal, half, |p| 3.0 * (1.0 - (p.x.abs() / 8.0).max(p.y.abs() / 4.0)));
+    // Straight between rings of the ellipsoid.
+    let dome = roof_error(RoofShape::Dome, half, |p| {
+        let out = (p.x.abs() / 8.0).max(p.y.abs() / 4.0);
+        let rings = [0.0_f64, 15.0, 30.0, 45.0, 60.0, 90.0].map(|ring| ring.to_radians().sin_cos());
+        let between = |pair: &[(f64, f64)]| {
+            pair[0].1 + (pair[1].1 - pair[0].1) * (out - pair[0].0) / (pair[1].0 - pair[0].0)
+        };
+        3.0 * rings.windows(2).map(between).fold(f64::INFINITY, f64::min)
+    });
     println!(
-        "flat {flat:.3} m, gabled {gabled:.3}, hipped {hipped:.3}, a short ridge {short:.3}, pyramid {pyramid:.3}"
+        "flat {flat:.3} m, gabled {gabled:.3}, hipped {hipped:.3}, a short ridge {short:.3}, pyramid {pyramid:.3}, dome {dome:.3}"
     );
-    for error in [flat, gabled, hipped, short, pyramid] {
+    for error in [flat, gabled, hipped, short, pyramid, dome] {
         assert!(error < HEIGHTS.scale, "{error}");
+    }
+}
+
+/// The surface over each voxel, as pages have it: the highest solid that holds its centre.
+fn surfaces(bound: &[Bound], square: &Square) -> Vec<f64> {
+    let mut heights = vec![f64::NEG_INFINITY; square.columns * square.rows];
+    for (index, solid) in raised(bound, square, &level) {
+        if solid.wall.holds_centre() {
+            heights[index] = heights[index].max(solid.high_m);
+        }
+    }
+    heights
+}
+
+#[test]
+fn surfaces_of_houses_do_not_depend_on_the_square_that_asks() {
+    let shapes = [
+        RoofShape::Flat,
+        RoofShape::Gabled,
+        RoofShape::Hipped,
+        RoofShape::Pyramidal,
+        RoofShape::Skillion,
+        RoofShape::Dome,
+    ];
+    // On borders and centres of voxels, and thin, where ties are.
+    let halves = [dvec2(6.0, 6.0), dvec2(4.0, 0.5), dvec2(0.25, 3.0), dvec2(2.5, 1.0)];
+    let places = [dvec2(12.0, 9.0), dvec2(10.0, 8.5), dvec2(11.13, 7.77)];
+    for (spacing, shape) in [0.25, 0.5].into_iter().flat_map(|spacing| shapes.map(|shape| (spacing, shape))) {
+        for (half, place) in halves.into_iter().flat_map(|half| places.map(|place| (half, place))) {
+            for turn in [0.0, std::f64::consts::FRAC_PI_4, 0.3] {
+                let outline = rectangle(at(place.x, place.y), half, DVec2::from_angle(turn));
+                let building = Meaning::Building(house(shape, Rise::Height(3.0)));
+                let bound = bind(&building, &of_area(outline), 7, &level);
+                let whole = Square { columns: 100, rows: 80, ..square(spacing) };
+                let all = surfaces(&bound, &whole);
+                for from in [11, 30, 48] {
+                    let part = Square { first: [from, from - 9], columns: 37, rows: 29, ..whole };
+                    let some = surfaces(&bound, &part);
+                    for (index, found) in some.into_iter().enumerate() {
+                        let [column, row] = [index % part.columns, index / part.columns];
+                        let (column, row) = (column + from as usize, row + from as usize - 9);
+                        if column < whole.columns && row < whole.rows {
+                            let expected = all[whole.index(column, row)];
+                            let is_same = expected == found || (expected - found).abs() < 1e-6;
+                            assert!(
+                                is_same,
+                                "{shape:?} {half} at {place} turned {turn}, {spacing}: {expected} {found}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn roofs_over_wide_voxels_rise_little_above_their_ridges() {
+    for shape in [RoofShape::Gabled, RoofShape::Hipped, RoofShape::Pyramidal, RoofShape::Dome] {
+        for (spacing, half) in [(1.0, dvec2(3.0, 0.5)), (10.0, dvec2(4.0, 3.0)), (300.0, dvec2(4.0, 4.0))] {
+            let outline = rectangle(at(12.3, 9.1), half, DVec2::from_angle(0.3));
+            let bound =
+                bind(&Meaning::Building(house(shape, Rise::Height(3.0))), &of_area(outline), 7, &level);
+            let solids = raised(&bound, &square(spacing), &level);
+            let high = solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
+            // By half of its own height eastward and northward.
+            assert!(high < 109.0 + 3.0, "{shape:?} {spacing}: {high}");
+            let highest = bound.iter().map(|bound| bound.highest(100.0, spacing)).fold(0.0, f64::max);
+            assert!(high <= highest + 1e-9, "{shape:?} {spacing}: {high} {highest}");
+        }
     }
 }
 

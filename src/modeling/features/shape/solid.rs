@@ -75,6 +75,9 @@ impl Square {
     }
 }
 
+/// How far a plane may be off by rounding, metres.
+const BY_ROUNDING: f64 = 1e-9;
+
 /// Where a solid ends within its voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wall {
@@ -112,9 +115,10 @@ impl Wall {
         planes.into_iter().flatten()
     }
 
-    /// Whether what it bounds holds the voxel's centre.
+    /// Whether what it bounds holds the voxel's centre. Of two planes of a roof that meet there both do, however either is rounded: pages that share a
+    /// voxel must agree.
     pub fn holds_centre(&self) -> bool {
-        self.planes().all(|(_, distance_m)| distance_m >= 0.0)
+        self.planes().all(|(_, distance_m)| distance_m >= -BY_ROUNDING)
     }
 }
 
