@@ -345,9 +345,9 @@ fn note_underground<S: PageSource>(
     observer: &dyn Observer,
 ) -> Result<()> {
     for (number, pose) in poses {
-        let Some(ground) = world.ground(source, pose.eye.truncate())? else { continue };
-        // Below a bridge or a crown one is not underground.
         let place = pose.eye.truncate();
+        let Some(ground) = world.ground(source, place)? else { continue };
+        // Below a bridge or a crown one is not underground.
         let is_above_bare =
             || Ground::Bare.height_at(source, place).map(|bare| bare.is_some_and(|bare| pose.eye.z >= bare));
         if pose.eye.z < ground && !is_above_bare()? {

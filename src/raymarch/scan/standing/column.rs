@@ -21,7 +21,7 @@ const WORD: usize = u64::BITS as usize;
 /// What sixteen rows show of what stands on the ground, one above the other: shares of light, as yet without the air before it.
 #[derive(Debug, Clone, Copy)]
 struct Rows {
-    /// Parts that opaque matter covers.
+    /// Parts of each row that opaque matter covers, bits 0 (lowest) to 7.
     covered: [i32; LANES],
     /// Share of light that comes through what is semitransparent.
     left: Sixteen,
@@ -215,25 +215,13 @@ impl Cover {
         if self.rows.len() < end {
             self.rows.resize(end, [Sixteen::default(); ELEMENTS]);
         }
-        let sixteens = first.min(end) / LANES..end.div_ceil(LANES);
-        for (lane, column) in columns.iter().enumerate() {
-            for sixteen in sixteens.clone() {
+        for sixteen in first.min(end) / LANES..end.div_ceil(LANES) {
+            let rows = self.rows[sixteen * LANES..].chunks_mut(LANES).next().unwrap_or_default();
+            for (lane, column) in columns.iter().enumerate() {
                 let Rows { light: [red, green, blue], share, inverse, .. } = &column.rows[sixteen];
-                let rows = self.rows[sixteen * LANES..].iter_mut().take(LANES);
-                for (row, elements) in rows.enumerate() {
-                    for (element, values) in elements.iter_mut().zip([red, green, blue, share, inverse]) {
-                        element.0[lane] = values.0[row];
-                    }
-                }
-                let Some(Middles { inverse, tilts: [across, along], .. }) = column.middles.get(sixteen)
-                else {
-                    continue;
-                };
-                let rows = self.rows[sixteen * LANES..].iter_mut().take(LANES);
-                for (row, elements) in rows.enumerate() {
-                    for (element, values) in elements[5..].iter_mut().zip([inverse, across, along]) {
-                        element.0[lane] = values.0[row];
-                    }
+                put(rows, lane, 0, [red, green, blue, share, inverse]);
+                if let Some(Middles { inverse, tilts: [across, along], .. }) = column.middles.get(sixteen) {
+                    put(rows, lane, 5, [inverse, across, along]);
                 }
             }
         }
@@ -245,6 +233,16 @@ impl Cover {
     pub fn rows(&self) -> impl Iterator<Item = (usize, &[Sixteen; ELEMENTS])> {
         let [first, end] = self.extent;
         (first.min(end)..end).zip(self.rows.get(first..end).unwrap_or_default())
+    }
+}
+
+/// Puts what one plane has in rows one above the other into a lane of elements of these rows, from `first` on.
+#[inline(always)]
+fn put<const N: usize>(rows: &mut [[Sixteen; ELEMENTS]], lane: usize, first: usize, values: [&Sixteen; N]) {
+    for (row, elements) in rows.iter_mut().enumerate() {
+        for (element, values) in elements[first..].iter_mut().zip(values) {
+            element.0[lane] = values.0[row];
+        }
     }
 }
 

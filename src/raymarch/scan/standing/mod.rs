@@ -348,9 +348,9 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         };
         let first_voxel = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
         self.course.pass(simd, (first_voxel, stands.tops()), [block.enter, block.leave], veil, passed);
-        for passage in passed.voxels() {
-            let place = passage.place as u32;
-            let [near, far] = passage.distances;
+        for voxel in passed.voxels() {
+            let place = voxel.place as u32;
+            let [near, far] = voxel.distances;
             let mut crossing = Crossing {
                 simd,
                 page,
@@ -368,11 +368,11 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 floor: self.floor,
                 hidden: self.hidden,
                 length: far - near,
-                ends: passage.at,
-                inverse: passage.inverse,
+                ends: voxel.at,
+                inverse: voxel.inverse,
                 above: above(f64::from(near), f64::from(far)) as f32,
             };
-            crossing.look_at(stands.at(passage.place), &mut self.crest);
+            crossing.look_at(stands.at(voxel.place), &mut self.crest);
         }
     }
 }

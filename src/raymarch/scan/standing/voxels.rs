@@ -71,7 +71,7 @@ pub(super) struct Passed {
 
 /// One of them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Passage {
+pub(super) struct PassedVoxel {
     /// Number of the voxel in the block, row by row northward.
     pub place: usize,
     /// Where the plane enters and leaves it: major distances, units; inverse depths, 1/metres; from the voxel's centre eastward and northward, sides of it.
@@ -165,12 +165,12 @@ impl Course {
 impl Passed {
     /// Those voxels, from near to far.
     #[inline(always)]
-    pub fn voxels(&self) -> impl Iterator<Item = Passage> {
+    pub fn voxels(&self) -> impl Iterator<Item = PassedVoxel> {
         let mut lanes = self.lanes;
         std::iter::from_fn(move || {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes.wrapping_sub(1);
-            (lane < LANES).then(|| Passage {
+            (lane < LANES).then(|| PassedVoxel {
                 place: self.places[lane] as usize,
                 distances: self.distances.each_ref().map(|ends| ends.0[lane]),
                 inverse: self.inverse.each_ref().map(|ends| ends.0[lane]),
