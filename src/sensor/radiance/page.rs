@@ -139,7 +139,8 @@ impl Finish for Encoding {
 fn code<V: Simd>(simd: V, radiance: &[f32; LANES]) -> V::I {
     let unit = simd.splat(1.0 / (ROOT_OF_BRIGHTEST * ROOT_OF_BRIGHTEST));
     let share = (simd.load(radiance) * unit).max(simd.splat(0.0)).min(simd.splat(1.0));
-    share.sqrt().mul_add(simd.splat(CODE_LIMIT), simd.splat(0.5)).to_int()
+    // Not in one step, which not all sets round once: codes are the same on every machine.
+    (share.sqrt() * simd.splat(CODE_LIMIT) + simd.splat(0.5)).to_int()
 }
 
 /// Texels of a row of radiance, which has [`LANES`] more behind it.

@@ -11,7 +11,7 @@ pub(super) struct Crest<'p> {
     next: usize,
     /// Greatest tangent of those that are.
     crest: f32,
-    /// The least that there is.
+    /// The lowest tangent that is of interest, which is told where no ground is seen yet.
     lowest: f32,
 }
 
@@ -20,7 +20,7 @@ impl<'p> Crest<'p> {
         Self { sights: profile.sights(), lane, next: 0, crest: lowest, lowest }
     }
 
-    /// What is told of a crest below which no row lies.
+    /// The crest that is told where no ground is seen yet: no row lies below this tangent.
     #[inline(always)]
     pub fn lowest(&self) -> f32 {
         self.lowest

@@ -1,28 +1,14 @@
 //! What goes sixteen at a time, against the same one by one.
 
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+
 use super::column::{Column, Cover, Fill, Haze, Line, Passage};
-use super::voxels::{Course, Passed, Veil};
-use super::walk::Walk;
+use super::voxels::{Course, Passed, PassedVoxel, Veil};
+use super::walk::{Step, Walk};
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::BLOCK_SIDE;
-
-/// Numbers from 0 to 1 that follow no pattern (a linear congruential generator; Knuth, *The Art of Computer Programming* 2, 1997, 3.3.4).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f64 / f64::from(1 << 24)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    fn one_of<T: Copy>(&mut self, choice: &[T]) -> T {
-        choice[(self.next() * choice.len() as f64) as usize]
-    }
-}
 
 struct Pass<'a> {
     course: Course,
@@ -42,63 +28,98 @@ impl Kernel for Pass<'_> {
     }
 }
 
-#[test]
-fn a_block_is_passed_as_voxel_by_voxel() {
-    let side = f64::from(BLOCK_SIDE);
-    let mut chance = Chance(1);
-    for _ in 0..1500 {
-        let far = chance.one_of(&[0.0, 0.0, 400.0, 60_000.0]);
-        let eye = [0, 1].map(|_| far + chance.between(0.0, 64.0));
-        let share = chance.next();
-        let minor = chance.one_of(&[0.0, 1.0, -1.0, 1.3, 1.0e-9]) * chance.one_of(&[1.0, share]);
-        let major = chance.one_of(&[1.0, -1.0]);
-        let way = chance.one_of(&[[major, minor], [minor, major]]);
-        let depth = chance.between(0.3, 40.0);
-        let course = Course::new([eye, way], depth);
-        let tops: [f32; 64] = std::array::from_fn(|_| chance.one_of(&[0.0, 1000.0, 2000.0, 60_000.0]));
-        // Where it crosses a border that it almost runs along is as uncertain as how far across it is.
-        let climb = way[0].abs().min(way[1].abs()) / way[0].abs().max(way[1].abs());
-        let near = 1.0e-5 + if climb > 0.0 { 1.0e-6 / climb } else { 0.0 };
-        let veil = Veil { base: chance.between(-500.0, 3000.0), per_unit: chance.between(-20.0, 20.0) };
-        let limits = [[0, 1 << 20]; 2];
-        for block in Walk::new(eye, way, side, limits, [1.0e-6, 60.0]) {
-            let ends = [block.enter, block.leave];
-            let corner = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
-            for isa in Isa::available() {
-                let mut passed = Passed::default();
-                isa.run(Pass { course, corner, tops: &tops, ends, veil, passed: &mut passed });
-                let mut found = passed.voxels().peekable();
-                let inside = corner.map(|first| [first, first + i64::from(BLOCK_SIDE) - 1]);
-                for step in Walk::new(eye, way, 1.0, inside, ends) {
-                    let cell = [0, 1].map(|axis| (step.cell[axis] - corner[axis]) as usize);
-                    let place = cell[1] * BLOCK_SIDE as usize + cell[0];
-                    let case = format!("{isa}: {eye:?} {way:?} {step:?}");
-                    // What is shorter than this may be passed or not.
-                    let is_long = step.leave - step.enter > 2.0 * near;
-                    let hidden = [step.enter, step.leave]
-                        .map(|at| veil.base + veil.per_unit * at)
-                        .map(|code| code as f32);
-                    let rises = tops[place] > 0.0 && tops[place] > hidden[0].min(hidden[1]) + 0.01;
-                    let Some(passage) = found.next_if(|passage| passage.place == place) else {
-                        assert!(!(is_long && rises), "{case} is missing");
-                        continue;
-                    };
-                    assert!(tops[place] > hidden[0].min(hidden[1]) - 0.01, "{case} is hidden");
-                    for (end, at) in [step.enter, step.leave].into_iter().enumerate() {
-                        let off = f64::from(passage.distances[end]) - at;
-                        assert!(off.abs() < near, "{case}: {end} is off by {off}");
-                        let inverse = 1.0 / (depth * f64::from(passage.distances[end]));
-                        assert!((f64::from(passage.inverse[end]) / inverse - 1.0).abs() < 1.0e-6, "{case}");
-                        for axis in 0..2 {
-                            let exact = eye[axis] + way[axis] * at - step.cell[axis] as f64 - 0.5;
-                            let off = f64::from(passage.at[end][axis]) - exact;
-                            assert!(off.abs() < 2.0 * near, "{case}: {end} on {axis} is off by {off}");
-                        }
-                    }
-                }
-                assert!(found.next().is_none(), "{isa}: {eye:?} {way:?} more than there is");
-            }
+/// A plane over voxels of some heights: where the eye is, and how it runs.
+#[derive(Debug, Clone)]
+struct Scene {
+    eye: [f64; 2],
+    way: [f64; 2],
+    depth: f64,
+    tops: [f32; 64],
+    veil: Veil,
+}
+
+fn scenes() -> impl Strategy<Value = Scene> {
+    let eye = (select(vec![0.0, 400.0, 60_000.0]), 0.0..64.0_f64, 0.0..64.0_f64);
+    let minor = (select(vec![0.0, 1.0, -1.0, 1.3, 1.0e-9]), prop_oneof![Just(1.0), 0.0..1.0_f64]);
+    let major = (select(vec![1.0, -1.0]), any::<bool>());
+    let tops = vec(select(vec![0.0_f32, 1000.0, 2000.0, 60_000.0]), 64);
+    let veil = (-500.0..3000.0_f64, -20.0..20.0_f64);
+    (eye, minor, major, 0.3..40.0_f64, tops, veil).prop_map(|(eye, minor, major, depth, tops, veil)| {
+        let (far, x, y) = eye;
+        let (minor, (major, is_along_x)) = (minor.0 * minor.1, major);
+        Scene {
+            eye: [far + x, far + y],
+            way: if is_along_x { [major, minor] } else { [minor, major] },
+            depth,
+            tops: tops.try_into().unwrap_or([0.0; 64]),
+            veil: Veil { base: veil.0, per_unit: veil.1 },
         }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    #[test]
+    fn a_block_is_passed_as_voxel_by_voxel(scene in scenes()) {
+        passes_as_voxel_by_voxel(&scene);
+    }
+
+    #[test]
+    fn rows_are_filled_as_one_by_one(count in 1_usize..150, has_depths in any::<bool>(), fillings in vec(fillings(), 40)) {
+        let places = |filling: &Filling| filling.places.map(|place| place * count as f32);
+        let fillings: Vec<_> =
+            fillings.iter().map(|filling| Filling { places: places(filling), ..*filling }).collect();
+        fills_as_one_by_one(count, has_depths, &fillings);
+    }
+}
+
+fn passes_as_voxel_by_voxel(scene: &Scene) {
+    let Scene { eye, way, depth, tops, veil } = *scene;
+    let course = Course::new([eye, way], depth);
+    for block in Walk::new(eye, way, f64::from(BLOCK_SIDE), [[0, 1 << 20]; 2], [1.0e-6, 60.0]) {
+        let ends = [block.enter, block.leave];
+        let corner = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
+        let inside = corner.map(|first| [first, first + i64::from(BLOCK_SIDE) - 1]);
+        for isa in Isa::available() {
+            let mut passed = Passed::default();
+            isa.run(Pass { course, corner, tops: &tops, ends, veil, passed: &mut passed });
+            let mut found = passed.voxels().peekable();
+            for step in Walk::new(eye, way, 1.0, inside, ends) {
+                let [column, row] = [0, 1].map(|axis| (step.cell[axis] - corner[axis]) as usize);
+                let place = row * BLOCK_SIDE as usize + column;
+                let voxel = found.next_if(|voxel| voxel.place == place);
+                assert!(scene.is_as(&step, tops[place], voxel), "{isa}: {scene:?} {step:?} {voxel:?}");
+            }
+            assert!(found.next().is_none(), "{isa}: {scene:?} more than there is");
+        }
+    }
+}
+
+impl Scene {
+    /// Whether what was found of a voxel with a height code is right: that it is passed over, or where it is entered and left.
+    fn is_as(&self, step: &Step, top: f32, found: Option<PassedVoxel>) -> bool {
+        let [along, across] = self.way.map(f64::abs);
+        let climb = along.min(across) / along.max(across);
+        // Where it crosses a border that it almost runs along is as uncertain as how far across it is.
+        let near = 1.0e-5 + if climb > 0.0 { 1.0e-6 / climb } else { 0.0 };
+        let ends = [step.enter, step.leave];
+        let hidden = ends.map(|at| self.veil.base + self.veil.per_unit * at);
+        let above = f64::from(top) - hidden[0].min(hidden[1]);
+        let Some(found) = found else {
+            // What is shorter than this may be passed or not.
+            return top == 0.0 || above <= 0.01 || step.leave - step.enter <= 2.0 * near;
+        };
+        let is_near = |end: usize| {
+            let told = f64::from(found.distances[end]);
+            let exact =
+                [0, 1].map(|axis| self.eye[axis] + self.way[axis] * ends[end] - step.cell[axis] as f64 - 0.5);
+            let off = [0, 1].map(|axis| (f64::from(found.at[end][axis]) - exact[axis]).abs());
+            (told - ends[end]).abs() < near
+                && (f64::from(found.inverse[end]) * self.depth * told - 1.0).abs() < 1.0e-6
+                && off[0].max(off[1]) < 2.0 * near
+        };
+        top > 0.0 && above > -0.01 && is_near(0) && is_near(1)
     }
 }
 
@@ -189,58 +210,54 @@ impl Kernel for Fills<'_> {
     }
 }
 
-#[test]
-fn rows_are_filled_as_one_by_one() {
-    let mut chance = Chance(2);
-    for round in 0..400 {
-        let count = chance.between(1.0, 150.0) as usize;
-        let has_depths = round % 2 == 0;
-        let fillings: Vec<_> = (0..40)
-            .map(|_| {
-                let from = chance.between(-5.0, count as f64);
-                let long = chance.one_of(&[0.05, 0.4, 3.0, 30.0]) * chance.next();
-                Filling {
-                    places: [from, from + long].map(|place| place as f32),
-                    light: chance.next() as f32,
-                    inverse: chance.next() as f32,
-                    opacity: chance.one_of(&[1.0, 1.0, 0.3, 0.77]),
-                }
-            })
-            .collect();
-        let mut rows = vec![Row::default(); count];
-        for filling in &fillings {
-            for (row, is) in rows.iter_mut().enumerate() {
-                is.fill(row, filling, has_depths);
-            }
+/// Places as shares of all rows.
+fn fillings() -> impl Strategy<Value = Filling> {
+    let long = (select(vec![0.0005_f32, 0.004, 0.03, 0.3]), 0.0..1.0_f32);
+    let opacity = select(vec![1.0_f32, 1.0, 0.3, 0.77]);
+    (-0.05..1.0_f32, long, 0.0..1.0_f32, 0.0..1.0_f32, opacity).prop_map(
+        |(from, long, light, inverse, opacity)| Filling {
+            places: [from, from + long.0 * long.1],
+            light,
+            inverse,
+            opacity,
+        },
+    )
+}
+
+fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
+    let mut rows = vec![Row::default(); count];
+    for filling in fillings {
+        for (row, is) in rows.iter_mut().enumerate() {
+            is.fill(row, filling, has_depths);
         }
-        let centres = vec![Sixteen::default(); count.div_ceil(LANES)];
-        for isa in Isa::available() {
-            let mut columns: [Column; LANES] = Default::default();
-            for column in &mut columns {
-                column.begin(count, has_depths);
-                isa.run(Fills { column, fillings: &fillings, centres: &centres });
-            }
-            let mut cover = Cover::default();
-            cover.clear();
-            cover.take(&columns);
-            let mut seen = vec![[0.0; 6]; count];
-            for (row, elements) in cover.rows() {
-                for lane in 1..LANES {
-                    assert!(elements.iter().all(|element| element.0[lane] == element.0[0]), "{isa}: {lane}");
-                }
-                seen[row] = std::array::from_fn(|element| elements[element].0[0]);
-            }
-            let column = &columns[0];
-            for (row, (is, seen)) in rows.iter().zip(seen).enumerate() {
-                let case = format!("{isa}, round {round}, row {row}: {is:?} {seen:?}");
-                let expected = [is.light, 2.0 * is.light, 0.0, is.share, is.inverse];
-                for (found, expected) in seen.into_iter().zip(expected) {
-                    assert!((found - expected).abs() < 1.0e-4, "{case}");
-                }
-                assert!(!has_depths || (seen[5] - is.middle).abs() < 1.0e-6, "{case}");
-                assert_eq!(column.is_full(row as f32, row as f32 + 1.0), is.full, "{case}");
-            }
-            assert_eq!(column.is_closed(), rows.iter().all(|row| row.full), "{isa}, round {round}");
+    }
+    let centres = vec![Sixteen::default(); count.div_ceil(LANES)];
+    for isa in Isa::available() {
+        let mut columns: [Column; LANES] = Default::default();
+        for column in &mut columns {
+            column.begin(count, has_depths);
+            isa.run(Fills { column, fillings, centres: &centres });
         }
+        let mut cover = Cover::default();
+        cover.clear();
+        cover.take(&columns);
+        let mut seen = vec![[0.0; 6]; count];
+        for (row, elements) in cover.rows() {
+            for lane in 1..LANES {
+                assert!(elements.iter().all(|element| element.0[lane] == element.0[0]), "{isa}: {lane}");
+            }
+            seen[row] = std::array::from_fn(|element| elements[element].0[0]);
+        }
+        let column = &columns[0];
+        for (row, (is, seen)) in rows.iter().zip(seen).enumerate() {
+            let case = format!("{isa}, row {row}: {is:?} {seen:?}");
+            let expected = [is.light, 2.0 * is.light, 0.0, is.share, is.inverse];
+            for (found, expected) in seen.into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1.0e-4, "{case}");
+            }
+            assert!(!has_depths || (seen[5] - is.middle).abs() < 1.0e-6, "{case}");
+            assert_eq!(column.is_full(row as f32, row as f32 + 1.0), is.full, "{case}");
+        }
+        assert_eq!(column.is_closed(), rows.iter().all(|row| row.full), "{isa}");
     }
 }
