@@ -115,9 +115,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     fn sample_here(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
         let Lit { blend, units, footprint, normal, sun } = self.lit(ray, contact)?;
         let albedo = self.mean(units, footprint, |filter, units| filter.blended_colour(blend, units))?;
-        // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
-        let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
-        let attributes = self.cursor.attributes_at(contact.level, units + behind)?;
+        let attributes = self.attributes(units, contact)?;
         Ok(SurfaceSample {
             range: contact.range,
             level: contact.level,
@@ -126,6 +124,28 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
             attributes,
             sun,
         })
+    }
+
+    fn attributes(&mut self, units: DVec2, contact: &Contact) -> Result<Attributes> {
+        // A wall stands on the border of two voxels; half a unit behind it lies the one that it belongs to.
+        let behind = contact.face.map_or(DVec2::ZERO, |face| -0.5 * face.truncate());
+        self.cursor.attributes_at(contact.level, units + behind)
+    }
+
+    /// Unit normal (world space) and attributes of the surface where `ray` ended, as [`Self::sample`] tells them, without its light.
+    pub fn surface(&mut self, ray: &GridRay, contact: &Contact) -> Result<(Vec3, Attributes)> {
+        self.on_ground_of(contact, |filter| {
+            let units = ray.at(contact.range).truncate();
+            let normal = filter.normal_at(units, contact)?;
+            Ok((normal.as_vec3(), filter.attributes(units, contact)?))
+        })
+    }
+
+    fn normal_at(&mut self, units: DVec2, contact: &Contact) -> Result<DVec3> {
+        match contact.face {
+            Some(face) => Ok(face),
+            None => self.normal(self.levels_for(self.footprint.at(contact.range)), units),
+        }
     }
 
     /// What `ray` sees of what stands on the ground.
@@ -161,10 +181,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let units = ray.at(contact.range).truncate();
         let width = self.footprint.at(contact.range);
         let blend = self.levels_for(width);
-        let normal = match contact.face {
-            Some(face) => face,
-            None => self.normal(blend, units)?,
-        };
+        let normal = self.normal_at(units, contact)?;
         let slope = ray.slope.truncate().extend(ray.rise_at(contact.range));
         let footprint = self.along(slope, width, normal);
         let sun = match self.shade {

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::surface::{Patch, block_contact};
-use super::walk::{Extent, Lattice};
+use super::walk::Lattice;
 use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, SolidHit, Solids, Surface};
 use crate::earth::Curvature;
 use crate::error::Result;
@@ -52,6 +52,11 @@ pub struct Marcher<'a, S: PageSource> {
 const FARTHEST: f64 = 2.0e6;
 /// The same in voxels of the coarsest level: a bound on the work where the area is tiny.
 const MOST_VOXELS: f64 = 1.0e6;
+
+/// Share of light behind what stands that counts as none.
+const NOTHING_LEFT: f64 = 1.0 / 512.0;
+/// Share at which what stands is what is seen.
+const HALF: f64 = 0.5;
 
 /// What is seen between two ground distances, metres.
 #[derive(Debug, Clone, Copy)]
@@ -138,13 +143,25 @@ impl<'a, S: PageSource> Marcher<'a, S> {
     /// The first contact at a ground distance of at least `from` metres (0 unless a neighbour's
     /// range is known to bound this one), or `None`: the sky.
     pub fn first_contact(&mut self, ray: &GridRay, from: f64) -> Result<Option<Contact>> {
+        self.contact_between(ray, from, f64::INFINITY)
+    }
+
+    /// The first contact at a range of no more than `until` metres: whether the ground hides what is found there.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn contact_before(&mut self, ray: &GridRay, until: f64) -> Result<Option<Contact>> {
+        self.contact_between(ray, 0.0, until)
+    }
+
+    fn contact_between(&mut self, ray: &GridRay, from: f64, until: f64) -> Result<Option<Contact>> {
         let Some((over_area, off_area)) = self.clip(ray) else { return Ok(None) };
         // A vertical ray stays at ground distance 0, in the first band, for ever.
         let range_at = |ground: f64| if ground == 0.0 { 0.0 } else { ground / ray.ground_cosine };
         for index in 0..self.bands.len() {
             let band = self.bands[index];
             let start = range_at(band.start.max(from)).max(over_area);
-            let end = range_at(band.end).min(off_area);
+            let end = range_at(band.end).min(off_area).min(until);
             if start.is_finite() && start <= end {
                 let search = Search { ray, level: band.level, bare: band.bare };
                 if let Some(contact) = self.search(&search, start, end)? {
@@ -166,12 +183,38 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         contact: Option<&Contact>,
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
+        let left = self.solids_until(ray, contact, NOTHING_LEFT, hits)?;
+        Ok(if left <= NOTHING_LEFT { 0.0 } else { left })
+    }
+
+    /// Of what stands before a ray's first contact, that behind which half of the light or less is left: what a ray is said to see. `hits` is memory for what
+    /// stands before it.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn half_hidden(
+        &mut self,
+        ray: &GridRay,
+        contact: Option<&Contact>,
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<Option<SolidHit>> {
+        let left = self.solids_until(ray, contact, HALF, hits)?;
+        Ok(hits.last().filter(|_| left <= HALF).copied())
+    }
+
+    fn solids_until(
+        &mut self,
+        ray: &GridRay,
+        contact: Option<&Contact>,
+        least: f64,
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<f64> {
         hits.clear();
         let over_area = self.clip(ray);
         let (Some((start, end)), Some(solids)) = (over_area, &mut self.solids) else { return Ok(1.0) };
         let near = if self.bare_until > 0.0 { self.bare_until / ray.ground_cosine } else { 0.0 };
         let end = contact.map_or(end, |contact| contact.range).min(near);
-        if start < end { solids.along(ray, start, end, hits) } else { Ok(1.0) }
+        if start < end { solids.along(ray, [start, end], least, hits) } else { Ok(1.0) }
     }
 
     /// Ranges between which the ray can meet a surface.
@@ -203,7 +246,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
             let contact = if level == search.level + 1 {
                 self.walk_surface(search, search.level, step.enter, step.leave)?
             } else {
-                let inside = self.finer_voxels(level, &step);
+                let inside = self.cursor.voxels(level - 1).inside(&step, RADIX);
                 self.descend(search, level - 1, CellWalk::new(ray, inside, step.enter, step.leave))?
             };
             if contact.is_some() {
@@ -211,17 +254,6 @@ impl<'a, S: PageSource> Marcher<'a, S> {
             }
         }
         Ok(None)
-    }
-
-    /// The next finer voxels inside a voxel.
-    fn finer_voxels(&self, level: u8, step: &CellStep) -> Lattice {
-        let radix = i64::from(RADIX);
-        let dims = self.cursor.dims(level - 1);
-        let spans = [0, 1].map(|axis| {
-            let first = step.cell[axis] * radix;
-            Extent::once(first, (first + radix - 1).min(dims[axis] - 1), step.origin[axis])
-        });
-        Lattice { spans, ..self.cursor.voxels(level - 1) }
     }
 
     /// Where the ground is read.

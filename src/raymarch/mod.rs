@@ -28,6 +28,7 @@
 //! or beyond a hole, ends right there.
 
 mod bands;
+mod blocks;
 mod column;
 mod cursor;
 mod filter;

@@ -1,34 +1,27 @@
 //! What a ray meets that stands on bare ground: spans, voxel by voxel, exactly.
 //!
 //! ```text
-//! walk the voxels of level 1 along the ray, as far as bare ground is seen:
+//! walk groups of 4 × 4 blocks along the ray, as far as bare ground is seen; in them blocks of 8 × 8 voxels, in these voxels:
+//!     the ray stays above all that stands there → the next one
 //!     for each span of the voxel:
 //!         stretch = the ray in the voxel ∩ inside of the wall ∩ below the upper end ∩ above the lower end
 //!         it is not empty → a hit: on the face that bounds the stretch's beginning
-//! sort the voxel's hits by range; what is left behind them: 1 − opacity each, until nothing is
+//!     sort the voxel's hits by range; what is left behind them: 1 − opacity each, until nothing is
 //! ```
 //!
 //! All bounds are planes, and a ray is straight within a voxel (over curved ground it rises by less than 10⁻⁸ m on the way through one), so
 //! that a stretch is an intersection of half-lines. Semitransparent matter fills its voxel, or its strip, evenly: what a ray loses in it follows
 //! from the length of its way (Lambert's law), so that pictures do not depend on how the grid lies.
 
-use std::collections::HashMap;
-use std::rc::Rc;
-
 use glam::{DVec2, DVec3};
 
+use super::blocks::{Blocks, corner_on_page};
 use super::{CellStep, CellWalk, GridRay, Lattice, PageCursor};
 use crate::error::Result;
-use crate::voxel::{
-    BARE, BLOCK_SIDE, BlockSpans, Cut, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span,
-    SpanTable, SpansView,
-};
+use crate::voxel::{BLOCK_SIDE, Cut, HeightCode, PageSource, Span};
 
-/// Blocks whose spans are kept; more begin anew.
-const BLOCKS: usize = 8192;
-
-/// Share of light behind solids that counts as none.
-const NOTHING_LEFT: f64 = 1.0 / 512.0;
+/// Blocks along the side of those that are passed at once.
+const GROUP: u32 = 4;
 
 /// How far walls and upper ends of neighbours that are one may be apart, for being stored in steps, sides of a voxel: what shows in between is
 /// lit as they are.
@@ -50,6 +43,8 @@ pub enum Face {
 pub struct SolidHit {
     /// Range where it begins, metres, ≥ 0.
     pub range: f64,
+    /// Range where it ends, metres.
+    pub end: f64,
     /// Share of the light from behind that it hides, 0…1.
     pub opacity: f64,
     /// Through which face it comes.
@@ -62,20 +57,18 @@ pub struct SolidHit {
 
 /// Follows rays through what stands in one database.
 pub struct Solids<'a, S: PageSource> {
-    source: &'a S,
+    measure: Measure,
+    blocks: Blocks<'a, S>,
+}
+
+/// What places and heights of spans come to.
+#[derive(Debug, Clone, Copy)]
+struct Measure {
     /// Level index 0 as a lattice.
     lattice: Lattice,
     code: HeightCode,
+    /// Side of a voxel, metres.
     spacing: f64,
-    objects: &'a SharedObjects,
-    /// What stands on blocks by where they lie, and the one that was asked for last.
-    blocks: HashMap<[i64; 2], Rc<BlockSpans>>,
-    latest: Option<([i64; 2], Rc<BlockSpans>)>,
-}
-
-/// Column and row of a voxel on its page.
-fn within_page(cell: [i64; 2]) -> [u32; 2] {
-    cell.map(|cell| (cell % i64::from(PAGE_SIDE)) as u32)
 }
 
 impl<'a, S: PageSource> Solids<'a, S> {
@@ -84,86 +77,158 @@ impl<'a, S: PageSource> Solids<'a, S> {
         let source = cursor.source();
         let header = source.header();
         let (code, spacing) = (header.heights, header.grid.spacing);
-        let objects = &*header.objects;
-        let (blocks, latest) = (HashMap::new(), None);
-        Self { source, lattice: cursor.voxels(0), code, spacing, objects, blocks, latest }
+        let measure = Measure { lattice: cursor.voxels(0), code, spacing };
+        Self { measure, blocks: Blocks::new(source) }
     }
 
-    /// Appends what a ray meets between two ranges (metres), nearest first, until nothing of the light behind is left. Returns that share.
+    /// Appends what a ray meets between two ranges (metres), nearest first, until no more than `least` of the light behind is left. Returns that
+    /// share.
     ///
     /// # Errors
     /// A page that is damaged.
-    pub fn along(&mut self, ray: &GridRay, start: f64, end: f64, hits: &mut Vec<SolidHit>) -> Result<f64> {
+    pub fn along(
+        &mut self,
+        ray: &GridRay,
+        [start, end]: [f64; 2],
+        least: f64,
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<f64> {
+        let Measure { lattice, code, .. } = self.measure;
+        let is_clear = |step: &CellStep, top: f64| {
+            ray.lowest_between(step.enter, step.leave) > code.offset + code.scale * top
+        };
+        let blocks = lattice.grouped(BLOCK_SIDE);
         let mut left = 1.0;
-        for step in CellWalk::new(ray, self.lattice, start, end) {
-            let block = self.block(step.cell)?;
-            let [x, y] = within_page(step.cell);
-            let spans = block.of(x, y);
-            let before = hits.len();
-            hits.extend(spans.iter().filter_map(|span| self.hit(ray, &step, span)));
-            hits[before..].sort_by(|a, b| a.range.total_cmp(&b.range));
-            for index in before..hits.len() {
-                left *= 1.0 - hits[index].opacity;
-                if left < NOTHING_LEFT {
-                    hits.truncate(index + 1);
-                    return Ok(0.0);
+        for group in CellWalk::new(ray, blocks.grouped(GROUP), start, end) {
+            let first = group.cell.map(|cell| cell * i64::from(GROUP));
+            let (_, view) = self.blocks.page(first)?;
+            let [x, y] = corner_on_page(first);
+            let high = view.highest(x, y, GROUP);
+            if high == 0 || is_clear(&group, f64::from(high)) {
+                continue;
+            }
+            for block in CellWalk::new(ray, blocks.inside(&group, GROUP), group.enter, group.leave) {
+                let [x, y] = corner_on_page(block.cell);
+                let high = view.block(x, y).high;
+                if high == 0 || is_clear(&block, f64::from(high)) {
+                    continue;
+                }
+                let stands = self.blocks.get(block.cell, &view);
+                for step in CellWalk::new(ray, lattice.inside(&block, BLOCK_SIDE), block.enter, block.leave) {
+                    let [x, y] = step.cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
+                    let voxel = (y * BLOCK_SIDE + x) as usize;
+                    let top = f64::from(stands.tops()[voxel]);
+                    if top == 0.0 || is_clear(&step, top) {
+                        continue;
+                    }
+                    left = self.measure.meet(ray, &step, stands.at(voxel), [left, least], hits);
+                    if left <= least {
+                        return Ok(left);
+                    }
                 }
             }
         }
         Ok(left)
     }
+}
 
-    /// What stands on the block of a voxel.
-    fn block(&mut self, cell: [i64; 2]) -> Result<Rc<BlockSpans>> {
-        let at = cell.map(|cell| cell / i64::from(BLOCK_SIDE));
-        if let Some((known, block)) = &self.latest
-            && *known == at
-        {
-            return Ok(Rc::clone(block));
+#[cfg(test)]
+impl<S: PageSource> Solids<'_, S> {
+    /// [`Self::along`], voxel by voxel: what passing many at once is held against.
+    pub fn along_each_voxel(
+        &mut self,
+        ray: &GridRay,
+        [start, end]: [f64; 2],
+        least: f64,
+        hits: &mut Vec<SolidHit>,
+    ) -> Result<f64> {
+        let mut left = 1.0;
+        for step in CellWalk::new(ray, self.measure.lattice, start, end) {
+            let block = step.cell.map(|cell| cell / i64::from(BLOCK_SIDE));
+            let (_, view) = self.blocks.page(block)?;
+            let [x, y] = step.cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
+            let spans = self.blocks.get(block, &view).of(x, y);
+            left = self.measure.meet(ray, &step, spans, [left, least], hits);
+            if left <= least {
+                break;
+            }
         }
-        let block = match self.blocks.get(&at) {
-            Some(block) => Rc::clone(block),
-            None => self.gathered(cell)?,
-        };
-        if self.blocks.len() >= BLOCKS {
-            self.blocks.clear();
+        Ok(left)
+    }
+}
+
+impl Measure {
+    /// Appends what a ray meets of a voxel's spans, nearest first, until no more than `least` of the light behind is left. Returns that share; before the voxel
+    /// it is `left`.
+    fn meet(
+        &self,
+        ray: &GridRay,
+        step: &CellStep,
+        spans: &[Span],
+        [mut left, least]: [f64; 2],
+        hits: &mut Vec<SolidHit>,
+    ) -> f64 {
+        let before = hits.len();
+        let passage = self.passage(ray, step);
+        hits.extend(spans.iter().filter_map(|span| self.hit(ray, &passage, span)));
+        hits[before..].sort_by(|a, b| a.range.total_cmp(&b.range));
+        for index in before..hits.len() {
+            left *= 1.0 - hits[index].opacity;
+            if left <= least {
+                hits.truncate(index + 1);
+                break;
+            }
         }
-        self.blocks.insert(at, Rc::clone(&block));
-        self.latest = Some((at, Rc::clone(&block)));
-        Ok(block)
+        left
     }
 
-    fn gathered(&self, cell: [i64; 2]) -> Result<Rc<BlockSpans>> {
-        let [px, py] = cell.map(|cell| (cell / i64::from(PAGE_SIDE)) as u32);
-        let view = self.source.spans(PageId { level: BARE, px, py })?.unwrap_or(SpansView::NONE);
-        let mut block = BlockSpans::default();
-        let rise = SpanTable::rise(self.code, self.spacing);
-        block.gather(&view, self.objects, within_page(cell), rise);
-        Ok(Rc::new(block))
+    /// A ray's way through the voxel of a step.
+    fn passage(&self, ray: &GridRay, step: &CellStep) -> Passage {
+        let (corner, extent) = self.lattice.place(step);
+        let centre = corner + 0.5 * extent;
+        let ranges = [step.enter, step.leave];
+        let (at, heights) =
+            (ranges.map(|range| ray.at(range).truncate() - centre), ranges.map(|range| ray.height_at(range)));
+        // The side of the voxel through which the ray came is the one that it is nearest to.
+        let is_east_west = at[0].x.abs() >= at[0].y.abs();
+        let side = if is_east_west {
+            DVec3::new(-ray.slope.x.signum(), 0.0, 0.0)
+        } else {
+            DVec3::new(0.0, -ray.slope.y.signum(), 0.0)
+        };
+        Passage { ranges, at, heights, centre, side }
+    }
+
+    /// Height of a code, metres above the datum.
+    #[inline]
+    fn height(&self, code: u16) -> f64 {
+        self.code.offset + self.code.scale * f64::from(code)
     }
 
     /// What a ray meets of a span on its way through a voxel.
-    fn hit(&self, ray: &GridRay, step: &CellStep, span: &Span) -> Option<SolidHit> {
-        let height = |code: u16| self.code.offset + self.code.scale * f64::from(code);
-        // From the voxel's centre, in sides of it; heights in metres above the centre's upper end.
-        let (corner, extent) = self.lattice.place(step);
-        let centre = corner + 0.5 * extent;
-        let place =
-            |range: f64| (ray.at(range).truncate() - centre, ray.height_at(range) - height(span.high));
-        let mut stretch = Stretch::new(ray, step, place);
+    fn hit(&self, ray: &GridRay, passage: &Passage, span: &Span) -> Option<SolidHit> {
+        let (high, low) = (self.height(span.high), self.height(span.low));
+        // Most spans of a wood are passed above or below.
+        let (is_level, hangs) = (span.slope == [0, 0], span.low != Span::GROUND);
+        let is_under = |end: f64| passage.heights.iter().all(|height| *height < end);
+        let is_over = |end: f64| passage.heights.iter().all(|height| *height > end);
+        if (is_level && is_over(high)) || (hangs && (is_level || !span.is(Span::PARALLEL)) && is_under(low)) {
+            return None;
+        }
+        let mut stretch = Stretch::new(passage, high);
         let wall = |index: usize| {
             let cut = span.cuts[index];
-            let (normal, distance) = (DVec2::from(cut.normal().map(f64::from)), f64::from(cut.distance()));
-            cut.is_wall().then_some((index, normal, distance))
+            cut.is_wall()
+                .then(|| (index, DVec2::from(cut.normal().map(f64::from)), f64::from(cut.distance())))
         };
-        let walls = [0, 1, 2].map(wall);
+        let walls = [wall(0), wall(1), wall(2)];
         // The last wall that the ray came through.
         let mut through = None;
         for (index, normal, distance) in walls.into_iter().flatten() {
             let beyond = |at: DVec2| normal.dot(at) - distance;
             let before = stretch.enter;
             if index == 0 && span.is(Span::STRIP) {
-                let half = 0.5 * (height(span.high) - height(span.low)) / self.spacing;
+                let half = 0.5 * (high - low) / self.spacing;
                 stretch.cut(|at, _| beyond(at) - half, Face::Side, normal.extend(0.0));
                 stretch.cut(|at, _| -beyond(at) - half, Face::Side, -normal.extend(0.0));
             } else {
@@ -176,8 +241,8 @@ impl<'a, S: PageSource> Solids<'a, S> {
         let slope = DVec2::from(span.slopes().map(f64::from));
         let rise = |at: DVec2| slope.dot(at) * self.spacing;
         stretch.cut(|at, above| above - rise(at), Face::Top, (-slope).extend(1.0).normalize());
-        if span.low != Span::GROUND {
-            let down = height(span.low) - height(span.high);
+        if hangs {
+            let down = low - high;
             if span.is(Span::PARALLEL) {
                 stretch.cut(
                     |at, above| down + rise(at) - above,
@@ -193,10 +258,10 @@ impl<'a, S: PageSource> Solids<'a, S> {
             return None;
         }
         // Through a side of the voxel, or where it meets another part of the same thing.
-        let is_side = enter == step.enter;
+        let is_side = enter == passage.ranges[0];
         let is_joint = through.is_some_and(|(index, at)| at == enter && span.is_joined(index));
         if is_side || is_joint {
-            let (at, above) = place(enter);
+            let (at, above) = (ray.at(enter).truncate() - passage.centre, ray.height_at(enter) - high);
             let before = |(_, normal, distance): &(usize, DVec2, f64)| distance - normal.dot(at);
             let nearest = walls.iter().flatten().min_by(|a, b| before(a).total_cmp(&before(b)));
             if is_side && span.cuts[0].is_round() {
@@ -224,8 +289,22 @@ impl<'a, S: PageSource> Solids<'a, S> {
         };
         let way = (leave - enter) / unit;
         let opacity = if opacity < 1.0 { 1.0 - (1.0 - opacity).powf(way) } else { 1.0 };
-        Some(SolidHit { range: enter, opacity, face, normal, span: *span })
+        Some(SolidHit { range: enter, end: leave, opacity, face, normal, span: *span })
     }
+}
+
+/// A ray's way through a voxel.
+struct Passage {
+    /// Ranges of its ends, metres.
+    ranges: [f64; 2],
+    /// Where these lie, east and north of the voxel's centre, sides of the voxel.
+    at: [DVec2; 2],
+    /// Their heights, metres above the datum.
+    heights: [f64; 2],
+    /// The voxel's centre, units.
+    centre: DVec2,
+    /// Normal of the side through which the ray comes.
+    side: DVec3,
 }
 
 /// What is left of a ray's way through a voxel.
@@ -241,18 +320,12 @@ struct Stretch {
 }
 
 impl Stretch {
-    fn new(ray: &GridRay, step: &CellStep, place: impl Fn(f64) -> (DVec2, f64)) -> Self {
-        let ends = [place(step.enter), place(step.leave)];
-        // The side of the voxel through which the ray came is the one that it is nearest to.
-        let at = ends[0].0;
-        let is_east_west = at.x.abs() >= at.y.abs();
-        let normal = if is_east_west {
-            DVec3::new(-ray.slope.x.signum(), 0.0, 0.0)
-        } else {
-            DVec3::new(0.0, -ray.slope.y.signum(), 0.0)
-        };
-        let ranges = [step.enter, step.leave];
-        Self { enter: step.enter, leave: step.leave, ends, ranges, face: Face::Side, normal }
+    /// All of it, for a span whose upper end is so high over the centre, metres above the datum.
+    fn new(passage: &Passage, high: f64) -> Self {
+        let Passage { ranges, at, heights, side, .. } = passage;
+        let ends = [(at[0], heights[0] - high), (at[1], heights[1] - high)];
+        let [enter, leave] = *ranges;
+        Self { enter, leave, ends, ranges: *ranges, face: Face::Side, normal: *side }
     }
 
     /// Leaves what is not beyond a plane: where `beyond`, which is linear along the ray, is not positive.

@@ -2,9 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use std::sync::LazyLock;
+
 use glam::{DVec2, DVec3};
+use proptest::prelude::*;
 
 use super::*;
+use crate::earth::Curvature;
 use crate::voxel::{
     Arrays, Cut, Grid, HeightCode, MemPages, Metadata, PageSource, Placement, SharedObject, SharedObjects,
     Span, SpanTable, Standing, Symmetry, build_standing,
@@ -399,4 +403,79 @@ fn an_area_that_repeats_repeats_what_stands_in_it() {
     // The part of the house that lies west of the border is not there: it begins there.
     assert!((range(300.0) - 20.0 * SPACING).abs() < 1e-9);
     assert!((range(300.0 - f64::from(SIDE)) - 20.0 * SPACING).abs() < 1e-9);
+}
+
+/// Something on every ninth voxel, and on parts of the area nothing: as it comes.
+fn strewn(x: u32, y: u32) -> Vec<Span> {
+    let mut seed = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
+    let mut draw = |below: u32| {
+        seed = (seed ^ seed >> 15).wrapping_mul(0x2c1b_3c6d).wrapping_add(0x297a_2d39);
+        (seed >> 8) % below
+    };
+    if draw(9) > 0 || (x / 40 + y / 40).is_multiple_of(3) {
+        return Vec::new();
+    }
+    let mut spans: Vec<_> = (0..1 + draw(2))
+        .map(|index| {
+            let low = 10.0 * f64::from(index) + f64::from(draw(4));
+            let own = pillar(low + 0.5 + f64::from(draw(60)) / 10.0);
+            let slope = [0, 1].map(|_| (draw(41) as i8 - 20) * i8::from(draw(2) > 0));
+            let wall = Cut::wall(draw(256) as u8, draw(200) as i32 - 100);
+            let cuts =
+                [[Cut::NONE, Cut::round(draw(256) as u8), wall][draw(3) as usize], Cut::NONE, Cut::NONE];
+            let state = [Span::OPAQUE, 11, 4, Span::OPAQUE | Span::PARALLEL][draw(4) as usize];
+            let low = if index == 0 && draw(2) > 0 { Span::GROUND } else { CODE.encode(low) };
+            Span { low, slope, cuts, state, ..own }
+        })
+        .collect();
+    spans.sort_by_key(|span| (span.low, span.high));
+    spans
+}
+
+static STREWN: LazyLock<[MemPages; 2]> =
+    LazyLock::new(|| [false, true].map(|placed| standing_as(placed, strewn)));
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3000))]
+
+    #[test]
+    fn what_is_passed_at_once_hides_nothing(
+        eye in (-60.0..380.0_f64, -60.0..380.0_f64, -3.0..60.0_f64),
+        (turn, rise) in (0.0..std::f64::consts::TAU, prop_oneof![Just(0.0), -0.3..0.2_f64, -9.0..9.0_f64]),
+        is_snapped in any::<bool>(),
+        (placed, is_endless, is_curved) in any::<(bool, bool, bool)>(),
+        least in prop_oneof![Just(0.5), Just(1.0 / 512.0)],
+    ) {
+        let pages = &STREWN[usize::from(placed)];
+        let curvature = if is_curved { Curvature::standard() } else { Curvature::FLAT };
+        let base = Marcher::new(pages, LevelBands::finest_only(), Surface::Smooth).curved(curvature);
+        // Along axes and diagonals, too; along a border or through a corner a ray may be on either side of it.
+        let snap = |value: f64, step: f64| if is_snapped { (value / step).round() * step } else { value };
+        let turn = snap(turn, std::f64::consts::FRAC_PI_4);
+        let eye = DVec3::new(snap(eye.0, 8.0) + 0.25, snap(eye.1, 1.0) + 0.5, eye.2);
+        let direction = DVec2::from_angle(turn).extend(rise).normalize();
+        let world = (base.grid().origin + eye.truncate() * SPACING).extend(eye.z);
+        let ray = base.ray(world, direction);
+        let mut cursor = PageCursor::new(pages);
+        if is_endless {
+            cursor = cursor.endless();
+        }
+        let size = DVec2::splat(f64::from(SIDE));
+        let over = if is_endless { Some((0.0, 1500.0)) } else { ray.clip(size, 100.0) };
+        let Some((start, end)) = over else { return Ok(()) };
+        let mut solids = Solids::new(&cursor);
+        let (mut found, mut expected) = (Vec::new(), Vec::new());
+        let end = end.min(1.0e5);
+        let left = [
+            solids.along(&ray, [start, end], least, &mut found).unwrap(),
+            solids.along_each_voxel(&ray, [start, end], least, &mut expected).unwrap(),
+        ];
+        prop_assert_eq!(found.len(), expected.len(), "{:?} {:?}", found, expected);
+        for (found, expected) in found.iter().zip(&expected) {
+            let errors = [found.range - expected.range, found.end - expected.end, found.opacity - expected.opacity];
+            prop_assert!(errors.iter().all(|error| error.abs() < 1e-9), "{:?} {:?}", found, expected);
+            prop_assert!(found.span == expected.span);
+        }
+        prop_assert!((left[0] - left[1]).abs() < 1e-9);
+    }
 }

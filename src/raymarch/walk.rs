@@ -121,6 +121,26 @@ impl Lattice {
         (cell, DVec2::from_array(within).clamp(DVec2::ZERO, DVec2::ONE))
     }
 
+    /// Cells that hold so many of these along a side, from the first on.
+    pub fn grouped(self, count: u32) -> Self {
+        let last = |span: Extent| span.last / i64::from(count);
+        Self {
+            side: self.side * f64::from(count),
+            spans: self.spans.map(|span| Extent { last: last(span), ..span }),
+            ..self
+        }
+    }
+
+    /// Those of these cells that lie in one of [the wider ones](Self::grouped), where a walk along these is.
+    pub fn inside(self, step: &CellStep, count: u32) -> Self {
+        let spans = [0, 1].map(|axis| {
+            let first = step.cell[axis] * i64::from(count);
+            let last = (first + i64::from(count) - 1).min(self.spans[axis].last);
+            Extent::once(first, last, step.origin[axis])
+        });
+        Self { spans, ..self }
+    }
+
     /// South-west corner and extent of the cell of a step, units.
     pub fn place(&self, step: &CellStep) -> (DVec2, DVec2) {
         let borders = |axis: usize| {

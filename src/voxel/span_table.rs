@@ -314,6 +314,19 @@ impl<'a> SpansView<'a> {
         self.blocks.get(index as usize).copied().unwrap_or_default()
     }
 
+    /// Height code that nothing rises above in `count` × `count` blocks, of which that of voxel (x, y) is the south-west one; 0 where nothing stands.
+    #[inline]
+    pub fn highest(&self, x: u32, y: u32, count: u32) -> u16 {
+        let [column, row] = [x, y].map(|at| at / BLOCK_SIDE);
+        let columns = column..(column + count).min(self.blocks_across);
+        let rows = (row..row + count).map_while(|row| {
+            let [from, to] =
+                [columns.start, columns.end].map(|column| (row * self.blocks_across + column) as usize);
+            self.blocks.get(from..to)
+        });
+        rows.flatten().map(|block| block.high).max().unwrap_or(0)
+    }
+
     /// Spans of voxel (x, y) of the page, which lies in `block`.
     #[inline]
     pub fn of(&self, block: &SpanBlock, x: u32, y: u32) -> &'a [Span] {

@@ -20,7 +20,6 @@
 //! Planes are followed one by one, not in lockstep: neighbours soon see other voxels, and most blocks are passed over. Lanes are what one
 //! plane does many times, voxels of a block and rows of the picture.
 
-mod blocks;
 mod column;
 mod crest;
 mod crossing;
@@ -32,7 +31,6 @@ mod tests;
 
 use glam::DVec3;
 
-use self::blocks::Blocks;
 use self::column::Column;
 pub use self::column::Cover;
 use self::crest::Crest;
@@ -41,11 +39,9 @@ use self::voxels::{Course, Passed, Veil};
 use self::walk::{Step, Walk};
 use super::{Field, Ladder, PlaneGroup, Profile};
 use crate::error::Result;
+use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
-use crate::voxel::{
-    BARE, BLOCK_SIDE, Cut, Grid, HeightCode, PAGE_SIDE, PageId, PageSource, SharedObjects, Span, SpanBlock,
-    SpanTable, SpansView,
-};
+use crate::voxel::{BLOCK_SIDE, Cut, Grid, HeightCode, PageId, PageSource, Span, SpanBlock, SpansView};
 
 /// Least major distance of what is seen, units: tangents stay finite.
 const LEAST_DISTANCE: f64 = 1.0e-6;
@@ -92,13 +88,9 @@ pub struct Standing<'f> {
 
 /// Follows planes through what stands in one database.
 pub struct StandingMarch<'a> {
-    source: &'a dyn PageSource,
     grid: Grid,
-    objects: &'a SharedObjects,
     metric: Metric,
-    /// The page that was looked up last.
-    page: Option<(PageId, SpansView<'a>)>,
-    blocks: Blocks,
+    blocks: Blocks<'a, dyn PageSource + 'a>,
     passed: Passed,
     /// Tangents of the middles of rows.
     centres: Vec<Sixteen>,
@@ -153,12 +145,9 @@ impl<'a> StandingMarch<'a> {
             clearness: std::array::from_fn(|steps| (1.0 - steps as f32 / f32::from(Span::OPAQUE)).log2()),
         };
         Self {
-            source,
             grid,
-            objects: &header.objects,
             metric,
-            page: None,
-            blocks: Blocks::new(SpanTable::rise(code, grid.spacing)),
+            blocks: Blocks::new(source),
             passed: Passed::default(),
             centres: Vec::new(),
             columns: Box::default(),
@@ -189,20 +178,6 @@ impl<'a> StandingMarch<'a> {
         isa.run(Following { march: self, standing, light })?;
         cover.take(&self.columns);
         Ok(())
-    }
-
-    /// What stands on a page; nothing where all of it is surface.
-    #[inline]
-    fn spans(&mut self, id: PageId) -> Result<SpansView<'a>> {
-        match self.page {
-            Some((known, view)) if known == id => Ok(view),
-            _ => {
-                let view = if self.source.has(id) { self.source.spans(id)? } else { None };
-                let view = view.unwrap_or(SpansView::NONE);
-                self.page = Some((id, view));
-                Ok(view)
-            }
-        }
     }
 }
 
@@ -261,24 +236,15 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             if self.column().is_closed() {
                 break;
             }
-            let id = self.page_of(block.cell, PAGE_SIDE / BLOCK_SIDE);
-            let view = self.march.spans(id)?;
-            let first = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
-            let within = |axis: usize| (first[axis] % i64::from(PAGE_SIDE)) as u32;
-            let corner = [within(0), within(1)];
-            let reach = view.block(corner[0], corner[1]);
+            let (page, view) = self.march.blocks.page(block.cell)?;
+            let [x, y] = corner_on_page(block.cell);
+            let reach = view.block(x, y);
             if reach.high == 0 || self.is_hidden(&reach, &block) {
                 continue;
             }
-            self.cross_block(simd, id, (&view, corner), &block);
+            self.cross_block(simd, (page, &view), &block);
         }
         Ok(())
-    }
-
-    #[inline(always)]
-    fn page_of(&self, cell: [i64; 2], per_page: u32) -> PageId {
-        let [px, py] = cell.map(|cell| (cell / i64::from(per_page)) as u32);
-        PageId { level: BARE, px, py }
     }
 
     /// Height of a code above the eye at a major distance, metres.
@@ -327,18 +293,12 @@ impl<L: FacetLight> Plane<'_, '_, L> {
 
     /// Looks at the voxels of a block.
     #[inline(always)]
-    fn cross_block<V: Simd>(
-        &mut self,
-        simd: V,
-        page: PageId,
-        (view, corner): (&SpansView<'_>, [u32; 2]),
-        block: &Step,
-    ) {
+    fn cross_block<V: Simd>(&mut self, simd: V, (page, view): (PageId, &SpansView<'_>), block: &Step) {
         let Standing { eye, ladder, first, .. } = self.standing;
         let (depth, lane) = (self.depth, self.lane);
         let drop = f64::from(self.standing.group.drop[lane]);
-        let StandingMarch { blocks, metric, columns, objects, passed, centres, .. } = &mut *self.march;
-        let stands = blocks.get(block.cell, (view, corner), objects);
+        let StandingMarch { blocks, metric, columns, passed, centres, .. } = &mut *self.march;
+        let (corner, stands) = (corner_on_page(block.cell), blocks.get(block.cell, view));
         let datum = metric.code.offset - eye.z;
         let above = |from: f64, to: f64| datum - drop * (0.5 * (from + to)).powi(2);
         // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`.
