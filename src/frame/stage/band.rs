@@ -8,7 +8,7 @@ use super::fan::{LookUp, PanoramaFan, Planes, UprightFan};
 use crate::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
 use crate::raymarch::scan::Shape;
 use crate::simd::math::srgb8;
-use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd, Sixteen};
+use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 
 /// Bytes of an 8-bit pixel.
 const RGB: usize = 3;
@@ -24,6 +24,8 @@ pub struct Band<'b> {
     pub range: &'b mut [f32],
     /// Of which parts of rows, [`LANES`] pixels wide, the range is asked for, `[rows][parts of a row]`; the others keep what they hold. Empty: of all.
     pub parts: &'b [bool],
+    /// Whether something stands about each pixel, where its range is asked for, `[rows][width]`. Empty if nobody asks.
+    pub stands: &'b mut [bool],
 }
 
 /// What pixels hold of light.
@@ -165,8 +167,13 @@ impl Filling<'_, '_> {
                 }
                 if band.has_range() && band.asks(row * width.div_ceil(LANES) + column / LANES) {
                     let mut lanes = Sixteen::default();
-                    fan.range(&place).store(&mut lanes.0);
+                    let (range, stands) = fan.range(&place);
+                    range.store(&mut lanes.0);
                     band.range[start..end].copy_from_slice(&lanes.0[..end - start]);
+                    if let Some(marks) = band.stands.get_mut(start..end) {
+                        let bits = stands.bits();
+                        marks.iter_mut().enumerate().for_each(|(lane, mark)| *mark = bits >> lane & 1 != 0);
+                    }
                 }
             }
         }

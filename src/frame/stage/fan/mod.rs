@@ -57,19 +57,20 @@ impl Depths<'_> {
         simd.gather(bytemuck::cast_slice(self.inverse), words)
     }
 
-    /// Inverse depth of pixels about which something stands: that of the nearest word, along the face that is seen there. Elsewhere it is `ground`.
+    /// Inverse depth of pixels about which something stands: that of the nearest word, along the face that is seen there. Elsewhere it is `ground`. And about
+    /// which of them something does.
     ///
     /// Faces end from one plane to the next: between them there is nothing to interpolate.
     #[inline(always)]
-    fn standing<V: Simd>(&self, simd: V, ground: V::F, among: &Among<V>) -> V::F {
+    fn standing<V: Simd>(&self, simd: V, ground: V::F, among: &Among<V>) -> (V::F, V::M) {
         let [across, along] = self.tilts.map(bytemuck::cast_slice);
         if across.is_empty() {
-            return ground;
+            return (ground, simd.mask(0));
         }
         let Among { words, shares: [aside, up] } = among;
         let is_standing = |words: V::I| simd.gather(across, words).lt(simd.splat(GROUND));
         let stands = words.as_flattened().iter().map(|words| is_standing(*words)).reduce(|a, b| a | b);
-        let Some(stands) = stands.filter(|stands| stands.any()) else { return ground };
+        let Some(stands) = stands.filter(|stands| stands.any()) else { return (ground, simd.mask(0)) };
         let half = simd.splat(0.5);
         let (left, below) = (aside.lt(half), up.lt(half));
         let nearest = words.map(|[west, east]| west.select(left, east));
@@ -79,7 +80,7 @@ impl Depths<'_> {
         let (across, along) = (simd.gather(across, nearest), simd.gather(along, nearest));
         let on = aside.mul_add(across, up.mul_add(along, known));
         let on = on.max(known * half).min(known * simd.splat(2.0));
-        on.select(across.lt(simd.splat(GROUND)), known).select(stands, ground)
+        (on.select(across.lt(simd.splat(GROUND)), known).select(stands, ground), stands)
     }
 }
 
@@ -92,8 +93,8 @@ pub trait LookUp<V: Simd> {
     fn place(&self, column: usize, row: usize) -> Self::Place;
     /// Their linear light, in units of the cells' [scale](Scale::units).
     fn light(&self, place: &Self::Place) -> [V::F; 3];
-    /// Their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count.
-    fn range(&self, place: &Self::Place) -> V::F;
+    /// Their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And about which of them something stands.
+    fn range(&self, place: &Self::Place) -> (V::F, V::M);
 }
 
 /// Weights of four neighbours at `share` of the way from the second to the third: the cubic of Keys (1981), which is sharper than a

@@ -80,7 +80,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
     }
 
     #[inline(always)]
-    fn range(&self, place: &Place<V>) -> V::F {
+    fn range(&self, place: &Place<V>) -> (V::F, V::M) {
         let simd = self.simd;
         let zero = simd.splat(0.0);
         let along = self.panorama.harmonic(simd, place.rise);
@@ -88,7 +88,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         for (index, row) in rows.iter_mut().enumerate() {
             *row = self.row(place.below + simd.splat_int(index as i32 - 1));
         }
-        let mut inverse = zero;
+        let (mut inverse, mut stands) = (zero, simd.mask(0));
         let mut left = place.gaze.lit;
         while left.any() {
             let (_, here, between) = self.next(place, left);
@@ -102,11 +102,13 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
             let tap = |plane, row| self.depths.inverse(simd, word(plane, row));
             let ground = along_surface(simd, tap, false, [across, along]);
             let words = [rows[1], rows[2]].map(|row| [west + row, east + row]);
-            let found = self.depths.standing(simd, ground, &Among { words, shares: [share, place.rise] });
+            let (found, standing) =
+                self.depths.standing(simd, ground, &Among { words, shares: [share, place.rise] });
             inverse = found.select(here, inverse);
+            stands = stands | (standing & here);
             left = left & !here;
         }
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), inverse.recip());
-        range.select(zero.lt(inverse), simd.splat(f32::INFINITY))
+        (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), stands)
     }
 }

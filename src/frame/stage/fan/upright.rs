@@ -136,7 +136,7 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
     }
 
     #[inline(always)]
-    fn range(&self, place: &Place<V>) -> V::F {
+    fn range(&self, place: &Place<V>) -> (V::F, V::M) {
         let simd = self.simd;
         let (left, below) = (place.plane.floor(), place.row.floor());
         let (share, rise) = (place.plane - left, place.row - below);
@@ -156,10 +156,10 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
         let one = simd.splat(1.0);
         let ground = along_surface(simd, tap, true, [[one - share, share], [one - rise, rise]]);
         let words = [[word(0, 0), word(1, 0)], [word(0, 1), word(1, 1)]];
-        let inverse = self.depths.standing(simd, ground, &Among { words, shares: [share, rise] });
+        let (inverse, stands) = self.depths.standing(simd, ground, &Among { words, shares: [share, rise] });
         let zero = simd.splat(0.0);
         let range = place.square.sqrt() * inverse.recip();
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), range);
-        range.select(zero.lt(inverse), simd.splat(f32::INFINITY))
+        (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), stands)
     }
 }
