@@ -172,6 +172,48 @@ fn planes_see_what_stands_as_the_reference_does() {
     }
 }
 
+/// A road that rises northward between parapets: walls on decks, of which the planes in between go on above or below the eye.
+#[test]
+fn parapets_of_rising_decks_hide_their_roads() {
+    let (grey, asphalt) = ([220, 220, 210], [10, 10, 12]);
+    let pages = standing(|x, y| {
+        if !(140..156).contains(&x) || !(120..200).contains(&y) {
+            return Vec::new();
+        }
+        let high = 8.0 + 0.25 * SPACING * (f64::from(y) - 160.0);
+        let sloping = |low: f64, high: f64| Span {
+            low: CODE.encode(low),
+            slope: [0, 8],
+            state: Span::OPAQUE | Span::PARALLEL,
+            top: grey,
+            side: grey,
+            ..pillar(high)
+        };
+        let deck = Span { top: asphalt, ..sloping(high - 1.0, high) };
+        match x {
+            140 | 155 => vec![deck, sloping(high, high + 1.5)],
+            _ => vec![deck],
+        }
+    });
+    let farm = Farm::new(2).unwrap();
+    let options = RenderOptions { curvature: Curvature::FLAT, ..RenderOptions::of(pages.header()) };
+    for height in [7.0, 9.3, 11.0, 14.0] {
+        let camera = camera_of(120.0, 140.0, height, [50.0, 2.0, 0.0], 50.0);
+        let fast = Renderer::new(&pages, &options).frame(&camera, &farm).unwrap().frame;
+        let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
+        let light = |frame: &Frame, index: usize| f64::from(frame.colour[index][1]);
+        // Where a face fills a pixel and those about it.
+        let is_inner = |at: &usize| {
+            let own = light(&exact, *at);
+            let about = [at - 1, at + 1, at - 320, at + 320, at - 321, at - 319, at + 319, at + 321];
+            own > 0.0 && about.iter().all(|beside| (light(&exact, *beside) - own).abs() < 0.01)
+        };
+        let inner: Vec<_> = (321..320 * 179 - 1).filter(is_inner).collect();
+        let off = inner.iter().filter(|at| (light(&fast, **at) - light(&exact, **at)).abs() > 0.05).count();
+        assert!(off * 1000 < inner.len(), "{height} m: {off} of {}", inner.len());
+    }
+}
+
 #[test]
 fn objects_are_seen_as_the_spans_that_they_have() {
     let farm = Farm::new(2).unwrap();

@@ -65,8 +65,13 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
     pub fn look_at(&mut self, spans: &[Span], ground: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
-        // A ray that rises meets the lower of two first, one that falls the upper: outward from the eye's height.
-        let first = spans.partition_point(|span| scale * f32::from(span.high) + self.above <= 0.0);
+        // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
+        let eye = [0, 1].map(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
+        let is_below = |span: &Span| {
+            let rise = if span.slope == [0, 0] { 0.0 } else { dot(span.slopes(), eye) * spacing };
+            scale * f32::from(span.high) + self.above + rise <= 0.0
+        };
+        let first = spans.partition_point(is_below);
         let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
         let Some(any) = spans.first() else { return };
         let mut met = [([0.0_f32; 2], any); MOST_SORTED];
