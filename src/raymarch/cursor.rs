@@ -298,15 +298,16 @@ impl<'a, S: PageSource> PageCursor<'a, S> {
         }
     }
 
-    /// Whether the page of a level at a position in units is damaged and was left out, so that a coarser level stands in for it.
+    /// Whether the page that is to be seen at a level and a position in units is damaged and was left out, so that another stands in for it.
     pub fn is_damaged_at(&mut self, level: u8, units: DVec2) -> Result<bool> {
         let (voxel, _) = self.voxels(level).cell_at(units);
-        if self.posts(level, voxel)?.is_some() {
-            return Ok(false);
-        }
+        let present = self.posts(level, voxel)?.is_some();
         let [px, py] =
             self.slots[usize::from(level)].posts.first.map(|first| (first / i64::from(PAGE_SIDE)) as u32);
-        Ok(self.source.is_damaged(PageId { level, px, py }))
+        let id = PageId { level, px, py };
+        // For bare ground that is left out the finest surface stands in.
+        let is_bare_damaged = self.bare && level == 0 && self.source.is_damaged(id.bare());
+        Ok(is_bare_damaged || (!present && self.source.is_damaged(id)))
     }
 }
 

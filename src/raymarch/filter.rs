@@ -191,10 +191,41 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Ok(Lit { blend, units, footprint, normal, sun })
     }
 
-    /// Flags of a pixel whose ray ended at `range` where `level` should be seen: [`Attributes::STAND_IN`] if its page there is damaged.
-    pub fn stand_in(&mut self, ray: &GridRay, range: f64, level: u8) -> Result<u8> {
-        let is_damaged = self.cursor.is_damaged_at(level, ray.at(range).truncate())?;
+    /// Flags of a pixel whose ray ended at `contact`: [`Attributes::STAND_IN`] if the page that should be seen there is damaged.
+    pub fn stand_in(&mut self, ray: &GridRay, contact: &Contact) -> Result<u8> {
+        let units = ray.at(contact.range).truncate();
+        let is_damaged =
+            self.on_ground_of(contact, |filter| filter.cursor.is_damaged_at(contact.wanted, units))?;
         Ok(if is_damaged { Attributes::STAND_IN } else { 0 })
+    }
+
+    /// The contact of a ray with the surface that is to be seen at its range: at the level that stands in there where the page of that is absent.
+    pub fn standing_in(&mut self, ray: &GridRay, contact: Contact) -> Result<Contact> {
+        let units = ray.at(contact.range).truncate();
+        let level = self.on_ground_of(&contact, |filter| filter.present(contact.wanted, units))?;
+        Ok(Contact { level, ..contact })
+    }
+
+    /// How far above the surface a ray is at a contact, metres; `None` where there is none.
+    pub fn clearance(&mut self, ray: &GridRay, contact: &Contact) -> Result<Option<f64>> {
+        let units = ray.at(contact.range).truncate();
+        let height =
+            self.on_ground_of(contact, |filter| filter.cursor.smooth_height(contact.level, units))?;
+        Ok(height.map(|height| ray.height_at(contact.range) - height))
+    }
+
+    /// Width of a pixel at a range, across the ray, metres.
+    pub fn pixel_at(&self, range: f64) -> f64 {
+        self.footprint.at(range)
+    }
+
+    /// The finest level from `level` on whose page is present at a position in units.
+    fn present(&mut self, level: u8, units: DVec2) -> Result<u8> {
+        let (cell, _) = self.cursor.cells(level).cell_at(units);
+        if level == self.coarsest || self.cursor.corners(level, cell)?.is_some() {
+            return Ok(level);
+        }
+        self.present(level + 1, units)
     }
 
     /// Levels whose voxels enclose `width` metres.
@@ -283,7 +314,10 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
     /// Slope eastward and northward, metres per metre: central differences over two voxels of the
     /// smooth surface, so that shading is continuous where facets meet. Beyond the outermost posts,
     /// where the surface goes level, the slope is that of the ground before.
+    ///
+    /// Where the level's page is absent, that of the next coarser one.
     fn gradient(&mut self, level: u8, units: DVec2) -> Result<DVec2> {
+        let level = self.present(level, units)?;
         let side = f64::from(Grid::side_units(level));
         let dims = self.cursor.dims(level);
         let posts = |axis: usize| (0.5 * side, (dims[axis] as f64 - 0.5) * side);

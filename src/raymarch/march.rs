@@ -210,7 +210,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
         hits.clear();
-        let over_area = self.clip(ray);
+        let over_area = if self.solids.is_some() { self.clip(ray) } else { None };
         let (Some((start, end)), Some(solids)) = (over_area, &mut self.solids) else { return Ok(1.0) };
         let near = if self.bare_until > 0.0 { self.bare_until / ray.ground_cosine } else { 0.0 };
         let end = contact.map_or(end, |contact| contact.range).min(near);

@@ -132,6 +132,36 @@ impl<'a, S: PageSource> Solids<'a, S> {
     }
 }
 
+impl<S: PageSource> Solids<'_, S> {
+    /// How high what stands at a place in the area (units) rises, if it hides at least a share `dense` of the light through a voxel's side, metres above the
+    /// datum; `None`: no such thing stands there.
+    ///
+    /// # Errors
+    /// A page that is damaged.
+    pub fn highest_at(&mut self, units: DVec2, dense: f32) -> Result<Option<f64>> {
+        let Measure { lattice, spacing, .. } = self.measure;
+        let (cell, within) = lattice.cell_at(units);
+        let block = cell.map(|cell| cell / i64::from(BLOCK_SIDE));
+        let (_, view) = self.blocks.page(block)?;
+        let [x, y] = cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
+        let at = within - 0.5;
+        let measure = self.measure;
+        let holds = |span: &&Span| {
+            let half = 0.5 * (measure.height(span.high) - measure.height(span.low)) / spacing;
+            span.opacity() >= dense
+                && span.walls().enumerate().all(|(index, (normal, distance))| {
+                    let beyond = DVec2::from(normal.map(f64::from)).dot(at) - f64::from(distance);
+                    if index == 0 && span.is(Span::STRIP) { beyond.abs() <= half } else { beyond <= 0.0 }
+                })
+        };
+        let top = |span: &Span| {
+            measure.height(span.high) + DVec2::from(span.slopes().map(f64::from)).dot(at) * spacing
+        };
+        let spans = self.blocks.get(block, &view).of(x, y);
+        Ok(spans.iter().filter(holds).map(top).reduce(f64::max))
+    }
+}
+
 #[cfg(test)]
 impl<S: PageSource> Solids<'_, S> {
     /// [`Self::along`], voxel by voxel: what passing many at once is held against.

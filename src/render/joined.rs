@@ -8,6 +8,7 @@ use super::shadows::Shadows;
 use super::{Account, Rendered, Renderer, clouds, fall, matte, planes, puffs, reference};
 use crate::colour::srgb8_picture;
 use crate::error::Result;
+use crate::frame::Frame;
 use crate::frame::Picture;
 use crate::frame::stage::Pixels;
 use crate::objects::{Body, PointLight, Puff, SQUARE, View};
@@ -85,9 +86,9 @@ impl<S: PageSource> Renderer<'_, S> {
     ) -> Result<Rendered> {
         let Things { bodies, lights, puffs } = things;
         self.options.check(camera)?;
-        let mut rendered = match self.planes(camera, farm)? {
+        let (mut rendered, own) = match self.planes(camera, farm)? {
             Some(view) => planes::frame(self, &view, describes, farm)?,
-            None => self.by_reference(camera, farm)?,
+            None => (self.by_reference(camera, farm)?, None),
         };
         self.source.intact()?;
         if self.options.matte {
@@ -118,6 +119,12 @@ impl<S: PageSource> Renderer<'_, S> {
             let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
             fall::add(self, camera, rows.collect(), &frame.range, farm)
         })?;
+        let Frame { range, level, .. } = &mut rendered.frame;
+        for ((range, level), own) in range.iter_mut().zip(level).zip(own.unwrap_or_default()) {
+            if *level != Frame::BODY_LEVEL {
+                *range = own;
+            }
+        }
         Ok(rendered)
     }
 

@@ -140,38 +140,43 @@ pub fn picture<S: PageSource>(
     let bands = rgb
         .chunks_mut(band * 3)
         .zip(ranges.zip(parts))
-        .map(|(rgb, (range, parts))| Band { light: Pixels::Srgb8(rgb), range, parts, stands: &mut [] })
+        .map(|(rgb, (range, parts))| Band { light: Pixels::Srgb8(rgb), range, parts, outlines: &mut [] })
         .collect();
     let scale = Scale::under(renderer.options.brightness().tint());
     let account = render(renderer, view, farm, bands, scale)?;
     Ok((Picture { width, height, rgb }, account))
 }
 
-/// Renders a frame with all its planes; unless it `describes` surfaces, normals, levels and ids are those of the sky, and ranges of what stands those of the
-/// nearest plane and row.
+/// Renders a frame with all its planes; unless it `describes` surfaces, normals, levels and ids are those of the sky. Ranges at outlines are those of the nearest
+/// plane and row; if it does, those along the pixels' own rays come beside.
 pub fn frame<S: PageSource>(
     renderer: &Renderer<'_, S>,
     view: &View<'_>,
     describes: bool,
     farm: &Farm,
-) -> Result<Rendered> {
+) -> Result<(Rendered, Option<Vec<f32>>)> {
     let mut frame = Frame::sky(view.camera.clone());
     let width = view.camera.width as usize;
     let band = band_rows(farm) * width;
-    let asks = describes && renderer.source.header().is_built;
-    let mut stands = vec![false; if asks { frame.range.len() } else { 0 }];
+    let mut outlines = vec![false; if describes { frame.range.len() } else { 0 }];
     let bands = frame
         .colour
         .chunks_mut(band)
         .zip(frame.range.chunks_mut(band))
-        .zip(stands.chunks_mut(band).chain(std::iter::repeat_with(Default::default)))
-        .map(|((colour, range), stands)| Band { light: Pixels::Linear(colour), range, parts: &[], stands })
+        .zip(outlines.chunks_mut(band).chain(std::iter::repeat_with(Default::default)))
+        .map(|((colour, range), outlines)| Band {
+            light: Pixels::Linear(colour),
+            range,
+            parts: &[],
+            outlines,
+        })
         .collect();
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
-    if describes {
-        super::surface::describe(renderer, &mut frame, &stands, farm)?;
-    }
-    Ok(Rendered { frame, account })
+    let own = match describes {
+        true => Some(super::surface::describe(renderer, &mut frame, &outlines, farm)?),
+        false => None,
+    };
+    Ok((Rendered { frame, account }, own))
 }
 
 /// Rows of an image task.

@@ -76,7 +76,6 @@ fn render_subimage<S: PageSource>(
     let columns = subimage.first_column..subimage.first_column + subimage.columns;
     let started = Instant::now();
     let header = source.header();
-    let bands = level_bands(header, camera, options);
     let mut marcher = marcher(source, camera, options);
     let mut filter = SurfaceFilter::new(source, camera.footprint()).shaded(shades);
     if options.tile_world {
@@ -109,8 +108,7 @@ fn render_subimage<S: PageSource>(
             }
             if let Some(contact) = contact {
                 let mut sample = filter.sample(&ray, contact)?;
-                let seen = bands.level_at(contact.range * ray.ground_cosine);
-                sample.attributes.flags |= filter.stand_in(&ray, contact.range, seen)?;
+                sample.attributes.flags |= filter.stand_in(&ray, contact)?;
                 pixel.ground = Some((sample, sensor.radiance(&sample)));
             }
             pixels.push(pixel);

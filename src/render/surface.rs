@@ -1,7 +1,13 @@
-//! What a frame says of each pixel's surface besides its light: normal, level, id; and its range where something stands.
+//! What a frame says of each pixel's surface besides its light: normal, level, id; and its range at outlines.
 //!
-//! Planes and rows lie up to half a pixel beside a pixel's own ray. Ground seldom ends in between; of what stands there is an outline in every second pixel
-//! of a wood. So there the own ray is followed.
+//! Planes and rows lie up to half a pixel beside a pixel's own ray. Of what stands there is an outline in every second pixel of a wood; the surface ends at ridges,
+//! and at buildings and trees that are part of it further away. There the own ray is followed:
+//!
+//! ```text
+//! the planes and rows about the pixel see different things, or something that stands
+//! something stands before what planes found
+//! the ray passes what planes found by more than a pixel
+//! ```
 
 use glam::Vec3;
 
@@ -12,14 +18,15 @@ use crate::raymarch::{Contact, GridRay, LevelBands, Marcher, SolidHit, SurfaceFi
 use crate::subimage::{Farm, Stage};
 use crate::voxel::{Attributes, PageSource};
 
-/// Fills normal, level and id of the pixels that see something, and sets right the ranges of those about which something `stands` (`[height][width]`; empty: about
-/// none), or before which something does.
+/// Fills normal, level and id of the pixels that see something. Returns ranges, `[height][width]`, that are right where there may be `outlines`; the frame keeps those
+/// by which things are merged into it as they are into pictures.
 pub fn describe<S: PageSource>(
     renderer: &Renderer<'_, S>,
     frame: &mut Frame,
-    stands: &[bool],
+    outlines: &[bool],
     farm: &Farm,
-) -> Result<()> {
+) -> Result<Vec<f32>> {
+    let mut ranges = frame.range.clone();
     let camera = frame.camera.clone();
     let (width, rows) = (camera.width as usize, farm.task_size().rows.max(1) as usize);
     let source = renderer.source;
@@ -28,10 +35,10 @@ pub fn describe<S: PageSource>(
         .chunks_mut(width * rows)
         .zip(frame.level.chunks_mut(width * rows))
         .zip(frame.id.chunks_mut(width * rows))
-        .zip(frame.range.chunks_mut(width * rows))
-        .zip(stands.chunks(width * rows).chain(std::iter::repeat(Default::default())))
+        .zip(ranges.chunks_mut(width * rows))
+        .zip(outlines.chunks(width * rows))
         .collect();
-    farm.each(Stage::Image, tasks, |task, ((((normal, level), id), range), stands)| {
+    farm.each(Stage::Image, tasks, |task, ((((normal, level), id), range), outlines)| {
         let mut sight = Sight {
             marcher: reference::marcher(source, &camera, &renderer.options),
             filter: SurfaceFilter::new(source, camera.footprint()),
@@ -42,7 +49,7 @@ pub fn describe<S: PageSource>(
             let (column, row) = (pixel % width, task * rows + pixel / width);
             let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
             let ray = sight.marcher.ray(ray.origin, ray.direction);
-            let Some(seen) = sight.look(&ray, *range, stands.get(pixel) == Some(&true))? else {
+            let Some(seen) = sight.look(&ray, *range, outlines[pixel])? else {
                 *range = f32::INFINITY;
                 continue;
             };
@@ -50,7 +57,8 @@ pub fn describe<S: PageSource>(
             id[pixel] = Frame::pixel_id(seen.attributes);
         }
         Ok(())
-    })
+    })?;
+    Ok(ranges)
 }
 
 /// Looks along rays of pixels.
@@ -70,13 +78,14 @@ struct Seen {
 }
 
 impl<S: PageSource> Sight<'_, S> {
-    /// What a ray sees, of which planes found a range (metres; infinite: the sky), and whether something stands about it; `None`: the sky.
-    fn look(&mut self, ray: &GridRay, range: f32, stands: bool) -> Result<Option<Seen>> {
-        let found = range.is_finite().then(|| self.contact(ray, f64::from(range)));
-        let is_clear = !stands && self.marcher.half_hidden(ray, found.as_ref(), &mut self.hits)?.is_none();
-        if is_clear {
-            let seen = found.map(|contact| self.ground(ray, &contact)).transpose()?;
-            return Ok(seen.map(|seen| Seen { range, ..seen }));
+    /// What a ray sees, of which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
+    fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<Seen>> {
+        if !is_outline {
+            let found = if range.is_finite() { Some(self.contact(ray, f64::from(range))?) } else { None };
+            if self.is_met(ray, found.as_ref())? {
+                let seen = found.map(|contact| self.ground(ray, &contact)).transpose()?;
+                return Ok(seen.map(|seen| Seen { range, ..seen }));
+            }
         }
         let mut hit = self.marcher.half_hidden(ray, None, &mut self.hits)?;
         // As a rule what hides the ground is much nearer, and the ground is looked for no further.
@@ -94,16 +103,27 @@ impl<S: PageSource> Sight<'_, S> {
         contact.map(|contact| self.ground(ray, &contact)).transpose()
     }
 
+    /// Whether a ray meets what was found, the sky or a surface, to a pixel, and nothing that stands before.
+    fn is_met(&mut self, ray: &GridRay, found: Option<&Contact>) -> Result<bool> {
+        if let Some(contact) = found
+            && let Some(above) = self.filter.clearance(ray, contact)?
+            && above.abs() > self.filter.pixel_at(contact.range)
+        {
+            return Ok(false);
+        }
+        Ok(self.marcher.half_hidden(ray, found, &mut self.hits)?.is_none())
+    }
+
     /// Where a ray meets the surface that is to be seen at a range.
-    fn contact(&self, ray: &GridRay, range: f64) -> Contact {
+    fn contact(&mut self, ray: &GridRay, range: f64) -> Result<Contact> {
         let distance = range * ray.ground_cosine;
         let (level, bare) = (self.bands.level_at(distance), self.bands.is_bare_at(distance));
-        Contact { range, level, wanted: level, face: None, bare }
+        self.filter.standing_in(ray, Contact { range, level, wanted: level, face: None, bare })
     }
 
     fn ground(&mut self, ray: &GridRay, contact: &Contact) -> Result<Seen> {
         let (normal, mut attributes) = self.filter.surface(ray, contact)?;
-        attributes.flags |= self.filter.stand_in(ray, contact.range, contact.wanted)?;
+        attributes.flags |= self.filter.stand_in(ray, contact)?;
         Ok(Seen { range: contact.range as f32, normal, level: contact.level, attributes })
     }
 }

@@ -24,8 +24,8 @@ pub struct Band<'b> {
     pub range: &'b mut [f32],
     /// Of which parts of rows, [`LANES`] pixels wide, the range is asked for, `[rows][parts of a row]`; the others keep what they hold. Empty: of all.
     pub parts: &'b [bool],
-    /// Whether something stands about each pixel, where its range is asked for, `[rows][width]`. Empty if nobody asks.
-    pub stands: &'b mut [bool],
+    /// Whether there may be an outline in each pixel, where its range is asked for, `[rows][width]`. Empty if nobody asks.
+    pub outlines: &'b mut [bool],
 }
 
 /// What pixels hold of light.
@@ -167,11 +167,11 @@ impl Filling<'_, '_> {
                 }
                 if band.has_range() && band.asks(row * width.div_ceil(LANES) + column / LANES) {
                     let mut lanes = Sixteen::default();
-                    let (range, stands) = fan.range(&place);
+                    let (range, outlines) = fan.range(&place);
                     range.store(&mut lanes.0);
                     band.range[start..end].copy_from_slice(&lanes.0[..end - start]);
-                    if let Some(marks) = band.stands.get_mut(start..end) {
-                        let bits = stands.bits();
+                    if let Some(marks) = band.outlines.get_mut(start..end) {
+                        let bits = outlines.bits();
                         marks.iter_mut().enumerate().for_each(|(lane, mark)| *mark = bits >> lane & 1 != 0);
                     }
                 }

@@ -93,7 +93,8 @@ pub trait LookUp<V: Simd> {
     fn place(&self, column: usize, row: usize) -> Self::Place;
     /// Their linear light, in units of the cells' [scale](Scale::units).
     fn light(&self, place: &Self::Place) -> [V::F; 3];
-    /// Their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And about which of them something stands.
+    /// Their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And where there may be an outline: an edge, or
+    /// something that stands.
     fn range(&self, place: &Self::Place) -> (V::F, V::M);
 }
 
@@ -111,6 +112,8 @@ fn cubic<V: Simd>(simd: V, share: V::F) -> [V::F; 4] {
 /// Inverse depth between four neighbours, with the weights of left and right and of below and above. Across an edge it is that of the nearest, and goes on from
 /// there as the surface on that side does.
 ///
+/// And where there is an edge.
+///
 /// `tap` is what the weights are of, for a plane, 0 and 1 being those to the left and to the right, in a row, 0 and 1 being those below and above. Where the four
 /// differ it is asked for those beside them, −1 and 2. `is_plain`: it is linear between planes and rows where the surface is a plane, so a surface that bends is
 /// followed; and planes beside were marched.
@@ -120,7 +123,7 @@ fn along_surface<V: Simd>(
     tap: impl Fn(i32, i32) -> V::F,
     is_plain: bool,
     [across, along]: [[V::F; 2]; 2],
-) -> V::F {
+) -> (V::F, V::M) {
     let row = |row: i32| [tap(0, row), tap(1, row)];
     let (lower, upper) = (row(0), row(1));
     let low = lower[1].mul_add(across[1], lower[0] * across[0]);
@@ -131,7 +134,7 @@ fn along_surface<V: Simd>(
         & is_near(simd, FLAT, lower[0], upper[0])
         & is_near(simd, FLAT, lower[1], upper[1]);
     if is_flat.all() {
-        return straight;
+        return (straight, simd.mask(0));
     }
     let (under, over) = (row(-1), row(2));
     let is_smooth = is_near(simd, EDGE, lower[0], lower[1])
@@ -166,7 +169,7 @@ fn along_surface<V: Simd>(
     }
     // An eye at the surface has no steps.
     let found = curved.select(is_smooth, on.max(known * simd.splat(0.5)));
-    found.select(known.lt(simd.splat(AT_EYE)), known)
+    (found.select(known.lt(simd.splat(AT_EYE)), known), !is_smooth)
 }
 
 /// The lesser of two values of one sign; 0 of two (the minmod limiter, Roe 1986).

@@ -88,7 +88,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         for (index, row) in rows.iter_mut().enumerate() {
             *row = self.row(place.below + simd.splat_int(index as i32 - 1));
         }
-        let (mut inverse, mut stands) = (zero, simd.mask(0));
+        let (mut inverse, mut is_outline) = (zero, simd.mask(0));
         let mut left = place.gaze.lit;
         while left.any() {
             let (_, here, between) = self.next(place, left);
@@ -100,15 +100,15 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
             };
             let across = [simd.splat(1.0) - share, share];
             let tap = |plane, row| self.depths.inverse(simd, word(plane, row));
-            let ground = along_surface(simd, tap, false, [across, along]);
+            let (ground, is_edge) = along_surface(simd, tap, false, [across, along]);
             let words = [rows[1], rows[2]].map(|row| [west + row, east + row]);
             let (found, standing) =
                 self.depths.standing(simd, ground, &Among { words, shares: [share, place.rise] });
             inverse = found.select(here, inverse);
-            stands = stands | (standing & here);
+            is_outline = is_outline | ((standing | is_edge) & here);
             left = left & !here;
         }
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), inverse.recip());
-        (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), stands)
+        (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), is_outline)
     }
 }

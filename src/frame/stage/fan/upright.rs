@@ -154,12 +154,12 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             self.depths.inverse(simd, word(plane, row)) * (at.mul_add(per_row, first) * per_depth)
         };
         let one = simd.splat(1.0);
-        let ground = along_surface(simd, tap, true, [[one - share, share], [one - rise, rise]]);
+        let (ground, is_edge) = along_surface(simd, tap, true, [[one - share, share], [one - rise, rise]]);
         let words = [[word(0, 0), word(1, 0)], [word(0, 1), word(1, 1)]];
         let (inverse, stands) = self.depths.standing(simd, ground, &Among { words, shares: [share, rise] });
         let zero = simd.splat(0.0);
         let range = place.square.sqrt() * inverse.recip();
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), range);
-        (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), stands)
+        (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), stands | is_edge)
     }
 }
