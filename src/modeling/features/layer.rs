@@ -37,6 +37,17 @@ pub struct Geometry {
     pub lines: Vec<Path>,
     /// Polygons.
     pub areas: Vec<Area>,
+    /// Where lines meet those of other rows; known of roads once all layers are.
+    pub joints: Vec<Joint>,
+}
+
+/// A place where a line meets one of another row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joint {
+    /// Where, in the units of the system.
+    pub place: DVec2,
+    /// Half the width of the wider way there, on which this one goes on, metres; 0 on the widest.
+    pub half_m: f64,
 }
 
 impl Path {
@@ -81,6 +92,7 @@ impl Geometry {
             points: self.points.transformed(transform)?,
             lines: self.lines.iter().map(|line| line.transformed(transform)).collect::<Option<_>>()?,
             areas: self.areas.iter().map(area).collect::<Option<_>>()?,
+            joints: Vec::new(),
         })
     }
 
@@ -209,6 +221,17 @@ pub struct Columns {
     pub class: Option<String>,
 }
 
+impl Columns {
+    /// All names that are given.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let Self { height, min_height, levels, width, diameter, .. } = self;
+        let Self { roof_shape, roof_height, colour, roof_colour, material, class, .. } = self;
+        let sizes = [height, min_height, levels, width, diameter, roof_height];
+        let kinds = [roof_shape, colour, roof_colour, material, class];
+        sizes.into_iter().chain(kinds).filter_map(|name| name.as_deref())
+    }
+}
+
 /// What a file of features does not say of itself.
 #[derive(Debug, Clone, Default)]
 pub struct LayerOptions {
@@ -224,28 +247,37 @@ pub struct LayerOptions {
     pub materials: Materials,
 }
 
-/// Rows that are left out, counted by reason.
+/// Rows that are left out, all of them or in part, counted by reason.
 #[derive(Debug, Default)]
-pub struct LeftOut(BTreeMap<String, (usize, String)>);
+pub struct LeftOut {
+    reasons: BTreeMap<String, (usize, String)>,
+    in_part: bool,
+}
 
 /// Reasons that are told apart.
 const MOST_REASONS: usize = 20;
 
 impl LeftOut {
+    /// None yet, of which only a part is left out.
+    pub fn in_part() -> Self {
+        Self { in_part: true, ..Self::default() }
+    }
+
     /// One more row, by its place.
     pub fn add(&mut self, place: &str, reason: impl Into<String>) {
         let reason = reason.into();
-        let known = self.0.len() < MOST_REASONS || self.0.contains_key(&reason);
+        let known = self.reasons.len() < MOST_REASONS || self.reasons.contains_key(&reason);
         let reason = if known { reason } else { "other reasons".to_owned() };
-        self.0.entry(reason).or_insert_with(|| (0, place.to_owned())).0 += 1;
+        self.reasons.entry(reason).or_insert_with(|| (0, place.to_owned())).0 += 1;
     }
 
     /// One sentence for each reason, after the name of the file.
     pub fn into_notes(self, file: &str) -> Vec<String> {
+        let part = if self.in_part { " in part" } else { "" };
         let note = |(reason, (count, first)): (String, (usize, String))| match count {
-            1 => format!("{file}: {first} is left out: {reason}"),
-            _ => format!("{file}: {count} rows are left out: {reason} (the first of them is {first})"),
+            1 => format!("{file}: {first} is left out{part}: {reason}"),
+            _ => format!("{file}: {count} rows are left out{part}: {reason} (the first of them is {first})"),
         };
-        self.0.into_iter().map(note).collect()
+        self.reasons.into_iter().map(note).collect()
     }
 }

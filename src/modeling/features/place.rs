@@ -9,6 +9,7 @@
 use super::kinds::Meaning;
 use super::layer::{Geometry, Layer, LayerOptions, LeftOut};
 use super::meaning::{hash, interpret_all};
+use super::read::rings::crosses_itself;
 use super::shape::Footprint;
 use crate::error::Result;
 use crate::geo::{Crs, Transform};
@@ -42,6 +43,7 @@ pub fn place(
     let file = super::super::inputs::file_name(&layer.path);
     let (meanings, mut notes) = interpret_all(layer, options);
     let (mut features, mut left_out) = (Vec::with_capacity(meanings.len()), LeftOut::default());
+    let mut halved = LeftOut::in_part();
     let reaches = |[west, south, east, north]: [f64; 4]| {
         west <= area[2] + REACH
             && east >= area[0] - REACH
@@ -54,26 +56,47 @@ pub fn place(
             left_out.add(&row.place, format!("it has no place in {}", crs.name()));
             continue;
         };
-        if encloses_nothing(&meaning, &geometry) {
+        if needs_outline(&meaning) && geometry.areas.is_empty() {
+            left_out.add(&row.place, "it is a building, and has no outline but a point or a line");
+        } else if encloses_nothing(&meaning, &geometry) {
             left_out.add(&row.place, "its outline encloses nothing: it crosses itself, or is a line");
         } else if geometry.bounds().is_some_and(reaches) {
+            if is_enclosed(&meaning, &geometry)
+                && geometry.areas.iter().any(|area| crosses_itself(&area.outer.places))
+            {
+                halved.add(
+                    &row.place,
+                    "its outline crosses itself, and what that goes around the other way is no inside",
+                );
+            }
             features.push(Feature { meaning, geometry, hash: hash(&format!("{file} {}", row.place)) });
         } else {
             left_out.add(&row.place, "it lies outside of the area");
         }
     }
+    notes.extend(halved.into_notes(&file));
     notes.extend(left_out.into_notes(&file));
     Ok((features, notes))
 }
 
+/// Whether a feature is nothing without an area.
+fn needs_outline(meaning: &Meaning) -> bool {
+    matches!(meaning, Meaning::Building(_))
+}
+
+/// Whether a feature is what its outlines enclose.
+fn is_enclosed(meaning: &Meaning, geometry: &Geometry) -> bool {
+    let Geometry { points, lines, areas, .. } = geometry;
+    // Walls and fences run along outlines.
+    !areas.is_empty()
+        && points.places.is_empty()
+        && lines.is_empty()
+        && !matches!(meaning, Meaning::Barrier(_))
+}
+
 /// Whether a feature is an area and its outline none.
 fn encloses_nothing(meaning: &Meaning, geometry: &Geometry) -> bool {
-    let Geometry { points, lines, areas } = geometry;
-    let is_area = !areas.is_empty() && points.places.is_empty() && lines.is_empty();
-    // Walls and fences run along outlines.
-    is_area
-        && !matches!(meaning, Meaning::Barrier(_))
-        && areas.iter().all(|area| Footprint::of(area).is_none())
+    is_enclosed(meaning, geometry) && geometry.areas.iter().all(|area| Footprint::of(area).is_none())
 }
 
 #[cfg(test)]
@@ -150,15 +173,25 @@ mod tests {
         let bow_tie = "[612010,5241010],[612020,5241020],[612020,5241010],[612010,5241020],[612010,5241010]";
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.geojson");
-        let lines = [polygon(r#""building":"yes""#, bow_tie), polygon(r#""barrier":"fence""#, bow_tie)];
+        let uneven = "[612010,5241030],[612020,5241044],[612020,5241030],[612010,5241040],[612010,5241030]";
+        let lines = [
+            polygon(r#""building":"yes""#, bow_tie),
+            polygon(r#""barrier":"fence""#, bow_tie),
+            polygon(r#""building":"yes""#, uneven),
+            polygon(r#""barrier":"fence""#, uneven),
+        ];
         std::fs::write(&path, lines.join("\n")).unwrap();
         let options = LayerOptions { crs: Some("EPSG:25832".into()), ..LayerOptions::default() };
         let crs = Crs::from_epsg(25832).unwrap();
         let (features, notes) = place(&read(&path, &options).unwrap(), &options, &crs, AREA).unwrap();
-        assert_eq!(features.len(), 1, "{notes:?}");
-        let expected =
-            "a.geojson: feature 1 is left out: its outline encloses nothing: it crosses itself, or is a line";
-        assert!(notes.iter().any(|note| note == expected), "{notes:?}");
+        assert_eq!(features.len(), 3, "{notes:?}");
+        for expected in [
+            "a.geojson: feature 1 is left out: its outline encloses nothing: it crosses itself, or is a line",
+            "a.geojson: feature 3 is left out in part: its outline crosses itself, and what that goes around the other way is no inside",
+        ] {
+            assert!(notes.iter().any(|note| note == expected), "{notes:?}");
+        }
+        assert!(!notes.iter().any(|note| note.contains("feature 4") || note.contains("rows")), "{notes:?}");
     }
 
     #[test]

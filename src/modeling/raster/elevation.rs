@@ -176,9 +176,11 @@ impl ElevationRaster {
             undeclared.iter().map(|(value, count)| (f64::from_bits(value.0), *count)).collect();
         values.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.total_cmp(&b.0)));
         for (value, count) in values.iter().take(TOLD_APART) {
+            let remedy =
+                if value.is_finite() { format!("; --nodata {value} says the same") } else { String::new() };
             notes.push(format!(
                 "{}: {count} samples of {value} are no heights and are taken as voids, though the file does not declare \
-                 them; --nodata {value} says the same",
+                 them{remedy}",
                 info.path.display()
             ));
         }

@@ -61,6 +61,11 @@ pub fn interpret_all(layer: &Layer, options: &LayerOptions) -> (Vec<(usize, Mean
     let file = super::super::inputs::file_name(&layer.path);
     let (mut meanings, mut notes, mut doubtful, mut left_out) =
         (Vec::new(), Vec::new(), 0, LeftOut::default());
+    for name in options.columns.names() {
+        if !layer.rows.iter().any(|row| row.attributes.get(name).is_some()) {
+            notes.push(format!("{file}: no row has the attribute {name}, which is said to hold something"));
+        }
+    }
     for (index, row) in layer.rows.iter().enumerate() {
         let Interpreted { meaning, doubts } = interpret(row, options);
         for doubt in doubts {

@@ -163,14 +163,14 @@ fn plausible(path: &Path, crs: &Crs, rows: &[Row]) -> Result<()> {
         return Err(Error::unsupported(
             path,
             format!("{extent} cannot be degrees of {name}"),
-            "it was written in another system, or with northings first: say so in the file (ogr2ogr -a_srs EPSG:…)",
+            "it was written in another system, or with northings first: say so in the file (ogr2ogr -a_srs EPSG:…), or, of one that states none, with `crs` of [[features]]",
         ));
     }
     if !crs.is_local() && in_degrees {
         return Err(Error::unsupported(
             path,
             format!("{extent} look like degrees, but would be taken as metres ({name})"),
-            "say the right system in the file (ogr2ogr -a_srs EPSG:4326)",
+            "say the right system in the file (ogr2ogr -a_srs EPSG:4326), or, of one that states none, with `crs` of [[features]]",
         ));
     }
     Ok(())

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use super::super::layer::{Area, Path, bounds};
 
-/// Rings of one row that are compared with each other; more of them are taken by the way they run.
+/// Rings of one row that are compared with each other; more of them are taken by the way they run. Likewise edges over the same stretch eastward.
 const MOST_COMPARED: usize = 2000;
 
 /// Twice the area that a ring encloses, positive if it runs counter-clockwise.
@@ -27,6 +27,23 @@ pub(in super::super) fn is_inside(ring: &[DVec2], place: DVec2) -> bool {
         (a.y > place.y) != (b.y > place.y) && place.x < a.x + (place.y - a.y) / (b.y - a.y) * (b.x - a.x)
     };
     pairs.filter(crosses).count() % 2 == 1
+}
+
+/// Whether a ring crosses itself. Edges that touch do not cross: rounding would find faults in sound rings.
+pub(in super::super) fn crosses_itself(ring: &[DVec2]) -> bool {
+    let eastward = |(a, b): (DVec2, DVec2)| if a.x <= b.x { [a, b] } else { [b, a] };
+    let mut edges: Vec<_> =
+        ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)).map(eastward).collect();
+    edges.sort_by(|one, other| one[0].x.total_cmp(&other[0].x));
+    let is_between = |edge: &[DVec2; 2], other: &[DVec2; 2]| {
+        let [from, to] = other.map(|place| (edge[1] - edge[0]).perp_dot(place - edge[0]));
+        let least = 1e-9 * (edge[1] - edge[0]).length() * (other[1] - other[0]).length();
+        from * to < 0.0 && from.abs().min(to.abs()) > least
+    };
+    edges.iter().enumerate().any(|(index, one)| {
+        let beside = edges[index + 1..].iter().take_while(|other| other[0].x <= one[1].x);
+        beside.take(MOST_COMPARED).any(|other| is_between(one, other) && is_between(other, one))
+    })
 }
 
 /// Whether `outer` holds `inner`, both rings that do not cross.

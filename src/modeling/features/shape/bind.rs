@@ -57,7 +57,7 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
             .map(|bridge| Bound::Bridge(Box::new(bridge)))
             .collect(),
         Meaning::Way(way) => lines()
-            .filter_map(|line| BoundWay::bind(way, line, ground))
+            .filter_map(|line| BoundWay::bind(way, &geometry.joints, line, ground))
             .map(|way| Bound::Way(Box::new(way)))
             .collect(),
         Meaning::River(width) => {
@@ -248,6 +248,7 @@ impl Bound {
         match self {
             Self::Way(way) => way.grade(square, natural),
             Self::Cover(cover) => cover.grade(square),
+            Self::Bridge(bridge) => bridge.grade(square),
             _ => Vec::new(),
         }
     }

@@ -46,10 +46,9 @@ impl BoundCover {
             _ => Rank::Cover,
         };
         let grade = |cover: super::footprint::Cover| Graded {
-            index: square.index(cover.column, cover.row),
             height_m: self.level_m.filter(|_| cover.share >= 0.5),
             paint: Some((self.paint, cover.share)),
-            rank,
+            ..Graded::any(square.index(cover.column, cover.row), rank)
         };
         self.footprint.cover(square).into_iter().map(grade).collect()
     }

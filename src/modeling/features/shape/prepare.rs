@@ -1,11 +1,11 @@
-//! What features are only together: bridges in several pieces, and buildings that stand there as a whole and in parts.
+//! What features are only together: bridges in several pieces, roads that meet, and buildings that stand there as a whole and in parts.
 
 use std::collections::HashMap;
 
 use glam::DVec2;
 
 use super::super::kinds::{Meaning, WayKind};
-use super::super::layer::{Area, Geometry, Path};
+use super::super::layer::{Area, Geometry, Joint, Path};
 use super::super::place::Feature;
 use super::footprint::Footprint;
 use super::roof::{Frame, hull};
@@ -91,7 +91,47 @@ const COVERED: f64 = 0.6;
 /// What features of all layers are together.
 pub fn prepare(features: &mut [Feature]) {
     join_bridges(features);
+    join_roads(features);
     drop_outlines(features);
+}
+
+/// Finds where roads end on others: there all of them keep the ground's height, so that they meet, and narrower ones go on level to the middle of the wider one.
+fn join_roads(features: &mut [Feature]) {
+    let road = |feature: &Feature| match feature.meaning {
+        Meaning::Way(way) if way.kind == WayKind::Road => Some(way),
+        _ => None,
+    };
+    /// What meets at a node: how many roads, the half width of the widest one, and whether one of them ends there.
+    #[derive(Default)]
+    struct Meeting {
+        roads: usize,
+        half_m: f64,
+        has_end: bool,
+    }
+    let mut meetings: HashMap<Node, Meeting> = HashMap::new();
+    for feature in features.iter() {
+        let Some(way) = road(feature) else { continue };
+        for line in &feature.geometry.lines {
+            let last = line.places.len().saturating_sub(1);
+            for (index, place) in line.places.iter().enumerate() {
+                let meeting = meetings.entry(node(*place)).or_default();
+                meeting.roads += 1;
+                meeting.has_end |= index == 0 || index == last;
+                // Decks have heights of their own.
+                meeting.half_m = meeting.half_m.max(if way.is_bridge { 0.0 } else { 0.5 * way.width_m });
+            }
+        }
+    }
+    for feature in features.iter_mut() {
+        let Some(way) = road(feature).filter(|way| !way.is_bridge) else { continue };
+        let joints = feature.geometry.lines.iter().flat_map(|line| &line.places).filter_map(|place| {
+            let meeting =
+                meetings.get(&node(*place)).filter(|meeting| meeting.roads > 1 && meeting.has_end)?;
+            let half_m = if meeting.half_m > 0.5 * way.width_m { meeting.half_m } else { 0.0 };
+            Some(Joint { place: *place, half_m })
+        });
+        feature.geometry.joints = joints.collect();
+    }
 }
 
 /// Drops outlines of buildings that are there in parts, too, as OpenStreetMap has it: the outline is then no solid of its own.
@@ -132,8 +172,8 @@ mod tests {
     use glam::dvec2;
 
     use super::super::super::kinds::{Building, Rise, RoofShape, Top, Way};
-    use super::super::super::shape::{Bound, bind};
-    use super::super::testing::{at, house, of_area, of_line, raised, rectangle, road, square};
+    use super::super::super::shape::{Bound, bind, settle};
+    use super::super::testing::{at, house, natural, of_area, of_line, raised, rectangle, road, square};
     use super::*;
 
     #[test]
@@ -160,6 +200,36 @@ mod tests {
             let decks = raised(&bound, &square(1.0), &valley);
             assert!(decks.iter().all(|(_, solid)| solid.low_m.is_none() || solid.high_m >= 100.0));
         }
+    }
+
+    #[test]
+    fn roads_meet_in_height_where_one_ends_on_another() {
+        // A slope across the main road, which alone would be cut and filled by a smoothed profile.
+        let slope = |place: DVec2| Some(0.25 * (place.y - at(0.0, 0.0).y) + 4.0 * (0.05 * place.x).sin());
+        let feature = |width: f64, places: &[DVec2]| Feature {
+            meaning: Meaning::Way(road(width)),
+            geometry: of_line(places),
+            hash: 1,
+        };
+        let mut features = [
+            feature(12.0, &[at(0.0, 24.0), at(31.0, 24.0), at(63.0, 24.0)]),
+            feature(5.0, &[at(31.0, 0.0), at(31.0, 24.0)]),
+            feature(5.0, &[at(10.0, 40.0), at(10.0, 47.0)]),
+        ];
+        prepare(&mut features);
+        let halves =
+            |feature: &Feature| feature.geometry.joints.iter().map(|joint| joint.half_m).collect::<Vec<_>>();
+        assert_eq!([0, 1, 2].map(|index: usize| halves(&features[index])), [vec![0.0], vec![6.0], vec![]]);
+        let square = square(1.0);
+        let ground = natural(&square, &slope);
+        let mut heights = ground.clone();
+        let graded = features.iter().flat_map(|feature| {
+            let bound = bind(&feature.meaning, &feature.geometry, 1, &slope);
+            bound.iter().flat_map(|bound| bound.grade(&square, &ground)).collect::<Vec<_>>()
+        });
+        settle(graded.collect(), &mut heights, |_, _, _, _| ());
+        let steps = (8..24).map(|row| heights[square.index(31, row + 1)] - heights[square.index(31, row)]);
+        assert!(steps.clone().all(|step| step.abs() < 0.5), "{:?}", steps.collect::<Vec<_>>());
     }
 
     #[test]

@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! stations every STEP metres: height of the ground
+//! between fixed places, both ends and where other roads end, one part after the other:
 //! twice: mean over a window, which narrows towards the ends so that these stay
+//! no farther from the heights of both ends than the grade allows; it is at least that from end to end
 //! graded = mean of  max over j (h_j − grade · |s − s_j|)  and  min over j (h_j + grade · |s − s_j|)
 //! ```
 //! Neither envelope is steeper than the grade, nor is their mean; where the ground is not steeper, all three are the ground. Each takes one
-//! pass forward and one back.
+//! pass forward and one back. Ends stay, since what is within the grade of them moves neither envelope there: ways that end at a node meet.
 
 use super::ribbon::Line;
 use super::solid::Ground;
@@ -33,23 +35,26 @@ impl Profile {
         Some(Self { step, heights: filled(&known)? })
     }
 
-    /// Smoothed over `window` metres to either side, and no steeper than `grade`.
-    pub fn graded(self, window: f64, grade: f64) -> Self {
-        let reach = (window / self.step).round().max(0.0) as usize;
-        let smooth = means(&means(&self.heights, reach), reach);
-        let most = grade * self.step;
-        let mut above = smooth.clone();
-        let mut below = smooth;
-        let count = above.len();
-        for station in (1..count).chain((1..count).rev().map(|station| station + count)) {
-            // Forward, then back.
-            let (from, to) =
-                if station < count { (station - 1, station) } else { (station - count, station - count - 1) };
-            above[to] = above[to].max(above[from] - most);
-            below[to] = below[to].min(below[from] + most);
+    /// Smoothed over `window` metres to either side, and no steeper than `grade`, or than takes it from one fixed place to the next. These are both ends and the
+    /// stations nearest to distances along the line, each with the distance over which it stays level about that, metres.
+    pub fn graded(mut self, window: f64, grade: f64, fixed: &[(f64, f64)]) -> Self {
+        let last = self.heights.len() - 1;
+        let mut places = vec![(0, 0.0), (last, 0.0)];
+        places.extend(fixed.iter().map(|(along, level)| {
+            let station = (along / self.step).round().clamp(0.0, last as f64);
+            (station as usize, *level)
+        }));
+        places.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        places.dedup_by_key(|(station, _)| *station);
+        for pair in places.windows(2) {
+            let part = &mut self.heights[pair[0].0..=pair[1].0];
+            grade_part(
+                part,
+                (window / self.step, grade * self.step),
+                [pair[0].1, pair[1].1].map(|level| level / self.step),
+            );
         }
-        let heights = above.iter().zip(&below).map(|(above, below)| above.midpoint(*below)).collect();
-        Self { heights, ..self }
+        self
     }
 
     /// Never rising from the end that is higher to the lower one: the surface of water.
@@ -93,6 +98,32 @@ impl Profile {
     /// The greatest difference from another one along the same line, metres.
     pub fn difference(&self, other: &Self) -> f64 {
         self.heights.iter().zip(&other.heights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Grades what lies between two fixed places. `window` and `level` are steps, `grade` is metres for each of these.
+fn grade_part(heights: &mut [f64], (window, grade): (f64, f64), level: [f64; 2]) {
+    let last = heights.len() - 1;
+    let reach = window.round().max(0.0) as usize;
+    let mut smooth = means(&means(heights, reach), reach);
+    let ends = [heights[0], heights[last]];
+    let room = (last as f64 - level[0] - level[1]).max(1.0);
+    let most = grade.max((ends[1] - ends[0]).abs() / room);
+    // What is too steep from an end on.
+    for (station, height) in smooth.iter_mut().enumerate() {
+        for (end, distance) in [station, last - station].into_iter().enumerate() {
+            let room = most * (distance as f64 - level[end]).max(0.0);
+            *height = height.min(ends[end] + room).max(ends[end] - room);
+        }
+    }
+    let (mut above, mut below) = (smooth.clone(), smooth);
+    let forward = (0..last).map(|station| (station, station + 1));
+    for (from, to) in forward.chain((0..last).rev().map(|station| (station + 1, station))) {
+        above[to] = above[to].max(above[from] - most);
+        below[to] = below[to].min(below[from] + most);
+    }
+    for ((height, above), below) in heights.iter_mut().zip(above).zip(below) {
+        *height = above.midpoint(below);
     }
 }
 
@@ -159,21 +190,36 @@ mod tests {
     #[test]
     fn gentle_ground_stays_and_ends_do() {
         let gentle: Vec<f64> = (0..60).map(|i| 500.0 + 0.2 * f64::from(i)).collect();
-        let graded = profile(&gentle).graded(24.0, 0.1);
+        let graded = profile(&gentle).graded(24.0, 0.1, &[]);
         assert!(graded.heights.iter().zip(&gentle).all(|(a, b)| (a - b).abs() < 1e-9));
         let rough: Vec<f64> = (0..60).map(|i| 500.0 + (0.9 * f64::from(i)).sin()).collect();
-        let graded = profile(&rough).graded(24.0, 1.0);
+        let graded = profile(&rough).graded(24.0, 1.0, &[]);
         assert!((graded.heights[0] - rough[0]).abs() < 1e-9 && (graded.heights[59] - rough[59]).abs() < 1e-9);
         assert!(graded.heights[10..50].iter().all(|height| (height - 500.0).abs() < 0.2));
+    }
+
+    #[test]
+    fn fixed_places_keep_their_height_and_are_level_about_it() {
+        let rough: Vec<f64> = (0..60).map(|i| 500.0 + 3.0 * (0.9 * f64::from(i)).sin()).collect();
+        let graded = profile(&rough).graded(24.0, 0.1, &[(0.0, 8.0), (101.0, 0.0)]);
+        for (station, from) in [(0, 0), (1, 0), (2, 0), (25, 25), (59, 59)] {
+            assert!((graded.heights[station] - rough[from]).abs() < 1e-9, "{station}");
+        }
+        assert!((graded.heights[3] - rough[0]).abs() <= 0.4 + 1e-9);
     }
 
     proptest! {
         #[test]
         fn nothing_is_steeper_than_the_grade_and_water_falls(heights in prop::collection::vec(-50.0..50.0_f64, 2..80)) {
-            let graded = profile(&heights).graded(16.0, 0.1);
+            let graded = profile(&heights).graded(16.0, 0.1, &[]);
+            let mean = (heights[heights.len() - 1] - heights[0]).abs() / (heights.len() - 1) as f64;
+            let most = mean.max(0.4);
             for pair in graded.heights.windows(2) {
-                prop_assert!((pair[1] - pair[0]).abs() <= 0.4 + 1e-9);
+                prop_assert!((pair[1] - pair[0]).abs() <= most + 1e-9);
             }
+            let last = heights.len() - 1;
+            prop_assert!((graded.heights[0] - heights[0]).abs() < 1e-9);
+            prop_assert!((graded.heights[last] - heights[last]).abs() < 1e-9);
             let falling = profile(&heights).falling();
             let sign = if heights.first() < heights.last() { 1.0 } else { -1.0 };
             for pair in falling.heights.windows(2) {

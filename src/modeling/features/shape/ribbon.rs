@@ -83,6 +83,14 @@ impl Line {
         (a + tangent * within, tangent)
     }
 
+    /// Distance along it of one of its places; `None` where it has none.
+    pub fn along_of(&self, place: DVec2) -> Option<f64> {
+        /// A place that was dropped for being close to another may be that one, metres.
+        const NEAR: f64 = 0.1;
+        let index = self.places.iter().position(|known| known.distance(place) < NEAR)?;
+        self.along.get(index).copied()
+    }
+
     /// Its places.
     pub fn places(&self) -> &[DVec2] {
         &self.places

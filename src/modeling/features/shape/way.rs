@@ -4,10 +4,11 @@
 //! ground within the ribbon    = profile, a little lower to the sides (cross-slope)
 //! beside it, d beyond its edge: ground, but no lower than the edge − d/1.5 and no higher than the edge + d/1.5
 //! bridge                      = deck between the heights of its ends, raised between them where there is too little room below;
-//!                               parapets at its edges, piers below; the ground stays
+//!                               parapets at its edges, piers below; the ground stays, but where it would rise into the deck
 //! ```
 
 use super::super::kinds::{Paint, Way, WayKind};
+use super::super::layer::Joint;
 use super::super::meaning::{Material, WATER};
 use super::profile::Profile;
 use super::ribbon::{Cross, Ends, Line};
@@ -33,6 +34,15 @@ pub struct Graded {
     pub paint: Option<(Paint, f64)>,
     /// Of several, the greatest is seen.
     pub rank: Rank,
+    /// Height that the ground must rise above for all of this, metres.
+    pub above_m: f64,
+}
+
+impl Graded {
+    /// Of a voxel of this index whatever its height; nothing yet.
+    pub fn any(index: usize, rank: Rank) -> Self {
+        Self { index, height_m: None, paint: None, rank, above_m: f64::NEG_INFINITY }
+    }
 }
 
 /// What lies over what, lowest first.
@@ -56,8 +66,14 @@ pub enum Rank {
 /// hands over each surface with its voxel, share and rank in that order.
 pub fn settle(mut graded: Vec<Graded>, heights: &mut [f64], mut paint: impl FnMut(usize, Paint, f64, Rank)) {
     graded.sort_by_key(|graded| graded.rank);
-    for Graded { index, height_m, paint: surface, rank } in graded {
-        if let (Some(height), Some(slot)) = (height_m, heights.get_mut(index)) {
+    for Graded { index, height_m, paint: surface, rank, above_m } in graded {
+        let Some(slot) = heights.get_mut(index) else { continue };
+        // Where there is no ground it rises above nothing.
+        let rises = above_m == f64::NEG_INFINITY || *slot > above_m;
+        if !rises {
+            continue;
+        }
+        if let Some(height) = height_m {
             *slot = height;
         }
         if let Some((surface, share)) = surface {
@@ -81,11 +97,15 @@ pub struct BoundWay {
 }
 
 impl BoundWay {
-    /// A way; `None` where there is no ground.
-    pub(super) fn bind(way: &Way, line: Line, ground: &dyn Ground) -> Option<Self> {
+    /// A way, and where it meets others; `None` where there is no ground.
+    pub(super) fn bind(way: &Way, joints: &[Joint], line: Line, ground: &dyn Ground) -> Option<Self> {
         let natural = Profile::of_ground(&line, ground)?;
         let window = if way.kind == WayKind::Road { SMOOTH } else { 3.0 * SMOOTH };
-        let profile = natural.clone().graded(window, way.most_grade);
+        let fixed: Vec<_> = joints
+            .iter()
+            .filter_map(|joint| line.along_of(joint.place).map(|along| (along, joint.half_m)))
+            .collect();
+        let profile = natural.clone().graded(window, way.most_grade, &fixed);
         let half = 0.5 * way.width_m;
         // A slope across the way has higher and lower ground at its sides.
         let deep = profile.difference(&natural) + 0.5 * half + 1.0;
@@ -143,7 +163,11 @@ impl BoundWay {
             let paint = (share > 0.0).then_some((self.paint, share));
             let height_m = self.height(&cross, ground);
             let rank = if cross.off <= self.half { self.rank } else { Rank::Shoulder };
-            (paint.is_some() || height_m.is_some()).then_some(Graded { index, height_m, paint, rank })
+            (paint.is_some() || height_m.is_some()).then_some(Graded {
+                height_m,
+                paint,
+                ..Graded::any(index, rank)
+            })
         };
         let reach = self.reach.max(self.half + square.spacing);
         self.line.crosses(square, reach, self.ends).into_iter().filter_map(grade).collect()
@@ -168,6 +192,8 @@ pub struct BoundBridge {
 
 /// Room under a bridge that it should have, metres.
 const CLEARANCE: f64 = 4.5;
+/// How far below the upper side of a deck the ground lies where it would rise into that, metres.
+const BEDDED: f64 = 0.1;
 /// Parapets: height and thickness, metres.
 const PARAPET: f64 = 1.0;
 const PARAPET_THICKNESS: f64 = 0.4;
@@ -223,6 +249,22 @@ impl BoundBridge {
         self.ends_m[0].max(self.ends_m[1]) + self.arch_m + PARAPET
     }
 
+    /// What it makes of the ground, after all ways: where that would rise into the deck, it lies right below its upper side and looks like it. Else both would be
+    /// seen in turns.
+    pub fn grade(&self, square: &Square) -> Vec<Graded> {
+        let grade = |cross: Cross| {
+            let (high, _) = self.deck(cross.along);
+            let share = cross.share(self.half, square.spacing);
+            Graded {
+                height_m: Some(high - BEDDED),
+                paint: Some((self.paint, share)),
+                above_m: high - self.thickness_m,
+                ..Graded::any(square.index(cross.column, cross.row), Rank::Way(i32::MAX, 0))
+            }
+        };
+        self.line.crosses(square, self.half, Ends::Butt).into_iter().map(grade).collect()
+    }
+
     /// Whether a voxel of this side (metres) carries parapet: as thin as voxels allow, but without gaps. So all do that reach the outermost
     /// eighth of a voxel of the deck, however the bridge lies to the grid; in the middle of the narrowest there is room to walk.
     fn has_parapet(&self, cross: &Cross, spacing: f64) -> bool {
@@ -241,15 +283,18 @@ impl BoundBridge {
             let slope = (cross.tangent * grade).into();
             let wall = Wall::plane(cross.outward, self.half - cross.off);
             let low = high - self.thickness_m;
+            // Below a parapet no road is seen; as wide as a wall is thick it would be, at the face.
+            let has_parapet = self.has_parapet(&cross, square.spacing);
+            let paint = if has_parapet { CONCRETE } else { self.paint };
             let deck = Solid {
                 slope,
                 wall,
                 side: CONCRETE.colour,
                 parallel: true,
-                ..Solid::level(Some(low), high, self.paint)
+                ..Solid::level(Some(low), high, paint)
             };
             out.push((index, deck));
-            if self.has_parapet(&cross, square.spacing) {
+            if has_parapet {
                 let parapet = Solid::level(Some(high), high + PARAPET, CONCRETE);
                 out.push((index, Solid { slope, wall, parallel: true, ..parapet }));
             }
