@@ -144,6 +144,19 @@ fn white_is_zero_is_told_not_inverted() {
 }
 
 #[test]
+fn damage_to_samples_is_found_by_their_checksum() {
+    let sound = stored_deflate(&[7, 8, 9, 10]);
+    for byte in [7, 8, 10, 11, 14] {
+        let mut strip = sound.clone();
+        strip[byte] ^= 4;
+        let mut entries = image((4, 1), 1, 1, vec![strip]);
+        set(&mut entries, tag::COMPRESSION, Short(vec![8]));
+        let error = read(&tiff(vec![entries]), 1 << 20).unwrap_err().to_string();
+        assert!(error.contains("damaged, fetch it again"), "{byte}: {error}");
+    }
+}
+
+#[test]
 fn absent_strips_are_nodata() {
     let mut entries = image((2, 2), 1, 1, vec![vec![5, 6], vec![]]);
     set(&mut entries, tag::GDAL_NODATA, Text("9"));
