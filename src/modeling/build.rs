@@ -27,7 +27,7 @@ use super::census::Census;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
 use super::hints;
-use super::inputs::{self, Input, Inputs};
+use super::inputs::{self, Bounds, Input, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
 use super::object::{Objects, ScatterFile};
@@ -107,10 +107,19 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let inputs = inputs::open_all(options, budget.cache)?;
     let plan = plan::plan(&inputs, options)?;
     let outside = hints::all_outside(&inputs, &plan, options)?;
-    let notes = inputs.notes.into_iter().chain(plan.notes.iter().cloned()).collect();
+    Directory::page_count(&plan.grid).map_err(Error::Configuration)?;
+    let reaches =
+        inputs.elevation.iter().map(|raster| Ok(raster.place(&plan)?.1)).collect::<Result<Vec<_>>>()?;
+    let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());
+    let told = inputs.features.into_iter().flat_map(|(layer, _)| layer.notes);
+    let notes =
+        inputs.notes.into_iter().chain(plan.notes.iter().cloned()).chain(told).chain(sparse).collect();
     let most_bytes = Room { plan: &plan, output: &options.output, builds: false }.most_bytes();
     Ok(Outline { crs: plan.crs, grid: plan.grid, most_bytes, notes, outside })
 }
+
+/// Bytes of a database's name: those of files have 255, and what is kept beside it is named after it.
+const LONGEST_NAME: usize = 200;
 
 /// Refuses an output that no database can be, whether anything may be replaced or not.
 ///
@@ -133,6 +142,9 @@ pub fn check_name(options: &BuildOptions) -> Result<()> {
     let last = name.rsplit(std::path::is_separator).next().unwrap_or_default();
     if ["", ".", ".."].contains(&last) {
         return refuse(format!("{name} is a folder"));
+    }
+    if last.len() > LONGEST_NAME {
+        return refuse(format!("{last} is too long a name: {LONGEST_NAME} bytes are the most"));
     }
     // Paths that do not resolve are no inputs that could be lost.
     if let Ok(output) = options.output.canonicalize() {
@@ -184,6 +196,7 @@ pub(super) fn build_from(
     }
     let mut metadata = describe(&inputs, &plan, options);
     metadata.notes.extend(hints::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
+    metadata.notes.extend(hints::clouds_outside(&inputs, &plan)?);
     metadata.notes.iter().for_each(|note| observer.note(note));
     let datum = vertical::common_datum(&datums(&inputs), plan.crs.is_local());
     let steps = options.steps.then(|| Steps::of(&options.output).kept_for(options.kept_for.as_deref()));
@@ -202,7 +215,8 @@ pub(super) fn build_from(
     let misplaced = outsiders(&imagery_paths, &imagery, &plan.grid);
     let (land_cover, unknown) = land_cover;
     let misplaced = misplaced.into_iter().chain(unknown);
-    for note in misplaced.chain(sparse_note(&elevation, &plan).filter(|_| !options.synthetic.has_base())) {
+    let reaches: Vec<_> = elevation.iter().map(|source| source.reach).collect();
+    for note in misplaced.chain(sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base())) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -357,7 +371,7 @@ fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
         crs_name: plan.crs.name().to_owned(),
         crs_epsg: plan.crs.epsg(),
         crs_proj: plan.crs.proj().map(str::to_owned),
-        sources: sources::records(inputs, options),
+        sources: sources::records(inputs, options, &plan.grid),
         corridors: options.corridors.iter().map(Corridor::record).collect(),
         notes,
         writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -411,17 +425,14 @@ fn outsiders(paths: &[PathBuf], imagery: &[ImageryInput], grid: &Grid) -> Vec<St
 }
 
 /// Warns of an area that is mostly the gap between files that lie far apart: its voxels take time and disk as well.
-fn sparse_note(elevation: &[ElevationInput], plan: &Plan) -> Option<String> {
+fn sparse_note(reaches: &[Bounds], plan: &Plan) -> Option<String> {
     const SPARSE: f64 = 0.25;
     let grid = &plan.grid;
     let (west, south) = warp::world(grid, 0.0, 0.0);
     let (east, north) = warp::world(grid, f64::from(grid.nx), f64::from(grid.ny));
-    let covered: f64 = elevation
+    let covered: f64 = reaches
         .iter()
-        .map(|source| {
-            let [w, s, e, n] = source.reach;
-            (e.min(east) - w.max(west)).max(0.0) * (n.min(north) - s.max(south)).max(0.0)
-        })
+        .map(|[w, s, e, n]| (e.min(east) - w.max(west)).max(0.0) * (n.min(north) - s.max(south)).max(0.0))
         .sum();
     let share = covered / ((east - west) * (north - south));
     (plan.stored.is_all() && share < SPARSE).then(|| {

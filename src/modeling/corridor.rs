@@ -108,14 +108,16 @@ struct Strip {
 }
 
 /// The level whose voxels have sides of `spacing` metres if those of level 1 have `unit`; else a clause that says which sides would do.
-fn level_of(spacing: f64, unit: f64) -> Result<u8, String> {
+///
+/// Sides of at least `least` levels are named.
+fn level_of(spacing: f64, unit: f64, least: f64) -> Result<u8, String> {
     /// Of the ratio: decimal fractions do not divide exactly.
     const ROUNDING: f64 = 1.0e-9;
     let ratio = spacing / unit;
     let level = (ratio.ln() / f64::from(RADIX).ln()).round();
     let side = f64::from(RADIX).powf(level);
     if !(0.0..=15.0).contains(&level) || (ratio / side - 1.0).abs() > ROUNDING {
-        let below = f64::from(RADIX).powf((ratio.ln() / f64::from(RADIX).ln()).floor().clamp(0.0, 14.0));
+        let below = f64::from(RADIX).powf((ratio.ln() / f64::from(RADIX).ln()).floor().clamp(least, 14.0));
         return Err(format!(
             "is not 1, 4, 16, 64, … times the finest spacing, {unit} m; {} or {} would do",
             unit * below,
@@ -150,13 +152,14 @@ impl Corridors {
         coarsest: f64,
     ) -> Result<Self> {
         let outside = match outside {
-            Some(outside) => level_of(outside, unit)
+            Some(outside) => level_of(outside, unit, 1.0)
                 .map_err(|what| Error::Configuration(format!("--outside {outside} {what}")))?,
             // A pixel that is a hair too small for it fills a voxel.
             None => ((coarsest / unit * 1.000_001).ln() / f64::from(RADIX).ln()).clamp(0.0, 15.0) as u8,
         };
-        let level =
-            |corridor: &Corridor| level_of(corridor.spacing, unit).map_err(|what| corridor.refused(&what));
+        let level = |corridor: &Corridor| {
+            level_of(corridor.spacing, unit, 0.0).map_err(|what| corridor.refused(&what))
+        };
         let levels: Vec<u8> = corridors.iter().map(level).collect::<Result<_>>()?;
         let mut strips = Vec::new();
         for (corridor, level) in corridors.iter().zip(levels) {
@@ -164,7 +167,7 @@ impl Corridors {
                 return Err(corridor.refused(&format!(
                     "adds nothing, since all of the area is stored at {} m already; --outside {} would store the rest more coarsely",
                     unit * f64::from(Grid::side_units(outside)),
-                    unit * f64::from(Grid::side_units(level + 2))
+                    unit * f64::from(Grid::side_units(level + 1))
                 )));
             }
             let Corridor { route, width, .. } = corridor;

@@ -50,6 +50,10 @@ pub(super) fn all_outside(
     let Plan { crs, grid, .. } = plan;
     let mut found = outside(options, grid);
     let mut add = |input: Input, what: Option<String>| found.extend(what.map(|what| (input, what)));
+    // Points come first of all elevation.
+    for (index, points) in inputs.elevation.iter().take(inputs.clouds.len()).enumerate() {
+        add(Input::Cloud(index), misplaced_raster(points, plan)?);
+    }
     for (index, raster) in inputs.imagery.iter().enumerate() {
         add(Input::Imagery(index), misplaced_raster(raster, plan)?);
     }
@@ -70,6 +74,15 @@ pub(super) fn all_outside(
         add(Input::Object(index), misplaced_object(&name, &object.places, grid));
     }
     Ok(found)
+}
+
+/// Clouds that lie wholly outside the area.
+///
+/// # Errors
+/// As of [`all_outside`].
+pub(super) fn clouds_outside(inputs: &Inputs, plan: &Plan) -> Result<Vec<String>> {
+    let clouds = inputs.elevation.iter().take(inputs.clouds.len());
+    clouds.filter_map(|points| misplaced_raster(points, plan).transpose()).collect()
 }
 
 fn misplaced_raster<T>(raster: &Opened<T>, plan: &Plan) -> Result<Option<String>> {

@@ -149,6 +149,23 @@ pub enum Input {
     Texture(usize),
 }
 
+/// What is to be said of a file that states a reference system, if another one is given for it.
+pub(super) fn contradiction(
+    name: &str,
+    stated: &Crs,
+    given: Option<&str>,
+    flag: &str,
+) -> Result<Option<String>> {
+    let given = given.map(Crs::from_user).transpose()?;
+    Ok(given.filter(|given| given != stated && given.name() != stated.name()).map(|given| {
+        format!(
+            "{name}: states {}, which counts, and not {}; {flag} is of files that state none",
+            stated.name(),
+            given.name()
+        )
+    }))
+}
+
 /// Reads a file of features.
 fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOptions)> {
     let materials = options.materials.clone();
@@ -224,6 +241,15 @@ impl Opener<'_> {
         let raster = open(path, &self.open_options)?;
         let info = raster.info().clone();
         let (geo, crs) = self.place(&info, file.crs.as_deref(), "--elevation-crs", None)?;
+        if let (Some(stated), Some(given)) = (info.vertical_datum, file.datum)
+            && stated != given
+        {
+            self.notes.push(format!(
+                "{}: states {} as its vertical datum, which counts; --src-vdatum is of files that state none",
+                file_name(path),
+                stated.label()
+            ));
+        }
         let datum = info.vertical_datum.or(file.datum).unwrap_or_else(|| {
             self.silent.push(file_name(path));
             VerticalDatum::Msl
@@ -283,7 +309,10 @@ impl Opener<'_> {
             ));
         }
         let crs = match (&info.crs, given) {
-            (Some(crs), _) => crs.clone(),
+            (Some(crs), given) => {
+                self.notes.extend(contradiction(&file_name(path), crs, given, flag)?);
+                crs.clone()
+            }
             (None, Some(text)) => Crs::from_user(text)?,
             (None, None) if self.options.local => Crs::local(),
             (None, None) => return Err(no_crs(info, geo, flag)),

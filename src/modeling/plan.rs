@@ -54,7 +54,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         }
         None if inputs.elevation.is_empty() => return Err(needed("--spacing", "10")),
         None => {
-            let spacing = finest_spacing(&inputs.elevation, &crs)?;
+            let spacing = finest_spacing(&inputs.elevation, options.bbox, &crs)?;
             notes.extend(coarse_note(&inputs.imagery, &crs, spacing)?);
             spacing
         }
@@ -218,10 +218,19 @@ fn is_mercator(crs: &Crs) -> bool {
 }
 
 /// Pixel side of the finest raster, metres.
-fn finest_spacing(elevation: &[Opened<f64>], crs: &Crs) -> Result<f64> {
+fn finest_spacing(elevation: &[Opened<f64>], bbox: Option<Bounds>, crs: &Crs) -> Result<f64> {
+    // What lies elsewhere says nothing of this area.
+    let meets = |raster: &Opened<f64>| -> Result<bool> {
+        let (Some([west, south, east, north]), Footprint::Whole(own)) = (bbox, raster.footprint(crs)?) else {
+            return Ok(true);
+        };
+        Ok(own[0] < east && own[2] > west && own[1] < north && own[3] > south)
+    };
+    let meet = elevation.iter().map(meets).collect::<Result<Vec<_>>>()?;
+    let none_does = !meet.contains(&true);
     let mut finest: Option<(f64, bool)> = None;
-    for raster in elevation {
-        let Some(side) = raster.pixel_side(crs)? else { continue };
+    for (raster, meets) in elevation.iter().zip(meet) {
+        let Some(side) = raster.pixel_side(crs)?.filter(|_| meets || none_does) else { continue };
         if finest.is_none_or(|(finest, _)| side < finest) {
             finest = Some((side, Transform::new(&raster.crs, crs)?.is_identity()));
         }

@@ -7,19 +7,21 @@
 
 use std::path::Path;
 
+use glam::DVec2;
+
 use super::inputs::{Inputs, crs_label, file_name};
 use super::materials::Materials;
 use super::object::{BuiltIn, Form, ScatterFile};
 use super::options::BuildOptions;
 use super::scan::Survey;
 use super::synthetic::Terrain;
-use crate::voxel::SourceRecord;
+use crate::voxel::{Grid, SourceRecord};
 
 /// Kinds of shapes by their names in recipes; a plane lies below all others.
 const KINDS: [&str; 8] = ["plane", "fractal", "ridge", "valley", "cone", "dome", "plateau", "pond"];
 
 /// All sources of a build in order.
-pub(super) fn records(inputs: &Inputs, options: &BuildOptions) -> Vec<SourceRecord> {
+pub(super) fn records(inputs: &Inputs, options: &BuildOptions, grid: &Grid) -> Vec<SourceRecord> {
     let mut records: Vec<SourceRecord> =
         inputs.elevation.iter().map(|raster| raster.record("elevation")).collect();
     let shapes = shapes(&options.synthetic.terrain);
@@ -31,7 +33,7 @@ pub(super) fn records(inputs: &Inputs, options: &BuildOptions) -> Vec<SourceReco
         let description = format!("{}, {}", counted(layer.rows.len(), "row"), crs_label(&layer.crs));
         record(file_name(&layer.path), "features", description)
     }));
-    records.extend(models(options));
+    records.extend(models(options, grid));
     records.extend(options.scatters.iter().map(|scatter| scattered(scatter, &options.materials)));
     records.extend(last);
     records
@@ -45,14 +47,15 @@ fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Files of models in the order of their first objects, each once.
-fn models(options: &BuildOptions) -> Vec<SourceRecord> {
+/// Files of models in the order of their first objects, each once, with how many of their places lie in the area.
+fn models(options: &BuildOptions, grid: &Grid) -> Vec<SourceRecord> {
     let mut files: Vec<(&Path, usize)> = Vec::new();
     for object in &options.objects {
+        let inside = object.places.iter().filter(|place| grid.contains(DVec2::from_array(**place))).count();
         for path in &object.paths {
             match files.iter_mut().find(|(known, _)| known == path) {
-                Some((_, places)) => *places += object.places.len(),
-                None => files.push((path.as_path(), object.places.len())),
+                Some((_, places)) => *places += inside,
+                None => files.push((path.as_path(), inside)),
             }
         }
     }
@@ -141,7 +144,8 @@ mod tests {
     use crate::voxel::Material;
 
     fn told(options: &BuildOptions) -> Vec<String> {
-        let records = records(&Inputs::default(), options);
+        let grid = Grid { nx: 10, ny: 10, spacing: 10.0, origin: DVec2::ZERO };
+        let records = records(&Inputs::default(), options, &grid);
         records.iter().map(|own| format!("{} {}: {}", own.role, own.file, own.description)).collect()
     }
 
@@ -160,7 +164,8 @@ mod tests {
         options.synthetic.terrain = vec![ridge(-2.0), dome.clone(), plane, ridge(2.0), dome];
         let object = |paths: &[&str], count: usize| ObjectFile {
             paths: paths.iter().map(Into::into).collect(),
-            places: vec![[0.0; 2]; count],
+            // One more lies outside.
+            places: std::iter::once([-5.0; 2]).chain(vec![[5.0; 2]; count]).collect(),
             ..ObjectFile::default()
         };
         options.objects = vec![

@@ -179,10 +179,13 @@ impl Recipe {
         if let Err(error) = checked {
             return Some(mistake(line, error));
         }
-        folder.filter(|folder| !folder.is_dir()).map(|folder| {
-            let what = format!("{} is no folder; make it, or say another `output`", folder.display());
-            Mistake { line, what }
-        })
+        let folder = folder.unwrap_or(Path::new("."));
+        let what = match tempfile::tempfile_in(folder) {
+            Ok(_) => return None,
+            Err(_) if !folder.is_dir() => format!("{} is no folder; make it", folder.display()),
+            Err(error) => format!("no file can be written into {} ({error}); change that", folder.display()),
+        };
+        Some(Mistake { line, what: format!("{what}, or say another `output`") })
     }
 
     /// What is wrong with the sun over the place, and where that stands.

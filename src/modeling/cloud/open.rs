@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::inputs::{Opened, crs_label, file_name};
+use super::super::inputs::{Opened, contradiction, crs_label, file_name};
 use super::super::kernel::Samples;
 use super::super::options::{BuildOptions, CloudFile};
 use super::super::raster::{GeoTransform, Window};
@@ -73,7 +73,10 @@ pub(in crate::modeling) fn open(
         return Err(Error::invalid(path, "holds nothing but noise and withheld points"));
     }
     let crs = match (&head.crs, &file.crs) {
-        (Some(crs), _) => crs.clone(),
+        (Some(crs), given) => {
+            notes.extend(contradiction(&name, crs, given.as_deref(), "--cloud-crs")?);
+            crs.clone()
+        }
         (None, Some(text)) => {
             let crs = Crs::from_user(text)?;
             notes.push(format!(

@@ -333,7 +333,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let output = &order.options.output;
     // What is no file is refused for that: nothing replaces it.
     if output.is_file() && !order.options.overwrite {
-        let what = format!("{} exists; --overwrite replaces it", output.display());
+        let mut what = format!("{} exists; --overwrite replaces it", output.display());
+        let steps = format!("{}.steps", output.display());
+        if args.recipe.is_some() && Path::new(&steps).is_file() {
+            what += &format!(
+                " ({steps}, which should say that a build of this recipe made it as it is, is damaged or of another file)"
+            );
+        }
         return Err(Error::Configuration(what).into());
     }
     let reporter = Reporter::new(args.making.progress, interrupt);

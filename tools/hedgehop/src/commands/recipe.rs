@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use hedgehop::Error;
+use hedgehop::modeling::is_own_work;
 use hedgehop::recipe::{Mistake, Recipe, TEMPLATE, in_keys};
 
 use crate::exit::{self, Failure, Outcome};
@@ -91,6 +92,15 @@ pub fn run(args: &Args) -> Outcome {
         if is_bare { "" } else { " without what stands on it" },
         recipe.options.output.display()
     );
+    let output = &recipe.options.output;
+    if output.exists() && !is_own_work(output) {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "  {} exists, and no build of this recipe is known to have made it as it is: build it with --overwrite",
+            output.display()
+        );
+    }
     for note in &outline.notes {
         // Writing to a string does not fail.
         let _ = writeln!(text, "  {}", in_keys(note));
