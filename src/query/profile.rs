@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::attributes_at;
 use crate::error::{Error, Result};
-use crate::raymarch::PageCursor;
+use crate::raymarch::{PageCursor, Solids};
 use crate::voxel::{Attributes, PageSource};
 
 /// Samples of a line at most; a longer one has them farther apart.
@@ -13,7 +13,7 @@ const MOST_SAMPLES: f64 = 1.0e6;
 /// What counts as ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Ground {
-    /// The highest surface: roofs, crowns and decks as well.
+    /// The highest surface: roofs, crowns and decks as well, each as far as its walls.
     #[default]
     Highest,
     /// What lies below all that stands on it. Where a database stores the highest surface alone, outside of its finest level, it is that.
@@ -31,7 +31,7 @@ impl Ground {
     /// # Errors
     /// A page that is damaged.
     pub fn height_at<S: PageSource>(self, source: &S, place: DVec2) -> Result<Option<f64>> {
-        height(&mut self.cursor(source), place)
+        Heights::of(self, source).at(place)
     }
 
     /// What the finest voxel over a place (metres of the database's system) says of it; `None`: there is none.
@@ -48,13 +48,40 @@ impl Ground {
     }
 }
 
-/// Height of the surface that a cursor reads, metres above the datum.
-fn height<S: PageSource>(cursor: &mut PageCursor<'_, S>, place: DVec2) -> Result<Option<f64>> {
-    let grid = cursor.source().header().grid;
-    if !grid.contains(place) {
-        return Ok(None);
+/// Least opacity of what counts as a surface, as of that which is stored.
+const DENSE: f32 = 0.4;
+
+/// Tells heights at places.
+struct Heights<'a, S: PageSource> {
+    /// The ground below all that stands on it, or the surface where nothing is known to.
+    ground: PageCursor<'a, S>,
+    /// What stands on it, if that counts.
+    solids: Option<Solids<'a, S>>,
+}
+
+impl<'a, S: PageSource> Heights<'a, S> {
+    fn of(ground: Ground, source: &'a S) -> Self {
+        let counts = ground == Ground::Highest && source.header().is_built;
+        // Between voxels' centres the surface that is stored slopes from roofs to the ground: walls are steep.
+        let cursor = Ground::Bare.cursor(source);
+        let solids = counts.then(|| Solids::new(&PageCursor::new(source)));
+        Self { ground: cursor, solids }
     }
-    cursor.finest_height((place - grid.origin) / grid.spacing)
+
+    /// Metres above the datum; `None`: there is no ground.
+    fn at(&mut self, place: DVec2) -> Result<Option<f64>> {
+        let grid = self.ground.source().header().grid;
+        if !grid.contains(place) {
+            return Ok(None);
+        }
+        let units = (place - grid.origin) / grid.spacing;
+        let ground = self.ground.finest_height(units)?;
+        let standing = match &mut self.solids {
+            Some(solids) => solids.highest_at(units, DENSE)?,
+            None => None,
+        };
+        Ok(ground.map(|ground| standing.map_or(ground, |standing| standing.max(ground))).or(standing))
+    }
 }
 
 /// A place along a line.
@@ -85,10 +112,10 @@ pub fn profile<S: PageSource>(
     }
     let total: f64 = places.windows(2).map(|ends| ends[0].distance(ends[1])).sum();
     let step = step.max(total / MOST_SAMPLES);
-    let mut cursor = ground.cursor(source);
+    let mut heights = Heights::of(ground, source);
     let mut samples = Vec::new();
     let mut add = |distance, place| -> Result<()> {
-        samples.push(Sample { distance, place, ground: height(&mut cursor, place)? });
+        samples.push(Sample { distance, place, ground: heights.at(place)? });
         Ok(())
     };
     let mut distance = 0.0;
@@ -156,6 +183,11 @@ mod tests {
         let [highest, bare] = [Ground::Highest, Ground::Bare].map(heights);
         assert!(near(&highest, [0.0, 8.0, 0.0, 13.0, 0.0]), "{highest:?}");
         assert!(near(&bare, [0.0; 5]), "{bare:?}");
+        // Up to their walls, though the surface that is stored slopes to the next voxels' centres.
+        let at = |x: f64| Ground::Highest.height_at(&pages, DVec2::new(1000.0 + x, 2210.0)).unwrap().unwrap();
+        let steep = [199.9, 200.1, 219.9, 220.1, 239.9, 240.1].map(at);
+        let wanted = [0.0, 8.0, 8.0, 0.0, 0.0, 13.0];
+        assert!(steep.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 2.0e-3), "{steep:?}");
         let beside = Ground::Bare.attributes_at(&pages, DVec2::ZERO).unwrap();
         assert_eq!((beside, Ground::Bare.height_at(&pages, DVec2::ZERO).unwrap()), (None, None));
     }

@@ -5,6 +5,7 @@
 //!     E = mean of |step across − mean of the steps before and behind it|
 //! a seam: E > k · max(E of the lines 2 to 4 columns aside, 1/100 of a voxel's side, 2 steps of height)
 //!         and E ≥ 1.3 times E of the two lines next to it   (a step has twice, a wall or ditch of one column as much)
+//!         and both of these ≥ 0.3 E                         (a step has half; where a slope ends, there is nothing beyond)
 //! at least 2 such pieces in a row are joined; the same between rows
 //! ```
 //!
@@ -26,6 +27,8 @@ const LEAST_SIDES: f64 = 0.01;
 const LEAST_STEPS: f64 = 2.0;
 /// How far it exceeds the lines next to it.
 const SHARP: f64 = 1.3;
+/// What the lines next to it have of it.
+const SHARED: f64 = 0.3;
 /// Lines aside that are looked at, at most.
 const ASIDE: i64 = 4;
 
@@ -73,7 +76,8 @@ impl Seams {
                 offsets.flat_map(|offset| [at(-offset), at(offset)]).fold(0.0, f64::max)
             };
             let own = at(0);
-            if own > factor * greatest(2..=ASIDE).max(least) && own >= SHARP * greatest(1..=1) {
+            let is_sharp = own >= SHARP * greatest(1..=1) && at(-1).min(at(1)) >= SHARED * own;
+            if own > factor * greatest(2..=ASIDE).max(least) && is_sharp {
                 let middle = height(line, piece * PIECE + PIECE / 2);
                 let number = patch.first[across] + line;
                 self.0.insert((is_row, number, patch.first[along] / PIECE + piece), (own, f64::from(middle)));

@@ -92,6 +92,11 @@ fn seams_are_found_along_columns_and_rows() {
         let row = report(&move |x, y| ground(x, y) + if y >= line { 9.0 } else { 0.0 });
         assert_eq!(only(&row, Fault::Seam).extent[1].y, 8000.0 + 10.0 * f64::from(line));
     }
+    // Nor is the foot of an even slope, wherever between columns it lies.
+    for share in [0.0, 0.1, 0.2, 0.25, 0.3, 0.5] {
+        let foot = report(&move |x, _| 300.0 - 4.0 * (300.0 + share - f64::from(x)).max(0.0));
+        assert_eq!(foot.count(Fault::Seam), 0, "{share}: {:?}", foot.findings);
+    }
     // A wall is none.
     let wall = report(&|x, y| ground(x, y) + if x == 300 { 6.0 } else { 0.0 });
     assert_eq!(wall.count(Fault::Seam), 0);
