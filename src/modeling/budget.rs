@@ -91,7 +91,7 @@ impl Budget {
                 least.div_ceil(MIB)
             )));
         };
-        let window = (memory / 64 / threads).clamp(LEAST_WINDOW, 8 * MIB).min(LEAST_WINDOW + spare / 2);
+        let window = (memory / 16 / threads).clamp(LEAST_WINDOW, 8 * MIB).min(LEAST_WINDOW + spare / 2);
         let worker = worker_with(window);
         // Workers beyond a third of what is left would only take turns to decode the same blocks.
         let threads = threads.min((shared / 3 / worker).max(1));
