@@ -26,6 +26,7 @@ use super::budget::Budget;
 use super::census::Census;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
+use super::features;
 use super::hints;
 use super::inputs::{self, Bounds, Input, Inputs};
 use super::land_cover::{self, CoverInput};
@@ -111,7 +112,10 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let reaches =
         inputs.elevation.iter().map(|raster| Ok(raster.place(&plan)?.1)).collect::<Result<Vec<_>>>()?;
     let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());
-    let told = inputs.features.into_iter().flat_map(|(layer, _)| layer.notes);
+    let told = inputs.features.into_iter().flat_map(|(mut layer, options)| {
+        layer.notes.extend(features::unknown_columns(&layer, &options));
+        layer.notes
+    });
     let notes =
         inputs.notes.into_iter().chain(plan.notes.iter().cloned()).chain(told).chain(sparse).collect();
     let most_bytes = Room { plan: &plan, output: &options.output, builds: false }.most_bytes();

@@ -12,7 +12,7 @@ pub use kinds::{
     Upright, Way, WayKind, Wire, Wood,
 };
 pub use layer::{Area, Attributes, Columns, Geometry, Layer, LayerOptions, LeftOut, Path, Row, Value};
-pub use meaning::{Interpreted, Material, WATER, colour, interpret, interpret_all};
+pub use meaning::{Interpreted, Material, WATER, colour, interpret, interpret_all, unknown_columns};
 pub(super) use meaning::{length, mix, share};
 pub use place::{Feature, place};
 pub(super) use read::OutlineTable;

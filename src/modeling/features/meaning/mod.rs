@@ -56,16 +56,22 @@ pub fn interpret(row: &Row, options: &LayerOptions) -> Interpreted {
 /// Sentences about rows of a layer that are told one by one; of more, the number is told.
 const MOST_DOUBTS: usize = 20;
 
+/// A sentence for each attribute that is said to hold something, and which no row has.
+pub fn unknown_columns(layer: &Layer, options: &LayerOptions) -> Vec<String> {
+    let file = super::super::inputs::file_name(&layer.path);
+    let is_unknown = |name: &&str| !layer.rows.iter().any(|row| row.attributes.get(name).is_some());
+    let unknown = options.columns.names().filter(is_unknown);
+    unknown
+        .map(|name| format!("{file}: no row has the attribute {name}, which is said to hold something"))
+        .collect()
+}
+
 /// What the rows of a layer mean, by their places in it, and notes on what was passed over or left out.
 pub fn interpret_all(layer: &Layer, options: &LayerOptions) -> (Vec<(usize, Meaning)>, Vec<String>) {
     let file = super::super::inputs::file_name(&layer.path);
     let (mut meanings, mut notes, mut doubtful, mut left_out) =
         (Vec::new(), Vec::new(), 0, LeftOut::default());
-    for name in options.columns.names() {
-        if !layer.rows.iter().any(|row| row.attributes.get(name).is_some()) {
-            notes.push(format!("{file}: no row has the attribute {name}, which is said to hold something"));
-        }
-    }
+    notes.extend(unknown_columns(layer, options));
     for (index, row) in layer.rows.iter().enumerate() {
         let Interpreted { meaning, doubts } = interpret(row, options);
         for doubt in doubts {

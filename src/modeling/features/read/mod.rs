@@ -29,6 +29,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
+use super::super::inputs::contradiction;
 use super::layer::{Layer, LayerOptions, LeftOut, Row, bounds};
 use crate::error::{Error, Result};
 use crate::geo::Crs;
@@ -64,7 +65,10 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
     let file = super::super::inputs::file_name(path);
     let mut notes: Vec<String> = found.notes.iter().map(|note| format!("{file}: {note}")).collect();
     let crs = match (&found.crs, &options.crs, found.otherwise) {
-        (Some(crs), ..) => crs.clone(),
+        (Some(crs), given, _) => {
+            notes.extend(contradiction(&file, crs, given.as_deref(), "`crs` of [[features]]")?);
+            crs.clone()
+        }
         (None, Some(given), _) => {
             let crs = Crs::from_user(given)?;
             notes.push(format!("{file}: states no reference system, taken as {}, as given", crs.name()));

@@ -4,7 +4,7 @@
 //! stations every STEP metres: height of the ground
 //! between fixed places, both ends and where other roads end, one part after the other:
 //! twice: mean over a window, which narrows towards the ends so that these stay
-//! no farther from the heights of both ends than the grade allows; it is at least that from end to end
+//! no farther from the heights of both ends than the grade allows; it is at least twice that from end to end
 //! graded = mean of  max over j (h_j − grade · |s − s_j|)  and  min over j (h_j + grade · |s − s_j|)
 //! ```
 //! Neither envelope is steeper than the grade, nor is their mean; where the ground is not steeper, all three are the ground. Each takes one
@@ -15,6 +15,9 @@ use super::solid::Ground;
 
 /// Metres between stations.
 const STEP: f64 = 4.0;
+/// How many times as steep as from one fixed place to the next a line may be in between, if that is more than its grade: with less room it would be a ramp, whatever
+/// the ground is like.
+const STEEPER: f64 = 2.0;
 /// Most stations of a line.
 const MOST: f64 = 200_000.0;
 
@@ -35,7 +38,7 @@ impl Profile {
         Some(Self { step, heights: filled(&known)? })
     }
 
-    /// Smoothed over `window` metres to either side, and no steeper than `grade`, or than takes it from one fixed place to the next. These are both ends and the
+    /// Smoothed over `window` metres to either side, and no steeper than `grade`, or than twice what takes it from one fixed place to the next. These are both ends and the
     /// stations nearest to distances along the line, each with the distance over which it stays level about that, metres.
     pub fn graded(mut self, window: f64, grade: f64, fixed: &[(f64, f64)]) -> Self {
         let last = self.heights.len() - 1;
@@ -108,7 +111,7 @@ fn grade_part(heights: &mut [f64], (window, grade): (f64, f64), level: [f64; 2])
     let mut smooth = means(&means(heights, reach), reach);
     let ends = [heights[0], heights[last]];
     let room = (last as f64 - level[0] - level[1]).max(1.0);
-    let most = grade.max((ends[1] - ends[0]).abs() / room);
+    let most = grade.max(STEEPER * (ends[1] - ends[0]).abs() / room);
     // What is too steep from an end on.
     for (station, height) in smooth.iter_mut().enumerate() {
         for (end, distance) in [station, last - station].into_iter().enumerate() {
@@ -213,7 +216,7 @@ mod tests {
         fn nothing_is_steeper_than_the_grade_and_water_falls(heights in prop::collection::vec(-50.0..50.0_f64, 2..80)) {
             let graded = profile(&heights).graded(16.0, 0.1, &[]);
             let mean = (heights[heights.len() - 1] - heights[0]).abs() / (heights.len() - 1) as f64;
-            let most = mean.max(0.4);
+            let most = (STEEPER * mean).max(0.4);
             for pair in graded.heights.windows(2) {
                 prop_assert!((pair[1] - pair[0]).abs() <= most + 1e-9);
             }

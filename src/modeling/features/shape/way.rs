@@ -4,7 +4,7 @@
 //! ground within the ribbon    = profile, a little lower to the sides (cross-slope)
 //! beside it, d beyond its edge: ground, but no lower than the edge − d/1.5 and no higher than the edge + d/1.5
 //! bridge                      = deck between the heights of its ends, raised between them where there is too little room below;
-//!                               parapets at its edges, piers below; the ground stays, but where it would rise into the deck
+//!                               parapets at its edges, piers below; the ground stays, but where it would rise through the deck
 //! ```
 
 use super::super::kinds::{Paint, Way, WayKind};
@@ -192,7 +192,7 @@ pub struct BoundBridge {
 
 /// Room under a bridge that it should have, metres.
 const CLEARANCE: f64 = 4.5;
-/// How far below the upper side of a deck the ground lies where it would rise into that, metres.
+/// How far below the upper side of a deck the ground lies where it would rise through that, metres.
 const BEDDED: f64 = 0.1;
 /// Parapets: height and thickness, metres.
 const PARAPET: f64 = 1.0;
@@ -249,8 +249,8 @@ impl BoundBridge {
         self.ends_m[0].max(self.ends_m[1]) + self.arch_m + PARAPET
     }
 
-    /// What it makes of the ground, after all ways: where that would rise into the deck, it lies right below its upper side and looks like it. Else both would be
-    /// seen in turns.
+    /// What it makes of the ground, after all ways: where that would reach the deck's upper side, it lies right below and looks like it. Else both would be seen in
+    /// turns.
     pub fn grade(&self, square: &Square) -> Vec<Graded> {
         let grade = |cross: Cross| {
             let (high, _) = self.deck(cross.along);
@@ -258,7 +258,7 @@ impl BoundBridge {
             Graded {
                 height_m: Some(high - BEDDED),
                 paint: Some((self.paint, share)),
-                above_m: high - self.thickness_m,
+                above_m: high - BEDDED,
                 ..Graded::any(square.index(cross.column, cross.row), Rank::Way(i32::MAX, 0))
             }
         };
