@@ -108,7 +108,6 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let inputs = inputs::open_all(options, budget.cache)?;
     let plan = plan::plan(&inputs, options)?;
     let outside = hints::all_outside(&inputs, &plan, options)?;
-    Directory::page_count(&plan.grid).map_err(Error::Configuration)?;
     let reaches =
         inputs.elevation.iter().map(|raster| Ok(raster.place(&plan)?.1)).collect::<Result<Vec<_>>>()?;
     let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());

@@ -22,7 +22,7 @@ use super::options::BuildOptions;
 use super::vertical::{self, Shift};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
-use crate::voxel::{Grid, RADIX};
+use crate::voxel::{Directory, Grid, RADIX};
 
 /// Voxels along a side that all arithmetic here and in the pages is safe for.
 const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
@@ -71,6 +71,8 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     let (west, nx) = axis(area[0], area[2], phase.0, spacing)?;
     let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
     let mut grid = Grid { nx, ny, spacing, origin: DVec2::new(west, south) };
+    // Before anybody goes through all of them.
+    Directory::page_count(&grid).map_err(Error::Configuration)?;
     if options.corridors.is_empty() {
         return Ok(Plan { crs, stored: Stored::all(&grid), grid, notes });
     }

@@ -174,11 +174,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.geojson");
         let uneven = "[612010,5241030],[612020,5241044],[612020,5241030],[612010,5241040],[612010,5241030]";
+        let line = r#"{"type":"Feature","geometry":{"type":"LineString","coordinates":[[612010,5241010],[612020,5241020]]},"properties":{"building":"yes"}}"#;
         let lines = [
             polygon(r#""building":"yes""#, bow_tie),
             polygon(r#""barrier":"fence""#, bow_tie),
             polygon(r#""building":"yes""#, uneven),
             polygon(r#""barrier":"fence""#, uneven),
+            line.to_owned(),
         ];
         std::fs::write(&path, lines.join("\n")).unwrap();
         let options = LayerOptions { crs: Some("EPSG:25832".into()), ..LayerOptions::default() };
@@ -188,6 +190,7 @@ mod tests {
         for expected in [
             "a.geojson: feature 1 is left out: its outline encloses nothing: it crosses itself, or is a line",
             "a.geojson: feature 3 is left out in part: its outline crosses itself, and what that goes around the other way is no inside",
+            "a.geojson: feature 5 is left out: it is a building, and has no outline but a point or a line",
         ] {
             assert!(notes.iter().any(|note| note == expected), "{notes:?}");
         }

@@ -119,6 +119,44 @@ fn corridors_that_make_no_sense_are_told_by_their_tables() {
 }
 
 #[test]
+fn areas_of_too_many_pages_and_names_that_are_too_long_are_told() {
+    let site = Site::new();
+    let wide = MADE.replace("[0, 0, 800, 400]", "[0, 0, 1e8, 1e8]");
+    site.refuses(&wide, &[(3, &["more than the 67108864 that a database may have", "`bbox` of [place]"])]);
+    let long = MADE.replace("[place]\n", &format!("[place]\noutput = \"{}.hop\"\n", "a".repeat(240)));
+    site.refuses(&long, &[(2, &["is too long a name", "`output` of [place]"])]);
+}
+
+/// What a recipe is sound with, and what is told of it beside.
+#[test]
+fn what_is_most_often_a_mistake_is_told_beside() {
+    let site = Site::new();
+    let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/valley-scan.laz");
+    let made = MADE
+        .replace("local = true", "crs = \"EPSG:32632\"")
+        .replace("[0, 0, 800, 400]", "[500000, 5000000, 500800, 5000400]");
+    let system = r#"{"type":"FeatureCollection","crs":{"type":"name","properties":{"name":"EPSG:32632"}},"features":[
+        {"type":"Feature","properties":{"building":"yes"},"geometry":{"type":"Polygon","coordinates":[[[500005,5000005],[500016,5000005],[500016,5000016],[500005,5000005]]]}}]}"#;
+    site.write("houses.geojson", system);
+    let far = fs::read_to_string(site.folder.path().join("dem.asc"))
+        .unwrap()
+        .replace("xllcorner 500000", "xllcorner 600000");
+    site.write("far.asc", &far);
+    let houses = "[[features]]\nfile = \"houses.geojson\"\n";
+    for (text, words) in [
+        (format!("{made}[[cloud]]\nfile = {scan:?}\n"), "valley-scan.laz lies outside the area"),
+        (format!("{made}{houses}attributes = {{ height = \"HOEHE\" }}\n"), "no row has the attribute HOEHE"),
+        (format!("{made}{houses}crs = \"EPSG:32633\"\n"), "which counts, and not WGS 84 / UTM zone 33N"),
+        (format!("{ELEVATION}{}", ELEVATION.replace("dem", "far")), "covers less than"),
+    ] {
+        let notes = site.read(&text).outline().unwrap().notes;
+        assert!(notes.iter().any(|note| note.contains(words)), "{words}: {notes:?}");
+    }
+    let plain = site.read(&format!("{made}{houses}crs = \"EPSG:32632\"\n")).outline().unwrap().notes;
+    assert!(!plain.iter().any(|note| note.contains("which counts")), "{plain:?}");
+}
+
+#[test]
 fn a_folder_that_is_not_there_is_told() {
     let site = Site::new();
     let text = MADE.replace("[place]\n", "[place]\noutput = \"absent/place.hop\"\n");
