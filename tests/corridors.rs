@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use hedgehop::frame::Frame;
 use hedgehop::modeling::{BuildOptions, Corridor, Place, Route, build};
 use hedgehop::progress::Silent;
@@ -166,6 +166,23 @@ fn borders_of_a_corridor_do_not_gape() {
         at(0.95),
         at(0.99)
     );
+}
+
+#[test]
+fn frames_tell_the_level_that_stands_in_and_its_slopes() {
+    let place = DVec2::new(1500.0, 2700.0);
+    // Without what voxels of 32 m leave out.
+    let (x, y) = (place.x * 0.006, place.y * 0.008);
+    let slope = DVec2::new(0.36 * x.cos() * y.cos(), -0.48 * x.sin() * y.sin());
+    let normal = (-slope).extend(1.0).normalize();
+    assert!(normal.angle_between(DVec3::Z) > 0.25);
+    for engine in [Engine::Planes, Engine::Reference] {
+        let (frame, _) = see(&AREAS.corridor, engine, &camera(place, 60.0, 0.0, -90.0));
+        assert!(frame.level.iter().all(|level| *level == 2), "{engine:?}");
+        let off = |found: &[f32; 3]| DVec3::from_array(found.map(f64::from)).angle_between(normal);
+        let worst = frame.normal.iter().map(off).fold(0.0, f64::max);
+        assert!(worst < 0.12, "{engine:?}: {worst}");
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::*;
 use crate::raymarch::Marcher;
 use crate::raymarch::solid_tests::{pillar, pyramid, short_ridge, standing, standing_as, standing_on};
 use crate::space::{Attitude, Pose};
-use crate::voxel::{Cut, MemPages, Span};
+use crate::voxel::{Attributes, BoundsView, Cut, MemPages, PageId, PageView, Span, SpansView};
 
 const CODE: crate::voxel::HeightCode = crate::raymarch::solid_tests::CODE;
 /// Side of a voxel of the village, metres.
@@ -169,6 +169,49 @@ fn planes_see_what_stands_as_the_reference_does() {
         let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
         let (off, mean) = difference(&fast, &exact);
         assert!(off < 0.015 && mean < 0.005, "{index}: {off} of the pixels, {mean}");
+    }
+}
+
+/// A database of which a page is damaged and left out.
+struct Lacking<'p>(&'p MemPages, PageId);
+
+impl PageSource for Lacking<'_> {
+    fn header(&self) -> &Header {
+        self.0.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        if id == self.1 { Ok(None) } else { self.0.page(id) }
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        if id == self.1 { Ok(None) } else { self.0.bounds(id) }
+    }
+
+    fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
+        if id == self.1 { Ok(None) } else { self.0.spans(id) }
+    }
+
+    fn is_damaged(&self, id: PageId) -> bool {
+        id == self.1
+    }
+}
+
+#[test]
+fn pixels_of_damaged_bare_ground_are_marked_and_no_others() {
+    let pages = village(false);
+    let farm = Farm::new(2).unwrap();
+    let camera = camera(170.0, 190.0, 30.0, [0.0, -90.0, 0.0]);
+    let options = RenderOptions::of(pages.header());
+    let surface = PageId { level: 0, px: 0, py: 0 };
+    for (damaged, share) in [(surface.bare(), 1.0), (surface, 0.0)] {
+        let lacking = Lacking(&pages, damaged);
+        let planes = Renderer::new(&lacking, &options).frame(&camera, &farm).unwrap().frame;
+        let exact = render_reference(&lacking, &camera, &options, &farm).unwrap().frame;
+        for frame in [planes, exact] {
+            let marked = frame.id.iter().filter(|id| **id as u8 & Attributes::STAND_IN != 0).count();
+            assert_eq!(marked as f64, share * frame.id.len() as f64, "{damaged:?}");
+        }
     }
 }
 
