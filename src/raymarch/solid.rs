@@ -18,7 +18,7 @@ use glam::{DVec2, DVec3};
 use super::blocks::{Blocks, corner_on_page};
 use super::{CellStep, CellWalk, GridRay, Lattice, PageCursor};
 use crate::error::Result;
-use crate::voxel::{BLOCK_SIDE, Cut, HeightCode, PageSource, Span};
+use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, PageSource, Span};
 
 /// Blocks along the side of those that are passed at once.
 const GROUP: u32 = 4;
@@ -93,46 +93,31 @@ impl<'a, S: PageSource> Solids<'a, S> {
         least: f64,
         hits: &mut Vec<SolidHit>,
     ) -> Result<f64> {
-        let Measure { lattice, code, .. } = self.measure;
-        let is_clear = |step: &CellStep, top: f64| {
-            ray.lowest_between(step.enter, step.leave) > code.offset + code.scale * top
-        };
+        let Measure { lattice, .. } = self.measure;
         let blocks = lattice.grouped(BLOCK_SIDE);
         let mut left = 1.0;
         for group in CellWalk::new(ray, blocks.grouped(GROUP), start, end) {
             let first = group.cell.map(|cell| cell * i64::from(GROUP));
             let (_, view) = self.blocks.page(first)?;
             let [x, y] = corner_on_page(first);
-            let high = view.highest(x, y, GROUP);
-            if high == 0 || is_clear(&group, f64::from(high)) {
+            if self.measure.is_clear(ray, &group, view.highest(x, y, GROUP).into()) {
                 continue;
             }
             for block in CellWalk::new(ray, blocks.inside(&group, GROUP), group.enter, group.leave) {
                 let [x, y] = corner_on_page(block.cell);
-                let high = view.block(x, y).high;
-                if high == 0 || is_clear(&block, f64::from(high)) {
+                if self.measure.is_clear(ray, &block, view.block(x, y).high.into()) {
                     continue;
                 }
                 let stands = self.blocks.get(block.cell, &view);
-                for step in CellWalk::new(ray, lattice.inside(&block, BLOCK_SIDE), block.enter, block.leave) {
-                    let [x, y] = step.cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
-                    let voxel = (y * BLOCK_SIDE + x) as usize;
-                    let top = f64::from(stands.tops()[voxel]);
-                    if top == 0.0 || is_clear(&step, top) {
-                        continue;
-                    }
-                    left = self.measure.meet(ray, &step, stands.at(voxel), [left, least], hits);
-                    if left <= least {
-                        return Ok(left);
-                    }
+                left = self.measure.cross(ray, &block, stands, [left, least], hits);
+                if left <= least {
+                    return Ok(left);
                 }
             }
         }
         Ok(left)
     }
-}
 
-impl<S: PageSource> Solids<'_, S> {
     /// How high what stands at a place in the area (units) rises, if it hides at least a share `dense` of the light through a voxel's side, metres above the
     /// datum; `None`: no such thing stands there.
     ///
@@ -188,6 +173,36 @@ impl<S: PageSource> Solids<'_, S> {
 }
 
 impl Measure {
+    /// Whether a ray stays above all that stands on a step's cell, of which nothing rises above this height code; 0: nothing stands there.
+    fn is_clear(&self, ray: &GridRay, step: &CellStep, top: f32) -> bool {
+        let height = self.code.offset + self.code.scale * f64::from(top);
+        top == 0.0 || ray.lowest_between(step.enter, step.leave) > height
+    }
+
+    /// [`Self::meet`], of the voxels of a block that a ray crosses.
+    fn cross(
+        &self,
+        ray: &GridRay,
+        block: &CellStep,
+        stands: &BlockSpans,
+        [mut left, least]: [f64; 2],
+        hits: &mut Vec<SolidHit>,
+    ) -> f64 {
+        let voxels = self.lattice.inside(block, BLOCK_SIDE);
+        for step in CellWalk::new(ray, voxels, block.enter, block.leave) {
+            let [x, y] = step.cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
+            let voxel = (y * BLOCK_SIDE + x) as usize;
+            if self.is_clear(ray, &step, stands.tops()[voxel]) {
+                continue;
+            }
+            left = self.meet(ray, &step, stands.at(voxel), [left, least], hits);
+            if left <= least {
+                break;
+            }
+        }
+        left
+    }
+
     /// Appends what a ray meets of a voxel's spans, nearest first, until no more than `least` of the light behind is left. Returns that share; before the voxel
     /// it is `left`.
     fn meet(

@@ -8,9 +8,8 @@ use super::shadows::Shadows;
 use super::{Account, Rendered, Renderer, clouds, fall, matte, planes, puffs, reference};
 use crate::colour::srgb8_picture;
 use crate::error::Result;
-use crate::frame::Frame;
-use crate::frame::Picture;
 use crate::frame::stage::Pixels;
+use crate::frame::{Frame, Picture};
 use crate::objects::{Body, PointLight, Puff, SQUARE, View};
 use crate::scene::Scenery;
 use crate::space::Camera;
@@ -76,7 +75,8 @@ impl<S: PageSource> Renderer<'_, S> {
         self.seen_with(camera, things.into(), true, farm)
     }
 
-    /// [`Self::frame_with`]; unless it `describes` surfaces, of which scan planes know nothing yet, only colour and range mean something.
+    /// [`Self::frame_with`]; unless it `describes` surfaces, only colour and range mean something, and ranges at outlines of what scan
+    /// planes see are those of the nearest plane and row.
     pub(super) fn seen_with(
         &self,
         camera: &Camera,

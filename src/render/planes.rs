@@ -172,10 +172,8 @@ pub fn frame<S: PageSource>(
         })
         .collect();
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
-    let own = match describes {
-        true => Some(super::surface::describe(renderer, &mut frame, &outlines, farm)?),
-        false => None,
-    };
+    let own =
+        describes.then(|| super::surface::describe(renderer, &mut frame, &outlines, farm)).transpose()?;
     Ok((Rendered { frame, account }, own))
 }
 

@@ -71,8 +71,11 @@ struct Sight<'a, S: PageSource> {
 
 /// What a pixel sees.
 struct Seen {
+    /// Metres.
     range: f32,
+    /// Unit, world space (x east, y north, z up).
     normal: Vec3,
+    /// Index.
     level: u8,
     attributes: Attributes,
 }

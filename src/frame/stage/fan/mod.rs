@@ -110,9 +110,7 @@ fn cubic<V: Simd>(simd: V, share: V::F) -> [V::F; 4] {
 }
 
 /// Inverse depth between four neighbours, with the weights of left and right and of below and above. Across an edge it is that of the nearest, and goes on from
-/// there as the surface on that side does.
-///
-/// And where there is an edge.
+/// there as the surface on that side does. Beside it, across which pixels there is an edge.
 ///
 /// `tap` is what the weights are of, for a plane, 0 and 1 being those to the left and to the right, in a row, 0 and 1 being those below and above. Where the four
 /// differ it is asked for those beside them, −1 and 2. `is_plain`: it is linear between planes and rows where the surface is a plane, so a surface that bends is

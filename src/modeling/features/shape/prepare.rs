@@ -229,9 +229,10 @@ mod tests {
         });
         settle(graded.collect(), &mut heights, |_, _, _, _| ());
         let steps = (8..24).map(|row| heights[square.index(31, row + 1)] - heights[square.index(31, row)]);
-        // 6 m higher over the 18 m to the wider road, and twice as steep at most; from the ground beside that it would be a step of 1.5 m.
-        let most = 2.0 * 6.0 / 18.0;
-        assert!(steps.clone().all(|step| step.abs() < most + 0.05), "{:?}", steps.collect::<Vec<_>>());
+        // 6 m higher over the 18 m to the wider road, and twice as steep at most, to its edge, which the cross-slope has lower; from the ground beside that it would
+        // be a step of 1.5 m.
+        let most = 2.0 * 6.0 / 18.0 + 0.02 * 6.0;
+        assert!(steps.clone().all(|step| step.abs() < most), "{:?}", steps.collect::<Vec<_>>());
     }
 
     #[test]
