@@ -1,5 +1,7 @@
 //! TOML files that people write: what is in them, and where something is wrong.
 
+mod mark;
+
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -8,6 +10,8 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 
 use crate::error::{Error, Result};
+
+pub use mark::unmarked;
 
 /// Bytes of the largest file.
 const MOST_BYTES: u64 = 64 << 20;
@@ -153,11 +157,11 @@ pub fn text_of(path: &Path, kind: Kind, hasher: &mut blake3::Hasher) -> Result<S
     }
     let bytes = fs::read(path).map_err(|source| Error::io(path, "read", source))?;
     hasher.update(&bytes);
-    let text = str::from_utf8(&bytes).map_err(|error| {
-        let line = line_at(&bytes, error.valid_up_to());
+    let bytes = unmarked(path, &bytes)?;
+    let text = str::from_utf8(bytes).map_err(|error| {
+        let line = line_at(bytes, error.valid_up_to());
         Error::invalid(path, format!("line {line}: not UTF-8; save it as UTF-8"))
     })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let tables = text.matches("[[").count() + text.matches('{').count();
     if tables > MOST_TABLES {
         let what = format!("has {tables} tables, more than the {MOST_TABLES} that a {} may have", kind.name);

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::raw::{Reading, Source, assemble};
 use super::track::{ReadOptions, Track};
 use super::{csv, gpx, igc, kml};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 
 /// Reads a path file; the format follows from its content, and from the extension only where the content leaves it
@@ -46,13 +47,11 @@ fn text_of<'a>(source: &Source<'_>, bytes: &'a [u8]) -> Result<std::borrow::Cow<
     if bytes.starts_with(b"PK\x03\x04") {
         return refuse("this is a zip file (KMZ?)", "unzip it and give the .kml inside");
     }
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return refuse("this is UTF-16 text", "save it as UTF-8");
-    }
+    let bytes = unmarked(source.path, bytes)?;
     if bytes.contains(&0) {
         return refuse("this is a binary file, no path", "give a CSV, JSBSim CSV, KML, GPX or IGC file");
     }
-    Ok(String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)))
+    Ok(String::from_utf8_lossy(bytes))
 }
 
 fn read_text(source: &Source<'_>, text: &str) -> Result<Reading> {

@@ -11,6 +11,7 @@ use super::crs::{Crs, shortened};
 use super::datum::VerticalCrs;
 use super::definition::Definition;
 use super::{epsg, wkt, wkt_system};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 
 /// What may be typed, for error messages.
@@ -108,8 +109,8 @@ fn from_file(path: &Path) -> Result<(Crs, Option<VerticalCrs>)> {
         ));
     }
     let bytes = fs::read(path).map_err(|error| Error::io(path, "read", error))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let text = text.trim_start_matches('\u{feff}').trim();
+    let text = String::from_utf8_lossy(unmarked(path, &bytes)?);
+    let text = text.trim();
     let read = if looks_like_proj(text) {
         from_proj_or_init(text).map(|crs| (crs, None)).map_err(|error| error.to_string())
     } else if let Some(code) = strip_authority(text) {

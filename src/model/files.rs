@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::Clause;
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 
 /// Bytes of all files of the largest model.
@@ -25,6 +26,11 @@ impl<'h> Files<'h> {
     /// What is wrong with the model.
     pub fn wrong(&self, what: impl Into<String>) -> Error {
         Error::invalid(&self.path, what)
+    }
+
+    /// The model's own bytes as text, without a mark of its encoding.
+    pub fn text<'b>(&self, bytes: &'b [u8]) -> Result<&'b [u8]> {
+        unmarked(&self.path, bytes)
     }
 
     /// What the model uses that is not read, and what helps.

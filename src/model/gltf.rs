@@ -67,6 +67,7 @@ fn parse(bytes: &[u8], files: &Files<'_>) -> Result<Gltf> {
             return Err(files.wrong("it is cut short in its header"));
         }
     }
+    let bytes = files.text(bytes)?;
     let clause = |error: gltf::Error| match error {
         gltf::Error::Validation(errors) => {
             let told: Vec<_> =

@@ -156,3 +156,46 @@ fn within(what: &str, count: usize, most: usize) -> Clause<()> {
     }
     Err(format!("it has {count} {what}, more than the {most} that a model may have; simplify it"))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// Triangles, corners and colours of a model.
+    fn shape(path: &Path) -> Result<String> {
+        let read = read(path, &mut blake3::Hasher::new())?;
+        let part =
+            |part: &ModelPart| format!("{:?} {:?} {:?}", part.positions, part.triangles, part.material);
+        Ok(read.model.parts.iter().map(part).collect())
+    }
+
+    #[test]
+    fn a_mark_of_the_encoding_changes_nothing() {
+        const OBJ: &str = "v 0 0 0\nmtllib a.mtl\nusemtl red\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv 9 9 9\n";
+        const MTL: &str = "newmtl red\nKd 1 0 0\n";
+        const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+            "bufferViews":[{"buffer":0,"byteLength":36}],
+            "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, text).unwrap();
+            path
+        };
+        let (obj, gltf) = (put("a.obj", OBJ), put("a.gltf", GLTF));
+        put("a.mtl", MTL);
+        let plain = [shape(&obj).unwrap(), shape(&gltf).unwrap()];
+        for (name, text) in [("a.obj", OBJ), ("a.mtl", MTL), ("a.gltf", GLTF)] {
+            put(name, &format!("\u{feff}{text}"));
+            assert_eq!([shape(&obj).unwrap(), shape(&gltf).unwrap()], plain, "{name}");
+            fs::write(folder.path().join(name), b"\xff\xfev\0 \0").unwrap();
+            let told = [&obj, &gltf].map(|path| shape(path).map_err(|error| error.to_string()));
+            assert!(told.iter().any(|told| matches!(told, Err(told) if told.contains("UTF-16"))), "{told:?}");
+            put(name, text);
+        }
+    }
+}

@@ -8,6 +8,7 @@ use glam::{DMat3, DVec3, Vec2, Vec3};
 use super::files::Files;
 use super::picture::Pictures;
 use super::{Clause, MOST_CORNERS, MOST_TRIANGLES, Material, Model, ModelPart, Texture, Wrap, within};
+use crate::document::unmarked;
 use crate::error::Result;
 
 /// Opacity below which a part is not shown.
@@ -47,7 +48,7 @@ fn axes() -> DMat3 {
 }
 
 pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
-    let text = String::from_utf8_lossy(bytes);
+    let text = String::from_utf8_lossy(files.text(bytes)?);
     let mut reader = Reader::default();
     let mut notes = Vec::new();
     for (number, line) in lines(&text) {
@@ -189,7 +190,7 @@ impl Reader {
     /// Reads a file of materials.
     fn library(&mut self, name: &str, files: &mut Files<'_>) -> Result<()> {
         let bytes = files.beside(name)?;
-        let text = String::from_utf8_lossy(&bytes);
+        let text = String::from_utf8_lossy(unmarked(name.as_ref(), &bytes)?);
         let mut current: Option<(String, Material)> = None;
         for (number, line) in lines(&text) {
             let wrong = |what: String| format!("{name}, line {number}: {what}");

@@ -7,6 +7,7 @@ use crate::modeling::NodataFill;
 use crate::modeling::features::Material;
 
 mod fitting;
+mod marks;
 mod placing;
 
 /// A folder with a small elevation raster, and recipes beside it.

@@ -5,6 +5,7 @@ use std::path::Path;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::delimiter;
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::flight::Samples;
 use crate::flight::raw::CLOCK;
@@ -33,7 +34,7 @@ pub(crate) struct Wanted {
 /// [`Error::Invalid`] with the line: a column that is not wanted, or is there twice, no time, times that do not increase, what is no number or too large.
 pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Result<Vec<Option<Samples>>> {
     let wrong = |line: u64, what: String| Error::invalid(path, format!("line {line}: {what}"));
-    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let text = String::from_utf8_lossy(unmarked(path, bytes)?);
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))

@@ -271,6 +271,13 @@ impl LeftOut {
         self.reasons.entry(reason).or_insert_with(|| (0, place.to_owned())).0 += 1;
     }
 
+    /// How many rows there are, and the reason of most of them; `None`: nothing is left out.
+    pub fn most(&self) -> Option<(usize, &str)> {
+        let count = self.reasons.values().map(|(count, _)| count).sum();
+        let (reason, _) = self.reasons.iter().max_by_key(|(_, (count, _))| *count)?;
+        Some((count, reason))
+    }
+
     /// One sentence for each reason, after the name of the file.
     pub fn into_notes(self, file: &str) -> Vec<String> {
         let part = if self.in_part { " in part" } else { "" };

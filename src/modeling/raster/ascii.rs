@@ -11,6 +11,7 @@ use std::path::Path;
 use super::blocks::{Block, BlockIndex, BlockRaster, BlockSource};
 use super::file::InputFile;
 use super::{GeoTransform, OpenOptions, Raster, RasterInfo, SampleType, nodata, side};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 
 /// Samples per block, about.
@@ -19,8 +20,11 @@ const BLOCK_SAMPLES: u32 = 1 << 16;
 const LONGEST_TOKEN: usize = 64;
 const BUFFER: usize = 1 << 18;
 
-/// Whether a file begins like one.
+/// Whether a file begins like one, or would if it were in UTF-8.
 pub(super) fn recognises(head: &[u8]) -> bool {
+    // Of wide characters that are ASCII, and of a mark of UTF-8.
+    let narrow: Vec<u8> = head.iter().copied().filter(|byte| byte.is_ascii() && *byte != 0).collect();
+    let head = if unmarked(Path::new(""), head).is_ok_and(|rest| rest == head) { head } else { &narrow };
     let first = head.trim_ascii_start().split(u8::is_ascii_whitespace).next().unwrap_or_default();
     first.eq_ignore_ascii_case(b"ncols") || first.eq_ignore_ascii_case(b"nrows")
 }
@@ -34,7 +38,7 @@ struct AsciiGrid {
 
 /// Opens a grid.
 pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
-    let mut tokens = Tokens::new(&file, 0)?;
+    let mut tokens = Tokens::new(&file, text_begin(&file)?)?;
     let mut header = Header::default();
     let first_value = header.parse(&mut tokens)?;
     let (width, height) = header.size(file.path())?;
@@ -61,6 +65,12 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     side::complete(&mut info)?;
     let grid = AsciiGrid { file, info, groups };
     Ok(Box::new(BlockRaster::new(grid, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
+}
+
+/// Where the text begins: behind a mark of its encoding.
+fn text_begin(file: &InputFile) -> Result<u64> {
+    let head = file.head(4)?;
+    Ok((head.len() - unmarked(file.path(), &head)?.len()) as u64)
 }
 
 #[derive(Debug, Default)]

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{GeoTransform, RasterInfo};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::geo::Crs;
 
@@ -27,7 +28,7 @@ pub(super) fn text(path: &Path) -> Result<String> {
     if bytes.len() as u64 > LONGEST {
         return Err(Error::invalid(path, "is longer than 1 MiB and so is no header of the raster beside it"));
     }
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(String::from_utf8_lossy(unmarked(path, &bytes)?).into_owned())
 }
 
 /// Fills in what the file itself does not state: georeferencing from a world file, the CRS from a `.prj`.

@@ -21,6 +21,7 @@ use serde_json::value::RawValue;
 use super::super::features::{Area, Geometry, Path, Row, Value};
 use super::ShadowReport;
 use super::answer::{Answer, Origin};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::geo::Crs;
 
@@ -86,19 +87,17 @@ pub(super) fn geojson(report: &ShadowReport) -> Result<String> {
     let refused = |error| Error::io(path, "read", error);
     let mut head = Vec::new();
     File::open(path).map_err(refused)?.take(HEAD).read_to_end(&mut head).map_err(refused)?;
-    if !is_geojson(&head) {
+    if !is_geojson(unmarked(path, &head)?) {
         return Ok(made(report));
     }
     let bytes = fs::read(path).map_err(refused)?;
-    edited(report, bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes))
+    edited(report, unmarked(path, &bytes)?)
 }
 
 /// Bytes of a file's beginning by which it is told what it is, as when it is read.
 const HEAD: u64 = 256;
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-fn is_geojson(head: &[u8]) -> bool {
-    let text = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
+fn is_geojson(text: &[u8]) -> bool {
     text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e) == Some(&b'{')
 }
 

@@ -17,6 +17,7 @@ use serde_json::Value as Json;
 
 use super::super::layer::{Area, Attributes, Geometry, Path, Row, Value};
 use super::{Found, hstore, rings};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::geo::Crs;
 
@@ -114,6 +115,15 @@ struct Object {
     properties: Option<Json>,
     #[serde(default, deserialize_with = "present")]
     crs: Option<Json>,
+    // By these other formats are told.
+    #[serde(rename = "geometryType")]
+    esri_kind: Option<IgnoredAny>,
+    #[serde(rename = "spatialReference")]
+    esri_system: Option<IgnoredAny>,
+    elements: Option<IgnoredAny>,
+    kml: Option<IgnoredAny>,
+    asset: Option<IgnoredAny>,
+    error: Option<IgnoredAny>,
 }
 
 /// Tells `null` from nothing.
@@ -125,13 +135,38 @@ impl Object {
     fn kind(&self) -> &str {
         self.kind.as_ref().and_then(Json::as_str).unwrap_or_default()
     }
+
+    /// Another format in JSON than GeoJSON, and what helps.
+    fn foreign(&self) -> Option<(&'static str, &'static str)> {
+        const CONVERT: &str = "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE";
+        Some(match self.kind() {
+            "Topology" => ("is TopoJSON", CONVERT),
+            "CityJSON" | "CityJSONFeature" => {
+                ("is CityJSON", "write its footprints as GeoPackage, as QGIS does with its CityJSON loader")
+            }
+            "" if self.esri_kind.is_some() || self.esri_system.is_some() => ("is Esri JSON", CONVERT),
+            "" if self.elements.is_some() => (
+                "is OpenStreetMap's JSON, as Overpass answers it",
+                "convert it: osmtogeojson FILE > FEATURES.geojson",
+            ),
+            "" if self.kml.is_some() => {
+                ("is KML in JSON", "convert the KML itself: ogr2ogr -f GPKG FEATURES.gpkg FILE.kml")
+            }
+            "" if self.asset.is_some() => ("is glTF, a model", "name it as `path` of [[object]]"),
+            "" if self.error.is_some() => {
+                ("holds the error of a server in the place of features", "fetch it again")
+            }
+            "" => ("is JSON, but no GeoJSON: it has no \"type\"", CONVERT),
+            _ => return None,
+        })
+    }
 }
 
 /// All rows of a text.
 pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<Found> {
     // The separator of RFC 8142 stands nowhere else: strings must escape it.
     text.iter_mut().filter(|byte| **byte == 0x1e).for_each(|byte| *byte = b' ');
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&text);
+    let text = unmarked(path, &text)?;
     let mut found = Found::default();
     let (mut count, mut stated) = (0, None);
     for object in serde_json::Deserializer::from_slice(text).into_iter::<Object>() {
@@ -147,14 +182,10 @@ pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<Found> {
                     add(feature, &mut count, &mut found);
                 }
             }
-            "Topology" => {
-                return Err(Error::unsupported(
-                    path,
-                    "is TopoJSON",
-                    "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE",
-                ));
-            }
-            _ => add(object, &mut count, &mut found),
+            _ => match object.foreign() {
+                Some((what, remedy)) => return Err(Error::unsupported(path, what, remedy)),
+                None => add(object, &mut count, &mut found),
+            },
         }
     }
     if count == 0 && found.rows.is_empty() {

@@ -31,6 +31,7 @@ use std::path::Path;
 
 use super::super::inputs::contradiction;
 use super::layer::{Layer, LayerOptions, LeftOut, Row, bounds};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::geo::Crs;
 
@@ -62,6 +63,14 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
         Kind::GeoJson => geojson::read(path, whole(path)?)?,
         Kind::Outlines => outlines::read(path, &whole(path)?)?,
     };
+    if let Some((count, reason)) = found.left_out.most().filter(|_| found.rows.is_empty()) {
+        let (all, are) = if count == 1 {
+            ("its only row".to_owned(), "is")
+        } else {
+            (format!("all its {count} rows"), "are")
+        };
+        return Err(Error::invalid(path, format!("{all} {are} of no use: {reason}")));
+    }
     let file = super::super::inputs::file_name(path);
     let mut notes: Vec<String> = found.notes.iter().map(|note| format!("{file}: {note}")).collect();
     let crs = match (&found.crs, &options.crs, found.otherwise) {
@@ -105,7 +114,7 @@ fn kind_of(path: &Path) -> Result<Kind> {
     if head.starts_with(&shapefile::MAGIC) {
         return Ok(Kind::Shapefile);
     }
-    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head);
+    let text = unmarked(path, &head)?;
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e);
     if first == Some(&b'{') {
         return Ok(Kind::GeoJson);

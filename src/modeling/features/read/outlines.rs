@@ -14,6 +14,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::layer::{Attributes, Geometry, Path, Row, Value};
 use super::{Found, plain, rings};
+use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::geo::Crs;
 
@@ -67,7 +68,7 @@ impl Table {
     /// # Errors
     /// Text that is not UTF-8, damaged rows, no column of outlines.
     pub fn open(path: &FilePath, bytes: &[u8]) -> Result<Self> {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let bytes = unmarked(path, bytes)?;
         let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let count = |separator: u8| first.iter().filter(|byte| **byte == separator).count();
         // Of equals the last wins: comma.

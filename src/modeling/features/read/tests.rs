@@ -217,6 +217,23 @@ fn other_files_are_told_what_to_do() {
         (b"\0\0\0\x0d\x0a\x09OSMHeader", "OpenStreetMap's own format"),
         (b"hello", "is neither GeoJSON"),
         (b"{\"type\":\"Topology\"}", "is TopoJSON"),
+        (b"{\"type\":\"CityJSON\",\"CityObjects\":{}}", "is CityJSON"),
+        (
+            b"{\"geometryType\":\"esriGeometryPolygon\",\"spatialReference\":{\"wkid\":4326},\"features\":[\
+              {\"attributes\":{\"a\":1},\"geometry\":{\"rings\":[[[0,0],[0,1],[1,1],[0,0]]]}}]}",
+            "is Esri JSON",
+        ),
+        (b"{\"version\":0.6,\"elements\":[{\"type\":\"node\",\"id\":1,\"lat\":1,\"lon\":2}]}", "osmtogeojson"),
+        (b"{\"kml\":{\"Document\":{}}}", "is KML in JSON"),
+        (b"{\"asset\":{\"version\":\"2.0\"},\"meshes\":[]}", "is glTF"),
+        (b"{\"error\":{\"code\":498,\"message\":\"Invalid token\"}}", "the error of a server"),
+        (b"{\"a\":1}", "it has no \"type\""),
+        (b"{\"type\":\"Feature\",\"geometry\":null}", "its only row is of no use: it has no geometry"),
+        (
+            b"{\"type\":\"FeatureCollection\",\"features\":[{\"type\":\"Feature\",\"geometry\":{\"type\":\"Blob\"}},\
+              {\"type\":\"Feature\",\"geometry\":{\"type\":\"Blob\"}}]}",
+            "all its 2 rows are of no use",
+        ),
         (b"{\"type\":\"FeatureCollection\",", "this is no GeoJSON"),
         (&[0, 0, 0x27, 0x0a, 0], "fewer than a Shapefile's header"),
         (b"SQLite format 3\0", "fewer than an SQLite header"),
