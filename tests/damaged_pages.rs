@@ -176,3 +176,131 @@ fn without_checks_wrong_samples_are_read_and_wrong_shapes_refused() {
     let store = MemPages::from_bytes("bad.hop", &shapeless).unwrap().trusting(never);
     assert!(store.page(id).unwrap_err().to_string().contains("says that it is level index"));
 }
+
+/// Numbers that break arithmetic, as far as a float or an integer can be one.
+const HOSTILE: [f64; 9] =
+    [0.0, -1.0, 1.0e300, -1.0e300, 1.0e-300, 4_294_967_295.0, 1.0e9, f64::NAN, f64::INFINITY];
+
+/// Fields of the fixed header that FORMAT.md gives a numeric type: where each begins, and the type.
+fn numeric_fields() -> Vec<(String, usize, String)> {
+    let text = include_str!("../src/voxel/FORMAT.md");
+    let section = text.split("\n## ").find(|part| part.starts_with("Fixed header")).unwrap();
+    let cells = |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+    let rows = section.lines().map(cells).filter(|cells| cells.len() > 5);
+    rows.filter(|cells| ["u32", "u64", "f64"].contains(&cells[4].as_str()))
+        .map(|cells| (cells[3].clone(), cells[1].parse().unwrap(), cells[4].clone()))
+        .collect()
+}
+
+/// Bytes of a header's field that holds a number, as far as its type can.
+fn as_type(value: f64, kind: &str) -> Vec<u8> {
+    match kind {
+        "u32" => (value as u32).to_le_bytes().to_vec(),
+        "u64" => (value as u64).to_le_bytes().to_vec(),
+        _ => value.to_le_bytes().to_vec(),
+    }
+}
+
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let crc = crc32fast::hash(&bytes[HEADER_CRC + 4..HEADER_END]);
+    put(&mut bytes, HEADER_CRC, crc);
+    bytes
+}
+
+/// The file with other metadata, and everything that depends on it.
+fn with_metadata(area: &[u8], metadata: &serde_json::Value) -> Vec<u8> {
+    const OFFSET: usize = 136;
+    const CRC: usize = 156;
+    const FILE_LENGTH: usize = 160;
+    let start = u64::from_le_bytes(area[OFFSET..][..8].try_into().unwrap()) as usize;
+    let json = serde_json::to_vec(metadata).unwrap();
+    let mut bytes = [&area[..start], &json].concat();
+    let length = bytes.len() as u64;
+    bytes[OFFSET + 8..][..8].copy_from_slice(&(json.len() as u64).to_le_bytes());
+    bytes[FILE_LENGTH..][..8].copy_from_slice(&length.to_le_bytes());
+    put(&mut bytes, CRC, crc32fast::hash(&json));
+    sealed(bytes)
+}
+
+/// Paths of all numbers in a document.
+fn numbers(value: &serde_json::Value, path: &str) -> Vec<String> {
+    match value {
+        serde_json::Value::Number(_) => vec![path.to_owned()],
+        serde_json::Value::Array(items) => (0..)
+            .zip(items)
+            .flat_map(|(at, item): (usize, _)| numbers(item, &format!("{path}/{at}")))
+            .collect(),
+        serde_json::Value::Object(fields) => {
+            fields.iter().flat_map(|(name, field)| numbers(field, &format!("{path}/{name}"))).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn numbers_that_no_build_writes_are_refused_or_do_no_harm() {
+    use hedgehop::voxel::{CorridorRecord, MaterialRecord, build_in_memory};
+    let grid = Grid { nx: 300, ny: 280, spacing: 8.0, origin: DVec2::ZERO };
+    let heights: Vec<f64> = (0..300 * 280).map(|post| 50.0 + f64::from(post % 37)).collect();
+    let metadata = Metadata {
+        crs_epsg: Some(32633),
+        corridors: vec![CorridorRecord { route: "a.csv".into(), width: 100.0, spacing: 8.0 }],
+        materials: vec![MaterialRecord { number: 3, name: "mud".into(), ..MaterialRecord::default() }],
+        baked_sun: Some([120.0, 30.0]),
+        ..Metadata::default()
+    };
+    let store = build_in_memory(grid, &heights, &vec![[90; 3]; heights.len()], None, &metadata).unwrap();
+    let sound = store.bytes().to_vec();
+
+    let mut forged = Vec::new();
+    for (name, at, kind) in numeric_fields() {
+        for value in HOSTILE {
+            let mut bytes = sound.clone();
+            let wrong = as_type(value, &kind);
+            bytes[at..at + wrong.len()].copy_from_slice(&wrong);
+            forged.push((
+                format!("{name} {value}"),
+                if name == "`header_crc`" { bytes } else { sealed(bytes) },
+            ));
+        }
+    }
+    let json = serde_json::to_value(&metadata).unwrap();
+    let paths = numbers(&json, "");
+    assert!(paths.len() >= 10, "{paths:?}");
+    for (path, value) in paths.iter().flat_map(|path| HOSTILE.map(|value| (path, value))) {
+        let mut json = json.clone();
+        let number = if value.fract() == 0.0 && value.abs() < 1e15 {
+            serde_json::json!(value as i64)
+        } else {
+            serde_json::json!(value)
+        };
+        *json.pointer_mut(path).unwrap() = number;
+        forged.push((format!("{path} {value}"), with_metadata(&sound, &json)));
+    }
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("forged.hop");
+    let (mut refused, mut seen) = (0, 0);
+    for (what, bytes) in forged {
+        fs::write(&path, &bytes).unwrap();
+        if let Err(error) = PageFile::open_trusting(&path, Trust::default()) {
+            assert!(error.to_string().starts_with(&path.display().to_string()), "{what}: {error}");
+            refused += 1;
+            continue;
+        }
+        for engine in [Engine::Planes, Engine::Reference] {
+            let frame = small_frame(&path, engine);
+            assert!(frame.range.iter().all(|range| !range.is_nan()), "{what}");
+        }
+        seen += 1;
+    }
+    assert!(refused > 150 && seen > 20, "{refused} refused, {seen} seen");
+}
+
+fn small_frame(path: &Path, engine: Engine) -> Frame {
+    let pages = ResidentPages::new(PageFile::open_trusting(path, Trust::default()).unwrap(), None);
+    let options = RenderOptions { engine, ..RenderOptions::default() };
+    let attitude = Attitude { yaw: 40.0, pitch: -8.0, roll: 3.0 };
+    let camera = Camera::new(Pose { eye: DVec3::new(500.0, 450.0, 190.0), attitude, hfov: 60.0 }, 32, 18);
+    Renderer::new(&pages, &options).frame(&camera, &Farm::new(1).unwrap()).unwrap().frame
+}

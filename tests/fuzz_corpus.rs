@@ -6,6 +6,7 @@ mod random;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use hedgehop::voxel::MemPages;
 use random::Random;
 
 /// Damaged copies of each file of the corpus, unless told otherwise.
@@ -27,9 +28,14 @@ fn the_corpus_is_small_and_does_no_harm() {
     let files = corpus();
     assert!(files.len() >= 3);
     assert!(files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() <= 200_000);
+    let mut open = 0;
     for (_, bytes) in files {
         fuzzing::exercise(&bytes);
+        let mut sealed = bytes;
+        fuzzing::seal(&mut sealed);
+        open += usize::from(MemPages::from_bytes("sealed.hop", &sealed).is_ok());
     }
+    assert!(open >= 3, "sealed files are met by what lies behind their checksums: {open} open");
 }
 
 #[test]

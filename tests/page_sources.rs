@@ -34,6 +34,7 @@ fn metadata() -> Metadata {
         }],
         notes: vec!["nothing assumed".into()],
         void_share: 0.25,
+        filled_share: Some(0.125),
         empty_share: 0.0,
         baked_sun: Some([120.5, 33.0]),
         writer: "a test".into(),

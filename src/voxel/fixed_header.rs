@@ -8,7 +8,9 @@ use glam::DVec2;
 use super::format::{
     Field, MAGIC, METADATA_LIMIT, OBJECTS_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at,
 };
-use super::{ContentHash, Directory, Grid, Header, HeightCode, PAGE_SIDE, SharedObjects, SpanTable};
+use super::{
+    ContentHash, Directory, Grid, Header, HeightCode, Metadata, PAGE_SIDE, SharedObjects, SpanTable,
+};
 use crate::error::{Error, Result};
 
 /// A run of bytes of the file, with its checksum.
@@ -192,10 +194,7 @@ impl FixedHeader {
     pub fn check(&self, record: &[u8]) -> Result<(), String> {
         self.grid.check()?;
         self.heights.check()?;
-        let (low, high) = self.height_range;
-        if !(low.is_finite() && high.is_finite() && low <= high) {
-            return Err(format!("heights from {low} m to {high} m cannot be"));
-        }
+        self.heights.check_range(self.height_range)?;
         let levels = at::LEVEL_COUNT.u32(record);
         if levels != u32::from(self.grid.level_count()) {
             return Err(format!("{levels} levels do not fit the grid"));
@@ -240,7 +239,9 @@ impl FixedHeader {
         let fixed = Self::decode(path, file)?;
         let invalid = |what: String| Error::invalid(path, format!("{what}; {DAMAGED}"));
         let json = fixed.metadata.of_file(file, path, "metadata")?;
-        let metadata = serde_json::from_slice(json).map_err(|error| invalid(format!("metadata: {error}")))?;
+        let metadata: Metadata =
+            serde_json::from_slice(json).map_err(|error| invalid(format!("metadata: {error}")))?;
+        metadata.check().map_err(invalid)?;
         let bytes = fixed.directory.of_file(file, path, "directory")?;
         let directory = Directory::decode(&fixed.grid, bytes, fixed.pages_end()).map_err(invalid)?;
         let rise = SpanTable::rise(fixed.heights, fixed.grid.spacing);

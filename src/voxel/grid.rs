@@ -67,21 +67,6 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Whether every number is in range; otherwise a sentence that says which one is not.
-    pub fn check(&self) -> Result<(), String> {
-        let Self { nx, ny, spacing, origin } = *self;
-        if nx == 0 || ny == 0 {
-            return Err(format!("the grid has {nx} x {ny} voxels, but needs at least one each way"));
-        }
-        if !(spacing.is_finite() && spacing > 0.0) {
-            return Err(format!("the spacing is {spacing} m, but must be positive and finite"));
-        }
-        if !(origin.is_finite() && self.far_corner().is_finite()) {
-            return Err(format!("the area's corner ({}, {}) is not finite", origin.x, origin.y));
-        }
-        Ok(())
-    }
-
     /// How many levels a grid of this size has.
     pub fn level_count(&self) -> u8 {
         let mut levels = MIN_LEVELS;
@@ -157,15 +142,6 @@ pub struct HeightCode {
 impl HeightCode {
     /// The code that says: no surface here, rays pass.
     pub const EMPTY: u16 = 0;
-
-    /// Whether every code has a finite height; otherwise a sentence that says what is wrong.
-    pub fn check(&self) -> Result<(), String> {
-        let highest = self.offset + self.scale * f64::from(u16::MAX);
-        if self.scale > 0.0 && self.offset.is_finite() && highest.is_finite() {
-            return Ok(());
-        }
-        Err(format!("heights of {} m + {} m per step cannot be", self.offset, self.scale))
-    }
 
     /// The finest code that holds `low..=high` metres (both finite, `low <= high`).
     pub fn spanning(low: f64, high: f64) -> Self {

@@ -70,6 +70,10 @@ pub struct Metadata {
     pub notes: Vec<String>,
     /// Share of level-1 voxels whose source had no data, 0…1 (filled ones included).
     pub void_share: f64,
+    /// Of these, the share of level-1 voxels that have a surface all the same, filled from around or with a height, 0…1; `None`: none of them,
+    /// or not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filled_share: Option<f64>,
     /// Share of level-1 voxels without any surface, 0…1.
     pub empty_share: f64,
     /// Azimuth (clockwise from grid north) and elevation of the sun whose shadows its colours hold, degrees; `None`: they hold none but those of the imagery.
@@ -132,11 +136,7 @@ impl Metadata {
 
     /// As stored, or what is wrong with it.
     pub(super) fn to_json(&self) -> Result<Vec<u8>, String> {
-        for (name, share) in [("void_share", self.void_share), ("empty_share", self.empty_share)] {
-            if !(0.0..=1.0).contains(&share) {
-                return Err(format!("metadata: {name} is {share}, but must be within 0 and 1"));
-            }
-        }
+        self.check()?;
         let json = serde_json::to_vec(self).map_err(|error| format!("metadata: {error}"))?;
         if json.len() as u64 > METADATA_LIMIT {
             return Err(format!("metadata: {} bytes, but at most {METADATA_LIMIT} are stored", json.len()));

@@ -13,6 +13,7 @@ mod fixed_header;
 mod format;
 mod grid;
 mod header;
+pub mod limits;
 mod material;
 mod page;
 mod patch;

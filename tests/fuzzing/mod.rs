@@ -18,6 +18,8 @@ const METADATA_LENGTH: usize = 144;
 const DIRECTORY_CRC: usize = 152;
 const METADATA_CRC: usize = 156;
 const FILE_LENGTH: usize = 160;
+/// Version of the format that is read.
+const FORMAT: u32 = 7;
 const HEADER: usize = 256;
 const ENTRY: usize = 44;
 
@@ -63,7 +65,7 @@ fn parts(page: &[u8]) -> [usize; 3] {
 /// Makes magic, version, length and all checksums right.
 pub fn seal(bytes: &mut [u8]) {
     put(bytes, 0, &MAGIC);
-    put(bytes, VERSION, &4_u32.to_le_bytes());
+    put(bytes, VERSION, &FORMAT.to_le_bytes());
     put(bytes, FILE_LENGTH, &(bytes.len() as u64).to_le_bytes());
     let directory = part(bytes, u64_at(bytes, DIRECTORY_OFFSET), u64_at(bytes, DIRECTORY_LENGTH));
     for start in directory.clone().step_by(ENTRY) {
