@@ -22,6 +22,22 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_with(path, |file| file.write_all(bytes))
 }
 
+/// As [`write_bytes`], but what is there stays.
+///
+/// # Errors
+/// [`Error::Configuration`]: there is something already.
+pub fn write_new_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut temporary = temporary_for(path)?;
+    let file = temporary.as_file_mut();
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|source| write_error(path, source))?;
+    temporary.persist_noclobber(path).map(drop).map_err(|error| match error.error.kind() {
+        io::ErrorKind::AlreadyExists => {
+            Error::Configuration(format!("{} exists already; name another file", path.display()))
+        }
+        _ => Error::io(path, "rename the finished file to it", error.error),
+    })
+}
+
 /// Whether a file could be written to `path` now, which stays as it is: known before the work that is to fill it. Missing folders are made.
 pub fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() {
@@ -124,6 +140,19 @@ mod tests {
             .collect();
         names.sort();
         names
+    }
+
+    #[test]
+    fn what_is_there_stays_where_a_new_file_is_wanted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        write_new_bytes(&path, b"first").unwrap();
+        let refused = write_new_bytes(&path, b"second").unwrap_err().to_string();
+        assert!(refused.contains("exists already"), "{refused}");
+        assert_eq!(
+            (std::fs::read(&path).unwrap(), names(folder.path())),
+            (b"first".to_vec(), vec!["a.toml".into()])
+        );
     }
 
     #[test]

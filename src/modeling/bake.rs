@@ -128,7 +128,6 @@ fn bake_pages(
     observer.begin("shadows", pages.len() as u64, "pages");
     // Bare ground lies among the pages that stand on it.
     for pages in pages.chunk_by(|(_, a), (_, b)| a.surface().level == b.surface().level) {
-        let mut noted = Vec::new();
         in_order(
             pages.len() as u64,
             *threads,
@@ -152,11 +151,10 @@ fn bake_pages(
                 written.reused += u64::from(matches!(page, Page::Reused(_)));
                 page.append_to(writer)?;
                 let made = |(key, entry)| Made { id, entry, key, census: Census::default(), has_bare: false };
-                noted.extend(key.zip(oven.finer.entry(id)).map(made));
+                let noted = key.zip(oven.finer.entry(id)).map(made);
+                trace.map_or(Ok(()), |(steps, _)| steps.made(noted.as_slice()))?;
                 if task % ROUND == 0 || task + 1 == pages.len() as u64 {
                     oven.shades.begin_frame();
-                    trace.map_or(Ok(()), |(steps, _)| steps.made(&noted))?;
-                    noted.clear();
                 }
                 observer.advance(1);
                 Ok(())

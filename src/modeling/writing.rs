@@ -3,9 +3,9 @@
 use super::census::Census;
 use super::corridor::Tasks;
 use super::page::{FromSources, MadePage, PageMaker, Project};
-use super::steps::{Key, Made, PageKeys, Reused, Steps};
+use super::steps::{Aside, Key, Made, PageKeys, Reused, Steps};
 use super::workers::in_order;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
     EarlierPage, EncodedPage, PageEntry, PageId, PageReadback, PageWriter, Shelf, sparse_page,
@@ -58,10 +58,11 @@ impl Page {
         }
     }
 
-    fn put_on(self, shelf: &mut Shelf<'_>) -> Result<()> {
+    /// Where it is set aside, if it is.
+    fn put_on(self, shelf: &mut Shelf<'_>) -> Result<Option<PageEntry>> {
         match self {
-            Self::Made(page) => shelf.take(&page),
-            Self::Reused(page) => shelf.take_earlier(page),
+            Self::Made(page) => shelf.take(&page).map(Some),
+            Self::Reused(page) => shelf.take_earlier(page).map(|()| None),
         }
     }
 }
@@ -80,11 +81,15 @@ pub(super) fn write_pages(
         observer.begin(stage, levels.clone().map(|level| project.stored.count(level)).sum(), "pages");
         for level in levels {
             let finer = writer.readback();
-            let mut shelf = Shelf::new(writer)?;
+            let mut shelf = if trace.is_some() { Shelf::named(writer) } else { Shelf::new(writer) }?;
             let tasks = project.stored.tasks(level);
-            write_level(project, (tasks, threads), (trace, &finer), &mut shelf, written, observer)?;
-            shelf.empty()?;
-            written.note(trace, &finer)?;
+            let done = write_level(project, (tasks, threads), (trace, &finer), &mut shelf, written, observer);
+            // What waits for its place is kept as well, if somebody stops the build.
+            if matches!(done, Ok(()) | Err(Error::Interrupted(_))) {
+                shelf.empty()?;
+                written.note(trace, &finer)?;
+            }
+            done?;
         }
         observer.end();
     }
@@ -100,6 +105,7 @@ fn write_level(
     written: &mut Written,
     observer: &dyn Observer,
 ) -> Result<()> {
+    let mut aside = shelf.aside().map(Aside::of).transpose()?;
     in_order(
         tasks.count(),
         threads,
@@ -129,25 +135,30 @@ fn write_level(
             Ok(Ready { page, bare, census, key })
         },
         |_, ready: Ready| {
-            written.take(&ready);
-            ready.page.put_on(shelf)?;
-            ready.bare.map_or(Ok(()), |bare| bare.put_on(shelf))?;
+            let made = written.take(&ready);
+            let places =
+                [ready.page.put_on(shelf)?, ready.bare.map(|bare| bare.put_on(shelf)).transpose()?.flatten()];
             observer.advance(1);
+
             // The shelf passes pages on band by band.
-            match written.pending.first() {
-                Some(first) if finer.entry(first.id).is_some() => written.note(trace, finer),
-                _ => Ok(()),
+            if written.pending.first().is_some_and(|first| finer.entry(first.id).is_some()) {
+                written.note(trace, finer)?;
+                aside.as_mut().map_or(Ok(()), Aside::clear)?;
             }
+            let set_aside =
+                made.into_iter().zip(places).filter_map(|(made, entry)| Some(Made { entry: entry?, ..made }));
+            aside.as_mut().map_or(Ok(()), |aside| aside.note(set_aside))
         },
     )
 }
 
 impl Written {
-    fn take(&mut self, ready: &Ready) {
+    /// Counts a page, and that of bare ground. What is to be noted of them once they have their place.
+    fn take(&mut self, ready: &Ready) -> Vec<Made> {
         self.census.add(&ready.census);
         self.pages += 1;
         self.reused += u64::from(matches!(ready.page, Page::Reused(_)));
-        let Some(key) = ready.key else { return };
+        let Some(key) = ready.key else { return Vec::new() };
         let made = |page: &Page, census, has_bare| Made {
             id: page.id(),
             entry: PageEntry::default(),
@@ -155,8 +166,10 @@ impl Written {
             census,
             has_bare,
         };
-        self.pending.push(made(&ready.page, ready.census, ready.bare.is_some()));
-        self.pending.extend(ready.bare.iter().map(|bare| made(bare, Census::default(), false)));
+        let mut all = vec![made(&ready.page, ready.census, ready.bare.is_some())];
+        all.extend(ready.bare.iter().map(|bare| made(bare, Census::default(), false)));
+        self.pending.extend(&all);
+        all
     }
 
     /// Notes the steps of pages that have their place in the file by now.

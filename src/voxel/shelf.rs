@@ -12,9 +12,12 @@
 //!
 //! A flight that crosses the area reads some tens of pages at a stretch (Hilbert, "Über die stetige Abbildung einer Linie auf ein
 //! Flächenstück", 1891). To make pages in that order instead would have rasters of long strips decoded again for every block.
-//! What is set aside lies in a file without a name: memory stays bounded.
+//! What is set aside lies in a file, so that memory stays bounded: one without a name, or with one, if it is to stay when the program is killed.
 
 use std::fs::File;
+use std::path::Path;
+
+use tempfile::TempPath;
 
 use super::assembly::Storage;
 use super::{EarlierPage, EncodedPage, PageEntry, PageId, PageWriter};
@@ -46,6 +49,7 @@ impl Kept {
 pub struct Shelf<'w> {
     writer: &'w mut PageWriter,
     aside: File,
+    name: Option<TempPath>,
     end: u64,
     kept: Vec<Kept>,
 }
@@ -54,11 +58,22 @@ impl<'w> Shelf<'w> {
     /// Appends to `writer`, setting pages aside beside its target.
     pub fn new(writer: &'w mut PageWriter) -> Result<Self> {
         let aside = writer.file_aside()?;
-        Ok(Self { writer, aside, end: 0, kept: Vec::new() })
+        Ok(Self { writer, aside, name: None, end: 0, kept: Vec::new() })
     }
 
-    /// Takes the next page, of a level whose finer pages have all been [appended](Self::empty).
-    pub fn take(&mut self, page: &EncodedPage) -> Result<()> {
+    /// The same in a file that stays if the program is killed.
+    pub fn named(writer: &'w mut PageWriter) -> Result<Self> {
+        let (aside, name) = writer.named_file_aside()?;
+        Ok(Self { writer, aside, name: Some(name), end: 0, kept: Vec::new() })
+    }
+
+    /// The file in which pages are set aside, if it has a name.
+    pub fn aside(&self) -> Option<&Path> {
+        self.name.as_deref()
+    }
+
+    /// Takes the next page, of a level whose finer pages have all been [appended](Self::empty). Where it is set aside.
+    pub fn take(&mut self, page: &EncodedPage) -> Result<PageEntry> {
         self.begin_band_of(page.id)?;
         self.aside
             .write_at(self.end, &page.bytes)
@@ -66,9 +81,10 @@ impl<'w> Shelf<'w> {
         let EncodedPage { id, spans, crc, hash, .. } = *page;
         // Lengths are checked when it is appended.
         let length = u32::try_from(page.bytes.len()).unwrap_or(u32::MAX);
-        self.kept.push(Kept::Aside(id, PageEntry { offset: self.end, length, spans, crc, hash }));
+        let entry = PageEntry { offset: self.end, length, spans, crc, hash };
+        self.kept.push(Kept::Aside(id, entry));
         self.end += page.bytes.len() as u64;
-        Ok(())
+        Ok(entry)
     }
 
     /// The same with a page that another file has.

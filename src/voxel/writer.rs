@@ -92,22 +92,7 @@ impl PageWriter {
     /// Starts `path`; an error if it exists and `overwrite` is false.
     pub fn create(path: &Path, grid: Grid, heights: HeightCode, overwrite: bool) -> Result<Self> {
         Self::check_target(path, overwrite)?;
-        let name =
-            path.file_name().ok_or_else(|| Error::invalid(path, "no file name to write a database to"))?;
-        let mut prefix = name.to_owned();
-        prefix.push(".part-");
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix);
-        // A database is as readable as any file that the user makes; temporary files would be private.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let (file, temporary) = builder
-            .tempfile_in(folder_of(path))
-            .map_err(|error| Error::io(path, "create a file beside it", error))?
-            .into_parts();
-        // Held until the file is closed: who finds one that nobody holds knows that its writer is gone. File systems without locks
-        // leave that open.
-        let _ = file.try_lock();
+        let (file, temporary) = temporary_beside(path)?;
         let part = Arc::new(Part::new(file));
         let storage: Arc<dyn Storage> = Arc::clone(&part) as _;
         let assembly = Assembly::new(path, storage, grid, heights)?;
@@ -185,6 +170,11 @@ impl PageWriter {
             .map_err(|error| Error::io(&self.target, "create a file beside it", error))
     }
 
+    /// A file that stays if the program is killed, as that of the pages does; it is removed when the path is dropped.
+    pub(super) fn named_file_aside(&self) -> Result<(File, TempPath)> {
+        temporary_beside(&self.target)
+    }
+
     /// What to say if the disk refuses something.
     pub(super) fn error(&self, action: &str, error: io::Error) -> Error {
         self.assembly.storage_error(action, error)
@@ -252,6 +242,25 @@ impl SealedFile {
     pub fn publish(self) -> Result<()> {
         self.writer.publish(self.bytes)
     }
+}
+
+/// A new file `NAME.part-…` in the folder of `path`, locked.
+fn temporary_beside(path: &Path) -> Result<(File, TempPath)> {
+    let name = path.file_name().ok_or_else(|| Error::invalid(path, "no file name to write a database to"))?;
+    let mut prefix = name.to_owned();
+    prefix.push(".part-");
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix);
+    // A database is as readable as any file that the user makes; temporary files would be private.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let made = builder.tempfile_in(folder_of(path));
+    let (file, temporary) =
+        made.map_err(|error| Error::io(path, "create a file beside it", error))?.into_parts();
+    // Held until the file is closed: who finds one that nobody holds knows that its writer is gone. File systems without locks
+    // leave that open.
+    let _ = file.try_lock();
+    Ok((file, temporary))
 }
 
 fn already_exists(path: &Path) -> Error {

@@ -5,7 +5,8 @@ use crate::error::Result;
 use crate::geo::VerticalDatum;
 use crate::modeling::feather::Sheets;
 use crate::modeling::fill;
-use crate::modeling::inputs::{Bounds, Inputs, Opened};
+use crate::modeling::footprint::Bounds;
+use crate::modeling::inputs::{Inputs, Opened};
 use crate::modeling::land_cover::CoverInput;
 use crate::modeling::object::Objects;
 use crate::modeling::options::{BuildOptions, NodataFill};
@@ -184,7 +185,7 @@ impl<'a> PageKeys<'a> {
         }
         // Features ask for ground further away.
         let margin = self.standing.and_then(|standing| standing.margin(around, &level)).unwrap_or(0);
-        let wide = around.grown((around_objects + margin).max(fill::REACH), &level.grid);
+        let wide = around.grown(around_objects + margin + fill::REACH, &level.grid);
         let here = self.sources.iter().filter(|(_, reach)| wide.meets(reach, &level.grid));
         here.fold(keyer, |keyer, (key, _)| keyer.with_key(*key))
     }

@@ -15,7 +15,7 @@
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -98,7 +98,7 @@ struct FeatureRecord {
 #[repr(C)]
 struct PageRecord {
     offset: u64,
-    counts: [u64; 5],
+    counts: [u64; 6],
     classes: [u64; 4],
     level: u32,
     px: u32,
@@ -128,11 +128,11 @@ pub(in crate::modeling) struct Made {
 impl From<&Made> for PageRecord {
     fn from(made: &Made) -> Self {
         let PageEntry { offset, length, spans, crc, hash } = made.entry;
-        let Census { voxels, made: own, voids, empty, bare, codes, classes } = made.census;
+        let Census { voxels, made: own, voids, filled, empty, bare, codes, classes } = made.census;
         let (low, high) = codes.unwrap_or_default();
         Self {
             offset,
-            counts: [voxels, own, voids, empty, bare],
+            counts: [voxels, own, voids, filled, empty, bare],
             classes: classes.0,
             level: made.id.level.into(),
             px: made.id.px,
@@ -151,13 +151,22 @@ impl From<&Made> for PageRecord {
 impl From<PageRecord> for Made {
     fn from(record: PageRecord) -> Self {
         let PageRecord { offset, length, spans, crc, hash, .. } = record;
-        let [voxels, made, voids, empty, bare] = record.counts;
+        let [voxels, made, voids, filled, empty, bare] = record.counts;
         let codes = (record.codes != [0; 2]).then_some((record.codes[0], record.codes[1]));
         Self {
             id: PageId { level: record.level as u8, px: record.px, py: record.py },
             entry: PageEntry { offset, length, spans, crc, hash },
             key: record.key,
-            census: Census { voxels, made, voids, empty, bare, codes, classes: Classes(record.classes) },
+            census: Census {
+                voxels,
+                made,
+                voids,
+                filled,
+                empty,
+                bare,
+                codes,
+                classes: Classes(record.classes),
+            },
             has_bare: record.has_bare != 0,
         }
     }
@@ -257,6 +266,16 @@ impl Log {
     pub fn begin(&mut self, path: &Path) -> io::Result<()> {
         let file = OpenOptions::new().write(true).create_new(true).open(path)?;
         self.file = Some((file, path.to_owned()));
+        self.write()
+    }
+
+    /// Forgets everything, its file's records too.
+    pub fn restart(&mut self) -> io::Result<()> {
+        self.bytes = MAGIC.to_vec();
+        if let Some((file, _)) = &mut self.file {
+            file.set_len(0)?;
+            file.rewind()?;
+        }
         self.write()
     }
 

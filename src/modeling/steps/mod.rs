@@ -13,11 +13,13 @@
 //! a page whose key is there is taken from AREA.hop, all others are made: the file is the same, byte for byte, as if all were
 //! where pages stay in their place, only those that were made are written; and as long as the system's times tell that nobody changed the file,
 //! none of the others is read
-//! while a build runs, its pages lie in AREA.hop.part-…, and what is known of them in AREA.hop.part-….steps: the next build takes them from there
+//! while a build runs, its pages lie in AREA.hop.part-…, and what is known of them in AREA.hop.part-….steps: the next build takes them from there;
+//! those that wait for their place lie in another such pair, so that one who is killed loses none
 //! ```
 //! After "Build Systems à la Carte" (Mokhov, Mitchell and Peyton Jones 2018, §3): verifying traces, with early cut-off at coarser
 //! levels.
 
+mod aside;
 mod handover;
 mod key;
 mod keys;
@@ -30,6 +32,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+pub(super) use aside::Aside;
 pub use handover::take_over;
 pub(super) use key::{Key, Keyer};
 pub(super) use keys::{PageKeys, SourceKeys};

@@ -106,7 +106,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             reporter.note(&format!("{file} was changed, and stays as it is; without it, it is written anew"));
             continue;
         }
-        fs::write(&file, bytes).map_err(|error| Error::io(&file, "write", error))?;
+        write_bytes(&file, bytes)?;
         written += 1;
     }
     let all = FILES.len();

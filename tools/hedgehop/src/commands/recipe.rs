@@ -1,12 +1,11 @@
 //! `hedgehop recipe` and `hedgehop new`: recipes to build databases from.
 
 use std::fmt::Write;
-use std::fs::OpenOptions;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Subcommand;
 use hedgehop::Error;
+use hedgehop::frame::atomic::write_new_bytes;
 use hedgehop::modeling::is_own_work;
 use hedgehop::recipe::{Mistake, Recipe, TEMPLATE, in_keys};
 
@@ -51,14 +50,7 @@ pub struct NewArgs {
 /// Runs `hedgehop new`.
 pub fn create(args: &NewArgs) -> Outcome {
     let path = &args.recipe;
-    if path.exists() {
-        let what = format!("{} exists already; name another file", path.display());
-        return Err(Error::Configuration(what).into());
-    }
-    let written = OpenOptions::new().write(true).create_new(true).open(path);
-    written
-        .and_then(|mut file| file.write_all(TEMPLATE.as_bytes()))
-        .map_err(|error| Error::io(path, "write", error))?;
+    write_new_bytes(path, TEMPLATE.as_bytes())?;
     let (file, me) = (path.display(), program());
     exit::print(&format!("wrote {file}; name your files in it, then: {me} recipe check {file}\n"))?;
     Ok(())
