@@ -27,8 +27,9 @@ use super::census::Census;
 use super::cloud::{self, Cloud};
 use super::corridor::Corridor;
 use super::features;
+use super::footprint::Bounds;
 use super::hints;
-use super::inputs::{self, Bounds, Input, Inputs};
+use super::inputs::{self, Input, Inputs};
 use super::land_cover::{self, CoverInput};
 use super::mosaic;
 use super::object::{Objects, ScatterFile};
@@ -49,7 +50,7 @@ use super::warp::{self, Rect};
 use super::writing::{Written, write_pages};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, VerticalDatum};
-use crate::progress::Observer;
+use crate::progress::{Observer, Silent};
 use crate::voxel::{ContentHash, Directory, Grid, HeightCode, Metadata, PageWriter, SharedObjects};
 
 /// What a build did.
@@ -78,7 +79,7 @@ pub fn build(options: &BuildOptions, observer: &dyn Observer) -> Result<BuildRep
     let begun = Instant::now();
     check_output(options)?;
     let budget = Budget::of(options)?;
-    let inputs = inputs::open_all(options, budget.cache)?;
+    let inputs = inputs::open_all(options, budget.cache, observer)?;
     let mut report = build_from(inputs, options, budget, observer)?;
     report.seconds = begun.elapsed().as_secs_f64();
     Ok(report)
@@ -105,7 +106,7 @@ pub struct Outline {
 /// Those of [`build`] that show before heights are read.
 pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let budget = Budget::of(options)?;
-    let inputs = inputs::open_all(options, budget.cache)?;
+    let inputs = inputs::open_all(options, budget.cache, &Silent)?;
     let plan = plan::plan(&inputs, options)?;
     let outside = hints::all_outside(&inputs, &plan, options)?;
     let reaches =
@@ -325,9 +326,9 @@ pub(super) fn build_from(
             plan.grid.spacing
         )));
     }
-    if let Some(note) =
-        bare_note(&census, imagery.is_empty() || options.synthetic.has_colours(), !land_cover.is_empty())
-    {
+    let is_dressed = imagery.is_empty() || options.synthetic.has_colours();
+    let bare = hints::bare(&census, is_dressed, !land_cover.is_empty());
+    for note in bare.into_iter().chain(hints::voids(&census, options)) {
         observer.note(&note);
         metadata.notes.push(note);
     }
@@ -336,6 +337,7 @@ pub(super) fn build_from(
     metadata.vertical_datum = datum.label().to_owned();
     metadata.materials = options.materials.records(census.classes.numbers());
     metadata.void_share = share(census.voids);
+    metadata.filled_share = Some(share(census.filled)).filter(|share| *share > 0.0);
     metadata.empty_share = share(census.empty);
     let range = decoded_range(&code, &census);
     let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, range)?;
@@ -449,17 +451,6 @@ fn sparse_note(reaches: &[Bounds], plan: &Plan) -> Option<String> {
     })
 }
 
-/// Says how much of the ground the imagery leaves without colour, if it does.
-fn bare_note(census: &Census, no_imagery: bool, is_covered: bool) -> Option<String> {
-    let share = 100.0 * census.bare as f64 / census.voxels.saturating_sub(census.empty).max(1) as f64;
-    // Less would be shown as nothing.
-    const LEAST: f64 = 0.005;
-    (!no_imagery && share >= LEAST).then(|| {
-        let from = if is_covered { "land cover" } else { "height and slope" };
-        format!("imagery leaves {share:.2} % of the ground bare: colours there were derived from {from}")
-    })
-}
-
 /// Heights that the code must hold, metres above the database's datum.
 fn height_span(
     elevation: &[ElevationInput],
@@ -472,7 +463,7 @@ fn height_span(
             return Err(Error::Configuration(format!("--nodata-fill {height} is no height in metres")));
         }
         NodataFill::Value(height) => Some((height, height)),
-        NodataFill::None | NodataFill::Interpolate => None,
+        NodataFill::None | NodataFill::Small | NodataFill::Interpolate => None,
     };
     let sampled = elevation.iter().zip(surveys).filter_map(|(source, survey)| {
         let ((low, high), shift) = (survey.range?, source.shift.range());

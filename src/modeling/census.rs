@@ -14,6 +14,8 @@ pub(super) struct Census {
     pub made: u64,
     /// Their source had no data.
     pub voids: u64,
+    /// Of those, they have a surface all the same.
+    pub filled: u64,
     /// They have no surface.
     pub empty: u64,
     /// They have a surface, but no colour from imagery.
@@ -44,7 +46,9 @@ impl Census {
                 let is_empty = page.heights[sample as usize] == HeightCode::EMPTY;
                 census.made += 1;
                 census.voxels += area;
-                census.voids += if flags & Attributes::VOID != 0 { area } else { 0 };
+                let is_void = flags & Attributes::VOID != 0;
+                census.voids += if is_void { area } else { 0 };
+                census.filled += if is_void && !is_empty { area } else { 0 };
                 census.empty += if is_empty { area } else { 0 };
                 census.bare += if !is_empty && flags & Attributes::NO_IMAGERY != 0 { area } else { 0 };
             }
@@ -78,6 +82,7 @@ impl Census {
         self.voxels += other.voxels;
         self.made += other.made;
         self.voids += other.voids;
+        self.filled += other.filled;
         self.empty += other.empty;
         self.bare += other.bare;
         self.classes.join(&other.classes);

@@ -13,7 +13,7 @@
 //! Two things are left. Ramps do not tell why a source ends, so that towards a corner where both end a transition narrows as the distance to it does.
 //! In a gap between tiles that is narrower than a pixel their kernels lack the gap's part, and a lower source shows by as much.
 
-use super::inputs::Bounds;
+use super::footprint::Bounds;
 use super::kernel::Samples;
 use super::raster::Window;
 use super::warp::{Field, Placement, Rect, TOLERANCE, world};

@@ -2,9 +2,11 @@
 
 use glam::DVec2;
 
+use super::census::Census;
 use super::features::Layer;
-use super::inputs::{Bounds, Input, Inputs, Opened, file_name, joined};
-use super::options::BuildOptions;
+use super::footprint::{Bounds, joined};
+use super::inputs::{Input, Inputs, Opened, file_name};
+use super::options::{BuildOptions, NodataFill};
 use super::plan::Plan;
 use crate::error::Result;
 use crate::geo::{Crs, Transform};
@@ -161,6 +163,41 @@ pub(super) fn coarse_steps(without: HeightCode, with: HeightCode) -> Option<Stri
             with.scale, without.scale
         )
     })
+}
+
+/// Says how much of the ground the imagery leaves without colour, if it does.
+pub(super) fn bare(census: &Census, no_imagery: bool, is_covered: bool) -> Option<String> {
+    let share = 100.0 * census.bare as f64 / census.voxels.saturating_sub(census.empty).max(1) as f64;
+    // Less would be shown as nothing.
+    const LEAST: f64 = 0.005;
+    (!no_imagery && share >= LEAST).then(|| {
+        let from = if is_covered { "land cover" } else { "height and slope" };
+        format!("imagery leaves {share:.2} % of the ground bare: colours there were derived from {from}")
+    })
+}
+
+/// Shares of voxels that would be shown as nothing.
+const LEAST_SHARE: f64 = 0.000_5;
+
+/// Says how much of the area lies in voids of elevation, what became of them, and what helps.
+pub(super) fn voids(census: &Census, options: &BuildOptions) -> Vec<String> {
+    let percent = |count: u64| 100.0 * count as f64 / census.voxels.max(1) as f64;
+    let (filled, left) = (percent(census.filled), percent(census.voids - census.filled));
+    let mut notes = Vec::new();
+    if options.nodata_fill == NodataFill::Small && filled >= LEAST_SHARE {
+        notes.push(format!(
+            "{filled:.3} % of the voxels lie in small voids of elevation, which were filled from the heights around; \
+             --nodata-fill none keeps them"
+        ));
+    }
+    let is_helped = matches!(options.nodata_fill, NodataFill::None | NodataFill::Small);
+    if is_helped && left >= LEAST_SHARE {
+        notes.push(format!(
+            "{left:.3} % of the voxels lie in voids of elevation and have no surface, with walls down from their rims; \
+             --nodata-fill interp fills them from the heights around (voids = \"interpolate\" in a recipe)"
+        ));
+    }
+    notes
 }
 
 #[cfg(test)]

@@ -8,8 +8,6 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec2;
-
 use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
 use super::kernel::Samples;
@@ -23,8 +21,9 @@ use super::raster::{
 };
 use super::warp;
 use crate::error::{Error, Result};
-use crate::geo::{Crs, Transform, VerticalDatum};
-use crate::voxel::SourceRecord;
+use crate::geo::{Crs, VerticalDatum};
+use crate::progress::{Observer, Silent};
+use crate::voxel::limits;
 
 /// Bytes of decoded blocks for a file that is only looked at.
 const CACHE_TO_LOOK: u64 = 64 << 20;
@@ -83,13 +82,13 @@ impl Samples<[u8; 4]> for ImageryRaster {
 }
 
 /// Opens every file, with `cache_bytes` of decoded blocks for all of them together.
-pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
+pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64, observer: &dyn Observer) -> Result<Inputs> {
     if options.elevation.is_empty() && options.clouds.is_empty() && !options.synthetic.has_base() {
         return Err(Error::Configuration(
             "no elevation is given; name at least one file with --elevation or --cloud".into(),
         ));
     }
-    open_rasters(options, cache_bytes).and_then(|inputs| {
+    open_rasters(options, cache_bytes, observer).and_then(|inputs| {
         let features =
             options.features.iter().map(|file| layer(file, options)).collect::<Result<Vec<_>>>()?;
         let objects = options.objects.iter().map(object::open_object).collect::<Result<Vec<_>>>()?;
@@ -102,7 +101,11 @@ pub(super) fn open_all(options: &BuildOptions, cache_bytes: u64) -> Result<Input
 }
 
 /// Opens every raster, of which there may be none, with `cache_bytes` of decoded blocks for all of them together.
-pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<Inputs> {
+pub(super) fn open_rasters(
+    options: &BuildOptions,
+    cache_bytes: u64,
+    observer: &dyn Observer,
+) -> Result<Inputs> {
     let count =
         options.elevation.len() + options.imagery.len() + options.clouds.len() + options.land_cover.len();
     if count >= usize::from(u16::MAX) {
@@ -112,7 +115,7 @@ pub(super) fn open_rasters(options: &BuildOptions, cache_bytes: u64) -> Result<I
     }
     let open_options =
         OpenOptions { cache_bytes: cache_bytes / count.max(1) as u64, ..OpenOptions::default() };
-    let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
+    let mut opener = Opener::new(options, open_options, observer);
     let clouds = options.clouds.iter().map(|file| opener.cloud(file)).collect::<Result<Vec<_>>>()?;
     let (clouds, mut elevation): (Vec<Cloud>, Vec<Opened<f64>>) = clouds.into_iter().unzip();
     for file in &options.elevation {
@@ -175,7 +178,7 @@ fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOpti
 /// What is wrong with each file by itself, or else with its place in the database: all of them, where a build ends at the first.
 pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     let open_options = OpenOptions { cache_bytes: CACHE_TO_LOOK, ..OpenOptions::default() };
-    let mut opener = Opener { options, open_options, notes: Vec::new(), silent: Vec::new() };
+    let mut opener = Opener::new(options, open_options, &Silent);
     let (mut inputs, mut faults) = (Inputs::default(), Vec::new());
     let clouds = sound(&options.clouds, |file| opener.cloud(file), Input::Cloud, &mut faults);
     (inputs.clouds, inputs.elevation) = clouds.into_iter().unzip();
@@ -224,14 +227,19 @@ fn facts(info: &RasterInfo, file: &dyn std::fmt::Debug) -> String {
 struct Opener<'a> {
     options: &'a BuildOptions,
     open_options: OpenOptions,
+    observer: &'a dyn Observer,
     notes: Vec<String>,
     /// Elevation files whose vertical datum was assumed.
     silent: Vec<String>,
 }
 
-impl Opener<'_> {
+impl<'a> Opener<'a> {
+    fn new(options: &'a BuildOptions, open_options: OpenOptions, observer: &'a dyn Observer) -> Self {
+        Self { options, open_options, observer, notes: Vec::new(), silent: Vec::new() }
+    }
+
     fn cloud(&mut self, file: &CloudFile) -> Result<(Cloud, Opened<f64>)> {
-        let (cloud, opened, notes) = cloud::open(file, self.options)?;
+        let (cloud, opened, notes) = cloud::open(file, self.options, self.observer)?;
         self.notes.extend(notes);
         Ok((cloud, opened))
     }
@@ -350,11 +358,7 @@ impl Opener<'_> {
                 "give the side of its pixels in metres with --spacing, or put a world file and --elevation-crs or --imagery-crs to it",
             ));
         };
-        if !(spacing.is_finite() && spacing > 0.0) {
-            return Err(Error::Configuration(format!(
-                "--spacing is {spacing}, but must be a positive number of metres"
-            )));
-        }
+        limits::check_spacing(spacing).map_err(|what| Error::Configuration(format!("--spacing: {what}")))?;
         self.notes
             .push(format!("{name}: has no georeferencing, placed at (0, 0) with pixels of {spacing} m"));
         Ok([0.0, spacing, 0.0, f64::from(info.height) * spacing, 0.0, -spacing])
@@ -370,17 +374,6 @@ impl Opener<'_> {
         }
         notes
     }
-}
-
-/// West, south, east, north of a raster's corners.
-pub(super) fn corner_bounds(geo: &GeoTransform, (width, height): (u32, u32)) -> [f64; 4] {
-    let (w, h) = (f64::from(width), f64::from(height));
-    [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)]
-        .map(|(column, row)| warp::apply(geo, column, row))
-        .into_iter()
-        .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, (x, y)| {
-            [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
-        })
 }
 
 /// Notes that name a file by its name alone: what a database records must not depend on where its sources lay.
@@ -420,79 +413,4 @@ fn describe(info: &RasterInfo, crs: &Crs, datum: Option<VerticalDatum>) -> Strin
 /// `EPSG:32633`, or the name of a system without a code.
 pub(super) fn crs_label(crs: &Crs) -> String {
     crs.epsg().map_or_else(|| crs.name().to_owned(), |code| format!("EPSG:{code}"))
-}
-
-impl<T> Opened<T> {
-    /// Side of the square that is as large as a pixel at the raster's centre, metres of `crs`; `None` where the
-    /// centre has no place in it.
-    pub fn pixel_side(&self, crs: &Crs) -> Result<Option<f64>> {
-        let side = self.pixel_axes(crs)?.map(|(across, down)| across.perp_dot(down).abs().sqrt());
-        Ok(side.filter(|side| side.is_normal()))
-    }
-
-    /// Lengths of a pixel along columns and rows at the raster's centre, metres of `crs`; `None` likewise.
-    pub fn pixel_sides(&self, crs: &Crs) -> Result<Option<(f64, f64)>> {
-        Ok(self.pixel_axes(crs)?.map(|(across, down)| (across.length(), down.length())))
-    }
-
-    /// Ways from the raster's centre one column and one row on, metres of `crs`.
-    fn pixel_axes(&self, crs: &Crs) -> Result<Option<(DVec2, DVec2)>> {
-        let world = Transform::new(&self.crs, crs)?;
-        let (width, height) = self.samples.size();
-        let (column, row) = (0.5 * f64::from(width), 0.5 * f64::from(height));
-        let at = |column: f64, row: f64| {
-            let (x, y) = warp::apply(&self.geo, column, row);
-            world.apply(x, y).map(|(x, y)| DVec2::new(x, y))
-        };
-        let (here, east, south) = (at(column, row), at(column + 1.0, row), at(column, row + 1.0));
-        Ok(here.zip(east).zip(south).map(|((here, east), south)| (east - here, south - here)))
-    }
-
-    /// Bounds of the raster's area in another system, from a lattice of points.
-    pub fn footprint(&self, crs: &Crs) -> Result<Footprint> {
-        const LATTICE: u32 = 64;
-        let world = Transform::new(&self.crs, crs)?;
-        let (width, height) = self.samples.size();
-        let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
-        let (mut bounds, mut whole): (Option<Bounds>, bool) = (None, true);
-        for (i, j) in (0..=LATTICE).flat_map(|j| (0..=LATTICE).map(move |i| (i, j))) {
-            let (x, mut y) = warp::apply(&self.geo, part(i, width), part(j, height));
-            if self.crs.is_geographic() {
-                // Rasters of points reach half a pixel beyond the poles.
-                y = y.clamp(-90.0, 90.0);
-            }
-            match world.apply(x, y) {
-                None => whole = false,
-                Some((x, y)) => bounds = Some(joined(bounds.unwrap_or([x, y, x, y]), [x, y, x, y])),
-            }
-        }
-        Ok(match bounds {
-            None => Footprint::Nowhere,
-            Some(bounds) if whole => Footprint::Whole(bounds),
-            Some(bounds) => Footprint::Partial(bounds),
-        })
-    }
-
-    /// What the database records of it.
-    pub fn record(&self, role: &str) -> SourceRecord {
-        SourceRecord { file: file_name(&self.path), role: role.into(), description: self.description.clone() }
-    }
-}
-
-/// West, south, east, north.
-pub(super) type Bounds = [f64; 4];
-
-/// Bounds of a raster's area in another system.
-pub(super) enum Footprint {
-    /// All of it has a place there.
-    Whole(Bounds),
-    /// Some of it has none.
-    Partial(Bounds),
-    /// None of it has.
-    Nowhere,
-}
-
-/// Bounds of two areas together.
-pub(super) fn joined(a: Bounds, b: Bounds) -> Bounds {
-    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }

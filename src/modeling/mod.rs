@@ -14,6 +14,7 @@ mod drape;
 mod extract;
 mod feather;
 mod fill;
+mod footprint;
 mod groves;
 mod hints;
 mod inputs;

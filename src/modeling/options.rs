@@ -15,6 +15,8 @@ use crate::geo::VerticalDatum;
 pub enum NodataFill {
     /// They stay without a surface; rays pass.
     None,
+    /// Those that are enclosed by heights and at most 64 finest voxels long and wide are interpolated, others stay without a surface.
+    Small,
     /// Interpolated from the heights around.
     Interpolate,
     /// A fixed height, metres above the database's datum.

@@ -325,7 +325,15 @@ impl<'a> PageMaker<'a> {
                     surface.heights[voxel] = fill::interpolate(&wide, x, y, coarse);
                 }
             }
-            NodataFill::None | NodataFill::Interpolate => {}
+            NodataFill::Small if fill::may_have_small(rect, &voids) => {
+                let wide = self.mosaic.surface(rect.grown(fill::REACH, &self.level.grid))?;
+                let small = fill::small(&wide, rect, &self.level);
+                for (voxel, _) in small.iter().enumerate().filter(|(_, small)| **small) {
+                    let (x, y) = rect.voxel(voxel);
+                    surface.heights[voxel] = fill::interpolate(&wide, x, y, None);
+                }
+            }
+            NodataFill::None | NodataFill::Small | NodataFill::Interpolate => {}
         }
         self.project.synthetic.shape(&self.level, rect, &mut surface.heights);
         Ok(Ground { surface, voids })
@@ -355,6 +363,7 @@ impl Made {
                 census.made += 1;
                 census.voxels += 1;
                 census.voids += u64::from(self.voids[at]);
+                census.filled += u64::from(self.voids[at] && !is_empty);
                 census.empty += u64::from(is_empty);
                 census.bare += u64::from(!is_empty && is_bare);
             }

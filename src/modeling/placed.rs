@@ -1,6 +1,7 @@
 //! The rasters of a build, placed in the database's grid.
 
-use super::inputs::{Bounds, Footprint, Opened};
+use super::footprint::{Bounds, Footprint};
+use super::inputs::Opened;
 use super::kernel::Samples;
 use super::plan::Plan;
 use super::synthetic::Lattice;

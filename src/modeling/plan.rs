@@ -17,15 +17,14 @@ use std::path::Path;
 use glam::DVec2;
 
 use super::corridor::{self, Corridors, Stored};
-use super::inputs::{Bounds, Footprint, Input, Inputs, Opened, crs_label, joined};
+use super::footprint::{self, Bounds, Footprint, joined};
+use super::inputs::{Input, Inputs, Opened, crs_label};
 use super::options::BuildOptions;
 use super::vertical::{self, Shift};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, Transform};
-use crate::voxel::{Directory, Grid, RADIX};
+use crate::voxel::{Directory, Grid, RADIX, limits};
 
-/// Voxels along a side that all arithmetic here and in the pages is safe for.
-const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
 /// Part of a voxel or pixel by which rounding may displace a boundary.
 const ROUNDING: f64 = 1.0e-6;
 
@@ -46,15 +45,15 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         return Err(error);
     }
     let spacing = match options.spacing.or(corridor::finest(&options.corridors)?) {
-        Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
         Some(spacing) => {
-            return Err(Error::Configuration(format!(
-                "--spacing is {spacing}, but must be a positive number of metres"
-            )));
+            limits::check_spacing(spacing)
+                .map_err(|what| Error::Configuration(format!("--spacing: {what}")))?;
+            spacing
         }
         None if inputs.elevation.is_empty() => return Err(needed("--spacing", "10")),
         None => {
             let spacing = finest_spacing(&inputs.elevation, options.bbox, &crs)?;
+            worth_it(&inputs.elevation, (options.bbox, spacing), &crs)?;
             notes.extend(coarse_note(&inputs.imagery, &crs, spacing)?);
             spacing
         }
@@ -72,7 +71,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
     let mut grid = Grid { nx, ny, spacing, origin: DVec2::new(west, south) };
     // Before anybody goes through all of them.
-    Directory::page_count(&grid).map_err(Error::Configuration)?;
+    grid.check().and_then(|()| Directory::page_count(&grid)).map_err(Error::Configuration)?;
     if options.corridors.is_empty() {
         return Ok(Plan { crs, stored: Stored::all(&grid), grid, notes });
     }
@@ -115,12 +114,7 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
                     "--crs {text} is not in metres, as a database must be; leave it out to get the best system for the area, or name a UTM zone"
                 )));
             }
-            if is_mercator(&crs) {
-                notes.push(format!(
-                    "lengths of {} are stretched away from the equator; heights are not",
-                    crs_label(&crs)
-                ));
-            }
+            notes.extend(scale_note(&crs));
             crs
         }
         None if inputs.elevation.is_empty() && options.local => Crs::local(),
@@ -130,7 +124,12 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
             ));
         }
         None if is_suitable(&inputs.elevation[0].crs) => inputs.elevation[0].crs.clone(),
-        None => Crs::metric_for(union(&inputs.elevation, &Crs::wgs84())?),
+        None => {
+            let area = footprint::on_earth(&inputs.elevation)?.ok_or_else(|| nowhere(&Crs::wgs84()))?;
+            let crs = Crs::metric_for(area);
+            notes.extend(scale_note(&crs));
+            crs
+        }
     })
 }
 
@@ -214,6 +213,23 @@ fn needed(flag: &str, example: &str) -> Error {
     Error::Configuration(format!("without elevation {flag} is needed, as in {flag} {example}"))
 }
 
+/// Says where metres of the map are none of the ground, if it is so far from true that pictures show it.
+fn scale_note(crs: &Crs) -> Option<String> {
+    if is_mercator(crs) {
+        return Some(format!(
+            "lengths of {} are stretched away from the equator; heights are not",
+            crs_label(crs)
+        ));
+    }
+    crs.proj().is_some_and(|proj| proj.contains("+proj=eqc")).then(|| {
+        format!(
+            "lengths of {} from west to east are true at its equator alone: at 60° of latitude they are twice those of the ground; \
+             for a smaller area give --bbox and its UTM zone with --crs",
+            crs_label(crs)
+        )
+    })
+}
+
 /// Mercator in any guise: metres that are longer on the map than on the ground.
 fn is_mercator(crs: &Crs) -> bool {
     crs.proj().is_some_and(|proj| proj.contains("+proj=merc") || proj.contains("+proj=webmerc"))
@@ -245,6 +261,38 @@ fn finest_spacing(elevation: &[Opened<f64>], bbox: Option<Bounds>, crs: &Crs) ->
             crs_label(crs)
         ))),
     }
+}
+
+/// Refuses a spacing that nobody chose where it makes far more voxels than the files have pixels: a file among them has pixels that
+/// are much too small, most often because its georeferencing is wrong.
+fn worth_it(elevation: &[Opened<f64>], (bbox, spacing): (Option<Bounds>, f64), crs: &Crs) -> Result<()> {
+    /// Voxels that are made in a minute or so, whatever of.
+    const FEW: f64 = 67_108_864.0;
+    /// Voxels of a pixel: a metre in the place of 64.
+    const MOST: f64 = 4096.0;
+    let (mut voxels, mut pixels) = (0.0, 0.0);
+    let (mut finest, mut coarsest): (Option<(f64, &Path)>, f64) = (None, 0.0);
+    for raster in elevation {
+        let (Footprint::Whole(own) | Footprint::Partial(own)) = raster.footprint(crs)? else { continue };
+        let side = raster.pixel_side(crs)?.unwrap_or(spacing);
+        let [west, south, east, north] = bbox.map_or(own, |bbox| common(own, bbox));
+        let area = (east - west).max(0.0) * (north - south).max(0.0);
+        voxels += area / (spacing * spacing);
+        pixels += area / (side * side);
+        coarsest = side.max(coarsest);
+        if finest.is_none_or(|(least, _)| side < least) {
+            finest = Some((side, &raster.path));
+        }
+    }
+    let Some((side, path)) = finest.filter(|_| voxels > FEW && voxels > MOST * pixels) else { return Ok(()) };
+    Err(Error::Configuration(format!(
+        "{} has pixels of {} m, and at that spacing the area takes {voxels:.1e} voxels, {:.0} times as many as the files have pixels; \
+         choose one, as in --spacing {}, or see whether the georeferencing of that file is right",
+        path.display(),
+        rounded(side),
+        voxels / pixels,
+        rounded(coarsest)
+    )))
 }
 
 /// Pixel side of the coarsest raster, metres; 0 if none has its centre in the domain of `crs`.
@@ -284,12 +332,14 @@ fn union(rasters: &[Opened<f64>], crs: &Crs) -> Result<Bounds> {
             all = Some(joined(all.unwrap_or(bounds), bounds));
         }
     }
-    all.ok_or_else(|| {
-        Error::Configuration(format!(
-            "the elevation lies outside the domain of {}; choose another system with --crs",
-            crs_label(crs)
-        ))
-    })
+    all.ok_or_else(|| nowhere(crs))
+}
+
+fn nowhere(crs: &Crs) -> Error {
+    Error::Configuration(format!(
+        "the elevation lies outside the domain of {}; choose another system with --crs",
+        crs_label(crs)
+    ))
 }
 
 fn an_area(bbox: Bounds, crs: &Crs) -> Result<Bounds> {
@@ -305,7 +355,7 @@ fn an_area(bbox: Bounds, crs: &Crs) -> Result<Bounds> {
 
 fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Result<Bounds> {
     let [west, south, east, north] = an_area(bbox, crs)?;
-    let both = [west.max(data[0]), south.max(data[1]), east.min(data[2]), north.min(data[3])];
+    let both = common([west, south, east, north], data);
     if both[0] >= both[2] || both[1] >= both[3] {
         return Err(Error::Configuration(format!(
             "--bbox {west},{south},{east},{north} lies outside the elevation, which covers {},{},{},{} in {}",
@@ -323,6 +373,11 @@ fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Resul
         ));
     }
     Ok(both)
+}
+
+/// What two areas share; its sides are turned where that is nothing.
+fn common(a: Bounds, b: Bounds) -> Bounds {
+    [a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]
 }
 
 /// Where the grid's lines lie if its voxels are the raster's pixels.
@@ -346,9 +401,10 @@ fn axis(low: f64, high: f64, phase: f64, spacing: f64) -> Result<(f64, u32)> {
         last = first;
     }
     let count = last - first + 1.0;
-    if !(count <= MOST_VOXELS && first.abs() < 1.0e15) {
+    const MOST_VOXELS: u32 = limits::MOST_VOXELS;
+    if !(count <= f64::from(MOST_VOXELS) && first.abs() < 1.0e15) {
         return Err(Error::Configuration(format!(
-            "the area of {} m takes {count:.0} voxels of {spacing} m along a side, and {MOST_VOXELS:.0} are possible; \
+            "the area of {} m takes {count:.0} voxels of {spacing} m along a side, and {MOST_VOXELS} are possible; \
              choose a larger --spacing or a smaller --bbox",
             high - low
         )));

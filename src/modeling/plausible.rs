@@ -1,9 +1,11 @@
-//! Whether coordinates can be what their reference system says: degrees taken for metres, metres for degrees, swapped axes.
+//! Whether coordinates can be what their reference system says: degrees taken for metres, metres for degrees, swapped axes; and whether
+//! pixels are such as cover ground at all.
 
-use super::inputs::corner_bounds;
+use super::footprint::corner_bounds;
 use super::raster::{GeoTransform, RasterInfo};
 use crate::error::{Error, Result};
 use crate::geo::Crs;
+use crate::voxel::limits;
 
 /// A file that states no reference system, and what helps.
 pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error {
@@ -31,8 +33,63 @@ fn looks_like_degrees(geo: &GeoTransform, size: (u32, u32)) -> bool {
         && (small || global)
 }
 
-/// Refuses coordinates that cannot be what the reference system says.
+/// Metres of a degree of latitude.
+const DEGREE: f64 = 111_320.0;
+/// Sides of pixels of which no ground is a picture, metres.
+const PIXELS: std::ops::RangeInclusive<f64> = 1.0e-4..=2.0e6;
+/// How many times as long as wide a pixel may be: six times occurs, in degrees towards the poles.
+const LONGEST_PIXEL: f64 = 50.0;
+/// Least sine of the angle between rows and columns.
+const LEAST_ANGLE: f64 = 0.1;
+/// Twice the Earth's circumference, metres: no map of anything on it is wider, but for its distant parts in odd projections.
+const WIDEST: f64 = 80.0e6;
+
+/// Refuses pixels that are no squares by far, or rasters without bound: georeferencing that is damaged or of something else.
+fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> {
+    let refuse = |what: String| {
+        let remedy = "repair its georeferencing: the world file beside it, or its tags with `gdal_edit.py -a_ullr W N E S FILE`";
+        Err(Error::unsupported(&info.path, what, remedy))
+    };
+    if !geo.iter().all(|term| term.is_finite()) {
+        return refuse(format!("states {geo:?} as its geotransform, not all of which are numbers"));
+    }
+    let unit = if crs.is_geographic() { DEGREE } else { crs.metres_per_unit().unwrap_or(1.0) };
+    let sides = [(geo[1], geo[4]), (geo[2], geo[5])].map(|(east, north)| unit * east.hypot(north));
+    let [across, down] = sides;
+    if sides.iter().any(|side| !PIXELS.contains(side)) {
+        return refuse(format!("has pixels of {across} x {down} m, as no picture of ground has"));
+    }
+    if across.max(down) > LONGEST_PIXEL * across.min(down) {
+        return refuse(format!("has pixels of {across} x {down} m, which are far from square"));
+    }
+    let area = (unit * unit * (geo[1] * geo[5] - geo[2] * geo[4])).abs();
+    if area < LEAST_ANGLE * across * down {
+        return refuse("has rows and columns that run nearly the same way".into());
+    }
+    let [west, south, east, north] = corner_bounds(geo, (info.width, info.height)).map(|side| unit * side);
+    let (width, height) = (east - west, north - south);
+    let widest = if crs.is_local() { limits::FARTHEST } else { WIDEST };
+    if width.max(height) > widest {
+        return refuse(format!(
+            "covers {:.0} x {:.0} km, more than the Earth has",
+            width / 1000.0,
+            height / 1000.0
+        ));
+    }
+    let farthest = [west, south, east, north].into_iter().fold(0.0, |far: f64, side| far.max(side.abs()));
+    if farthest > limits::FARTHEST {
+        return refuse(format!("lies {:.0} km from the origin of {}", farthest / 1000.0, crs.name()));
+    }
+    Ok(())
+}
+
+/// Refuses coordinates that cannot be what the reference system says, and pixels that cover no ground.
 pub(super) fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Result<()> {
+    of_system(info, geo, crs, flag)?;
+    sound_pixels(info, geo, crs)
+}
+
+fn of_system(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Result<()> {
     let size = (info.width, info.height);
     let [west, south, east, north] = corner_bounds(geo, size);
     let extent = format!("its coordinates, {west} … {east} east and {south} … {north} north,");
@@ -61,4 +118,60 @@ pub(super) fn plausible(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: 
         return Ok(());
     }
     Err(Error::unsupported(&info.path, format!("{extent} cannot be degrees of {}", crs.name()), remedy()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn judge(geo: GeoTransform, crs: &Crs) -> Result<()> {
+        let info = RasterInfo { width: 64, height: 64, ..RasterInfo::blank(Path::new("a.png"), "PNG") };
+        sound_pixels(&info, &geo, crs)
+    }
+
+    #[test]
+    fn pixels_that_cover_no_ground_are_refused() {
+        let utm = Crs::from_epsg(32633).unwrap();
+        let sound = [500_000.0, 10.0, 0.0, 5_000_000.0, 0.0, -10.0];
+        assert!(judge(sound, &utm).is_ok());
+        // Turned by a third of a right angle, and three times as long as wide.
+        assert!(judge([500_000.0, 8.66, -15.0, 5_000_000.0, 5.0, 25.98], &utm).is_ok());
+        let table: [(usize, f64, &str); 11] = [
+            (1, 4_294_967_296.0, "no picture of ground"),
+            (1, 1.0e4, "far from square"),
+            (5, -0.01, "far from square"),
+            (5, 0.0, "no picture of ground"),
+            (1, 1.0e-300, "no picture of ground"),
+            (1, f64::NAN, "not all of which are numbers"),
+            (0, f64::INFINITY, "not all of which are numbers"),
+            (0, 1.0e300, "from the origin"),
+            (3, -2.0e9, "from the origin"),
+            (2, 400.0, "nearly the same way"),
+            (4, f64::NEG_INFINITY, "not all of which are numbers"),
+        ];
+        for (term, value, word) in table {
+            let mut geo = sound;
+            geo[term] = value;
+            // Sheared, columns are as long as they must be to be square.
+            if term == 2 {
+                geo[1] = 400.0;
+            }
+            let told = judge(geo, &utm).unwrap_err().to_string();
+            assert!(told.contains(word) && told.contains("world file"), "{term} {value}: {told}");
+        }
+    }
+
+    #[test]
+    fn areas_larger_than_the_earth_are_refused() {
+        let wide = [0.0, 1.5e6, 0.0, 0.0, 0.0, -1.5e6];
+        assert!(
+            judge(wide, &Crs::from_epsg(32633).unwrap()).unwrap_err().to_string().contains("than the Earth")
+        );
+        assert!(judge(wide, &Crs::local()).is_ok(), "plain metres are of no planet");
+        // All of it, in degrees.
+        let degrees = [-180.0, 360.0 / 64.0, 0.0, 90.0, 0.0, -180.0 / 64.0];
+        assert!(judge(degrees, &Crs::wgs84()).is_ok());
+    }
 }

@@ -40,7 +40,7 @@ impl<T> OneOrMany<T> {
 
 /// What becomes of voids.
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "voids is \"none\", \"interpolate\", or a height in metres")]
+#[serde(untagged, expecting = "voids is \"small\", \"none\", \"interpolate\", or a height in metres")]
 enum Voids {
     Height(f64),
     Word(String),
@@ -181,6 +181,7 @@ fn place(
     options.nodata_fill = match voids.as_ref().map(Spanned::get_ref) {
         Some(Voids::Height(height)) if HEIGHT.0(*height) => NodataFill::Value(*height),
         Some(Voids::Word(word)) if word == "interpolate" => NodataFill::Interpolate,
+        Some(Voids::Word(word)) if word == "small" => NodataFill::Small,
         Some(Voids::Word(word)) if word == "none" => NodataFill::None,
         Some(_) => {
             let span = voids.map_or(0..0, |voids| voids.span());
@@ -188,7 +189,7 @@ fn place(
             mistakes.add(&span, what);
             NodataFill::None
         }
-        None => NodataFill::None,
+        None => NodataFill::Small,
     };
     options.interpolation = interpolation(&mut table);
     table.finish()

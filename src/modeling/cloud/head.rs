@@ -7,6 +7,7 @@
 //! Layout: ASPRS, LAS Specification 1.4 R15 (2019); LASzip's parts as Isenburg (2013) and its reference code have them. The decoder
 //! trusts the counts and sizes in there, so that none is left to it that the file is too short for.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 use super::super::raster::InputFile;
@@ -48,7 +49,7 @@ pub(super) struct Head {
     /// Units of a coordinate per count, and the coordinate of count 0: x, y, z.
     pub scale: [f64; 3],
     pub offset: [f64; 3],
-    /// Least and greatest coordinates: x, y, z.
+    /// Least and greatest coordinates as it claims: x, y, z. Only to be compared with those of the points.
     pub low: [f64; 3],
     pub high: [f64; 3],
     /// `LAS 1.2` or `LAZ 1.4`.
@@ -108,16 +109,7 @@ impl Head {
         let triple = |at: usize, step: usize| [0, 1, 2].map(|axis| f64_at(&reading.head, at + axis * step));
         let (scale, offset) = (triple(131, 8), triple(155, 8));
         let (high, low) = (triple(179, 16), triple(187, 16));
-        let is_sound = scale.iter().all(|scale| scale.is_normal())
-            && [offset, low, high].iter().flatten().all(|value| value.is_finite() && value.abs() < 1.0e12)
-            && (0..3).all(|axis| low[axis] <= high[axis]);
-        if !is_sound {
-            let what = format!(
-                "its header states no sound place: scales {scale:?}, offsets {offset:?}, from {low:?} to {high:?}; \
-                 write it anew with `pdal translate` or `las2las`"
-            );
-            return Err(Error::invalid(path, what));
-        }
+        sound_places(path, scale, offset)?;
         let mut head = Self {
             count: reading.count,
             record: reading.record as usize,
@@ -159,6 +151,26 @@ impl Head {
             }
         }
     }
+}
+
+/// Refuses scales and offsets that no coordinate can be told from.
+fn sound_places(path: &Path, scale: [f64; 3], offset: [f64; 3]) -> Result<()> {
+    const REMEDY: &str = "write it anew with `pdal translate` or `las2las`";
+    for (axis, (scale, offset)) in ["x", "y", "z"].into_iter().zip(scale.into_iter().zip(offset)) {
+        if !(scale.is_normal() && scale > 0.0) {
+            let why = if scale < 0.0 { "all would lie mirrored" } else { "none could be told" };
+            let what = format!(
+                "its header states a scale of {scale} for its {axis} coordinates, of which {why}; a scale is above 0; {REMEDY}"
+            );
+            return Err(Error::invalid(path, what));
+        }
+        if !offset.is_finite() {
+            let what =
+                format!("its header states an offset of {offset} for its {axis} coordinates; {REMEDY}");
+            return Err(Error::invalid(path, what));
+        }
+    }
+    Ok(())
 }
 
 impl<'a> Reading<'a> {
@@ -209,7 +221,13 @@ impl<'a> Reading<'a> {
         }
         // Writers of version 1.4 may leave the older count at zero.
         let legacy = u64::from(u32_at(&head, 107));
-        let count = if legacy == 0 && minor == 4 { u64_at(&head, 247) } else { legacy };
+        let own = if minor == 4 { u64_at(&head, 247) } else { legacy };
+        if legacy != 0 && own != 0 && legacy != own {
+            return Err(wrong(format!(
+                "its header states {own} points in one place and {legacy} in another; count them with `lasinfo -repair_counters`"
+            )));
+        }
+        let count = if own == 0 { legacy } else { own };
         if count == 0 {
             return Err(wrong("holds no points".into()));
         }
@@ -270,11 +288,31 @@ impl<'a> Reading<'a> {
     }
 
     fn check_plain(&self) -> Result<()> {
-        let held = (self.file.length() - self.points) / self.record;
-        if held >= self.count {
-            return Ok(());
+        let held = (self.points_end() - self.points) / self.record;
+        match held.cmp(&self.count) {
+            Ordering::Equal => Ok(()),
+            Ordering::Less => Err(self.damaged(&format!("states {} points and holds {held}", self.count))),
+            Ordering::Greater => Err(self.more_points(held)),
         }
-        Err(self.damaged(&format!("states {} points and holds {held}", self.count)))
+    }
+
+    /// Where what follows the points begins: waveforms or extended records, as the header states, or else the file's end.
+    fn points_end(&self) -> u64 {
+        let (minor, length) = (self.head[25], self.file.length());
+        let waveforms = if minor >= 3 { u64_at(&self.head, 227) } else { 0 };
+        let extended = if minor == 4 && u32_at(&self.head, 243) > 0 { u64_at(&self.head, 235) } else { 0 };
+        let behind = |at: &u64| *at >= self.points && *at <= length;
+        [waveforms, extended].into_iter().filter(behind).min().unwrap_or(length)
+    }
+
+    /// Points that nobody counted are not dropped without a word.
+    fn more_points(&self, held: u64) -> Error {
+        let what = format!(
+            "states {} points and has room for {held}: it was not closed when it was written, or is damaged; \
+             `lasinfo -repair_counters` counts them, `pdal translate` writes it anew",
+            self.count
+        );
+        Error::invalid(self.file.path(), what)
     }
 
     /// Checks what the decoder takes for granted.
@@ -284,9 +322,9 @@ impl<'a> Reading<'a> {
         let layers = self.layers(items)?;
         match u16_at(items, 0) {
             1 => Ok(()),
-            2 => self.check_chunks(),
+            2 => self.check_chunks(items),
             3 => {
-                self.check_chunks()?;
+                self.check_chunks(items)?;
                 self.check_layers(layers)
             }
             other => Err(self.damaged(&format!("states compression {other}, which does not exist"))),
@@ -328,7 +366,7 @@ impl<'a> Reading<'a> {
     }
 
     /// The table of chunks may not state more of them than there is room for.
-    fn check_chunks(&self) -> Result<()> {
+    fn check_chunks(&self, items: &[u8]) -> Result<()> {
         let word = |at: u64| Ok(u64_at(&self.file.bytes_at(at, 8)?, 0));
         let mut table = word(self.points)?;
         if table == u64::MAX {
@@ -348,6 +386,11 @@ impl<'a> Reading<'a> {
         };
         if chunks * LEAST_CHUNK > self.file.length() {
             return Err(self.damaged(&format!("states {chunks} chunks of points")));
+        }
+        // All but the last are full, unless they are of any size.
+        let size = u64::from(u32_at(items, 12));
+        if size > 0 && size < u64::from(u32::MAX) && chunks > self.count.div_ceil(size) {
+            return Err(self.more_points(chunks * size));
         }
         Ok(())
     }

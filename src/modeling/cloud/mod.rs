@@ -1,7 +1,8 @@
 //! Point clouds: LAS and LAZ files as a source of elevation and of what stands on it.
 //!
 //! ```text
-//! head      counts and sizes against the file's length, the reference system, and a look at some points        head, open
+//! head      counts and sizes against the file's length, the reference system                                   head, open
+//! look      every point: where they lie, and how many are of what                                               look
 //! bins      every point, by tile of the database's grid, in a file without a name                              read, bin
 //! posts     ground of each voxel from its points and those around                                              posts
 //! surface   gaps between posts, from the posts about them                                                      surface
@@ -17,6 +18,7 @@ mod columns;
 mod fit;
 mod hard;
 mod head;
+mod look;
 mod open;
 mod posts;
 mod prepare;

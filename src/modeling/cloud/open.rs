@@ -1,4 +1,4 @@
-//! Files of points, opened: where they say they lie, and how finely they say it.
+//! Files of points, opened: where their points lie, and how finely they say it.
 
 use std::path::PathBuf;
 
@@ -7,16 +7,16 @@ use super::super::kernel::Samples;
 use super::super::options::{BuildOptions, CloudFile};
 use super::super::raster::{GeoTransform, Window};
 use super::head::Head;
-use super::read::Look;
+use super::look::Look;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, VerticalDatum};
+use crate::progress::Observer;
+use crate::voxel::limits;
 
 /// Points of the ground that a voxel holds in the mean, if nobody says how large it is.
 const WANTED: f64 = 2.0;
 /// Sides of voxels that are chosen from, times powers of ten.
 const SIDES: [f64; 8] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 5.0, 7.5];
-/// Voxels along a side of what is planned.
-const MOST_VOXELS: f64 = (1_u32 << 30) as f64;
 /// Part of a voxel at the rim that is none.
 const RIM: f64 = 0.1;
 /// Metres of a degree of latitude.
@@ -59,19 +59,23 @@ impl Samples<f64> for Unread {
     }
 }
 
-/// Opens a file: the cloud, its place as that of a raster, and notes on what was assumed. Of its points some are looked at.
+/// Opens a file: the cloud, its place as that of a raster, and notes on what was assumed. All its points are looked at.
 pub(in crate::modeling) fn open(
     file: &CloudFile,
     options: &BuildOptions,
+    observer: &dyn Observer,
 ) -> Result<(Cloud, Opened<f64>, Vec<String>)> {
     let path = &file.path;
     let name = file_name(path);
     let head = Head::read(path)?;
-    let look = Look::at(path, &head)?;
-    let mut notes = Vec::new();
+    let look = Look::at(path, &head, options.threads, observer)?;
+    if observer.cancelled() {
+        return Err(Error::Interrupted("no database was written".into()));
+    }
     if look.used == 0 {
         return Err(Error::invalid(path, "holds nothing but noise and withheld points"));
     }
+    let mut notes: Vec<String> = look.contradiction(&name, &head).into_iter().collect();
     let crs = match (&head.crs, &file.crs) {
         (Some(crs), given) => {
             notes.extend(contradiction(&name, crs, given.as_deref(), "--cloud-crs")?);
@@ -96,7 +100,7 @@ pub(in crate::modeling) fn open(
             Crs::local()
         }
     };
-    plausible(file, &head, &crs)?;
+    plausible(file, (&head, &look), &crs)?;
     let datum = head.datum.or(file.datum);
     if datum.is_none() {
         notes.push(format!(
@@ -116,11 +120,10 @@ pub(in crate::modeling) fn open(
             "{name}: has no points of the ground, and is taken as a surface on which nothing stands"
         ));
     }
-    let (east, north) = metres(&head, &crs);
-    let area = ((head.high[0] - head.low[0]) * east * (head.high[1] - head.low[1]) * north).max(1.0e-4);
-    let share = |count: u64| count as f64 / look.seen.max(1) as f64;
-    let density = head.count as f64 * share(look.used) / area;
-    let ground = if look.is_classified() { share(look.ground) / share(look.used) * density } else { density };
+    let (east, north) = metres(&look, &crs);
+    let area = ((look.high[0] - look.low[0]) * east * (look.high[1] - look.low[1]) * north).max(1.0e-4);
+    let density = look.used as f64 / area;
+    let ground = if look.is_classified() { look.ground as f64 / area } else { density };
     let spacing = match options.spacing {
         Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
         _ if options.corridors.is_empty() => {
@@ -132,13 +135,13 @@ pub(in crate::modeling) fn open(
         }
         _ => rounded((WANTED / ground).sqrt()),
     };
-    let (geo, size) = lattice(&head, [spacing / east, spacing / north]);
-    if size.iter().any(|size| *size > MOST_VOXELS) {
+    let (geo, size) = lattice(&look, [spacing / east, spacing / north]);
+    if size.iter().any(|size| *size > f64::from(limits::MOST_VOXELS)) {
         let what = format!("reaches over {:.0} x {:.0} voxels of {spacing} m", size[0], size[1]);
         return Err(Error::unsupported(
             path,
             what,
-            "give a larger --spacing, or see whether its header is damaged",
+            "give a larger --spacing, or leave out stray points, as `pdal translate FILE OUT.laz outlier` does",
         ));
     }
     let description = format!(
@@ -167,8 +170,8 @@ pub(in crate::modeling) fn open(
 }
 
 /// Refuses coordinates that cannot be what the reference system says.
-fn plausible(file: &CloudFile, head: &Head, crs: &Crs) -> Result<()> {
-    let (low, high) = (head.low, head.high);
+fn plausible(file: &CloudFile, (head, look): (&Head, &Look), crs: &Crs) -> Result<()> {
+    let (low, high) = (look.low, look.high);
     let is_of_degrees = low[0] >= -180.0 && high[0] <= 360.0 && low[1] >= -90.0 && high[1] <= 90.0;
     if is_of_degrees || !crs.is_geographic() {
         return Ok(());
@@ -190,22 +193,22 @@ fn plausible(file: &CloudFile, head: &Head, crs: &Crs) -> Result<()> {
 }
 
 /// Metres of a unit eastward and northward, about.
-fn metres(head: &Head, crs: &Crs) -> (f64, f64) {
+fn metres(look: &Look, crs: &Crs) -> (f64, f64) {
     if !crs.is_geographic() {
         let metres = crs.metres_per_unit().unwrap_or(1.0);
         return (metres, metres);
     }
-    let latitude = (0.5 * (head.low[1] + head.high[1])).to_radians();
+    let latitude = (0.5 * (look.low[1] + look.high[1])).to_radians();
     (DEGREE * latitude.cos().max(1.0e-3), DEGREE)
 }
 
 /// Pixels of these sides about all points, their borders at multiples of the sides.
-fn lattice(head: &Head, side: [f64; 2]) -> (GeoTransform, [f64; 2]) {
+fn lattice(look: &Look, side: [f64; 2]) -> (GeoTransform, [f64; 2]) {
     let cell = |value: f64, axis: usize| (value / side[axis]).floor();
-    let [west, south] = [0, 1].map(|axis| cell(head.low[axis], axis));
+    let [west, south] = [0, 1].map(|axis| cell(look.low[axis], axis));
     // Where the last points lie on a border they are not worth a voxel more.
     let [east, north] = [0, 1]
-        .map(|axis| cell(head.high[axis] - RIM * side[axis], axis).max(cell(head.low[axis], axis)) + 1.0);
+        .map(|axis| cell(look.high[axis] - RIM * side[axis], axis).max(cell(look.low[axis], axis)) + 1.0);
     let geo = [west * side[0], side[0], 0.0, north * side[1], 0.0, -side[1]];
     (geo, [east - west, north - south])
 }

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use las::{PointData, PointDataBuilder, Reader};
 
-use super::class::{self, Kind};
 use super::head::Head;
 use crate::error::{Error, Result};
 
@@ -15,9 +14,6 @@ use crate::error::{Error, Result};
 const CHUNK_BYTES: usize = 1 << 20;
 /// Bytes that are read ahead.
 const AHEAD: usize = 1 << 18;
-/// Places of a file that a look takes points from, and how many of them.
-const LOOKS: u64 = 16;
-const LOOKED: u64 = 2500;
 
 /// A point as its file has it.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +53,7 @@ impl Points {
     }
 
     /// Goes to a point by its number; false where the file has no table for that.
-    fn seek(&mut self, number: u64) -> bool {
+    pub fn seek(&mut self, number: u64) -> bool {
         self.next = number;
         guarded(|| self.reader.seek(number)).is_ok()
     }
@@ -106,66 +102,5 @@ impl Head {
         let code = |at: usize| u16::from_le_bytes([record[at], record[at + 1]]);
         let colour = self.colour.map_or([0; 3], |at| [at, at + 2, at + 4].map(code));
         RawPoint { place, class, is_withheld, colour }
-    }
-}
-
-/// What some of the points of a file tell of all.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Look {
-    /// Points looked at that are of use, and those of the ground among them.
-    pub used: u64,
-    pub ground: u64,
-    /// All points looked at.
-    pub seen: u64,
-    /// The greatest code of a colour.
-    pub brightest: u16,
-}
-
-impl Look {
-    /// Looks at points here and there.
-    pub fn at(path: &Path, head: &Head) -> Result<Self> {
-        let mut points = Points::open(path, head)?;
-        let mut look = Self::default();
-        for index in 0..LOOKS {
-            let first = head.count / LOOKS * index;
-            if first < points.next || (index > 0 && !points.seek(first)) {
-                // Few points, or a file that can be read from its beginning only.
-                points = Points::open(path, head)?;
-                let mut left = LOOKS * LOOKED;
-                look = Self::default();
-                while left > 0 {
-                    match points.take(left, |point| look.meet(&point))? {
-                        0 => break,
-                        count => left -= count,
-                    }
-                }
-                return Ok(look);
-            }
-            let mut left = LOOKED.min(head.count - first);
-            while left > 0 {
-                left -= points.take(left, |point| look.meet(&point))?.max(1);
-            }
-        }
-        Ok(look)
-    }
-
-    fn meet(&mut self, point: &RawPoint) {
-        self.seen += 1;
-        self.brightest = point.colour.into_iter().fold(self.brightest, u16::max);
-        let kind = class::kind(point.class).filter(|_| !point.is_withheld);
-        self.used += u64::from(kind.is_some());
-        self.ground += u64::from(kind == Some(Kind::Ground));
-    }
-
-    /// Whether points are classified: without ground they are a surface.
-    pub fn is_classified(&self) -> bool {
-        self.ground > 0
-    }
-
-    /// sRGB of a colour as stored; `None` where the file has none.
-    pub fn srgb(&self, colour: [u16; 3]) -> Option<[u8; 3]> {
-        // Some writers leave colours of eight bits as they are.
-        let shift = if self.brightest > 255 { 8 } else { 0 };
-        (self.brightest > 0).then(|| colour.map(|code| (code >> shift).min(255) as u8))
     }
 }

@@ -4,7 +4,8 @@ use glam::DVec2;
 
 use super::raster::Class;
 use crate::error::Result;
-use crate::modeling::inputs::{Bounds, Opened};
+use crate::modeling::footprint::Bounds;
+use crate::modeling::inputs::Opened;
 use crate::modeling::kernel::Samples;
 use crate::modeling::materials::Materials;
 use crate::modeling::plan::Plan;

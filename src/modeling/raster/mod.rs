@@ -166,7 +166,7 @@ pub trait Raster: Send + Sync {
 
 impl RasterInfo {
     /// One band of bytes with nothing stated; readers fill in what their file says.
-    fn blank(path: &Path, format: &'static str) -> Self {
+    pub(in crate::modeling) fn blank(path: &Path, format: &'static str) -> Self {
         Self {
             path: path.to_owned(),
             format,

@@ -19,7 +19,7 @@ use super::sunward::Sunward;
 use super::{ShadowOptions, ShadowReport};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, GridNorth, Transform};
-use crate::progress::Observer;
+use crate::progress::{Observer, Silent};
 use crate::sunlight::{Sun, SunSetting};
 
 /// Bytes of decoded blocks of all rasters.
@@ -101,7 +101,7 @@ impl<'o> Survey<'o> {
             raw_spacing: options.raw_spacing,
             ..BuildOptions::new(Vec::new(), Vec::new(), PathBuf::new())
         };
-        let Inputs { elevation, imagery, notes: mut said, .. } = open_rasters(&build, CACHE)?;
+        let Inputs { elevation, imagery, notes: mut said, .. } = open_rasters(&build, CACHE, &Silent)?;
         if elevation.is_empty() {
             said.push("no elevation is given: the ground is taken as level".to_owned());
         }

@@ -202,3 +202,36 @@ fn files_far_apart_are_told() {
     assert!(!notes(640.0).contains("covers less"));
     assert!(notes(12_000.0).contains("covers less than"), "{}", notes(12_000.0));
 }
+
+#[test]
+fn tiles_on_both_sides_of_the_180th_meridian_make_one_small_area() {
+    let pixel = 1.0 / 120.0;
+    let tile = |west: f64| {
+        terrain(&Crs::wgs84(), north_up(west, -16.0, pixel), (120, 120), |x, y| {
+            500.0 + 90.0 * (x.rem_euclid(360.0) - 180.0) + 9.0 * y
+        })
+    };
+    let red =
+        |west: f64| sheet(&Crs::wgs84(), north_up(west, -16.0, pixel), (120, 120), |_, _| [200, 10, 10, 255]);
+    let whole = built(
+        vec![terrain(&Crs::wgs84(), north_up(179.0, -16.0, pixel), (240, 120), |x, y| {
+            500.0 + 90.0 * (x - 180.0) + 9.0 * y
+        })],
+        Vec::new(),
+        |options| options.spacing = Some(900.0),
+    );
+    assert_eq!(whole.pages.header().metadata.crs_epsg, Some(32701));
+    for (a, b) in [(179.0, -180.0), (-180.0, 179.0), (179.0, 180.0), (-181.0, -180.0)] {
+        let area =
+            built(vec![tile(a), tile(b)], vec![red(a), red(b)], |options| options.spacing = Some(900.0));
+        let metadata = &area.pages.header().metadata;
+        assert_eq!((metadata.crs_epsg, area.grid), (Some(32701), whole.grid), "{a} and {b}");
+        assert!(metadata.empty_share < 0.05, "{a} and {b}: {}", metadata.empty_share);
+        let middle = area.grid.ny / 2;
+        for x in (5..area.grid.nx - 5).step_by(7) {
+            let (found, wanted) = (area.height(x, middle).unwrap(), whole.height(x, middle).unwrap());
+            assert!((found - wanted).abs() < 0.5, "{a} and {b}, column {x}: {found} and {wanted}");
+            assert_eq!(area.colour(x, middle), [200, 10, 10], "{a} and {b}, column {x}");
+        }
+    }
+}

@@ -72,3 +72,52 @@ fn nothing_but_voids_is_refused_unless_a_value_fills_them() {
     let area = built(nothing(), vec![], |options| options.nodata_fill = NodataFill::Value(3.0));
     assert!((area.height(4, 4).unwrap() - 3.0).abs() <= area.step());
 }
+
+/// A plane with voids about points, each of a half side; where they are, and whether they are small and enclosed.
+#[test]
+fn small_voids_are_filled_and_others_stay() {
+    /// Middle, half side, whether it is filled.
+    const VOIDS: [((f64, f64), f64, bool); 6] = [
+        // Across the corner of four pages; as large as may be, and larger by two.
+        ((256.0, 256.0), 9.0, true),
+        ((100.0, 100.0), 32.0, true),
+        ((400.0, 100.0), 33.0, false),
+        ((100.5, 400.5), 0.6, true),
+        // At the edge, and beside what no raster reaches.
+        ((1.0, 300.0), 5.0, false),
+        ((500.0, 400.0), 5.0, false),
+    ];
+    let hole =
+        |x: f64, y: f64| VOIDS.iter().any(|((u, v), half, _)| (x - u).abs() < *half && (y - v).abs() < *half);
+    let sample = move |x: f64, y: f64| if hole(x, y) { f64::NAN } else { plane(x, y) };
+    let build = |fill: NodataFill| {
+        let holed = terrain(&Crs::local(), north_up(0.0, 600.0, 1.0), (500, 600), sample);
+        // It makes the area wider, and leaves a strip between.
+        let apart = terrain(&Crs::local(), north_up(520.0, 600.0, 1.0), (80, 600), plane);
+        built(vec![holed, apart], vec![], |options| options.nodata_fill = fill)
+    };
+    let (area, kept) = (build(NodataFill::Small), build(NodataFill::None));
+    for ((x, y), half, is_filled) in VOIDS {
+        let voxel = ((x - half.min(0.5)) as u32, (y - half.min(0.5)) as u32);
+        assert_eq!(kept.height(voxel.0, voxel.1), None, "{x}, {y}");
+        assert_ne!(area.attributes(voxel.0, voxel.1).flags & Attributes::VOID, 0);
+        match is_filled {
+            true => assert!((area.height(voxel.0, voxel.1).unwrap() - plane(x, y)).abs() < 2.0),
+            false => assert_eq!(area.height(voxel.0, voxel.1), None, "{x}, {y}"),
+        }
+    }
+    assert_eq!(holes(&area), holes(&kept));
+    let metadata = &area.pages.header().metadata;
+    let filled = metadata.filled_share.unwrap() * 360_000.0;
+    assert!((filled - (18.0 * 18.0 + 64.0 * 64.0 + 1.0)).abs() < 0.5, "{filled}");
+    assert!(
+        metadata.notes.iter().any(|note| note.contains("--nodata-fill none keeps")),
+        "{:?}",
+        metadata.notes
+    );
+    assert!(
+        metadata.notes.iter().any(|note| note.contains("--nodata-fill interp fills")),
+        "{:?}",
+        metadata.notes
+    );
+}

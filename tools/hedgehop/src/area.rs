@@ -4,14 +4,13 @@ use std::fmt::Write as _;
 
 use glam::{DVec2, DVec3};
 use hedgehop::Result;
-use hedgehop::geo::{Crs, Transform};
+use hedgehop::geo::Crs;
 use hedgehop::scene::Scene;
 use hedgehop::sunlight::{Sky, SunSetting};
-use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header};
+use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header, Metadata};
 use serde_json::{Value, json};
 
-/// Points along each edge of the area whose longitudes and latitudes are looked at; edges of projected areas bend.
-const EDGE_POINTS: u32 = 17;
+use crate::degrees::lonlat_bounds;
 
 /// The database's reference system.
 pub fn crs(header: &Header) -> Result<Crs> {
@@ -29,23 +28,6 @@ pub fn sky_of(scene: &Scene, header: &Header) -> Result<Option<Sky>> {
     scene.sky_over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
 
-/// West, south, east and north of the area, degrees (WGS 84); `None` for areas without a place on Earth.
-pub fn lonlat_bounds(header: &Header) -> Result<Option<[f64; 4]>> {
-    let crs = crs(header)?;
-    if crs.is_local() {
-        return Ok(None);
-    }
-    let to_degrees = Transform::new(&crs, &Crs::wgs84())?;
-    let (near, size) = (header.grid.origin, header.grid.far_corner() - header.grid.origin);
-    let steps = (0..EDGE_POINTS).map(|i| f64::from(i) / f64::from(EDGE_POINTS - 1));
-    let bounds = steps
-        .flat_map(|t| [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)])
-        .filter_map(|(u, v)| to_degrees.apply(near.x + size.x * u, near.y + size.y * v))
-        .map(|(longitude, latitude)| [longitude, latitude, longitude, latitude])
-        .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
-    Ok(bounds)
-}
-
 /// The extents in one line, metres and degrees.
 pub fn extents(header: &Header) -> Result<String> {
     let (near, far) = (header.grid.origin, header.grid.far_corner());
@@ -53,7 +35,8 @@ pub fn extents(header: &Header) -> Result<String> {
         format!("x {:.1} to {:.1}, y {:.1} to {:.1} ({})", near.x, far.x, near.y, far.y, crs_label(header));
     if let Some([west, south, east, north]) = lonlat_bounds(header)? {
         // Writing to a String cannot fail.
-        let _ = write!(text, "; longitude {west:.5} to {east:.5}, latitude {south:.5} to {north:.5}");
+        let across = if west > east { " across 180" } else { "" };
+        let _ = write!(text, "; longitude {west:.5} to {east:.5}{across}, latitude {south:.5} to {north:.5}");
     }
     Ok(text)
 }
@@ -116,14 +99,7 @@ pub fn description(header: &Header) -> Result<String> {
     );
     let levels: Vec<String> = sides(header).iter().map(ToString::to_string).collect();
     row("levels", levels.join(", "));
-    row(
-        "voids",
-        format!(
-            "{:.3} % of the voxels had no elevation data, {:.3} % have no surface",
-            metadata.void_share * 100.0,
-            metadata.empty_share * 100.0
-        ),
-    );
+    row("voids", voids(metadata));
     for (index, source) in metadata.sources.iter().enumerate() {
         row(
             if index == 0 { "sources" } else { "" },
@@ -149,6 +125,25 @@ pub fn description(header: &Header) -> Result<String> {
     row("hash", header.content_hash.to_string());
     row("writer", format!("{}, format {}", metadata.writer, header.version));
     Ok(text)
+}
+
+/// What has no surface, and why, in one sentence.
+fn voids(metadata: &Metadata) -> String {
+    let Metadata { void_share, empty_share, .. } = *metadata;
+    // Older databases tell no more than that.
+    let filled = metadata.filled_share.unwrap_or((void_share - empty_share).max(0.0));
+    let left = (void_share - filled).clamp(0.0, empty_share);
+    let parts = [
+        (empty_share - left, "lie where no elevation file reaches, without a surface"),
+        (left, "lie in voids of the elevation, without a surface"),
+        (filled, "lie in voids that were filled"),
+    ];
+    let told = parts.iter().filter(|(share, _)| *share >= 0.000_005);
+    let told: Vec<String> = told.map(|(share, what)| format!("{:.3} % {what}", 100.0 * share)).collect();
+    match told.first() {
+        None => "none: all voxels have a surface from elevation".into(),
+        Some(_) => format!("of the voxels, {}", told.join(", ")),
+    }
 }
 
 /// Pages of one level that a database stores.
@@ -261,7 +256,26 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
 
 #[cfg(test)]
 mod tests {
-    use super::metres;
+    use super::{Metadata, metres, voids};
+
+    #[test]
+    fn voids_are_told_once_and_without_contradiction() {
+        let told = |void_share: f64, filled: f64, empty_share: f64| {
+            let filled_share = Some(filled).filter(|filled| *filled > 0.0);
+            voids(&Metadata { void_share, filled_share, empty_share, ..Metadata::default() })
+        };
+        assert_eq!(told(0.0, 0.0, 0.0), "none: all voxels have a surface from elevation");
+        assert_eq!(
+            told(0.0, 0.0, 0.01175),
+            "of the voxels, 1.175 % lie where no elevation file reaches, without a surface"
+        );
+        assert_eq!(told(0.02, 0.02, 0.0), "of the voxels, 2.000 % lie in voids that were filled");
+        assert_eq!(
+            told(0.03, 0.01, 0.05),
+            "of the voxels, 3.000 % lie where no elevation file reaches, without a surface, \
+             2.000 % lie in voids of the elevation, without a surface, 1.000 % lie in voids that were filled"
+        );
+    }
 
     #[test]
     fn spacings_are_short() {

@@ -7,6 +7,7 @@ mod chart;
 mod classes;
 mod commands;
 mod contact_sheet;
+mod degrees;
 mod difference;
 mod drawing;
 mod exit;

@@ -157,8 +157,8 @@ pub struct Args {
     #[arg(long, value_name = "VALUE", value_parser = args::number, value_delimiter = ',', allow_hyphen_values = true)]
     nodata: Vec<f64>,
 
-    /// What becomes of voids: none (no surface there), interp (from the heights around), or a height in metres
-    #[arg(long, value_name = "none|interp|METRES", default_value = "none", value_parser = nodata_fill, allow_hyphen_values = true)]
+    /// What becomes of voids: small (those of up to 64 voxels that heights enclose are interpolated), none (no surface there), interp (all, from the heights around), or a height in metres
+    #[arg(long, value_name = "small|none|interp|METRES", default_value = "small", value_parser = nodata_fill, allow_hyphen_values = true)]
     nodata_fill: NodataFill,
 
     /// Imagery bands to take as red, green and blue, counted from 1 [default: as the file says]
@@ -210,11 +210,12 @@ impl From<Datum> for VerticalDatum {
 
 fn nodata_fill(text: &str) -> Result<NodataFill, String> {
     match text.trim() {
+        "small" => Ok(NodataFill::Small),
         "none" => Ok(NodataFill::None),
         "interp" => Ok(NodataFill::Interpolate),
         other => args::number(other)
             .map(NodataFill::Value)
-            .map_err(|_| "want none, interp or a height in metres".into()),
+            .map_err(|_| "want small, none, interp or a height in metres".into()),
     }
 }
 
