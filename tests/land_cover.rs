@@ -354,6 +354,7 @@ fn natural_areas_are_ground_and_leave_imagery_as_it_is() {
         path: folder.path().join("photo.png"),
         crs: Some("EPSG:32632".into()),
         bands: None,
+        extent: None,
     }];
     assert_eq!(colour(&options, 350, 250), [10, 20, 200]);
     let sand = Material::Sand;

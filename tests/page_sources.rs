@@ -37,6 +37,7 @@ fn metadata() -> Metadata {
         filled_share: Some(0.125),
         empty_share: 0.0,
         baked_sun: Some([120.5, 33.0]),
+        imagery_pixel: Some(2.5),
         writer: "a test".into(),
     }
 }

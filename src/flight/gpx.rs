@@ -3,6 +3,7 @@
 //! <https://www.topografix.com/GPX/1/1/>. `ele` is metres above mean sea level. Routes and waypoints carry no times of
 //! flight and are not flown.
 
+use super::parts::Part;
 use super::raw::{RawFix, Reading, Source};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Horizontal};
@@ -24,7 +25,10 @@ struct Point {
 struct Points {
     open: Option<Point>,
     fixes: Vec<RawFix>,
-    segments: usize,
+    /// Depth of the open track's element, and what it is called.
+    track: usize,
+    name: Option<String>,
+    segments: Vec<Part>,
     without_elevation: usize,
     routes_or_waypoints: bool,
 }
@@ -36,22 +40,25 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     if points.fixes.is_empty() {
         return Err(points.nothing_to_fly(source));
     }
-    if points.segments > 1 {
-        notes.push(format!("{} track segments were joined into one flight.", points.segments));
-    }
     if points.without_elevation > 0 {
         notes.push(format!("{} points without elevation were dropped.", points.without_elevation));
     }
     if source.options.altitude_mode.is_none() {
         notes.push("Elevations are taken as metres above mean sea level, as GPX defines them.".into());
     }
-    Ok(Reading { format: "GPX", fixes: points.fixes, notes })
+    Ok(Reading { format: "GPX", fixes: points.fixes, parts: points.segments, noun: "track segments", notes })
 }
 
 impl Points {
     fn visit(&mut self, source: &Source<'_>, place: Place<'_>, step: Step<'_>) -> Result<()> {
         match (place.name, step) {
-            ("trkseg", Step::Open(_)) => self.segments += 1,
+            ("trk", Step::Open(_)) => (self.track, self.name) = (place.depth, None),
+            ("name", Step::Close(text)) if place.depth == self.track + 1 && self.open.is_none() => {
+                self.name = Some(text.to_owned()).filter(|name| !name.is_empty());
+            }
+            ("trkseg", Step::Open(_)) => {
+                self.segments.push(Part { name: self.name.clone(), start: self.fixes.len() });
+            }
             ("rtept" | "wpt", Step::Open(_)) => self.routes_or_waypoints = true,
             ("trkpt", Step::Open(start)) => {
                 let degrees = |name: &str| {

@@ -66,7 +66,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     if fixes.len() < total {
         notes.push(format!("{} fixes without valid GNSS altitude were dropped.", total - fixes.len()));
     }
-    Ok(Reading { format: "IGC", fixes, notes })
+    Ok(Reading::of_one("IGC", fixes, notes))
 }
 
 fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<Logged>> {

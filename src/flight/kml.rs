@@ -7,6 +7,7 @@
 //! puts the eye on the ground. A track with altitudes but without any mode is read as `absolute`, with a note, because
 //! exporters forget the element more often than they mean a clamped flight.
 
+use super::parts::Part;
 use super::raw::{RawFix, Reading, Source};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
@@ -28,7 +29,9 @@ struct Lists {
 struct Tracks {
     open: Option<Lists>,
     fixes: Vec<RawFix>,
-    tracks: usize,
+    /// What the placemark around is called.
+    name: Option<String>,
+    tracks: Vec<Part>,
     lines_without_time: bool,
     missing: usize,
     notes: Vec<String>,
@@ -49,24 +52,25 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
         return Err(Error::unsupported(source.path, what, remedy));
     }
     let mut notes = tracks.notes;
-    if tracks.tracks > 1 {
-        notes.push(format!("{} tracks were joined into one flight.", tracks.tracks));
-    }
     if tracks.missing > 0 {
         notes.push(format!("{} fixes without position were dropped.", tracks.missing));
     }
     notes.dedup();
-    Ok(Reading { format: "KML gx:Track", fixes: tracks.fixes, notes })
+    Ok(Reading { format: "KML gx:Track", fixes: tracks.fixes, parts: tracks.tracks, noun: "tracks", notes })
 }
 
 impl Tracks {
     fn visit(&mut self, source: &Source<'_>, place: Place<'_>, step: Step<'_>) -> Result<()> {
         match (place.name, step, self.open.as_mut()) {
+            ("Placemark", Step::Open(_), _) => self.name = None,
+            ("name", Step::Close(text), None) => {
+                self.name = Some(text.to_owned()).filter(|name| !name.is_empty());
+            }
             ("Track", Step::Open(_), _) => self.open = Some(Lists { line: place.line, ..Lists::default() }),
             ("LineString", Step::Open(_), _) => self.lines_without_time = true,
             ("Track", Step::Close(_), _) => {
                 if let Some(lists) = self.open.take() {
-                    self.tracks += 1;
+                    self.tracks.push(Part { name: self.name.clone(), start: self.fixes.len() });
                     self.close(source, lists)?;
                 }
             }

@@ -13,6 +13,7 @@ mod ground;
 mod igc;
 mod kml;
 mod motion;
+mod parts;
 mod raw;
 mod read;
 mod smooth;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::parts::{self, Part};
 use super::track::{Altitude, Fix, Horizontal, ReadOptions, Track};
 use crate::error::{Error, Result};
 
@@ -50,32 +51,45 @@ impl Source<'_> {
 pub(super) struct Reading {
     pub format: &'static str,
     pub fixes: Vec<RawFix>,
+    /// Recordings that the fixes are of, in the file's order; none where the format has but one.
+    pub parts: Vec<Part>,
+    /// Several of them in the format's own words.
+    pub noun: &'static str,
     pub notes: Vec<String>,
 }
 
+impl Reading {
+    /// Fixes of a format that holds a single recording.
+    pub fn of_one(format: &'static str, fixes: Vec<RawFix>, notes: Vec<String>) -> Self {
+        Self { format, fixes, parts: Vec::new(), noun: "", notes }
+    }
+}
+
 /// Checks ranges and the order of times, drops fixes with the time of their predecessor, and starts the clock at 0.
-pub(super) fn assemble(source: &Source<'_>, reading: Reading) -> Result<Track> {
-    let Reading { format, fixes, mut notes } = reading;
+pub(super) fn assemble(source: &Source<'_>, mut reading: Reading) -> Result<Track> {
+    parts::choose(source, &mut reading)?;
+    let Reading { format, ref fixes, .. } = reading;
     let Some(first) = fixes.first().copied() else {
         return Err(Error::invalid(
             source.path,
             format!("this {format} holds no fix; give at least one position"),
         ));
     };
-    let swapped = looks_swapped(&fixes);
+    let swapped = looks_swapped(fixes);
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());
     let mut last = first;
     let mut repeated = 0_usize;
-    for raw in &fixes {
+    for raw in fixes {
         check_ranges(source, raw, swapped)?;
         let step = raw.fix.time - last.fix.time;
         if step < 0.0 {
             return Err(source.at_line(
                 raw.line,
                 format!(
-                    "times are out of order: this fix is {:.3} s before the one of line {}; sort the file by time, or \
-                     cut it into one file per flight",
-                    -step, last.line
+                    "times are out of order: this fix is {:.3} s before the one of line {}; {}",
+                    -step,
+                    last.line,
+                    parts::remedy(&reading)
                 ),
             ));
         }
@@ -90,6 +104,7 @@ pub(super) fn assemble(source: &Source<'_>, reading: Reading) -> Result<Track> {
         kept.push(Fix { time, horizontal: wrapped(raw.fix.horizontal), ..raw.fix });
         last = *raw;
     }
+    let mut notes = reading.notes;
     if repeated > 0 {
         notes.push(format!("{repeated} fixes repeat the time of the fix before them and were dropped."));
     }

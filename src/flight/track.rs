@@ -68,4 +68,8 @@ pub struct Track {
 pub struct ReadOptions {
     /// Altitude mode where the file does not state one.
     pub altitude_mode: Option<AltitudeMode>,
+    /// The one of several tracks (segments of GPX, `gx:Track`s of KML) that is read, counted from 1; `None`: all of them, joined.
+    pub track: Option<usize>,
+    /// Whether fixes are put in the order of their times; without it, times that go back are an error.
+    pub sort: bool,
 }

@@ -24,9 +24,10 @@ use std::time::Instant;
 
 use super::budget::Budget;
 use super::census::Census;
-use super::cloud::{self, Cloud};
+use super::cloud;
 use super::corridor::Corridor;
 use super::features;
+use super::fineness;
 use super::footprint::Bounds;
 use super::hints;
 use super::inputs::{self, Input, Inputs};
@@ -198,7 +199,7 @@ pub(super) fn build_from(
     if !plan.stored.is_all() {
         budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
     }
-    let mut metadata = describe(&inputs, &plan, options);
+    let mut metadata = describe(&inputs, &plan, options)?;
     metadata.notes.extend(hints::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
     metadata.notes.extend(hints::clouds_outside(&inputs, &plan)?);
     metadata.notes.iter().for_each(|note| observer.note(note));
@@ -364,24 +365,22 @@ fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
 }
 
 /// What is known before the first page.
-fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Metadata {
+fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Result<Metadata> {
     let mut notes = inputs.notes.clone();
     notes.extend(plan.notes.iter().cloned());
-    let has_colours = options.synthetic.has_colours() || inputs.clouds.iter().any(Cloud::is_coloured);
-    if options.imagery.is_empty() && !has_colours {
-        let from = if options.land_cover.is_empty() { "height and slope" } else { "land cover" };
-        notes.push(format!("no imagery: colours were derived from {from}"));
-    }
-    Metadata {
+    let fineness = fineness::of_imagery(inputs, plan, options)?;
+    notes.extend(fineness.note);
+    Ok(Metadata {
         crs_name: plan.crs.name().to_owned(),
         crs_epsg: plan.crs.epsg(),
         crs_proj: plan.crs.proj().map(str::to_owned),
         sources: sources::records(inputs, options, &plan.grid),
         corridors: options.corridors.iter().map(Corridor::record).collect(),
         notes,
+        imagery_pixel: fineness.coarser_pixel,
         writer: concat!("hedgehop ", env!("CARGO_PKG_VERSION")).to_owned(),
         ..Metadata::default()
-    }
+    })
 }
 
 /// Places all rasters in the grid.

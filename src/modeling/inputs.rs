@@ -8,8 +8,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::bare::{self, Canvas, Role, Said, canvas};
 use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
+use super::footprint::Bounds;
 use super::kernel::Samples;
 use super::land_cover::{Class, ClassRaster, LandCoverFile};
 use super::object::{self, OpenObject, OpenScatter};
@@ -23,7 +25,6 @@ use super::warp;
 use crate::error::{Error, Result};
 use crate::geo::{Crs, VerticalDatum};
 use crate::progress::{Observer, Silent};
-use crate::voxel::limits;
 
 /// Bytes of decoded blocks for a file that is only looked at.
 const CACHE_TO_LOOK: u64 = 64 << 20;
@@ -122,10 +123,16 @@ pub(super) fn open_rasters(
         elevation.push(opener.elevation(file)?);
     }
     let canvas = canvas(&elevation);
-    let imagery =
-        options.imagery.iter().map(|file| opener.imagery(file, canvas)).collect::<Result<Vec<_>>>()?;
-    let land_cover =
-        options.land_cover.iter().map(|file| opener.land_cover(file)).collect::<Result<Vec<_>>>()?;
+    let imagery = options
+        .imagery
+        .iter()
+        .map(|file| opener.imagery(file, canvas.as_ref()))
+        .collect::<Result<Vec<_>>>()?;
+    let land_cover = options
+        .land_cover
+        .iter()
+        .map(|file| opener.land_cover(file, canvas.as_ref()))
+        .collect::<Result<Vec<_>>>()?;
     Ok(Inputs { clouds, elevation, imagery, land_cover, notes: opener.into_notes(), ..Inputs::default() })
 }
 
@@ -185,9 +192,9 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     let elevation = sound(&options.elevation, |file| opener.elevation(file), Input::Elevation, &mut faults);
     inputs.elevation.extend(elevation);
     let canvas = canvas(&inputs.elevation);
-    let imagery = |file: &ImageryFile| opener.imagery(file, canvas);
+    let imagery = |file: &ImageryFile| opener.imagery(file, canvas.as_ref());
     inputs.imagery = sound(&options.imagery, imagery, Input::Imagery, &mut faults);
-    let land_cover = |file: &LandCoverFile| opener.land_cover(file);
+    let land_cover = |file: &LandCoverFile| opener.land_cover(file, canvas.as_ref());
     inputs.land_cover = sound(&options.land_cover, land_cover, Input::LandCover, &mut faults);
     let features = |file: &FeatureFile| layer(file, options);
     inputs.features = sound(&options.features, features, Input::Features, &mut faults);
@@ -211,12 +218,6 @@ fn sound<F, T>(
         }
     }
     opened
-}
-
-/// Where imagery without georeferencing lies: all over the first elevation file, if that is local.
-fn canvas(elevation: &[Opened<f64>]) -> Option<(GeoTransform, (u32, u32))> {
-    let first = elevation.first().filter(|first| first.crs.is_local());
-    first.map(|first| (first.geo, first.samples.size()))
 }
 
 /// What a raster says of itself and what the user says of it, but for where it lies.
@@ -248,7 +249,7 @@ impl<'a> Opener<'a> {
         let path = &file.path;
         let raster = open(path, &self.open_options)?;
         let info = raster.info().clone();
-        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--elevation-crs", None)?;
+        let (geo, crs) = self.place(&info, self.said(Role::Elevation, file.crs.as_deref(), None), None)?;
         if let (Some(stated), Some(given)) = (info.vertical_datum, file.datum)
             && stated != given
         {
@@ -268,15 +269,12 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    fn imagery(
-        &mut self,
-        file: &ImageryFile,
-        canvas: Option<(GeoTransform, (u32, u32))>,
-    ) -> Result<Opened<[u8; 4]>> {
+    fn imagery(&mut self, file: &ImageryFile, canvas: Option<&Canvas>) -> Result<Opened<[u8; 4]>> {
         let path = &file.path;
         let raster = open(path, &self.open_options)?;
         let info = raster.info().clone();
-        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--imagery-crs", canvas)?;
+        let (geo, crs) =
+            self.place(&info, self.said(Role::Imagery, file.crs.as_deref(), file.extent), canvas)?;
         let description = describe(&info, &crs, None);
         let facts = facts(&info, &ImageryFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
@@ -285,11 +283,11 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    fn land_cover(&mut self, file: &LandCoverFile) -> Result<Opened<Class>> {
+    fn land_cover(&mut self, file: &LandCoverFile, canvas: Option<&Canvas>) -> Result<Opened<Class>> {
         let path = &file.path;
         let raster = open(path, &OpenOptions { classes: true, ..self.open_options.clone() })?;
         let info = raster.info().clone();
-        let (geo, crs) = self.place(&info, file.crs.as_deref(), "--land-cover-crs", None)?;
+        let (geo, crs) = self.place(&info, self.said(Role::LandCover, file.crs.as_deref(), None), canvas)?;
         let description = format!("{}, {}", describe(&info, &crs, None), file.scheme.name());
         let facts = facts(&info, &LandCoverFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ClassRaster::new(raster, &file.scheme, &file.nodata)?);
@@ -297,19 +295,31 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    /// Georeferencing and reference system of a file. Imagery without any is laid over `canvas`, the
-    /// local elevation that it belongs to.
+    /// What the user says of a file.
+    fn said<'s>(&self, role: Role, crs: Option<&'s str>, extent: Option<Bounds>) -> Said<'s> {
+        Said { role, crs, extent, spacing: self.options.raw_spacing, local: self.options.local }
+    }
+
+    /// Georeferencing and reference system of a file; without any, its place on `canvas`, the ground that it is of.
     fn place(
         &mut self,
         info: &RasterInfo,
-        given: Option<&str>,
-        flag: &str,
-        canvas: Option<(GeoTransform, (u32, u32))>,
+        said: Said<'_>,
+        canvas: Option<&Canvas>,
     ) -> Result<(GeoTransform, Crs)> {
         let path = &info.path;
+        let (given, flag) = (said.crs, said.role.crs_flag());
         let Some(geo) = info.geo else {
-            return Ok((self.place_ungeoreferenced(info, canvas)?, Crs::local()));
+            let (geo, crs, note) = bare::place(info, said, canvas)?;
+            self.notes.push(note);
+            return Ok((geo, crs));
         };
+        if said.extent.is_some() {
+            self.notes.push(format!(
+                "{}: says itself where it lies, which counts; --imagery-extent is of files that do not",
+                file_name(path)
+            ));
+        }
         if warp::invert(&geo).is_none() {
             return Err(Error::invalid(
                 path,
@@ -335,33 +345,6 @@ impl<'a> Opener<'a> {
         }
         plausible(info, &geo, &crs, flag)?;
         Ok((geo, crs))
-    }
-
-    fn place_ungeoreferenced(
-        &mut self,
-        info: &RasterInfo,
-        canvas: Option<(GeoTransform, (u32, u32))>,
-    ) -> Result<GeoTransform> {
-        let name = file_name(&info.path);
-        if let Some((geo, (width, height))) = canvas {
-            self.notes.push(format!(
-                "{name}: has no georeferencing, laid over the whole of the first elevation file"
-            ));
-            let (across, down) =
-                (f64::from(width) / f64::from(info.width), f64::from(height) / f64::from(info.height));
-            return Ok([geo[0], geo[1] * across, geo[2] * down, geo[3], geo[4] * across, geo[5] * down]);
-        }
-        let Some(spacing) = self.options.raw_spacing else {
-            return Err(Error::unsupported(
-                &info.path,
-                "has no georeferencing",
-                "give the side of its pixels in metres with --spacing, or put a world file and --elevation-crs or --imagery-crs to it",
-            ));
-        };
-        limits::check_spacing(spacing).map_err(|what| Error::Configuration(format!("--spacing: {what}")))?;
-        self.notes
-            .push(format!("{name}: has no georeferencing, placed at (0, 0) with pixels of {spacing} m"));
-        Ok([0.0, spacing, 0.0, f64::from(info.height) * spacing, 0.0, -spacing])
     }
 
     fn into_notes(self) -> Vec<String> {

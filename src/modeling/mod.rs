@@ -5,6 +5,7 @@ pub mod raster;
 pub mod shadow_height;
 
 mod bake;
+mod bare;
 mod budget;
 mod build;
 mod census;
@@ -14,6 +15,7 @@ mod drape;
 mod extract;
 mod feather;
 mod fill;
+mod fineness;
 mod footprint;
 mod groves;
 mod hints;

@@ -70,6 +70,9 @@ pub struct ImageryFile {
     pub crs: Option<String>,
     /// One-based bands to take as red, green, blue; `None` chooses.
     pub bands: Option<[u32; 3]>,
+    /// Edges of its outer pixels, if it has no georeferencing: west, south, east, north in coordinates of `crs`; without that in degrees
+    /// (WGS 84) where they can be, else in coordinates of the first elevation file.
+    pub extent: Option<[f64; 4]>,
 }
 
 /// A file of features, and what it does not say of itself.

@@ -9,6 +9,7 @@
 mod cover;
 mod fields;
 mod objects;
+mod pattern;
 mod synthetic;
 mod tables;
 #[cfg(test)]
@@ -27,6 +28,7 @@ use crate::modeling::{
 };
 use crate::sunlight::SunSetting;
 use fields::{Fields, Mistakes};
+pub use pattern::matching;
 use words::key_of_place;
 pub use words::{InKeys, error_in_keys, in_keys};
 
@@ -256,11 +258,11 @@ fn refused(path: &Path, met: Option<&Mistake>, count: usize) -> Error {
 ///
 /// # Errors
 /// A file that is no path.
-pub fn route(file: &Path) -> Result<Route> {
+pub fn route(file: &Path, options: &ReadOptions) -> Result<Route> {
     let place = |fix: &Fix| match fix.horizontal {
         Horizontal::LonLat(longitude, latitude) => Place::LonLat(longitude, latitude),
         Horizontal::Xy(x, y) => Place::Xy(x, y),
     };
-    let track = read_track(file, &ReadOptions::default())?;
+    let track = read_track(file, options)?;
     Ok(Route { file: file.to_owned(), places: track.fixes.iter().map(place).collect() })
 }

@@ -9,9 +9,12 @@ use toml::Spanned;
 use super::cover;
 use super::fields::{Fields, Mistakes};
 use super::objects;
+use super::pattern::matching;
 use super::synthetic::{HEIGHT, synthetic};
+use super::words::error_in_keys;
 use super::{Lines, Recipe, route};
 use crate::document::Reading;
+use crate::flight::ReadOptions;
 use crate::geo::{Crs, VerticalDatum};
 use crate::modeling::features::{Class, Columns, LayerOptions};
 use crate::modeling::raster::{OpenOptions, open};
@@ -249,7 +252,8 @@ pub(super) fn files(table: &mut Fields<'_, '_, '_>, folder: &Path, example: &str
     if names.is_empty() {
         table.mistakes.add(&span, format!("file names none; write file = {example}"));
     }
-    names.into_iter().filter_map(|name| file(table, &span, &folder.join(name))).collect()
+    let found = names.into_iter().filter_map(|name| table.mistakes.check(&span, matching(folder, &name)));
+    found.flatten().filter_map(|path| file(table, &span, &path)).collect()
 }
 
 pub(super) fn file(
@@ -300,8 +304,22 @@ fn imagery(mut table: Fields<'_, '_, '_>, folder: &Path) -> Vec<ImageryFile> {
         let wanted = "bands are those of red, green and blue, counted from 1: [3, 2, 1]";
         table.mistakes.check(&bands.span(), three.ok_or(wanted))
     });
+    let extent = extent(&mut table, paths.len());
     table.finish();
-    paths.into_iter().map(|path| ImageryFile { path, crs: crs.clone(), bands }).collect()
+    paths.into_iter().map(|path| ImageryFile { path, crs: crs.clone(), bands, extent }).collect()
+}
+
+/// Edges of an image that does not say where it lies.
+fn extent(table: &mut Fields<'_, '_, '_>, files: usize) -> Option<[f64; 4]> {
+    let edges = table.take::<Vec<f64>>("extent")?;
+    let wanted = "extent is west, south, east and north, with west less than east and south less than north: [6.95, 50.92, 6.98, 50.95]";
+    let bounds = <[f64; 4]>::try_from(edges.get_ref().as_slice()).ok();
+    let is_area = |[west, south, east, north]: &[f64; 4]| west < east && south < north;
+    let extent = table.mistakes.check(&edges.span(), bounds.filter(is_area).ok_or(wanted))?;
+    if files > 1 {
+        table.mistakes.add(&edges.span(), "extent is of one image; write an [[imagery]] for each");
+    }
+    Some(extent)
 }
 
 /// Names of the attributes that hold what, and where they are kept.
@@ -349,9 +367,12 @@ fn corridor(mut table: Fields<'_, '_, '_>, folder: &Path) -> Option<Corridor> {
         let checked = Reading::checked(key, *number.get_ref(), positive, more);
         table.mistakes.check(&number.span(), checked)
     });
+    let track = table.take::<usize>("track").map(Spanned::into_inner);
+    let sort = table.take("sort").is_some_and(Spanned::into_inner);
+    let options = ReadOptions { track, sort, ..ReadOptions::default() };
     let route = path.and_then(|path| {
         let file = file(&table, &path.span(), &folder.join(path.get_ref()))?;
-        table.mistakes.check(&path.span(), route(&file))
+        table.mistakes.check(&path.span(), route(&file, &options).map_err(error_in_keys))
     });
     table.finish();
     Some(Corridor { route: route?, width: width?, spacing: spacing? })

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::progress::Observer;
 
 /// Flags, the tables of a recipe in which the same is said, and their keys there; without a key it is the table itself.
-const WORDS: [(&str, &str, &str); 21] = [
+const WORDS: [(&str, &str, &str); 24] = [
     ("--bands", "[[imagery]]", "bands"),
     ("--bbox", "[place]", "bbox"),
     ("--cloud", "[[cloud]]", ""),
@@ -16,14 +16,17 @@ const WORDS: [(&str, &str, &str); 21] = [
     ("--features", "[[features]]", ""),
     ("--imagery", "[[imagery]]", ""),
     ("--imagery-crs", "[[imagery]]", "crs"),
+    ("--imagery-extent", "[[imagery]]", "extent"),
     ("--land-cover", "[[land_cover]]", ""),
     ("--land-cover-crs", "[[land_cover]]", "crs"),
     ("--local", "[place]", "local"),
     ("--nodata", "[[elevation]]", "nodata"),
     ("--nodata-fill", "[place]", "voids"),
     ("--outside", "[place]", "outside_m"),
+    ("--sort", "[[corridor]]", "sort"),
     ("--spacing", "[place]", "spacing_m"),
     ("--src-vdatum", "[[elevation]]", "vertical_datum"),
+    ("--track", "[[corridor]]", "track"),
     ("--width", "[[corridor]]", "width_m"),
     ("-o", "[place]", "output"),
 ];

@@ -47,6 +47,8 @@ pub(super) struct ObjectTable {
     pub pitch_deg: Option<Spanned<f64>>,
     pub roll_deg: Option<Spanned<f64>>,
     pub track: Option<Spanned<PathBuf>>,
+    pub track_number: Option<Spanned<usize>>,
+    pub sort: Option<Spanned<bool>>,
     pub start_s: Option<Spanned<f64>>,
     pub bank: Option<Spanned<bool>>,
     pub beyond: Option<Spanned<Beyond>>,
@@ -122,6 +124,10 @@ pub(super) fn object(
         Some(start) => reading.number("start_s", start, |_| true, "must be finite")?,
         None => 0.0,
     };
+    if table.track.is_none() && (table.track_number.is_some() || table.sort.is_some()) {
+        let what = "track_number and sort are about a track; give one, or leave them out";
+        return Err(reading.wrong(span, what));
+    }
     let mut track = match &table.track {
         Some(track) => moving(reading, &table, track, hasher)?,
         None => standing(reading, &table, span)?,
@@ -268,10 +274,28 @@ fn moving(
     if track.get_ref().to_string_lossy().chars().any(char::is_control) {
         return Err(reading.wrong(track.span(), "track must be the name of a file"));
     }
-    let read = read_track(&path, &ReadOptions { altitude_mode: mode(table) }).map_err(of_scene)?;
+    let options = ReadOptions {
+        altitude_mode: mode(table),
+        track: table.track_number.as_ref().map(|number| *number.get_ref()),
+        sort: table.sort.as_ref().is_some_and(|sort| *sort.get_ref()),
+    };
+    let mut read = read_track(&path, &options).map_err(|error| of_scene(in_keys(error)))?;
+    read.notes.iter_mut().for_each(|note| *note = of_track(note));
     let bytes = fs::read(&path).map_err(|source| of_scene(Error::io(&path, "read", source)))?;
     hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
     Ok(read)
+}
+
+/// What is said of a track in flags, in the keys of an object.
+fn of_track(said: &str) -> String {
+    said.replace("--track ", "track_number = ").replace("--sort ", "sort = true ")
+}
+
+fn in_keys(error: Error) -> Error {
+    match error {
+        Error::Invalid { path, what } => Error::Invalid { path, what: of_track(&what) },
+        other => other,
+    }
 }
 
 fn mode(table: &ObjectTable) -> Option<AltitudeMode> {

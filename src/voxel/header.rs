@@ -79,6 +79,9 @@ pub struct Metadata {
     /// Azimuth (clockwise from grid north) and elevation of the sun whose shadows its colours hold, degrees; `None`: they hold none but those of the imagery.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub baked_sun: Option<[f64; 2]>,
+    /// Side of the pixels of its finest imagery, metres, where that is coarser than the finest voxels; `None` otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imagery_pixel: Option<f64>,
     /// Program and version that wrote the file.
     pub writer: String,
 }

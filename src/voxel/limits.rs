@@ -102,6 +102,9 @@ impl Metadata {
             bounded("the azimuth of baked_sun", azimuth, -360.0..=360.0)?;
             bounded("the elevation of baked_sun", elevation, -90.0..=90.0)?;
         }
+        if let Some(side) = self.imagery_pixel {
+            bounded("imagery_pixel", side, SPACINGS)?;
+        }
         for corridor in &self.corridors {
             bounded("the width of a corridor", corridor.width, f64::MIN_POSITIVE..=f64::MAX)?;
             bounded("the spacing of a corridor", corridor.spacing, SPACINGS)?;

@@ -76,7 +76,8 @@ fn options(folder: &Path, output: &str) -> BuildOptions {
     let crs = Some("EPSG:32632".to_owned());
     let elevation = |name| ElevationFile { path: path(name), crs: crs.clone(), ..ElevationFile::default() };
     options.elevation = vec![elevation("west.asc"), elevation("east.asc")];
-    options.imagery = vec![ImageryFile { path: path("photo.png"), crs: crs.clone(), bands: None }];
+    options.imagery =
+        vec![ImageryFile { path: path("photo.png"), crs: crs.clone(), bands: None, extent: None }];
     options.features = vec![FeatureFile::from(path("town.geojson"))];
     options.spacing = Some(1.0);
     (options.steps, options.overwrite) = (true, true);

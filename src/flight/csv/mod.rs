@@ -46,7 +46,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     }
     let mut notes = columns.notes.clone();
     drop_unknown_headings(&mut fixes, &mut notes);
-    Ok(Reading { format: columns.format, fixes, notes })
+    Ok(Reading::of_one(columns.format, fixes, notes))
 }
 
 fn damaged(source: &Source<'_>, error: &csv::Error) -> Error {

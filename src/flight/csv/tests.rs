@@ -45,7 +45,7 @@ fn unstated_altitude_mode_is_asked_of_the_user() {
     let track = parse(text).unwrap();
     assert_eq!(track.fixes[0].altitude.mode, AltitudeMode::Msl);
     assert!(track.notes.iter().any(|note| note.contains("--alt-mode")), "{:?}", track.notes);
-    let options = ReadOptions { altitude_mode: Some(AltitudeMode::Agl) };
+    let options = ReadOptions { altitude_mode: Some(AltitudeMode::Agl), ..ReadOptions::default() };
     let track = parse_with(text, &options).unwrap();
     assert_eq!((track.fixes[0].altitude.mode, track.notes.len()), (AltitudeMode::Agl, 0));
     let both = "t,x,y,alt_agl_m,alt_msl_m\n0,1,2,3,4\n";

@@ -394,15 +394,22 @@ fn nanoseconds(time: SystemTime) -> i128 {
 /// What tells a file that was changed, without reading it.
 fn stamp(path: &Path) -> std::io::Result<Stamp> {
     let metadata = fs::metadata(path)?;
-    let mut times = vec![nanoseconds(metadata.modified()?)];
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        // Programs may set the first time as they like, but not this one.
-        times.push(i128::from(metadata.ctime()) * 1_000_000_000 + i128::from(metadata.ctime_nsec()));
-        times.push(i128::from(metadata.ino()));
-    }
+    let modified = nanoseconds(metadata.modified()?);
+    let times = std::iter::once(modified).chain(unforged(&metadata)).collect();
     Ok(Stamp { bytes: metadata.len(), times })
+}
+
+/// What programs cannot set as they like, which they can the time of the last change.
+#[cfg(unix)]
+fn unforged(metadata: &fs::Metadata) -> Vec<i128> {
+    use std::os::unix::fs::MetadataExt;
+    let changed = i128::from(metadata.ctime()) * 1_000_000_000 + i128::from(metadata.ctime_nsec());
+    vec![changed, i128::from(metadata.ino())]
+}
+
+#[cfg(not(unix))]
+fn unforged(_: &fs::Metadata) -> Vec<i128> {
+    Vec::new()
 }
 
 fn is_settled(path: &Path) -> bool {

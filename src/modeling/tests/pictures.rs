@@ -6,6 +6,8 @@ use super::support::{Area, built, north_up, sheet, terrain};
 use crate::colour::{linear_from_srgb8, srgb8_from_linear};
 use crate::geo::Crs;
 use crate::modeling::synthetic::{Circle, Palette, Pattern, Stop, Synthetic, Texture};
+use crate::modeling::{BuildOptions, build};
+use crate::progress::Silent;
 use crate::voxel::{Attributes, Material, PageSource};
 
 fn ground() -> Vec<crate::modeling::inputs::Opened<f64>> {
@@ -207,4 +209,94 @@ fn a_picture_without_a_lower_one_is_whole_to_its_edge() {
         assert_eq!(area.colour(x, 32), [220; 3]);
     }
     assert_eq!(area.attributes(40, 32).flags, Attributes::NO_IMAGERY);
+}
+
+/// Heights over 400 m by 400 m of EPSG:32633, and a photograph that does not say where it lies: its left half is red, its right half blue.
+fn bare_photograph(folder: &std::path::Path) -> BuildOptions {
+    let heights = folder.join("heights.asc");
+    let head = "ncols 40\nnrows 40\nxllcorner 400000\nyllcorner 5000000\ncellsize 10\n";
+    std::fs::write(&heights, format!("{head}{}", "5 ".repeat(1600))).unwrap();
+    let photo = folder.join("photo.png");
+    let red_and_blue = |x: u32, _| if x < 20 { image::Rgb([250, 0, 0]) } else { image::Rgb([0, 0, 250]) };
+    image::RgbImage::from_fn(40, 40, red_and_blue).save(&photo).unwrap();
+    let mut options = BuildOptions::new(vec![heights], vec![photo], folder.join("area.hop"));
+    options.elevation[0].crs = Some("EPSG:32633".into());
+    options.overwrite = true;
+    options
+}
+
+#[test]
+fn an_image_without_a_place_is_refused_with_the_command_that_gives_it_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = bare_photograph(folder.path());
+    for spacing in [None, Some(10.0)] {
+        options.raw_spacing = spacing;
+        let error = build(&options, &Silent).unwrap_err().to_string();
+        for words in [
+            "has no georeferencing",
+            "--imagery-extent 400000,5000000,400400,5000400, in EPSG:32633",
+            "gdal_translate -a_srs EPSG:32633 -a_ullr 400000 5000400 400400 5000000",
+            "photo.placed.tif",
+        ] {
+            assert!(error.contains(words), "{words}: {error}");
+        }
+        assert!(!error.contains("--spacing"), "{error}");
+    }
+}
+
+#[test]
+fn edges_of_an_image_are_taken_in_degrees_or_in_metres() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = bare_photograph(folder.path());
+    // All of the ground in degrees: its bounds.
+    let degrees = [13.727_89, 45.146_39, 13.733_05, 45.150_05];
+    for (extent, crs) in [
+        ([400_000.0, 5_000_000.0, 400_400.0, 5_000_400.0], None),
+        (degrees, None),
+        (degrees, Some("EPSG:4326")),
+        ([400_000.0, 5_000_000.0, 400_400.0, 5_000_400.0], Some("EPSG:32633")),
+    ] {
+        (options.imagery[0].extent, options.imagery[0].crs) = (Some(extent), crs.map(str::to_owned));
+        build(&options, &Silent).unwrap();
+        let area = Area::open(&options.output).unwrap();
+        assert_eq!(
+            (area.colour(3, 20), area.colour(36, 20)),
+            ([250, 0, 0], [0, 0, 250]),
+            "{extent:?} {crs:?}"
+        );
+    }
+    // East of the middle there is nothing of it.
+    options.imagery[0].extent = Some([400_000.0, 5_000_000.0, 400_200.0, 5_000_400.0]);
+    build(&options, &Silent).unwrap();
+    let area = Area::open(&options.output).unwrap();
+    assert_eq!((area.colour(3, 20), area.colour(13, 20)), ([250, 0, 0], [0, 0, 250]));
+    assert_ne!(area.colour(36, 20), [0, 0, 250]);
+
+    for (extent, words) in [
+        ([400_400.0, 5_000_000.0, 400_000.0, 5_000_400.0], "is no area"),
+        ([f64::NAN, 0.0, 1.0, 1.0], "is no area"),
+    ] {
+        options.imagery[0].extent = Some(extent);
+        let error = build(&options, &Silent).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn the_fineness_of_imagery_is_told_beside_that_of_voxels() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = bare_photograph(folder.path());
+    let metadata = |options: &BuildOptions| {
+        build(options, &Silent).unwrap();
+        Area::open(&options.output).unwrap().pages.header().metadata.clone()
+    };
+    let finer = |notes: &[String]| notes.iter().any(|note| note.contains("--spacing 5 keeps all of it"));
+
+    options.imagery[0].extent = Some([400_000.0, 5_000_000.0, 400_200.0, 5_000_200.0]);
+    let fine = metadata(&options);
+    assert!(finer(&fine.notes) && fine.imagery_pixel.is_none(), "{fine:?}");
+    options.spacing = Some(10.0);
+    assert!(!finer(&metadata(&options).notes));
+    options.spacing = Some(2.0);
+    assert_eq!(metadata(&options).imagery_pixel, Some(5.0));
 }

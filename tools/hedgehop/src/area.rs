@@ -11,6 +11,7 @@ use hedgehop::voxel::{CorridorRecord, Directory, Grid, Header, Metadata};
 use serde_json::{Value, json};
 
 use crate::degrees::lonlat_bounds;
+use crate::sharpness;
 
 /// The database's reference system.
 pub fn crs(header: &Header) -> Result<Crs> {
@@ -97,6 +98,7 @@ pub fn description(header: &Header) -> Result<String> {
             header.height_range.0, header.height_range.1, metadata.vertical_datum, header.heights.scale
         ),
     );
+    row("sharp", sharpness::sentence(header));
     let levels: Vec<String> = sides(header).iter().map(ToString::to_string).collect();
     row("levels", levels.join(", "));
     row("voids", voids(metadata));
@@ -238,6 +240,7 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
         }),
         "height_range_m": [header.height_range.0, header.height_range.1],
         "height_step_m": header.heights.scale,
+        "sharp_from_m": sharpness::usual_height(header),
         "levels": sides(header),
         "placed_objects": header.objects.len(),
         "stored": shares(header, directory)

@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use hedgehop::Error;
+use hedgehop::recipe::matching;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
@@ -300,24 +301,61 @@ impl From<AltitudeMode> for hedgehop::flight::AltitudeMode {
     }
 }
 
-/// Refuses what cannot be an input file before any work begins.
-pub fn check_inputs(flag: &str, files: &[PathBuf], example: &str) -> hedgehop::Result<()> {
+/// Endings of files of elevation, the commonest first.
+pub const ELEVATION: [&str; 11] =
+    ["tif", "tiff", "hgt", "dt2", "dt1", "dt0", "asc", "flt", "bil", "bt", "png"];
+
+/// Endings of imagery.
+pub const IMAGERY: [&str; 5] = ["tif", "tiff", "jpg", "jpeg", "png"];
+
+/// Files that an argument names, patterns expanded that no shell has. Refuses folders before any work begins, with a pattern for those of
+/// their files that end like one of `endings`.
+pub fn input_files(flag: &str, files: &[PathBuf], endings: &[&str]) -> hedgehop::Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
     for file in files {
         if file.is_dir() {
-            return Err(Error::Configuration(format!(
-                "{} is a folder; {flag} takes files, such as {flag} {}",
-                file.display(),
-                file.join(example).display()
-            )));
+            return Err(folder(flag, file, endings));
         }
-        if !file.exists() && file.to_string_lossy().contains(['*', '?', '[']) {
-            return Err(Error::Configuration(format!(
-                "no file matches {flag} {}; the shell passed the pattern on as it is",
-                file.display()
-            )));
+        found.extend(expanded(flag, file)?);
+    }
+    Ok(found)
+}
+
+/// The files that an argument names, of which there are several if it is a pattern.
+pub fn expanded(flag: &str, file: &Path) -> hedgehop::Result<Vec<PathBuf>> {
+    if file.exists() {
+        return Ok(vec![file.to_owned()]);
+    }
+    matching(Path::new(""), &file.to_string_lossy()).map_err(|error| match error {
+        Error::Configuration(what) => Error::Configuration(format!("{flag} {what}")),
+        other => other,
+    })
+}
+
+/// What to give in place of a folder.
+fn folder(flag: &str, folder: &Path, endings: &[&str]) -> Error {
+    let names = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut counts: Vec<(&str, usize)> = endings.iter().map(|ending| (*ending, 0)).collect();
+    for name in names.filter(|name| name.is_file()) {
+        let ending = name.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        if let Some((_, count)) = counts.iter_mut().find(|(known, _)| ending.as_deref() == Some(known)) {
+            *count += 1;
         }
     }
-    Ok(())
+
+    // Of several kinds the commonest; the first of them in an empty folder.
+    let most = counts.iter().rev().max_by_key(|(_, count)| *count);
+    let (ending, count) = most.copied().unwrap_or(("*", 0));
+    let there = match count {
+        0 => String::new(),
+        1 => " (1 file there)".to_owned(),
+        count => format!(" ({count} files there)"),
+    };
+    Error::Configuration(format!(
+        "{} is a folder; {flag} takes files, such as {flag} \"{}\"{there}",
+        folder.display(),
+        folder.join(format!("*.{ending}")).display()
+    ))
 }
 
 /// Refuses an output that would take the place of an input.
@@ -368,6 +406,26 @@ mod tests {
         for wrong in ["640", "0x5", "5x-1", "99999x5", "x", "640x360x2"] {
             assert!(size(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_folder_is_answered_with_a_pattern_for_its_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let refusal = || {
+            let files = [folder.path().to_owned()];
+            input_files("--elevation", &files, &ELEVATION).unwrap_err().to_string()
+        };
+        assert!(refusal().contains("is a folder") && refusal().ends_with("*.tif\""), "{}", refusal());
+        for name in ["a.HGT", "b.hgt", "c.tif", "notes.txt"] {
+            std::fs::write(folder.path().join(name), b"").unwrap();
+        }
+        assert!(refusal().ends_with("*.hgt\" (2 files there)"), "{}", refusal());
+
+        let pattern = [folder.path().join("?.*")];
+        assert_eq!(input_files("--elevation", &pattern, &ELEVATION).unwrap().len(), 3);
+        let pattern = [folder.path().join("*.laz")];
+        let error = input_files("--cloud", &pattern, &["laz"]).unwrap_err().to_string();
+        assert!(error.starts_with("--cloud ") && error.contains("no file matches"), "{error}");
     }
 
     #[test]

@@ -30,7 +30,9 @@ mod progress;
 mod scene;
 mod screen;
 mod sequence;
+mod sharpness;
 mod speedup;
+mod tracks;
 mod traffic;
 mod trust;
 mod view;
@@ -39,13 +41,13 @@ mod world;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use hedgehop::memory::guard_mapped_files;
 
 use crate::commands::{
     bake, bench, build, compare, contact_sheet as sheet, continuity, contours, demo, extract, height,
-    hillshade, info, merge, overview, plan, profile, recipe, render, scene as scenes, shadow_heights, sight,
-    verify,
+    hillshade, info, manual, merge, overview, plan, profile, recipe, render, scene as scenes, shadow_heights,
+    sight, verify,
 };
 use crate::interrupt::Interrupt;
 
@@ -92,6 +94,8 @@ enum Command {
     ContactSheet(sheet::Args),
     Compare(compare::Args),
     Demo(demo::Args),
+    Completions(manual::CompletionArgs),
+    Man(manual::ManArgs),
 }
 
 fn main() -> ExitCode {
@@ -122,6 +126,8 @@ fn main() -> ExitCode {
         Command::ContactSheet(args) => sheet::run(args, &interrupt),
         Command::Compare(args) => compare::run(args, &interrupt),
         Command::Demo(args) => demo::run(args, &interrupt),
+        Command::Completions(args) => manual::completions(args, Cli::command()),
+        Command::Man(args) => manual::pages(args, Cli::command()),
     });
     exit::report(outcome)
 }

@@ -6,7 +6,7 @@ use crate::args::Workers;
 use crate::progress::Mode;
 
 /// How a database is made.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Making {
     #[command(flatten)]
     pub workers: Workers,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use glam::DVec2;
-use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, ReadOptions, Track, Trajectory, read_track};
+use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory, read_track};
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::geo::Crs;
 use hedgehop::progress::{Observer, Silent};
@@ -22,6 +22,8 @@ use crate::aov::Partner;
 use crate::area;
 use crate::args::{self, AltitudeMode};
 use crate::screen::{ScreenArgs, Setup};
+use crate::sharpness;
+use crate::tracks::TrackArgs;
 use crate::world::WorldArgs;
 
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
@@ -59,6 +61,9 @@ pub struct FlightArgs {
     /// Least height above ground, metres; lower parts of the path are raised [default: as the path says]
     #[arg(long, value_name = "METRES", value_parser = args::not_negative, allow_negative_numbers = true)]
     pub clearance: Option<f64>,
+
+    #[command(flatten)]
+    pub tracks: TrackArgs,
 
     #[command(flatten)]
     pub screen: ScreenArgs,
@@ -241,6 +246,13 @@ impl FlightArgs {
         }
         self.world.note_seam(source.header(), observer);
         note_underground(source, self.world, &poses, observer)?;
+        if !setup.is_map() {
+            let cameras: Vec<Camera> = sharpness::some(&poses).map(|pose| setup.camera(pose)).collect();
+            let ground = |place: DVec2| self.world.ground(source, place);
+            sharpness::warning(source.header(), &cameras, ground)?
+                .iter()
+                .for_each(|note| observer.note(note));
+        }
         let cameras = poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect();
         Ok((trajectory, cameras))
     }
@@ -268,10 +280,9 @@ impl FlightArgs {
     }
 
     fn track(&self) -> Result<Track> {
+        self.tracks.check(self.path.is_some(), "--path")?;
         match (&self.path, self.eye) {
-            (Some(path), _) => {
-                read_track(path, &ReadOptions { altitude_mode: self.alt_mode.map(Into::into) })
-            }
+            (Some(path), _) => read_track(path, &self.tracks.options(self.alt_mode.map(Into::into))),
             (None, Some(eye)) => Ok(self.single_fix(eye)),
             (None, None) => Err(Error::Configuration("give --path FILE or --eye X,Y,Z".into())),
         }

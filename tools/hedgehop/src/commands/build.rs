@@ -25,6 +25,7 @@ use crate::interrupt::Interrupt;
 use crate::making::Making;
 use crate::program::program;
 use crate::progress::Reporter;
+use crate::tracks::TrackArgs;
 
 pub use order::Order;
 
@@ -39,12 +40,13 @@ Examples:
   hedgehop build --elevation strip-1m.tif area-16m.tif --corridor flight.csv --width 2000 --spacing 1 -o route.hop";
 
 /// Flags that say what recipes say.
-const SAID_BY_RECIPES: [&str; 22] = [
+const SAID_BY_RECIPES: [&str; 25] = [
     "cloud",
     "cloud_crs",
     "elevation",
     "features",
     "imagery",
+    "imagery_extent",
     "land_cover",
     "land_cover_scheme",
     "land_cover_crs",
@@ -55,6 +57,8 @@ const SAID_BY_RECIPES: [&str; 22] = [
     "spacing",
     "corridor",
     "width",
+    "track",
+    "sort",
     "outside",
     "bbox",
     "src_vdatum",
@@ -68,7 +72,7 @@ const SAID_BY_RECIPES: [&str; 22] = [
 ///
 /// A recipe is a file that says what flags say and stays with its data: `hedgehop new` writes one to begin with. Inputs may be in any reference system; the database is in metres. Give several files in order of
 /// priority: where they overlap, the first one that has data counts. Memory stays bounded for inputs of any size.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
     /// Recipe that says what to build from what; instead of the flags below, but for -o, --memory, --jobs, --overwrite and --progress
@@ -123,6 +127,11 @@ pub struct Args {
     #[arg(long, value_name = "CRS", allow_hyphen_values = true, requires = "imagery")]
     imagery_crs: Option<String>,
 
+    /// Edges of an image that does not say where it lies: degrees, or coordinates of --imagery-crs, or without it of the
+    /// first elevation file where they cannot be degrees
+    #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, requires = "imagery", allow_hyphen_values = true)]
+    imagery_extent: Option<[f64; 4]>,
+
     /// Take coordinates of files without a reference system as plain metres
     #[arg(long)]
     local: bool,
@@ -139,6 +148,9 @@ pub struct Args {
     /// Width of the corridor, metres from side to side, that the --spacing in the same place holds in; several nest
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true, requires = "corridor")]
     width: Vec<f64>,
+
+    #[command(flatten)]
+    tracks: TrackArgs,
 
     /// Side of the finest voxel outside of corridors, metres: 4, 16, 64, … times the finest
     /// [default: of these, the largest that is no wider than the pixels of the coarsest elevation file]
@@ -236,7 +248,8 @@ impl Args {
     }
 
     fn imagery(&self, path: &Path) -> ImageryFile {
-        ImageryFile { path: path.to_owned(), crs: self.imagery_crs.clone(), bands: self.bands }
+        let (crs, extent) = (self.imagery_crs.clone(), self.imagery_extent);
+        ImageryFile { path: path.to_owned(), crs, bands: self.bands, extent }
     }
 
     fn land_cover(&self, path: &Path) -> Option<LandCoverFile> {
@@ -279,6 +292,7 @@ impl Args {
 
     /// Every route with every width.
     fn corridors(&self) -> hedgehop::Result<Vec<Corridor>> {
+        self.tracks.check(!self.corridor.is_empty(), "--corridor")?;
         if self.corridor.is_empty() {
             return Ok(Vec::new());
         }
@@ -291,7 +305,7 @@ impl Args {
         }
         let mut corridors = Vec::new();
         for file in &self.corridor {
-            let route = route(file)?;
+            let route = route(file, &self.tracks.options(None))?;
             let strip = |(&width, &spacing)| Corridor { route: route.clone(), width, spacing };
             corridors.extend(self.width.iter().zip(&self.spacing).map(strip));
         }
@@ -300,6 +314,28 @@ impl Args {
 }
 
 impl Args {
+    /// The same with files in place of patterns.
+    fn with_files(mut self) -> hedgehop::Result<Self> {
+        let files: [(&str, &mut Vec<PathBuf>, &[&str]); 6] = [
+            ("--elevation", &mut self.elevation, &args::ELEVATION),
+            ("--cloud", &mut self.cloud, &["laz", "las"]),
+            ("--imagery", &mut self.imagery, &args::IMAGERY),
+            ("--land-cover", &mut self.land_cover, &["tif", "tiff"]),
+            ("--features", &mut self.features, &["geojson", "json", "shp", "gpkg", "csv"]),
+            ("--corridor", &mut self.corridor, &["csv", "gpx", "igc", "kml"]),
+        ];
+        for (flag, files, endings) in files {
+            *files = args::input_files(flag, files, endings)?;
+        }
+        if self.imagery_extent.is_some() && self.imagery.len() > 1 {
+            return Err(Error::Configuration(format!(
+                "--imagery-extent is of one image, and --imagery gives {}; a recipe says an `extent` for each (`hedgehop new place.toml`)",
+                self.imagery.len()
+            )));
+        }
+        Ok(self)
+    }
+
     fn order(&self) -> hedgehop::Result<Order> {
         let Some(file) = &self.recipe else {
             return Ok(Order::new(self.options()?, self.bake_shadows));
@@ -324,12 +360,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
-    args::check_inputs("--elevation", &args.elevation, "*.tif")?;
-    args::check_inputs("--cloud", &args.cloud, "*.laz")?;
-    args::check_inputs("--imagery", &args.imagery, "*.tif")?;
-    args::check_inputs("--land-cover", &args.land_cover, "*.tif")?;
-    args::check_inputs("--features", &args.features, "*.geojson")?;
-    args::check_inputs("--corridor", &args.corridor, "*.csv")?;
+    let args = &args.clone().with_files()?;
     let order = args.order()?;
     let output = &order.options.output;
     // What is no file is refused for that: nothing replaces it.

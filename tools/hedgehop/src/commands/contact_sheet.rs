@@ -6,7 +6,7 @@ use hedgehop::Error;
 use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::progress::Observer;
 
-use crate::args::check_no_input;
+use crate::args::{check_no_input, expanded};
 use crate::contact_sheet::{Entry, WIDTH, sheet, spread};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
@@ -22,7 +22,7 @@ Examples:
 ///
 /// Takes folders of frames, single pictures, and films, which an installed ffmpeg decodes. Of all of them the sheet shows so many, evenly spread, with
 /// their numbers.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
     /// Folders of frames, pictures (.png, .exr, .jpg), or one film
@@ -53,6 +53,9 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
+    let named = args.inputs.iter().map(|input| expanded("contact-sheet", input));
+    let named = named.collect::<hedgehop::Result<Vec<_>>>()?.concat();
+    let args = &Args { inputs: named, ..args.clone() };
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     pictures::check_png(&args.output, "a contact sheet")?;
     check_no_input("-o", &args.output, &inputs)?;

@@ -24,6 +24,7 @@ use crate::program::program;
 use crate::progress::{Mode, Reporter};
 use crate::scene::SceneArgs;
 use crate::screen::ScreenArgs;
+use crate::tracks::TrackArgs;
 use crate::trust::TrustArgs;
 use crate::view::{FlightArgs, LookArgs, Surface};
 use crate::world::WorldArgs;
@@ -166,6 +167,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             ypr: None,
             alt_mode: None,
             level: false,
+            tracks: TrackArgs::default(),
             clearance: None,
             screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
             world: WorldArgs::default(),

@@ -44,7 +44,8 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.making.progress, interrupt);
-    let inputs: Vec<&Path> = args.areas.iter().map(PathBuf::as_path).collect();
+    let areas = args::input_files("merge", &args.areas, &["hop"])?;
+    let inputs: Vec<&Path> = areas.iter().map(PathBuf::as_path).collect();
     check_no_input("-o", &args.output, &inputs)?;
     if args.output == Path::new("-") {
         let what = "a database cannot go to standard output; name a file with -o, like WHOLE.hop";

@@ -12,6 +12,7 @@ pub mod extract;
 pub mod height;
 pub mod hillshade;
 pub mod info;
+pub mod manual;
 pub mod merge;
 pub mod overview;
 pub mod plan;

@@ -25,6 +25,7 @@ use crate::interrupt::Interrupt;
 use crate::pictures;
 use crate::progress::{Mode, Reporter};
 use crate::screen::ScreenArgs;
+use crate::tracks::TrackArgs;
 use crate::view::FlightArgs;
 use crate::world::WorldArgs;
 
@@ -73,6 +74,9 @@ pub struct Args {
     #[arg(long, value_enum, value_name = "MODE", requires = "path")]
     alt_mode: Option<AltitudeMode>,
 
+    #[command(flatten)]
+    tracks: TrackArgs,
+
     /// All of the area, not the part around the path
     #[arg(long)]
     whole: bool,
@@ -104,6 +108,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let inputs: Vec<&Path> =
         [Some(&args.area), args.path.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect();
     check_no_input("-o", &args.output, &inputs)?;
+    args.tracks.check(args.path.is_some(), "--path")?;
     let source = PageFile::open(&args.area)?;
     check_writable(&args.output)?;
     let farm = Farm::new(args.workers.count())?;
@@ -136,6 +141,7 @@ fn flight(args: &Args, source: &PageFile, observer: &dyn Observer) -> Result<(Tr
         ypr: None,
         alt_mode: args.alt_mode,
         level: false,
+        tracks: args.tracks,
         clearance: None,
         screen: ScreenArgs { hfov: args.hfov, size: Some(SIGHT), ..ScreenArgs::default() },
         world: WorldArgs::default(),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
-use hedgehop::flight::{BindOptions, ReadOptions, Trajectory, read_track};
+use hedgehop::flight::{BindOptions, Trajectory, read_track};
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::memory::PageFile;
 use hedgehop::query::{Ground, Sample, profile};
@@ -18,6 +18,7 @@ use crate::interrupt::Interrupt;
 use crate::places::Places;
 use crate::plot::{self, Elevations};
 use crate::progress::{Mode, Reporter};
+use crate::tracks::TrackArgs;
 use crate::view::over_ground;
 use crate::world::WorldArgs;
 
@@ -57,6 +58,9 @@ pub struct Args {
     /// Where it ends
     #[arg(long, value_name = "LON,LAT", value_parser = args::pair, requires = "from", allow_hyphen_values = true)]
     to: Option<[f64; 2]>,
+
+    #[command(flatten)]
+    tracks: TrackArgs,
 
     /// Places are x and y, metres of the database's reference system
     #[arg(long, requires = "from")]
@@ -102,6 +106,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if let Some((path, _)) = &output {
         args::check_no_input("-o", path, &inputs)?;
     }
+    args.tracks.check(args.path.is_some(), "--path")?;
     let source = PageFile::open(&args.file)?;
     let places = Places::new(&source, args.xy || args.path.is_some())?;
     let step = args.step.unwrap_or(source.header().grid.spacing);
@@ -145,8 +150,7 @@ fn kind(path: &Path) -> Result<Kind> {
 
 /// The ground below a flight, and its heights, at times at which it is `step` metres apart or less.
 fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter: &Reporter) -> Result<Line> {
-    let mode = args.alt_mode.map(Into::into);
-    let track = read_track(path, &ReadOptions { altitude_mode: mode })?;
+    let track = read_track(path, &args.tracks.options(args.alt_mode.map(Into::into)))?;
     let options = BindOptions { level: true, hfov: UNUSED_HFOV, clearance: None };
     let trajectory = over_ground(source, WorldArgs::default(), |crs, ground| {
         Trajectory::bind(&track, crs, ground, &options)

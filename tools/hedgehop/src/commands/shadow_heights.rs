@@ -11,7 +11,7 @@ use hedgehop::modeling::{ElevationFile, ImageryFile};
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::SunSetting;
 
-use crate::args::{self, Workers};
+use crate::args::{self, ELEVATION, IMAGERY, Workers};
 use crate::exit::{self, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Mode, Reporter};
@@ -81,6 +81,10 @@ pub struct Args {
     #[arg(long, value_name = "VALUE", value_parser = args::number, value_delimiter = ',', allow_hyphen_values = true)]
     nodata: Vec<f64>,
 
+    /// Edges of an image without georeferencing: degrees, or metres of --imagery-crs or of elevation
+    #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, requires = "imagery", allow_hyphen_values = true)]
+    imagery_extent: Option<[f64; 4]>,
+
     /// Imagery bands to take as red, green and blue, counted from 1 [default: as the file says]
     #[arg(long, value_name = "R,G,B", value_parser = args::bands, requires = "imagery")]
     bands: Option<[u32; 3]>,
@@ -119,16 +123,19 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             Error::Configuration("say when the picture was taken with --time, or --sun".into()).into()
         );
     };
-    let elevation = args.elevation.iter().map(|path| ElevationFile {
+    let elevation = args::input_files("--elevation", &args.elevation, &ELEVATION)?;
+    let elevation = elevation.iter().map(|path| ElevationFile {
         path: path.clone(),
         crs: args.elevation_crs.clone(),
         nodata: args.nodata.clone(),
         ..ElevationFile::default()
     });
-    let imagery = args.imagery.iter().map(|path| ImageryFile {
+    let imagery = args::input_files("--imagery", &args.imagery, &IMAGERY)?;
+    let imagery = imagery.iter().map(|path| ImageryFile {
         path: path.clone(),
         crs: args.imagery_crs.clone(),
         bands: args.bands,
+        extent: args.imagery_extent,
     });
     let options = ShadowOptions {
         buildings: args.buildings.clone(),
@@ -165,8 +172,6 @@ fn check_output(args: &Args) -> hedgehop::Result<bool> {
     let rasters = args.imagery.iter().chain(&args.elevation);
     let inputs: Vec<&Path> = rasters.chain([&args.buildings]).map(PathBuf::as_path).collect();
     args::check_no_input("-o", output, &inputs)?;
-    args::check_inputs("--imagery", &args.imagery, "ortho.tif")?;
-    args::check_inputs("--elevation", &args.elevation, "dem.tif")?;
     if output.exists() && !args.overwrite {
         return wrong(format!("{} exists; --overwrite replaces it", output.display()));
     }

@@ -1,0 +1,35 @@
+//! Which fixes of a path file are flown.
+
+use clap::Args;
+use hedgehop::flight::{AltitudeMode, ReadOptions};
+use hedgehop::{Error, Result};
+
+/// One of several tracks of a file, and their order.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct TrackArgs {
+    /// The one of several tracks (segments of GPX, gx:Tracks of KML) in the path file, counted from 1; a number that
+    /// it has not lists them [default: all of them, joined]
+    #[arg(long, value_name = "N")]
+    pub track: Option<usize>,
+
+    /// Put the fixes of the path file in the order of their times
+    #[arg(long)]
+    pub sort: bool,
+}
+
+impl TrackArgs {
+    /// How to read the file.
+    pub fn options(self, altitude_mode: Option<AltitudeMode>) -> ReadOptions {
+        ReadOptions { altitude_mode, track: self.track, sort: self.sort }
+    }
+
+    /// Refuses choices among fixes where no file has any; `flag` names it.
+    pub fn check(self, has_file: bool, flag: &str) -> Result<()> {
+        if has_file || (self.track.is_none() && !self.sort) {
+            return Ok(());
+        }
+        Err(Error::Configuration(format!(
+            "--track and --sort choose fixes of a path file; give {flag} FILE, or leave them out"
+        )))
+    }
+}
