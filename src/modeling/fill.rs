@@ -63,7 +63,7 @@ pub(super) fn small(surface: &Surface, rect: Rect, level: &LevelGrid) -> Vec<boo
 /// Whether a block may have small voids: not if there are none, nor in the middle of a wide one.
 pub(super) fn may_have_small(rect: Rect, voids: &[bool]) -> bool {
     let is_long = rect.x1 - rect.x0 > REACH || rect.y1 - rect.y0 > REACH;
-    voids.contains(&true) && !(is_long && !voids.contains(&false))
+    voids.contains(&true) && (!is_long || voids.contains(&false))
 }
 
 /// Sixteen directions, as (east, north) steps; lengths differ.
