@@ -1,4 +1,4 @@
-//! The flight: down the valley over the river, past the village, across the road, left over the ridge.
+//! The flight: down the valley over the river, past the village, across the road, in a wide bend to the left past the lake.
 //!
 //! Height: the highest surface within [`BESIDE`] of every point of the line, plus a clearance; then the maximum
 //! over [`AHEAD`] before and behind; then averaged over no more than that, which cannot fall below the first.
@@ -11,7 +11,7 @@ use crate::noise::mix;
 use crate::terrain::{area_from_valley, centre_line};
 
 /// Metres per second.
-const SPEED: f64 = 55.0;
+const SPEED: f64 = 38.0;
 /// Metres between points of the line while it is being made.
 const STEP: f64 = 5.0;
 /// Seconds between rows of the file.
@@ -21,9 +21,11 @@ const BESIDE: f64 = 35.0;
 /// Points before and behind that a height holds for.
 const AHEAD: usize = 34;
 /// Points before and behind that each rounding of the line takes in.
-const ROUND: usize = 12;
+const ROUND: usize = 30;
+/// Degrees above the horizon that the nose points to: below it, so that more is seen of the ground than of the sky.
+const PITCH: f64 = -6.0;
 /// Least height above everything in the swath, metres.
-pub const CLEARANCE: f64 = 34.0;
+pub const CLEARANCE: f64 = 37.0;
 
 /// A place on the flight: metres in the area, metres above the sea.
 pub type Place = (f64, f64, f64);
@@ -77,18 +79,14 @@ fn knots() -> Vec<(f64, f64)> {
     let valley = |along: f64, offset: f64| area_from_valley(along, centre_line(along) + offset);
     vec![
         valley(-760.0, 20.0),
-        valley(-640.0, 25.0),
-        valley(-520.0, -5.0),
-        valley(-400.0, -35.0),
-        valley(-280.0, -45.0),
-        valley(-160.0, -30.0),
-        valley(-40.0, 0.0),
-        area_from_valley(75.0, -175.0),
-        area_from_valley(165.0, -80.0),
-        area_from_valley(220.0, 40.0),
-        area_from_valley(240.0, 170.0),
-        area_from_valley(245.0, 300.0),
-        area_from_valley(255.0, 430.0),
+        valley(-620.0, 15.0),
+        valley(-480.0, -10.0),
+        valley(-340.0, -30.0),
+        valley(-200.0, -30.0),
+        valley(-60.0, -10.0),
+        valley(80.0, 20.0),
+        valley(220.0, 90.0),
+        valley(320.0, 170.0),
     ]
 }
 
@@ -113,12 +111,12 @@ pub fn highest_around(surface: &[f64], x: f64, y: f64) -> f64 {
     around(x, y, BESIDE).map(|pixel| surface[pixel]).fold(f64::MIN, f64::max)
 }
 
-/// The file's text: seconds, easting, northing, height above the sea.
+/// The file's text: seconds, easting, northing, height above the sea, pitch.
 pub fn to_csv(places: &[Place]) -> String {
-    let mut text = String::from("t,x_m,y_m,alt_msl_m\n");
+    let mut text = String::from("t,x_m,y_m,alt_msl_m,pitch_deg\n");
     for (row, (x, y, height)) in places.iter().enumerate() {
         let time = row as f64 * INTERVAL;
-        writeln!(text, "{time:.1},{:.2},{:.2},{height:.2}", ORIGIN.0 + x, ORIGIN.1 + y)
+        writeln!(text, "{time:.1},{:.2},{:.2},{height:.2},{PITCH}", ORIGIN.0 + x, ORIGIN.1 + y)
             .expect("writing to a string cannot fail");
     }
     text

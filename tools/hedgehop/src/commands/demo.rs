@@ -66,9 +66,9 @@ const FILES: [(&str, &[u8]); 17] = carried![
     "valley-path.csv",
 ];
 
-/// Small enough that the whole flight takes half a minute on two cores.
-const SIZE: Size = Size { width: 480, height: 270 };
-/// About 220 frames.
+/// Small enough that build, flight and contact sheet take less than a minute on one core.
+const SIZE: Size = Size { width: 960, height: 540 };
+/// About 240 frames.
 const FRAMES_PER_SECOND: &str = "8";
 /// Field of view, degrees.
 const HFOV: f64 = 65.0;
@@ -188,30 +188,32 @@ fn contact_sheet(folder: &Path, frames: &[PathBuf]) -> Result<PathBuf> {
     Ok(file)
 }
 
-/// Commands to go on with; each works as it stands.
+/// Commands to go on with; each works as it stands, and those that render show moments of the demo's own frames.
 fn next(folder: &Path, area: &Path, has_film: bool) -> String {
     let me = program();
     let (area, path) = (area.display(), folder.join(PATH));
-    let path = path.display();
+    let flight = format!("{area} --path {} --fps {FRAMES_PER_SECOND} --hfov {HFOV}", path.display());
+    let frames = |folder_name: &str| folder.join(folder_name).join("####.png").display().to_string();
     let film = if has_film {
         String::new()
     } else {
         format!(
-            "  (no film: ffmpeg is not installed; once it is:)\n  {me} render {area} --path {path} -o {0} --skip-existing --video {1}\n",
-            folder.join("frames").join("####.png").display(),
+            "  (no film: ffmpeg is not installed; once it is:)\n  {me} render {flight} --size {SIZE} -o {} --skip-existing --video {}\n",
+            frames("frames"),
             folder.join("valley.mp4").display()
         )
     };
     format!(
         "Next:\n{film}  \
          {me} info {area}\n  \
-         {me} render {area} --path {path} --frames 60 --surface blocks -o {blocks}\n  \
-         {me} render {area} --path {path} --frames 60 --visibility 1500 --size 1280x720 -o {haze}\n  \
+         {me} render {flight} --frames 60 --surface blocks -o {blocks}\n  \
+         {me} render {flight} --frames 60 --visibility 1500 -o {haze}\n  \
          {me} bench {area} --path {path}\n  \
          {me} build {recipe}   (when you have changed a line of it)\n  \
          {me} build --elevation YOUR-DEM.tif --imagery YOUR-ORTHOPHOTO.tif -o your-area.hop\n",
+        path = path.display(),
         recipe = folder.join(RECIPE).display(),
-        blocks = folder.join("blocks-####.png").display(),
-        haze = folder.join("haze-####.png").display()
+        blocks = frames("blocks"),
+        haze = frames("haze")
     )
 }
