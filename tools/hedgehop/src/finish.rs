@@ -45,7 +45,7 @@ pub struct FinishArgs {
     #[arg(long, value_name = "K1,K2", value_parser = args::pair, allow_hyphen_values = true)]
     pub distortion: Option<[f64; 2]>,
 
-    /// Rays per pixel along each side: 1, 2 or 4; takes 4 or 16 times as long [default: 1]
+    /// Rays per pixel along each side: 1, 2 or 4; takes about 10 or 33 times as long [default: 1]
     #[arg(long, value_name = "N")]
     pub antialias: Option<u32>,
 
