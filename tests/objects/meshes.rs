@@ -123,6 +123,130 @@ fn a_box_of_triangles_is_a_box() {
     }
 }
 
+/// Corners of boxes, each `[low, high]` in a model's axes, on the screen of a view, pixels.
+fn corners_on_screen(view: &View, body: &Body, [low, high]: [DVec3; 2]) -> Vec<[f64; 2]> {
+    let focal = 0.5 * f64::from(view.size[0]) / (0.5 * view.hfov.to_radians()).tan();
+    let turned = |angle: f64, place: DVec3| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        DVec3::new(cos * place.x + sin * place.y, cos * place.y - sin * place.x, place.z)
+    };
+    let corner = |index: u32| {
+        let part = |axis: usize| if index >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        let place = turned(body.attitude.yaw, DVec3::new(part(0), part(1), part(2)));
+        let seen = turned(-view.ypr[0], body.position + place - PLAIN_ORIGIN.extend(0.0) - view.eye);
+        assert!(seen.y > 0.1, "a corner beside the eye");
+        let [width, height] = view.size.map(|size| 0.5 * f64::from(size));
+        [width + focal * seen.x / seen.y, height - focal * seen.z / seen.y]
+    };
+    (0..8).map(corner).collect()
+}
+
+/// The convex outline of places, counterclockwise (Andrew's monotone chain).
+fn hull(mut places: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let turn =
+        |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    places.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    let half = |places: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for place in places {
+            while chain.len() > 1 && turn(chain[chain.len() - 2], chain[chain.len() - 1], place) <= 0.0 {
+                chain.pop();
+            }
+            chain.push(place);
+        }
+        chain.pop();
+        chain
+    };
+    let (mut below, above) = (half(&mut places.iter().copied()), half(&mut places.iter().rev().copied()));
+    below.extend(above);
+    below
+}
+
+/// Area of the part of a convex outline that lies in a pixel (Sutherland and Hodgman's clipping).
+fn area_in_pixel(outline: &[[f64; 2]], column: usize, row: usize) -> f64 {
+    let sides = [
+        (0, column as f64, 1.0),
+        (0, column as f64 + 1.0, -1.0),
+        (1, row as f64, 1.0),
+        (1, row as f64 + 1.0, -1.0),
+    ];
+    let mut part = outline.to_vec();
+    for (axis, end, sign) in sides {
+        let inside = |place: [f64; 2]| sign * (place[axis] - end);
+        let whole = std::mem::take(&mut part);
+        for (index, &to) in whole.iter().enumerate() {
+            let from = whole[(index + whole.len() - 1) % whole.len()];
+            let (before, after) = (inside(from), inside(to));
+            if before * after < 0.0 {
+                let share = before / (before - after);
+                part.push([0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])));
+            }
+            if after >= 0.0 {
+                part.push(to);
+            }
+        }
+    }
+    let next = |index: usize| part[(index + 1) % part.len()];
+    (0..part.len()).map(|at| 0.5 * (part[at][0] * next(at)[1] - next(at)[0] * part[at][1])).sum::<f64>().abs()
+}
+
+/// Walls, a box and slabs one behind the other, at all yaws, from eyes that look exactly along and across their faces: all pixels within are full, all
+/// outside are empty, and edges hold what the outline of the corners says.
+#[test]
+fn faces_parallel_to_the_screen_are_whole() {
+    let slab = |y: f64| [DVec3::new(-5.0, y, -5.0), DVec3::new(5.0, y + 1.0, 5.0)];
+    let across = |size: DVec3| vec![[-0.5 * size, 0.5 * size]];
+    let models = [
+        (0..4).map(|step| slab(6.0 * f64::from(step))).collect(),
+        across(DVec3::new(12.0, 0.2, 8.0)),
+        across(DVec3::new(0.3, 14.0, 6.0)),
+        across(DVec3::new(7.0, 9.0, 11.0)),
+    ];
+    let size = [192_u32, 108];
+    let (mut edges, mut within, mut worst) = (0, 0, 0.0_f64);
+    for (boxes, turn) in models.iter().flat_map(|boxes| (0..24).map(move |turn| (boxes, turn))) {
+        let parts = boxes.iter().map(|[low, high]| {
+            let mut part = cuboid(*high - *low);
+            let foot = (0.5 * (*low + *high)).with_z(low.z).as_vec3();
+            part.positions.iter_mut().for_each(|corner| *corner += foot);
+            part
+        });
+        let model = Arc::new(Model::new(Arc::new(Mesh::new(parts.collect()).unwrap()), []));
+        // Yaws of 15° have sines and cosines that are rounded; the eye is turned as far, or by a right angle more.
+        let yaw = 15.0 * f64::from(turn);
+        let attitude = Attitude { yaw, ..Attitude::default() };
+        let body = Body { attitude, ..black(model, [480.0, 510.0, 90.0]) };
+        for (aside, away) in [(0.0, 31.0), (11.3, 37.7), (-17.0, 44.0)] {
+            let view_yaw = yaw + 90.0 * f64::from(turn % 4);
+            let (sin, cos) = view_yaw.to_radians().sin_cos();
+            let back = DVec3::new(-sin * away + cos * aside, -cos * away - sin * aside, 1.7 * aside * 0.1);
+            let eye = body.position - PLAIN_ORIGIN.extend(0.0) + back;
+            let view = View { eye, ypr: [view_yaw, 0.0, 0.0], hfov: 80.0, size };
+            let seen = shares(Engine::Planes, &PLAIN, &view, std::slice::from_ref(&body));
+
+            let outlines: Vec<_> =
+                boxes.iter().map(|corners| hull(corners_on_screen(&view, &body, *corners))).collect();
+            for (pixel, seen) in seen.iter().enumerate() {
+                let (column, row) = (pixel % size[0] as usize, pixel / size[0] as usize);
+                let areas = outlines.iter().map(|outline| area_in_pixel(outline, column, row));
+                let (least, most) =
+                    areas.fold((0.0_f64, 0.0), |(most, sum), area| (most.max(area), sum + area));
+                // Of slabs that overlap in a pixel any part may be the other's.
+                let off = (least - seen).max(seen - most.min(1.0));
+                worst = worst.max(off);
+                assert!(
+                    off < 0.06,
+                    "yaw {yaw}, {aside} m aside: {column} {row} has {seen}, not {least} to {most}"
+                );
+                within += usize::from(least > 0.999_999);
+                edges += usize::from(most > 0.0 && least < 0.999_999);
+                assert!(least <= 0.999_999 || *seen > 0.999_9, "yaw {yaw}: {column} {row} holds {seen}");
+            }
+        }
+    }
+    assert!(within > 100_000 && edges > 10_000, "{within} pixels within, {edges} with edges, {worst}");
+}
+
 #[test]
 fn fine_spheres_are_round() {
     let place = [530.0, 400.0, 35.0];

@@ -118,7 +118,9 @@ impl Patch<'_> {
                 continue;
             }
             let sum = linear(simd, facet.sum, x, y).max(simd.splat(f32::MIN_POSITIVE));
+            // Among those of the corners, as `Facet::ways` has it.
             let way = linear(simd, facet.way, x, y) / sum;
+            let way = way.max(simd.splat(facet.near)).min(simd.splat(facet.far));
             let at = (way + simd.splat(self.begin)) * simd.splat(self.ratio);
             let mut is_seen = inside & at.lt(looked.seen.at) & zero.le(at);
             let triangle = self.mesh.triangle_at(facet.triangle);

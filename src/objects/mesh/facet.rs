@@ -197,7 +197,7 @@ impl Facet {
         self.edges.iter().all(|edge| edge[2] - 0.5 * (edge[0].abs() + edge[1].abs()) >= 0.0)
     }
 
-    /// Least and greatest way in the pixel around 0, beyond the basis's beginning.
+    /// Least and greatest way in the pixel around 0, beyond the basis's beginning: never outside of the corners' own, nor the greatest before the least.
     pub fn ways(&self) -> [f32; 2] {
         let corners = [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]];
         if corners.iter().any(|[x, y]| at(self.sum, *x, *y) <= 0.0) {
@@ -206,14 +206,20 @@ impl Facet {
         let ways = corners.map(|[x, y]| at(self.way, x, y) / at(self.sum, x, y));
         let least = ways.into_iter().fold(f32::INFINITY, f32::min);
         let most = ways.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        [least.max(self.near), most.min(self.far)]
+        [least, most].map(|way| self.within(way))
+    }
+
+    /// A way as it was found from sums of products, among those of the corners: rounding leads out of a face that is seen flat, whose corners all have one
+    /// way, and anywhere on one that is seen edge-on, whose sum is nearly 0.
+    fn within(&self, way: f32) -> f32 {
+        way.max(self.near).min(self.far)
     }
 
     /// Way, beyond the basis's beginning, at which the ray in the middle meets it, and the weights of its corners.
     pub fn middle(&self) -> Option<(f32, [f32; 3])> {
         let inside = self.edges.map(|edge| edge[2]);
         let meets = inside.iter().all(|edge| *edge >= 0.0) && self.sum[2] > 0.0;
-        meets.then(|| (self.way[2] / self.sum[2], inside.map(|edge| edge / self.sum[2])))
+        meets.then(|| (self.within(self.way[2] / self.sum[2]), inside.map(|edge| edge / self.sum[2])))
     }
 
     /// Weights of its corners at a place.
