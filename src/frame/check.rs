@@ -1,4 +1,4 @@
-//! Whether a frame that exists can stay: `--skip-existing`.
+//! Whether a frame that exists is whole, and can stay: `--skip-existing`.
 //!
 //! ```text
 //! no file                                               → Missing
@@ -43,7 +43,7 @@ pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
         Err(error) if error.kind() == ErrorKind::NotFound => return Existing::Missing,
         Err(error) => return Existing::Broken(format!("it cannot be read: {error}")),
     };
-    match entries(path, &bytes, (camera.width, camera.height)) {
+    match entries(path, &bytes, Some((camera.width, camera.height))) {
         Ok(found) => match info.difference(camera, &found) {
             Some(what) => Existing::Different(what),
             None => Existing::Whole,
@@ -56,11 +56,25 @@ pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
     }
 }
 
-/// What the file says about itself, once it is decoded as a whole.
-fn entries(path: &Path, bytes: &[u8], size: (u32, u32)) -> Result<BTreeMap<String, String>, Refusal> {
+/// Decodes a PNG or EXR to its end, with all its checksums, and returns its BLAKE3, hexadecimal.
+///
+/// # Errors
+/// A clause that says how it is damaged, or why it cannot be read.
+pub fn digest_of_whole(path: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+    entries(path, &bytes, None).map_err(|refusal| refusal.to_string())?;
+    Ok(blake3::hash(&bytes).to_hex().to_string())
+}
+
+/// What the file says about itself, once it is decoded as a whole; of any size unless one is wanted.
+fn entries(
+    path: &Path,
+    bytes: &[u8],
+    wanted: Option<(u32, u32)>,
+) -> Result<BTreeMap<String, String>, Refusal> {
     match Target::of(path) {
-        Ok(Target::Png) => png::decode(bytes, Some(size)).map(|(_, entries)| entries),
-        Ok(Target::Exr) => exr::decode(bytes, Some(size)).map(|decoded| decoded.entries),
+        Ok(Target::Png) => png::decode(bytes, wanted).map(|(_, entries)| entries),
+        Ok(Target::Exr) => exr::decode(bytes, wanted).map(|decoded| decoded.entries),
         Ok(Target::Y4m) => Err("y4m is not checked frame by frame".to_owned().into()),
         Err(error) => Err(error.to_string().into()),
     }

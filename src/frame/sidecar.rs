@@ -38,6 +38,8 @@ const POSES_COLUMNS: [&str; 11] = [
     "hfov_deg",
 ];
 const LOCK: &str = ".manifest.lock";
+/// Settings that a sentence names at most.
+const MOST_CLAUSES: usize = 3;
 /// Version of the manifest's layout.
 const LAYOUT: u32 = 1;
 
@@ -234,7 +236,7 @@ impl Manifest {
         let _lock = lock(folder);
         // A manifest that cannot be read says nothing about frames that could be kept.
         if let Ok(Some(earlier)) = Self::read(folder)
-            && self.same_sequence(&earlier)
+            && self.difference(&earlier).is_none()
         {
             let made: std::collections::HashSet<u64> = self.frames.iter().map(|frame| frame.frame).collect();
             let exists = |file: &Option<String>| file.as_ref().is_none_or(|file| folder.join(file).is_file());
@@ -255,13 +257,62 @@ impl Manifest {
         Ok(self)
     }
 
-    fn same_sequence(&self, other: &Self) -> bool {
-        let hash = |manifest: &Self| manifest.flight.as_ref().map(|flight| flight.blake3.clone());
-        self.layout == other.layout
-            && self.database.content_hash == other.database.content_hash
-            && self.settings_digest == other.settings_digest
-            && hash(self) == hash(other)
+    /// Clause that says what of database, flight and settings is another in `other`, which is the one that is there; `None`: frames of both are of one
+    /// sequence.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let content = |manifest: &Self| manifest.flight.as_ref().map(|flight| flight.blake3.clone());
+        if self.layout != other.layout {
+            return Some("its manifest has another layout".to_owned());
+        }
+        if self.database.content_hash != other.database.content_hash {
+            return Some(another("database", &other.database.file, &self.database.file));
+        }
+        if content(self) != content(other) {
+            let name =
+                |manifest: &Self| manifest.flight.as_ref().map_or("none", |flight| &flight.file).to_owned();
+            return Some(another("flight", &name(other), &name(self)));
+        }
+        if self.settings_digest == other.settings_digest {
+            return None;
+        }
+        Some(changed_settings(&other.settings, &self.settings))
     }
+}
+
+/// Says that files of this kind differ, which may have the same name.
+fn another(kind: &str, there: &str, here: &str) -> String {
+    if there == here {
+        format!("the {kind} {here} has another content now")
+    } else {
+        format!("its {kind} is {there}, not {here}")
+    }
+}
+
+/// Says which settings differ.
+fn changed_settings(there: &serde_json::Value, here: &serde_json::Value) -> String {
+    let keys =
+        [there, here].into_iter().filter_map(serde_json::Value::as_object).flat_map(|object| object.keys());
+    let keys: std::collections::BTreeSet<&String> =
+        keys.filter(|key| there.get(*key) != here.get(*key)).collect();
+    let clause = |key: &&String| {
+        let value =
+            |settings: &serde_json::Value| settings.get(*key).filter(|value| !value.is_null()).cloned();
+        match (value(there), value(here)) {
+            (Some(there), Some(here)) if there.is_object() || here.is_object() => {
+                format!("{key} is another one")
+            }
+            (Some(there), Some(here)) => format!("{key} is {there}, not {here}"),
+            (Some(there), None) if there.is_object() => format!("it has a {key}, and this has none"),
+            (Some(there), None) => format!("{key} is {there}, and not set here"),
+            (None, Some(here)) if here.is_object() => format!("it has no {key}"),
+            (None, here) => format!("{key} is not set, but {} here", here.unwrap_or_default()),
+        }
+    };
+    let mut clauses: Vec<String> = keys.iter().take(MOST_CLAUSES).map(clause).collect();
+    if keys.len() > MOST_CLAUSES {
+        clauses.push(format!("and {} more settings differ", keys.len() - MOST_CLAUSES));
+    }
+    clauses.join(", ")
 }
 
 /// BLAKE3 of settings as JSON with sorted keys, hexadecimal.
@@ -377,6 +428,17 @@ mod tests {
         run(folder.path(), "clear", &[5, 6]);
         run(folder.path(), "haze", &[1]);
         assert_eq!(numbers(folder.path()), [1]);
+        let said = manifest("clear").difference(&manifest("haze")).unwrap();
+        assert_eq!(said, r#"sky is "haze", not "clear""#);
+        assert_eq!(manifest("clear").difference(&manifest("clear")), None);
+        let bare = serde_json::json!({});
+        for (one, said) in [
+            (serde_json::json!({"scene": {"blake3": "a"}}), "it has a scene, and this has none"),
+            (serde_json::json!({"radius_m": 2.5}), "radius_m is 2.5, and not set here"),
+        ] {
+            assert_eq!(changed_settings(&one, &bare), said);
+        }
+        assert_eq!(changed_settings(&bare, &serde_json::json!({"scene": {}})), "it has no scene");
         std::fs::write(folder.path().join(MANIFEST), b"{").unwrap();
         let message = Manifest::read(folder.path()).unwrap_err().to_string();
         assert!(message.contains(MANIFEST) && message.contains("line 1"), "{message}");

@@ -66,6 +66,21 @@ impl<'a> Files<'a> {
         }
     }
 
+    /// The folder that they lie in; `None` for standard output.
+    pub fn folder(&self) -> Option<&Path> {
+        self.pattern.folder()
+    }
+
+    /// Whether a manifest lists them: a picture that is no part of a flight has none.
+    pub fn are_listed(&self) -> bool {
+        self.origin.path.is_some()
+    }
+
+    /// What is where a frame is to go.
+    pub fn state(&self, number: u64, camera: &Camera) -> Existing {
+        existing(&self.path(number), camera, &self.info(number))
+    }
+
     /// Whether the file of this frame can stay; says why not, if one is there.
     pub fn is_whole(&self, number: u64, camera: &Camera, observer: &dyn Observer) -> bool {
         let path = self.path(number);
@@ -73,7 +88,7 @@ impl<'a> Files<'a> {
             observer.note(&format!("{}: rendered again, {why}", path.display()));
             false
         };
-        match existing(&path, camera, &self.info(number)) {
+        match self.state(number, camera) {
             Existing::Whole => true,
             Existing::Missing => false,
             Existing::Broken(why) => again(format!("it is not whole: {why}")),
@@ -95,21 +110,10 @@ impl<'a> Files<'a> {
     /// Writes what made the frames beside them; `existing` are those whose files are whole, `damaged` the pages that coarser levels
     /// stood in for.
     pub fn list(&self, existing: &[(u64, Camera)], flown: &Flown, damaged: &[(PageId, u64)]) -> Result<()> {
-        let (Some(path), Some(folder)) = (self.origin.path, self.pattern.folder()) else { return Ok(()) };
-        if existing.is_empty() {
+        let Some(folder) = self.folder().filter(|_| self.are_listed() && !existing.is_empty()) else {
             return Ok(());
-        }
-        let metadata = &self.origin.header.metadata;
-        let database = DatabaseRecord {
-            file: file_name(self.origin.area),
-            content_hash: self.origin.header.content_hash.to_string(),
-            crs: metadata.crs_name.clone(),
-            vertical_datum: metadata.vertical_datum.clone(),
         };
-        let track = fs::read(path).map_err(|error| Error::io(path, "read it", error))?;
-        let flight =
-            FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() };
-        let mut manifest = Manifest::new(WRITER, database, Some(flight), self.origin.settings.clone());
+        let mut manifest = self.manifest()?;
         manifest.frames = self.records(existing)?;
         manifest.damaged_pages = damaged
             .iter()
@@ -122,6 +126,22 @@ impl<'a> Files<'a> {
             record.coarser_share = place.ok().map(|place| flown.rays[place].1.coarser_share());
         }
         manifest.write(folder).map(drop)
+    }
+
+    /// A manifest without frames.
+    pub fn manifest(&self) -> Result<Manifest> {
+        let metadata = &self.origin.header.metadata;
+        let database = DatabaseRecord {
+            file: file_name(self.origin.area),
+            content_hash: self.origin.header.content_hash.to_string(),
+            crs: metadata.crs_name.clone(),
+            vertical_datum: metadata.vertical_datum.clone(),
+        };
+        let flight = self.origin.path.map(|path| {
+            let track = fs::read(path).map_err(|error| Error::io(path, "read it", error))?;
+            Ok(FlightRecord { file: file_name(path), blake3: blake3::hash(&track).to_hex().to_string() })
+        });
+        Ok(Manifest::new(WRITER, database, flight.transpose()?, self.origin.settings.clone()))
     }
 
     fn records(&self, existing: &[(u64, Camera)]) -> Result<Vec<FrameRecord>> {

@@ -34,8 +34,8 @@ pub struct Prediction {
 
 impl Prediction {
     /// Replays `frames`, as one worker did them, with other numbers of workers that have `in_flight` frames in flight.
-    /// `measured`: workers and frames per second.
-    pub fn new(frames: &[FrameWork], in_flight: usize, measured: &[(usize, f64)]) -> Self {
+    /// `measured`: workers and frames per second. More workers than `cores` share them, and are not what is predicted.
+    pub fn new(frames: &[FrameWork], in_flight: usize, measured: &[(usize, f64)], cores: usize) -> Self {
         let mut counts: Vec<usize> = std::iter::successors(Some(1), |n| Some(n * 2))
             .take_while(|&n| n <= MOST_WORKERS)
             .chain(measured.iter().map(|(workers, _)| *workers))
@@ -56,7 +56,9 @@ impl Prediction {
                 predicted_frame_ms: seconds * 1000.0 / frames.len() as f64,
                 predicted,
                 measured,
-                error_percent: measured.map(|measured| (predicted / measured - 1.0) * 100.0),
+                error_percent: measured
+                    .filter(|_| workers <= cores)
+                    .map(|measured| (predicted / measured - 1.0) * 100.0),
             }
         };
         let serial: f64 = frames.iter().map(|frame| frame.serial.as_secs_f64()).sum();
@@ -92,7 +94,7 @@ mod tests {
     fn the_prediction_stands_beside_what_was_measured() {
         let ms = Duration::from_millis;
         let frame = FrameWork { serial: ms(10), stages: vec![vec![ms(1); 45], vec![ms(1); 45]] };
-        let prediction = Prediction::new(&vec![frame; 4], 1, &[(1, 10.0), (3, 24.0)]);
+        let prediction = Prediction::new(&vec![frame; 4], 1, &[(1, 10.0), (3, 24.0)], 8);
         assert!((prediction.serial_share - 0.1).abs() < 1e-9);
         let workers: Vec<_> = prediction.speed_up.iter().map(|line| line.workers).collect();
         assert_eq!(workers, [1, 2, 3, 4, 8, 16, 32, 64, 128, 256]);

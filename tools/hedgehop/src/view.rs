@@ -29,6 +29,9 @@ use crate::world::WorldArgs;
 /// Far more frames than anybody renders at once, and few enough to list: days of flight.
 const MOST_FRAMES: usize = 10_000_000;
 
+/// Metres by which an eye on the ground may lie below it.
+const ROUNDING: f64 = 1.0e-3;
+
 /// Where the eye goes.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Flight")]
@@ -61,6 +64,10 @@ pub struct FlightArgs {
     /// Least height above ground, metres; lower parts of the path are raised [default: as the path says]
     #[arg(long, value_name = "METRES", value_parser = args::not_negative, allow_negative_numbers = true)]
     pub clearance: Option<f64>,
+
+    /// Go on where the eye lies below the ground, where there is one dark colour to see
+    #[arg(long)]
+    pub allow_below_ground: bool,
 
     #[command(flatten)]
     pub tracks: TrackArgs,
@@ -245,7 +252,7 @@ impl FlightArgs {
             self.look_down(source.header().height_range.1, &mut poses, observer);
         }
         self.world.note_seam(source.header(), observer);
-        note_underground(source, self.world, &poses, observer)?;
+        check_above_ground(self, source, fps, &poses, observer)?;
         if !setup.is_map() {
             let cameras: Vec<Camera> = sharpness::some(&poses).map(|pose| setup.camera(pose)).collect();
             let ground = |place: DVec2| self.world.ground(source, place);
@@ -349,31 +356,49 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     )))
 }
 
-fn note_underground<S: PageSource>(
+/// Refuses eyes below the ground, which see nothing but one dark colour.
+fn check_above_ground<S: PageSource>(
+    flight: &FlightArgs,
     source: &S,
-    world: WorldArgs,
+    fps: FrameRate,
     poses: &[(u64, Pose)],
     observer: &dyn Observer,
 ) -> Result<()> {
-    for (number, pose) in poses {
+    let depth = |pose: &Pose| -> Result<Option<f64>> {
         let place = pose.eye.truncate();
-        let Some(ground) = world.ground(source, place)? else { continue };
+        let ground = flight.world.ground(source, place)?;
+        let Some(ground) = ground.filter(|ground| ground - pose.eye.z > ROUNDING) else { return Ok(None) };
         // Below a bridge or a crown one is not underground.
-        let is_above_bare =
-            || Ground::Bare.height_at(source, place).map(|bare| bare.is_some_and(|bare| pose.eye.z >= bare));
-        if pose.eye.z < ground && !is_above_bare()? {
-            observer.note(&format!(
-                "the camera of frame {number} is {:.1} m below the ground; --clearance raises it, --alt-mode says what altitudes are measured from",
-                ground - pose.eye.z
-            ));
-            break;
-        }
+        let bare = Ground::Bare.height_at(source, place)?;
+        Ok(bare.is_none_or(|bare| bare - pose.eye.z > ROUNDING).then_some(ground - pose.eye.z))
+    };
+    let mut below: Vec<(u64, f64)> = Vec::new();
+    for (number, pose) in poses {
+        below.extend(depth(pose)?.map(|depth| (*number, depth)));
     }
-    Ok(())
+    let Some(&(number, depth)) = below.first() else { return Ok(()) };
+
+    let what = if flight.eye.is_some() {
+        format!("--eye lies {depth:.1} m below the ground")
+    } else {
+        let deepest = below.iter().map(|(_, depth)| *depth).fold(0.0, f64::max);
+        format!(
+            "the eye of frame {number}, {:.2} s after the start, lies {depth:.1} m below the ground, {} of {} frames do, the deepest {deepest:.1} m",
+            fps.seconds_at(number),
+            below.len(),
+            poses.len()
+        )
+    };
+    let remedy = "--clearance METRES raises it, --alt-mode says what altitudes are measured from";
+    if flight.allow_below_ground {
+        observer.note(&format!("{what}; {remedy}"));
+        return Ok(());
+    }
+    Err(Error::Configuration(format!("{what}; {remedy}, and --allow-below-ground renders it as it is")))
 }
 
 /// Numbers in rising order as `--frames` takes them: `1-10,20`.
-fn ranges(numbers: &[u64]) -> String {
+pub fn ranges(numbers: &[u64]) -> String {
     let mut runs: Vec<(u64, u64)> = Vec::new();
     for &number in numbers {
         match runs.last_mut() {

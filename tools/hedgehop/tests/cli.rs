@@ -351,8 +351,8 @@ fn an_endless_area_has_no_outside_and_frames_say_so() {
     };
     assert!(picture("here") == picture("there"));
     let settings = |curvature: &str| {
-        let args = ["--frames", "1", "--tile-world", "--curvature", curvature, "-o", "frames/####.png"];
-        assert_code(&site.render(&args), 0);
+        let flags = format!("--frames 1 --tile-world --overwrite --curvature {curvature} -o frames/####.png");
+        assert_code(&site.render(&flags.split(' ').collect::<Vec<_>>()), 0);
         let text = fs::read(site.path("frames").join("manifest.json")).expect("a manifest");
         serde_json::from_slice::<serde_json::Value>(&text).expect("JSON")["settings"].clone()
     };

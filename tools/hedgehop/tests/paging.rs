@@ -95,11 +95,12 @@ fn the_memory_that_a_plan_names_is_enough() {
     let planned = site.fly("plan", &["--json", "--no-timing", "-j", "2"]);
     let plan: serde_json::Value = serde_json::from_slice(&planned.stdout).expect("it is JSON");
     let memory = plan["memory_bytes"].as_u64().expect("bytes").to_string();
-    let rendered = site.fly("render", &["-o", "frames/####.png", "-j", "2", "--memory", &memory]);
+    let rendered = site.fly("render", &["-o", "frames/####.png", "-j", "2", "--stats", "--memory", &memory]);
     assert!(rendered.status.success(), "{}", said(&rendered));
     assert!(said(&rendered).contains(" 0 demand misses"), "{}", said(&rendered));
     let unlimited = site.fly("render", &["-o", "free/####.png", "-j", "1"]);
     assert!(unlimited.status.success());
+    assert!(!said(&unlimited).contains("demand misses"), "{}", said(&unlimited));
     for frame in ["0001.png", "0011.png", "0021.png"] {
         assert_eq!(
             fs::read(site.path("frames").join(frame)).expect("frame"),
@@ -150,7 +151,7 @@ fn what_cannot_be_planned_is_refused() {
 #[test]
 fn frames_that_never_wait_say_how_much_was_late() {
     let site = Site::built();
-    let rendered = site.fly("render", &["--late", "coarser", "-o", "live/####.png"]);
+    let rendered = site.fly("render", &["--late", "coarser", "--stats", "-o", "live/####.png"]);
     assert!(rendered.status.success(), "{}", said(&rendered));
     let told = said(&rendered);
     assert!(

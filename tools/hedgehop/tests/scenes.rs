@@ -128,7 +128,7 @@ fn parts_are_listed_and_their_tables_looked_after() {
 fn flags_go_before_what_a_scene_says() {
     let site = site();
     let picture = |args: &str| {
-        ends(&run(&site, &format!("{FLY} {args} --frames 1 -o x/####.png")), 0);
+        ends(&run(&site, &format!("{FLY} {args} --frames 1 --overwrite -o x/####.png")), 0);
         fs::read(site.path().join("x/0001.png")).expect("a frame")
     };
     let as_said = picture("");

@@ -1,4 +1,4 @@
-//! `overview`, `contact-sheet` and `compare` from outside.
+//! `overview`, `contact-sheet`, `compare` and folders of frames from outside.
 
 use std::fs;
 use std::path::PathBuf;
@@ -123,6 +123,93 @@ fn sheets_hold_frames_in_the_order_of_their_numbers() {
     assert!(site.ends("contact-sheet empty -o sheet.png", 3).contains("no .png"));
     assert!(site.ends("contact-sheet frames path.csv -o sheet.png", 2).contains("film"));
     assert!(!site.path("sheet.png").exists());
+}
+
+/// A flight of eleven small frames.
+const FLY: &str = "render area.hop --path path.csv --fps 1 --size 32x18 -o f/####.png";
+
+#[test]
+fn frames_of_another_render_are_not_replaced_unless_asked_for() {
+    let site = Site::new();
+    let fly = |more: &str, code: i32| site.ends(&format!("{FLY} {more}"), code);
+    let all = || {
+        let names = ["f/0003.png", "f/0011.png", "f/manifest.json", "f/poses.csv"];
+        names.map(|name| fs::read(site.path(name)).expect("a file"))
+    };
+    let rows = || fs::read_to_string(site.path("f/poses.csv")).expect("poses").lines().count();
+    fly("", 0);
+    let before = all();
+    for more in ["", "--skip-existing"] {
+        let text = fly(&format!("--frames 3 --visibility 500 {more}"), 2);
+        for part in ["frames 1-11 of another render", "visibility_m is 40000.0, not 500.0", "--overwrite"] {
+            assert!(text.contains(part), "{text}");
+        }
+        assert!(all() == before);
+    }
+    // A part of the same flight joins the others.
+    fly("--frames 3", 0);
+    assert_eq!(rows(), 12);
+
+    let text = fly("--frames 3 --visibility 500 --overwrite", 0);
+    assert!(text.contains("10 frames of another render stay in f"), "{text}");
+    assert!(rows() == 2 && all()[0] != before[0]);
+    // One file is listed now, and those beside it say themselves what they are.
+    assert!(fly("--frames 2 --visibility 500", 2).contains("0002.png is of another render"));
+    assert!(fly("--skip-existing --visibility 500", 0).contains("kept 1"));
+    assert_eq!(rows(), 12);
+
+    // Others' names stand in nobody's way, and the list stays whose it is.
+    let aside = FLY.replace("f/####", "f/aside-####");
+    let text = site.ends(&format!("{aside} --frames 4-5 --visibility 900"), 0);
+    assert!(text.contains("do not list these frames: visibility_m is 500.0, not 900.0"), "{text}");
+    assert_eq!(rows(), 12);
+    let look = "render area.hop --eye 410,400,120 --size 32x18 -o";
+    assert!(site.ends(&format!("{look} f/0003.png"), 2).contains("0003.png is a frame of a flight"));
+    site.ends(&format!("{look} f/0033.png"), 0);
+    site.ends(&format!("{look} f/0033.png --visibility 500"), 0);
+}
+
+#[test]
+fn folders_of_frames_are_verified() {
+    let site = Site::new();
+    site.ends(FLY, 0);
+    assert!(site.ends("verify f", 0).contains("f: 11 frames checked, sound"));
+    let whole = fs::read(site.path("f/0003.png")).expect("a frame");
+    fs::write(site.path("f/0003.png"), &whole[..whole.len() - 20]).expect("a frame");
+    fs::remove_file(site.path("f/0005.png")).expect("a frame");
+    fs::copy(site.path("f/0008.png"), site.path("f/0007.png")).expect("a frame");
+    let text = site.ends("verify f", 6);
+    assert!(text.contains("3 with problems; render them again with --frames 3,5,7\n"), "{text}");
+    let output = site.run("verify f --json");
+    let found: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+    assert_eq!((&found["sound"], &found["problems"][1]["frame"]), (&Value::Bool(false), &Value::from(5)));
+    site.ends(&format!("{FLY} --frames 3,5,7"), 0);
+    site.ends("verify f", 0);
+
+    // What a killed run leaves has no manifest.
+    fs::remove_file(site.path("f/manifest.json")).expect("a manifest");
+    fs::remove_file(site.path("f/0004.png")).expect("a frame");
+    let text = site.ends("verify f", 0);
+    assert!(text.contains("there are no frames 4\n") && text.contains("no manifest"), "{text}");
+    fs::create_dir(site.path("empty")).expect("a folder");
+    assert!(site.ends("verify empty", 3).contains("empty"));
+}
+
+#[test]
+fn eyes_below_the_ground_are_refused() {
+    let site = Site::new();
+    let look = "render area.hop --eye 410,400,20 --size 32x18 -o v.png";
+    let text = site.ends(look, 2);
+    assert!(text.contains("m below the ground") && text.contains("--clearance"), "{text}");
+    assert!(!site.path("v.png").exists());
+    assert!(site.ends(&format!("{look} --allow-below-ground"), 0).contains("m below the ground"));
+    site.ends(&format!("{look} --clearance 2"), 0);
+    site.ends("render area.hop --eye 410,400,0 --alt-mode agl --size 32x18 -o on.png", 0);
+
+    let path = "t_s,x_m,y_m,alt_msl_m\n0,300,400,60\n10,700,400,60\n";
+    fs::write(site.path("path.csv"), path).expect("a path");
+    let text = site.ends(FLY, 2);
+    assert!(text.contains("the eye of frame ") && text.contains(" of 11 frames do"), "{text}");
 }
 
 #[test]

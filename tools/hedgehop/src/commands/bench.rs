@@ -212,6 +212,14 @@ fn measure(
     reporter: &Reporter,
 ) -> Result<Report> {
     let mut crews = crews(args)?;
+    let (most, cores) =
+        (crews.iter().map(|crew| crew.farm.workers()).max().unwrap_or(1), args::available_cores());
+    if most > cores {
+        reporter.note(&format!(
+            "{most} workers share {cores} core{}: figures of more workers than cores say nothing about a machine that has these, nor about the prediction",
+            if cores == 1 { "" } else { "s" }
+        ));
+    }
     let look = args.look.options(scene, source.header())?;
     let look = RenderOptions { engine: args.instructions.engine(), ..look };
     let options = args.flight.world.apply(source.header(), look);
@@ -241,7 +249,7 @@ fn measure(
     let one = crews[0].passes.iter().map(|pass| FrameWork::from_trace(&pass.trace));
     let measured: Vec<_> = all.iter().map(|figures| (figures.workers, figures.frames_per_s)).collect();
     let in_flight = args.overlap.in_flight.unwrap_or(DEFAULT_IN_FLIGHT);
-    let prediction = Prediction::new(&FrameWork::least(one), in_flight, &measured);
+    let prediction = Prediction::new(&FrameWork::least(one), in_flight, &measured, args::available_cores());
     let listed = all.into_iter().zip(&crews).filter(|(_, crew)| crew.is_listed);
     let mut results: Vec<Figures> = listed.map(|(figures, _)| figures).collect();
     set_efficiency(&mut results);

@@ -149,6 +149,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
         fps: FRAMES_PER_SECOND.parse()?,
         frames: None,
         skip_existing: false,
+        overwrite: true,
         // Without ffmpeg there is no film, which the demo says at its end.
         video: check_video(&film).is_ok().then_some(film),
         workers: Workers { jobs: None },
@@ -169,6 +170,7 @@ fn flight(folder: &Path, area: &Path) -> Result<render::Args> {
             level: false,
             tracks: TrackArgs::default(),
             clearance: None,
+            allow_below_ground: false,
             screen: ScreenArgs { hfov: Some(HFOV), size: Some(SIZE), ..ScreenArgs::default() },
             world: WorldArgs::default(),
         },

@@ -143,6 +143,7 @@ fn flight(args: &Args, source: &PageFile, observer: &dyn Observer) -> Result<(Tr
         level: false,
         tracks: args.tracks,
         clearance: None,
+        allow_below_ground: false,
         screen: ScreenArgs { hfov: args.hfov, size: Some(SIGHT), ..ScreenArgs::default() },
         world: WorldArgs::default(),
     };

@@ -1,6 +1,8 @@
 //! `hedgehop render`: a flight path through a database, as frames, a stream or a film.
 
-use std::collections::BTreeMap;
+mod notes;
+mod replacing;
+
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -11,7 +13,7 @@ use hedgehop::frame::video::{check_video, encode_video};
 use hedgehop::frame::{FramePattern, FrameRate, FrameSet, Target};
 use hedgehop::memory::{PageFile, Paging, ResidentPages};
 use hedgehop::progress::Observer;
-use hedgehop::render::{Engine, RenderOptions, Renderer, Unserved};
+use hedgehop::render::{RenderOptions, Renderer};
 use hedgehop::scene::Scene;
 use hedgehop::space::Camera;
 use hedgehop::subimage::Farm;
@@ -74,6 +76,10 @@ pub struct Args {
     #[arg(long)]
     pub skip_existing: bool,
 
+    /// Let frames take the place of those of another render; a folder that holds such frames is refused otherwise
+    #[arg(long)]
+    pub overwrite: bool,
+
     /// Make a film of the frames through an installed ffmpeg
     #[arg(long, value_name = "FILM.mp4")]
     pub video: Option<PathBuf>,
@@ -93,7 +99,7 @@ pub struct Args {
     #[arg(long, value_enum, value_name = "HOW", default_value = "wait")]
     pub late: Late,
 
-    /// Tell every second how fast frames come and what paging costs
+    /// Tell every second how fast frames come and what paging costs, and at the end what it cost in all
     #[arg(long)]
     pub stats: bool,
 
@@ -151,10 +157,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
     args.instructions.check()?;
     let done = fly(args, PageFile::open_trusting(&args.area, args.trust.trust())?, &reporter)?;
-    reporter.note(&memory::sentence(&done.paging));
+    if args.stats {
+        reporter.note(&memory::sentence(&done.paging));
+    }
     trust::sentence(&args.area, &done.damaged).iter().for_each(|sentence| reporter.note(sentence));
-    let elsewhere = elsewhere(done.is_whole, !done.damaged.is_empty());
-    if let Some(note) = coarser_note(&done.fineness, args.late, elsewhere) {
+    let elsewhere = notes::elsewhere(done.is_whole, !done.damaged.is_empty());
+    if let Some(note) = notes::coarser(&done.fineness, args.late, elsewhere) {
         reporter.note(&note);
     }
     if args.output.is_standard_output() {
@@ -163,34 +171,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         exit::print(&done.sentence())?;
     }
     Ok(())
-}
-
-/// Where pages of a level are not to be had at all, if there are such.
-fn elsewhere(is_whole: bool, is_damaged: bool) -> &'static str {
-    match (is_whole, is_damaged) {
-        (true, false) => "",
-        (true, true) => ", where pages are damaged",
-        (false, false) => ", outside of corridors",
-        (false, true) => ", outside of corridors or where pages are damaged",
-    }
-}
-
-/// Says how much was seen more coarsely than it should be, if anything was; `elsewhere`, where it can be no better.
-fn coarser_note(Fineness { rays, coarsest }: &Fineness, late: Late, elsewhere: &str) -> Option<String> {
-    let (number, most) = coarsest.filter(|(_, most)| *most > 0.0)?;
-    let percent = 100.0 * rays.coarser_share();
-    Some(match late {
-        Late::Wait => {
-            format!(
-                "{percent:.3} % of the rays met ground that is stored more coarsely than they ask for{elsewhere}"
-            )
-        }
-        Late::Coarser => format!(
-            "{percent:.3} % of the rays met ground that is coarser than they ask for, since its pages came late{}{elsewhere}; most in frame {number}: {:.3} %",
-            if elsewhere.is_empty() { "" } else { ", or are not there" },
-            100.0 * most
-        ),
-    })
 }
 
 impl Done {
@@ -268,11 +248,14 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let matte = args.aov.has(Aov::Cryptomatte);
     let look = RenderOptions { engine: args.instructions.engine(), matte, ..look };
     let options = args.flight.world.apply(source.header(), look);
+    if let Some(note) = notes::other_sun(&args.area, source.header(), options.sun) {
+        reporter.note(&note);
+    }
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
     }
-    note_reference(&renderer, &options, (&cameras, finish.antialias), reporter)?;
+    notes::left_to_reference(&renderer, &options, (&cameras, finish.antialias), reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
     args.memory.preload(source, shares, reporter)?;
@@ -329,7 +312,8 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         let files = Files::new(origin, &args.output);
         let paths: Vec<_> = cameras.iter().map(|(number, _)| files.path(*number)).collect();
         check_frames(args, scene, &paths)?;
-        (paths, fly_files(args, &sequence, &files, &cameras, reporter)?)
+        let is_listed = replacing::check(args, &files, &cameras, reporter)?;
+        (paths, fly_files(args, &sequence, (&files, is_listed), &cameras, reporter)?)
     };
     if let Some(map) = &args.traffic {
         Traffic { header: source.header(), cameras: &cameras, first_use: &source.first_use() }.write(map)?;
@@ -393,31 +377,6 @@ fn check_combination(args: &Args, scene: Option<&Scene>, size: Size) -> Result<(
     }
 }
 
-/// Says how many frames the engine that was asked for leaves to the reference marcher, and why.
-fn note_reference(
-    renderer: &Renderer<'_, ResidentPages>,
-    options: &RenderOptions,
-    (cameras, antialias): (&[(u64, Camera)], u32),
-    reporter: &Reporter,
-) -> Result<()> {
-    if options.engine == Engine::Reference {
-        return Ok(());
-    }
-    let mut counts: BTreeMap<Unserved, usize> = BTreeMap::new();
-    for (_, camera) in cameras {
-        if let Some(why) = renderer.unserved(&camera.enlarged(antialias))? {
-            *counts.entry(why).or_default() += 1;
-        }
-    }
-    for (why, count) in counts {
-        reporter.note(&format!(
-            "scan planes do not serve {count} of {} frames, since {why}; the reference, which is slower, renders these",
-            cameras.len()
-        ));
-    }
-    Ok(())
-}
-
 /// Everything that decides the pictures besides database and path.
 fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderOptions) -> Value {
     let (flight, look) = (&args.flight, &args.look);
@@ -450,7 +409,7 @@ fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderO
 fn fly_files(
     args: &Args,
     sequence: &Sequence<'_>,
-    files: &Files<'_>,
+    (files, is_listed): (&Files<'_>, bool),
     cameras: &[(u64, Camera)],
     reporter: &Reporter,
 ) -> Result<(usize, Fineness)> {
@@ -461,7 +420,7 @@ fn fly_files(
     whole.extend(wanted.into_iter().filter(|(number, _)| flown.finished.contains(number)));
     whole.sort_unstable_by_key(|(number, _)| *number);
     let damaged = sequence.pages.file().damaged();
-    let listed = files.list(&whole, &flown, &damaged);
+    let listed = if is_listed { files.list(&whole, &flown, &damaged) } else { Ok(()) };
     // What ended the flight explains more than what then happened to the list.
     let summed = flown.summed();
     flown.end?;

@@ -1,4 +1,6 @@
-//! `hedgehop verify`: is a database whole?
+//! `hedgehop verify`: is a database, or a folder of frames, whole?
+
+mod frames;
 
 use std::path::PathBuf;
 
@@ -13,16 +15,18 @@ use crate::progress::{Mode, Reporter};
 const EXAMPLE: &str = "\
 Examples:
   hedgehop verify area.hop && echo sound
-  hedgehop verify --json area.hop";
+  hedgehop verify --json area.hop
+  hedgehop verify frames";
 
-/// Check a database from end to end.
+/// Check a database, or a folder of frames, from end to end.
 ///
-/// Reads every page, compares checksums, heights of all levels and the content hash, and lists each problem.
+/// Reads every page, compares checksums, heights of all levels and the content hash, and lists each problem. Of a folder, decodes every frame, compares it with
+/// the manifest beside it, and lists frames that are damaged or missing as render --frames takes them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, after_long_help = format!("{EXAMPLE}\n\n{}", exit::HELP))]
 pub struct Args {
-    /// Database to check
-    #[arg(value_name = "AREA.hop")]
+    /// Database, or folder of frames, to check
+    #[arg(value_name = "AREA.hop|FOLDER")]
     file: PathBuf,
 
     /// Print one JSON object
@@ -37,6 +41,9 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(args.progress, interrupt);
+    if args.file.is_dir() {
+        return frames::run(&args.file, args.json, &reporter);
+    }
     let report = PageFile::open(&args.file)?.verify(&reporter)?;
     let text = if args.json { format!("{:#}\n", json(args, &report)) } else { lines(args, &report) };
     exit::print(&text)?;
