@@ -86,6 +86,7 @@ pub mod voxel;
 
 mod document;
 mod model;
+mod picture;
 
 pub use error::{Error, Result};
 

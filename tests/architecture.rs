@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["error"],
     &["progress", "document"],
-    &["space", "colour", "earth"],
+    &["space", "colour", "earth", "picture"],
     &["simd"],
     &["geo", "model"],
     &["voxel"],
@@ -24,7 +24,7 @@ const LAYERS: &[&[&str]] = &[
 
 /// Database modelling stands beside the layers that render, on these alone.
 const MODELING_MAY_USE: &[&str] =
-    &["error", "progress", "document", "space", "colour", "geo", "model", "voxel", "sunlight"];
+    &["error", "progress", "document", "space", "colour", "picture", "geo", "model", "voxel", "sunlight"];
 
 /// Recipes say what to model, along paths as flights have them.
 const RECIPES_MAY_USE: &[&str] = &["error", "progress", "document", "geo", "sunlight", "flight", "modeling"];

@@ -19,7 +19,7 @@ use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, Imager
 use super::plan;
 use super::plausible::{no_crs, plausible};
 use super::raster::{
-    ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, RasterInfo, SampleType, Window, open,
+    ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, Raster, RasterInfo, Window, open,
 };
 use super::warp;
 use crate::error::{Error, Result};
@@ -239,6 +239,14 @@ impl<'a> Opener<'a> {
         Self { options, open_options, observer, notes: Vec::new(), silent: Vec::new() }
     }
 
+    /// Opens a raster; what its file is told for goes to the notes.
+    fn open(&mut self, path: &Path, classes: bool) -> Result<(Box<dyn Raster>, RasterInfo)> {
+        let raster = open(path, &OpenOptions { classes, ..self.open_options.clone() })?;
+        let info = raster.info().clone();
+        self.notes.extend(info.notes.iter().cloned());
+        Ok((raster, info))
+    }
+
     fn cloud(&mut self, file: &CloudFile) -> Result<(Cloud, Opened<f64>)> {
         let (cloud, opened, notes) = cloud::open(file, self.options, self.observer)?;
         self.notes.extend(notes);
@@ -247,8 +255,7 @@ impl<'a> Opener<'a> {
 
     fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
         let path = &file.path;
-        let raster = open(path, &self.open_options)?;
-        let info = raster.info().clone();
+        let (raster, info) = self.open(path, false)?;
         let (geo, crs) = self.place(&info, self.said(Role::Elevation, file.crs.as_deref(), None), None)?;
         if let (Some(stated), Some(given)) = (info.vertical_datum, file.datum)
             && stated != given
@@ -271,8 +278,7 @@ impl<'a> Opener<'a> {
 
     fn imagery(&mut self, file: &ImageryFile, canvas: Option<&Canvas>) -> Result<Opened<[u8; 4]>> {
         let path = &file.path;
-        let raster = open(path, &self.open_options)?;
-        let info = raster.info().clone();
+        let (raster, info) = self.open(path, false)?;
         let (geo, crs) =
             self.place(&info, self.said(Role::Imagery, file.crs.as_deref(), file.extent), canvas)?;
         let description = describe(&info, &crs, None);
@@ -285,12 +291,12 @@ impl<'a> Opener<'a> {
 
     fn land_cover(&mut self, file: &LandCoverFile, canvas: Option<&Canvas>) -> Result<Opened<Class>> {
         let path = &file.path;
-        let raster = open(path, &OpenOptions { classes: true, ..self.open_options.clone() })?;
-        let info = raster.info().clone();
+        let (raster, info) = self.open(path, true)?;
         let (geo, crs) = self.place(&info, self.said(Role::LandCover, file.crs.as_deref(), None), canvas)?;
         let description = format!("{}, {}", describe(&info, &crs, None), file.scheme.name());
         let facts = facts(&info, &LandCoverFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ClassRaster::new(raster, &file.scheme, &file.nodata)?);
+        self.notes.extend(samples.notes());
         let datum = VerticalDatum::Msl;
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
@@ -371,16 +377,7 @@ pub(super) fn file_name(path: &Path) -> String {
 }
 
 fn describe(info: &RasterInfo, crs: &Crs, datum: Option<VerticalDatum>) -> String {
-    let sample = match info.sample {
-        SampleType::U8 => "uint8",
-        SampleType::I8 => "int8",
-        SampleType::U16 => "uint16",
-        SampleType::I16 => "int16",
-        SampleType::U32 => "uint32",
-        SampleType::I32 => "int32",
-        SampleType::F32 => "float32",
-        SampleType::F64 => "float64",
-    };
+    let sample = info.sample.name();
     let bands = if info.bands == 1 { String::new() } else { format!(" of {} bands", info.bands) };
     let mut text =
         format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs));

@@ -8,6 +8,8 @@ use crate::modeling::raster::{Raster, RasterInfo, SampleType, Window};
 /// A raster of classes.
 pub(in crate::modeling) struct ClassRaster {
     raster: Box<dyn Raster>,
+    /// The band of classes, and the alpha band if there is one.
+    bands: Vec<u32>,
     /// What each sample of 16 bits (two's complement) is.
     classes: Vec<Class>,
 }
@@ -24,7 +26,7 @@ pub(in crate::modeling) enum Class {
 }
 
 impl ClassRaster {
-    /// Takes band 1 of `raster`; `nodata` are samples that say nothing besides what the file declares.
+    /// Takes the first band of `raster` that is no alpha; `nodata` are samples that say nothing besides what the file declares.
     ///
     /// # Errors
     /// A raster that holds no classes.
@@ -41,14 +43,19 @@ impl ClassRaster {
                 "convert it: gdal_translate -ot UInt16 IN out.tif",
             ));
         }
-        if info.bands >= 3 {
+        let seen: Vec<u32> = info.seen_bands().collect();
+        if seen.len() >= 3 {
             let what =
-                format!("holds {} bands and looks like a picture of classes, not like classes", info.bands);
+                format!("holds {} bands and looks like a picture of classes, not like classes", seen.len());
             let remedy =
                 "name the raster of the classes themselves, or take one band: gdal_translate -b 1 IN out.tif";
             return Err(Error::unsupported(&info.path, what, remedy));
         }
-        let voids: Vec<f64> = info.nodata.iter().chain(nodata).copied().collect();
+        let Some(band) = seen.first().copied() else {
+            return Err(Error::invalid(&info.path, "holds an alpha band only, no classes"));
+        };
+        let bands = std::iter::once(band).chain(info.alpha_band).collect();
+        let voids: Vec<f64> = info.nodata_of(band).iter().chain(nodata).copied().collect();
         let class = |number: u16| {
             let is_signed = matches!(info.sample, SampleType::I8 | SampleType::I16);
             let sample = if is_signed { f64::from(number as i16) } else { f64::from(number) };
@@ -59,7 +66,16 @@ impl ClassRaster {
             }
         };
         let classes = (0..=u16::MAX).map(class).collect();
-        Ok(Self { raster, classes })
+        Ok(Self { raster, bands, classes })
+    }
+
+    /// What of the file's statements is not used.
+    pub fn notes(&self) -> Vec<String> {
+        let info = self.info();
+        let is_scaled = (info.scale, info.offset) != (1.0, 0.0);
+        let name = info.path.file_name().unwrap_or_default().to_string_lossy();
+        let note = format!("{name}: states a scale and an offset, and classes are taken as they are stored");
+        is_scaled.then_some(note).into_iter().collect()
     }
 
     /// What the raster is.
@@ -75,10 +91,13 @@ impl Samples<Class> for ClassRaster {
 
     fn read(&self, window: Window, classes: &mut Vec<Class>) -> Result<()> {
         let mut samples = Vec::new();
-        self.raster.read(window, &[0], &mut samples)?;
+        self.raster.read(window, &self.bands, &mut samples)?;
         classes.clear();
-        // Samples have 16 bits at most.
-        classes.extend(samples.iter().map(|sample| self.classes[usize::from(*sample as i32 as u16)]));
+        classes.extend(samples.chunks_exact(self.bands.len()).map(|pixel| match pixel {
+            [_, 0.0] => Class::Void,
+            // Samples have 16 bits at most.
+            pixel => self.classes[usize::from(pixel[0] as i32 as u16)],
+        }));
         Ok(())
     }
 }
@@ -108,6 +127,18 @@ mod tests {
             Class::Void,
         ];
         assert_eq!(read, wanted);
+    }
+
+    #[test]
+    fn nothing_is_known_where_a_mask_says_so() {
+        let mut sheet = raster(SampleType::U8, 2, &[1.0, 255.0, 1.0, 0.0]);
+        (sheet.0.alpha_band, sheet.0.scale) = (Some(1), 2.0);
+        let own = Scheme::Own(BTreeMap::from([(1, Material::Sand)]));
+        let classes = ClassRaster::new(Box::new(sheet), &own, &[]).unwrap();
+        let mut read = Vec::new();
+        classes.read(Window { x: 0, y: 0, width: 2, height: 1 }, &mut read).unwrap();
+        assert_eq!(read, [Class::Known(Material::Sand.code()), Class::Void]);
+        assert!(classes.notes()[0].contains("as they are stored"), "{:?}", classes.notes());
     }
 
     #[test]

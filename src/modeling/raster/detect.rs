@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::file::InputFile;
-use super::{OpenOptions, Raster, ascii, bt, dted, ehdr, envi, hgt, picture, raw, side, tiff};
+use super::{OpenOptions, Raster, ascii, bt, dted, ehdr, envi, hgt, mask, picture, raw, side, tiff};
 use crate::error::{Error, Result};
 
 /// Bytes that decide.
@@ -32,8 +32,12 @@ const FOREIGN: [(&[u8], &str); 19] = [
     (b"Lerc2 ", "LERC"),
 ];
 
-/// Opens a raster of any supported format.
+/// Opens a raster of any supported format, with the mask beside it.
 pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+    mask::with_file(open_alone(path, options)?, options)
+}
+
+fn open_alone(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let file = InputFile::open(path)?;
     let head = file.head(HEAD)?;
     if head.is_empty() {
@@ -41,8 +45,7 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>
     }
     match head.as_slice() {
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => return tiff::open(file, options),
-        [0x89, b'P', b'N', b'G', ..] => return picture::open_png(file, options),
-        [0xff, 0xd8, 0xff, ..] => return picture::open_jpeg(file, options),
+        head if crate::picture::format(head).is_some() => return picture::open(file, options),
         [b'b', b'i', b'n', b't', b'e', b'r', b'r', ..] => return bt::open(file, options),
         [b'U' | b'V' | b'H', b'H' | b'O' | b'D', b'L' | b'R', b'1', ..] => return dted::open(file, options),
         _ => {}
@@ -88,6 +91,13 @@ fn refuse_foreign(path: &Path, head: &[u8], extension: &str) -> Result<()> {
     let format = known.or(match extension {
         "hdr" | "prj" | "tfw" | "pgw" | "jgw" | "wld" => {
             return Err(Error::invalid(path, "is a side file; name the raster beside it"));
+        }
+        "msk" => return Err(Error::invalid(path, "is a mask; name the raster beside it")),
+        "png" | "jpg" | "jpeg" | "tif" | "tiff" | "bt" | "dt0" | "dt1" | "dt2" => {
+            let what = format!(
+                "does not begin as a .{extension} does; it is damaged or no such file, fetch it again"
+            );
+            return Err(Error::invalid(path, what));
         }
         "e00" => Some("an Arc/Info export"),
         "adf" => Some("an Arc/Info grid"),

@@ -105,28 +105,32 @@ pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item 
 }
 
 impl ElevationRaster {
-    /// Takes band 1 of `raster` for heights; `nodata` are raw samples that mean void besides what the file declares.
+    /// Takes the first band of `raster` that is no alpha for heights; `nodata` are raw samples that mean void besides what the file declares.
     ///
     /// # Errors
     /// If the raster looks like imagery, or cannot be read.
     pub fn new(raster: Box<dyn Raster>, nodata: &[f64]) -> Result<Self> {
         let info = raster.info();
-        if info.bands >= 3 && info.sample == SampleType::U8 {
+        let seen: Vec<u32> = info.seen_bands().collect();
+        if seen.len() >= 3 && info.sample == SampleType::U8 {
             let what =
-                format!("holds {} bands of bytes and looks like imagery, not like heights", info.bands);
+                format!("holds {} bands of bytes and looks like imagery, not like heights", seen.len());
             let remedy = "give it to --imagery, or take one band: gdal_translate -b 1 IN out.tif";
             return Err(Error::unsupported(&info.path, what, remedy));
         }
-        let bands = std::iter::once(0).chain(info.alpha_band.filter(|band| *band > 0)).collect();
+        let Some(band) = seen.first() else {
+            return Err(Error::invalid(&info.path, "holds an alpha band only, no heights"));
+        };
+        let bands = std::iter::once(*band).chain(info.alpha_band).collect();
         let given = nodata.iter().map(|value| info.sample.round(*value));
         let mut conversion = Conversion {
-            nodata: info.nodata.into_iter().chain(given).collect(),
+            nodata: info.nodata_of(*band).into_iter().chain(given).collect(),
             scale: info.scale,
             offset: info.offset,
             metres_per_unit: info.metres_per_unit,
             deep_sea: false,
         };
-        conversion.deep_sea = covers_deep_sea(raster.as_ref(), &conversion)?;
+        conversion.deep_sea = covers_deep_sea(raster.as_ref(), *band, &conversion)?;
         Ok(Self { raster, bands, conversion, undeclared: Mutex::new(BTreeMap::new()) })
     }
 
@@ -168,8 +172,20 @@ impl ElevationRaster {
     pub fn notes(&self) -> Vec<String> {
         let info = self.info();
         let mut notes = Vec::new();
-        if info.bands as usize > self.bands.len() {
-            notes.push(format!("{}: heights are taken from band 1 of {}", info.path.display(), info.bands));
+        if info.seen_bands().nth(1).is_some() {
+            let band = self.bands[0] + 1;
+            notes.push(format!(
+                "{}: heights are taken from band {band} of {}",
+                info.path.display(),
+                info.bands
+            ));
+        }
+        if let Some(unit) = &info.unknown_unit {
+            notes.push(format!(
+                "{}: states {unit:?} as the unit of its heights, which is not known here; they are taken as {}",
+                info.path.display(),
+                if info.metres_per_unit == 1.0 { "metres".to_owned() } else { format!("{} m each", info.metres_per_unit) }
+            ));
         }
         let undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
         let mut values: Vec<_> =
@@ -210,7 +226,7 @@ impl ElevationRaster {
 }
 
 /// Whether a sparse scan finds depths around [`AMBIGUOUS`].
-fn covers_deep_sea(raster: &dyn Raster, conversion: &Conversion) -> Result<bool> {
+fn covers_deep_sea(raster: &dyn Raster, band: u32, conversion: &Conversion) -> Result<bool> {
     if conversion.is_nodata(AMBIGUOUS) {
         return Ok(false);
     }
@@ -220,7 +236,7 @@ fn covers_deep_sea(raster: &dyn Raster, conversion: &Conversion) -> Result<bool>
     };
     let mut samples = Vec::new();
     for window in sparse_windows((raster.info().width, raster.info().height)) {
-        raster.read(window, &[0], &mut samples)?;
+        raster.read(window, &[band], &mut samples)?;
         if samples.iter().any(is_deep) {
             return Ok(true);
         }

@@ -14,10 +14,13 @@
 //! Every size that a file states is checked against the file's length or the cache before memory is allocated for it.
 
 mod ascii;
+mod band;
 mod blocks;
 mod bt;
 mod cache;
 mod columns;
+#[cfg(test)]
+mod damage;
 mod detect;
 mod dted;
 mod ehdr;
@@ -27,7 +30,9 @@ mod fields;
 mod file;
 mod hgt;
 mod imagery;
+mod mask;
 mod nodata;
+mod pam;
 mod picture;
 mod raw;
 mod sample;
@@ -41,6 +46,7 @@ use std::path::{Path, PathBuf};
 use crate::error::Result;
 use crate::geo::{Crs, VerticalDatum};
 
+pub use band::{Band, Role};
 pub use elevation::ElevationRaster;
 pub(super) use file::{InputFile, read_exact_at};
 pub use imagery::ImageryRaster;
@@ -133,6 +139,14 @@ pub struct RasterInfo {
     pub offset: f64,
     /// Index (zero-based) of an alpha band, if any.
     pub alpha_band: Option<u32>,
+    /// The other bands are multiplied by the alpha band.
+    pub is_premultiplied: bool,
+    /// What is said of each band; empty if nothing is.
+    pub described: Vec<Band>,
+    /// A unit of heights that is stated, but not known.
+    pub unknown_unit: Option<String>,
+    /// What is to be told of the file, a sentence each, its name before it.
+    pub notes: Vec<String>,
     /// Zero is white and the highest sample black (TIFF's MinIsWhite); samples are as stored.
     pub white_is_zero: bool,
     /// True: samples are stated at points (AREA_OR_POINT=Point); only informative, `geo` is corrected already.
@@ -184,6 +198,10 @@ impl RasterInfo {
             scale: 1.0,
             offset: 0.0,
             alpha_band: None,
+            is_premultiplied: false,
+            described: Vec::new(),
+            unknown_unit: None,
+            notes: Vec::new(),
             white_is_zero: false,
             pixel_is_point: false,
             block: (512, 64),

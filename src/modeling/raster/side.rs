@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{GeoTransform, RasterInfo};
+use super::{GeoTransform, RasterInfo, pam};
 use crate::document::unmarked;
 use crate::error::{Error, Result};
 use crate::geo::Crs;
@@ -31,8 +31,11 @@ pub(super) fn text(path: &Path) -> Result<String> {
     Ok(String::from_utf8_lossy(unmarked(path, &bytes)?).into_owned())
 }
 
-/// Fills in what the file itself does not state: georeferencing from a world file, the CRS from a `.prj`.
+/// Fills in what the file itself does not state: georeferencing from a world file, the CRS from a `.prj`, and before
+/// these what `.aux.xml` says.
 pub(super) fn complete(info: &mut RasterInfo) -> Result<()> {
+    pam::apply(info)?;
+    info.settle_bands();
     if info.geo.is_none() {
         info.geo = world_file(&info.path)?;
     }

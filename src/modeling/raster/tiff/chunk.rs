@@ -1,23 +1,24 @@
-//! Chunks of a TIFF (tiles, strips), decompressed by the `tiff` crate.
+//! Chunks of a TIFF (tiles, strips), decompressed by `codec` and turned into samples by the `tiff` crate.
 //!
 //! ```text
 //! decode(chunk): absent (offset or length 0) → nodata, or 0
-//!                else bytes of the chunk behind a directory that describes this chunk alone as an
+//!                else bytes of the chunk, decompressed, behind a directory that describes this chunk alone as an
 //!                image of one strip of plain grey or multi-band samples → tiff::decoder → native samples
 //! ```
 //! Handing over one chunk at a time keeps decoding free of state, so threads need no decoders of their own; it bounds
 //! memory by the chunk; and since each image that the crate sees is plain samples, it neither inverts, drops nor recombines
 //! bands: with more than four RGB bands and a predictor it would answer wrong values, with YCbCr luma as red.
 
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 
-use flate2::read::ZlibDecoder;
 use tiff::decoder::{Decoder, Limits};
 
-use super::super::blocks::{Block, BlockIndex, BlockSource, block_bytes};
+use super::super::blocks::{Block, BlockIndex, BlockSource};
 use super::super::file::InputFile;
 use super::super::sample::ByteOrder;
 use super::super::{RasterInfo, SampleType};
+use super::codec::{self, Size};
+use super::table::Shape;
 use super::{Layout, compression, tag};
 use crate::error::{Error, Result};
 
@@ -50,7 +51,7 @@ impl BlockSource for ChunkedTiff {
         if offset == 0 || length == 0 {
             return Ok(Block::Constant(self.info.nodata.unwrap_or(0.0)));
         }
-        let shape = self.shape(index);
+        let shape = self.layout.shape(index.row);
         let bytes = self.decompress(offset, length, shape).map_err(|what| {
             let place = format!("chunk {chunk} (column {}, row {}, byte {offset})", index.column, index.row);
             Error::invalid(
@@ -62,30 +63,12 @@ impl BlockSource for ChunkedTiff {
     }
 }
 
-/// Size of one stored chunk.
-#[derive(Debug, Clone, Copy)]
-struct Shape {
-    width: u32,
-    rows: u32,
-    bands: u32,
-}
-
 impl ChunkedTiff {
-    fn shape(&self, index: BlockIndex) -> Shape {
-        let (width, rows) = self.layout.chunk;
-        let rows = if self.layout.tiled { rows } else { rows.min(self.layout.height - index.row * rows) };
-        Shape { width, rows, bands: if self.layout.planar { 1 } else { self.layout.bands } }
-    }
-
-    fn size(&self, shape: Shape) -> u64 {
-        block_bytes((shape.width, shape.rows), shape.bands, self.layout.sample).unwrap_or(u64::MAX)
-    }
-
     /// Offset and length of a chunk, bytes.
     fn place(&self, chunk: usize, index: BlockIndex) -> Result<(u64, u64)> {
         let missing = || Error::invalid(self.file.path(), format!("has no chunk {chunk}"));
         let offset = *self.layout.offsets.get(chunk).ok_or_else(missing)?;
-        let decoded = self.size(self.stored(self.shape(index)));
+        let decoded = self.layout.bytes(self.layout.stored(self.layout.shape(index.row)));
         let stored = match self.layout.byte_counts.get(chunk) {
             Some(length) => *length,
             None if self.layout.byte_counts.is_empty() => decoded,
@@ -105,40 +88,31 @@ impl ChunkedTiff {
     }
 
     fn decompress(&self, offset: u64, length: u64, shape: Shape) -> std::result::Result<Vec<u8>, String> {
-        let (pixels, shape) = (shape, self.stored(shape));
-        let size = usize::try_from(self.size(shape)).map_err(|e| e.to_string())?;
+        let (pixels, shape) = (shape, self.layout.stored(shape));
+        let bytes = |shape: Shape| usize::try_from(self.layout.bytes(shape)).map_err(|e| e.to_string());
+        let needed = bytes(shape)?;
+        let size = Size { needed, most: bytes(Shape { rows: self.layout.chunk.1, ..shape })? };
         let mut stored = vec![0; usize::try_from(length).map_err(|e| e.to_string())?];
         self.file.read_at(&mut stored, offset).map_err(|e| e.to_string())?;
-        let mut compression = self.layout.compression;
-        if compression == compression::ZSTD {
-            check_zstd_window(&stored, size as u64)?;
+        if self.layout.compression == compression::ZSTD {
+            check_zstd_window(&stored, size.most as u64)?;
         }
-        if matches!(compression, compression::DEFLATE | compression::OLD_DEFLATE) {
-            (stored, compression) = (inflated(&stored, size)?, compression::NONE);
-        }
-        let mut image = self.directory(shape, compression, stored.len())?;
+        let mut stored = codec::unpack(self.layout.compression, &stored, size)?;
+
+        // What is left is the predictor's, and the order of bytes.
+        let mut image = self.directory(shape, stored.len())?;
         image.append(&mut stored);
         let mut limits = Limits::default();
-        limits.decoding_buffer_size = size;
+        limits.decoding_buffer_size = needed;
         limits.intermediate_buffer_size = image.len();
         let decoder = Decoder::new(Cursor::new(image)).map_err(|e| e.to_string())?;
-        let mut bytes = vec![0; size];
+        let mut bytes = vec![0; needed];
         decoder.with_limits(limits).read_chunk_bytes(0, &mut bytes).map_err(|e| e.to_string())?;
         Ok(if self.layout.packed { unpack(&bytes, pixels.width, shape.width) } else { bytes })
     }
 
-    /// The shape in bytes if samples are bits, which come eight to a byte, each row from a byte on.
-    fn stored(&self, shape: Shape) -> Shape {
-        Shape { width: if self.layout.packed { shape.width.div_ceil(8) } else { shape.width }, ..shape }
-    }
-
     /// A classic TIFF header and directory in front of one chunk of `length` bytes.
-    fn directory(
-        &self,
-        shape: Shape,
-        compression: u32,
-        length: usize,
-    ) -> std::result::Result<Vec<u8>, String> {
+    fn directory(&self, shape: Shape, length: usize) -> std::result::Result<Vec<u8>, String> {
         const ENTRIES: u32 = 11;
         let data = 8 + 2 + ENTRIES * 12 + 4;
         let format = match self.layout.sample {
@@ -151,7 +125,7 @@ impl ChunkedTiff {
             (tag::IMAGE_WIDTH, shape.width),
             (tag::IMAGE_LENGTH, shape.rows),
             (tag::BITS_PER_SAMPLE, self.layout.sample.bytes() as u32 * 8),
-            (tag::COMPRESSION, compression),
+            (tag::COMPRESSION, compression::NONE),
             (tag::PHOTOMETRIC, 1),
             (tag::STRIP_OFFSETS, data),
             (tag::SAMPLES_PER_PIXEL, shape.bands),
@@ -176,15 +150,6 @@ impl ChunkedTiff {
         image.long(0);
         Ok(image.bytes)
     }
-}
-
-/// Samples of a zlib stream, to its end: whoever stops at the last sample never sees that its checksum is wrong, and takes damage for heights.
-fn inflated(stored: &[u8], size: usize) -> std::result::Result<Vec<u8>, String> {
-    let mut stream = ZlibDecoder::new(stored);
-    let mut bytes = vec![0; size];
-    stream.read_exact(&mut bytes).map_err(|e| e.to_string())?;
-    stream.read(&mut [0]).map_err(|e| e.to_string())?;
-    Ok(bytes)
 }
 
 /// One byte, 0 or 255, per bit; the first pixel is the highest bit.

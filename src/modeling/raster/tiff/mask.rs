@@ -1,13 +1,13 @@
-//! GDAL's internal mask: a later directory of the same size, marked as a transparency mask (TIFF 6.0, tag 254, bit 2), of 1 or 8 bits; 0
-//! means transparent. It becomes an alpha band behind the others, so that nobody has to know of it.
+//! TIFFs that are masks: a later directory of the same size, marked as a transparency mask (TIFF 6.0, tag 254, bit 2), or the
+//! first one of a file beside a raster; of 1 or 8 bits.
 
 use super::super::blocks::BlockRaster;
 use super::super::file::InputFile;
-use super::super::{OpenOptions, Raster, RasterInfo, SampleType, Window};
+use super::super::{OpenOptions, Raster, RasterInfo};
 use super::chunk::ChunkedTiff;
 use super::ifd::Directory;
 use super::{AS_TILES, Layout, Meaning, tag};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Directories looked at; overviews halve the size, so no sound file has more.
 const MOST_DIRECTORIES: usize = 64;
@@ -37,6 +37,14 @@ pub(super) fn find(
     Ok(None)
 }
 
+/// Opens a file that is a mask.
+pub(in super::super) fn open_file(file: &InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+    if !matches!(file.head(4)?[..], [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43]) {
+        return Err(Error::invalid(file.path(), "is no TIFF"));
+    }
+    open(file, &Directory::first(file)?, options)
+}
+
 fn open(file: &InputFile, directory: &Directory<'_>, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     let layout = Layout::parse(file, directory, options, Meaning::Mask)?;
     let info = RasterInfo {
@@ -50,41 +58,4 @@ fn open(file: &InputFile, directory: &Directory<'_>, options: &OpenOptions) -> R
     let file = InputFile::open(file.path())?;
     let mask = ChunkedTiff { file, info, layout, order: directory.order };
     Ok(Box::new(BlockRaster::new(mask, options.cache_bytes / CACHE_SHARE, AS_TILES)?))
-}
-
-/// A raster with its mask as a last band; an alpha band that it has already gives way to the mask.
-pub(super) struct Masked {
-    raster: Box<dyn Raster>,
-    mask: Box<dyn Raster>,
-    info: RasterInfo,
-}
-
-impl Masked {
-    pub fn new(raster: Box<dyn Raster>, mask: Box<dyn Raster>) -> Self {
-        let own = raster.info();
-        let info = RasterInfo { bands: own.bands + 1, alpha_band: Some(own.bands), ..own.clone() };
-        Self { raster, mask, info }
-    }
-}
-
-impl Raster for Masked {
-    fn info(&self) -> &RasterInfo {
-        &self.info
-    }
-
-    fn read(&self, window: Window, bands: &[u32], samples: &mut Vec<f64>) -> Result<()> {
-        let own = self.raster.info().bands;
-        // The mask's place is read from the first band, then overwritten.
-        let stored: Vec<u32> = bands.iter().map(|band| if *band == own { 0 } else { *band }).collect();
-        self.raster.read(window, &stored, samples)?;
-        let Some(place) = bands.iter().position(|band| *band == own) else { return Ok(()) };
-        let mut mask = Vec::new();
-        self.mask.read(window, &[0], &mut mask)?;
-        // Masks of 8 bits may use 0 and 1.
-        let opaque = if self.info.sample == SampleType::I8 { 127.0 } else { 255.0 };
-        for (pixel, mask) in samples.chunks_exact_mut(bands.len()).zip(mask) {
-            pixel[place] = if mask == 0.0 { 0.0 } else { opaque };
-        }
-        Ok(())
-    }
 }

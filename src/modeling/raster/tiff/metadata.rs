@@ -1,5 +1,6 @@
 //! What a GeoTIFF says about its samples besides their layout: place, CRS, nodata, scale, units.
 
+use super::super::band::{Statement, Subject};
 use super::super::{GeoTransform, RasterInfo, nodata, side};
 use super::ifd::Directory;
 use super::tag;
@@ -73,32 +74,26 @@ fn geo(info: &RasterInfo, directory: &Directory<'_>) -> Result<Option<GeoTransfo
     }
 }
 
-/// Scale, offset and unit of the first band from GDAL's metadata:
-/// `<Item name="SCALE" sample="0" role="scale">0.1</Item>`.
+/// What GDAL's metadata say of bands: `<Item name="SCALE" sample="0" role="scale">0.1</Item>`.
 fn apply_items(info: &mut RasterInfo, xml: &str) -> Result<()> {
     for item in xml.split("<Item").skip(1) {
         let Some((attributes, rest)) = item.split_once('>') else { continue };
         let text = rest.split("</Item>").next().unwrap_or_default().trim();
-        if attribute(attributes, "sample").is_some_and(|sample| sample != "0") {
-            continue;
-        }
-        let number = || {
-            text.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(|| {
-                let what =
-                    format!("states {text:?} as a scale or offset in its GDAL metadata, which is no number");
-                Error::invalid(&info.path, what)
-            })
+        let subject = match attribute(attributes, "role") {
+            Some("scale") => Subject::Scale,
+            Some("offset") => Subject::Offset,
+            Some("unittype") => Subject::Unit,
+            Some("colorinterp") => Subject::Role,
+            _ => continue,
         };
-        match attribute(attributes, "role") {
-            Some("scale") => info.scale = number()?,
-            Some("offset") => info.offset = number()?,
-            Some("unittype") => {
-                if let Some(metres) = metres_per_unit(text) {
-                    info.metres_per_unit = metres;
-                }
-            }
-            _ => {}
-        }
+        let sample = attribute(attributes, "sample").map_or(Some(0), |sample| sample.trim().parse().ok());
+        let Some(band) = sample else {
+            return Err(Error::invalid(
+                &info.path,
+                "its GDAL metadata (TIFF tag 42112) name a band that is no number",
+            ));
+        };
+        info.state("its GDAL metadata", &Statement { band, subject, text })?;
     }
     Ok(())
 }
@@ -116,20 +111,6 @@ fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
     }
 }
 
-/// Metres of a vertical unit by its usual names.
-fn metres_per_unit(name: &str) -> Option<f64> {
-    match name.trim().to_ascii_lowercase().as_str() {
-        "m" | "metre" | "meter" | "metres" | "meters" => Some(1.0),
-        "ft" | "foot" | "feet" | "foot_international" | "international foot" => Some(0.3048),
-        "us-ft" | "ft us" | "us survey foot" | "us survey feet" | "foot_us" | "ftus" => Some(1200.0 / 3937.0),
-        "km" => Some(1000.0),
-        "dm" => Some(0.1),
-        "cm" => Some(0.01),
-        "mm" => Some(0.001),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -138,11 +119,12 @@ mod tests {
 
     #[test]
     fn items() {
-        let mut info = RasterInfo::blank(Path::new("a.tif"), "GeoTIFF");
+        let mut info = RasterInfo { bands: 2, ..RasterInfo::blank(Path::new("a.tif"), "GeoTIFF") };
         let xml = r#"<GDALMetadata><Item name="SCALE" sample="0" role="scale">0.1</Item>
             <Item name='SCALE' sample='1' role='scale'>9</Item><Item name="OFFSET" sample="0" role="offset">-5</Item>
             <Item name="UNITTYPE" sample="0" role="unittype">ft</Item></GDALMetadata>"#;
         apply_items(&mut info, xml).unwrap();
+        info.settle_bands();
         assert_eq!((info.scale, info.offset, info.metres_per_unit), (0.1, -5.0, 0.3048));
         assert!(apply_items(&mut info, r#"<Item role="scale">much</Item>"#).is_err());
     }

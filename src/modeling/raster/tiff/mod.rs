@@ -4,23 +4,28 @@
 //! first directory → layout (size, bands, sample type, chunks) or a refusal with the command that converts
 //!                 → place (scale and tie point, or matrix; half a pixel back if pixels are points), CRS, nodata, scale
 //! uncompressed strips  → rows are read from where they lie (raw.rs), so that strips of any size are bounded
-//! anything else        → chunk by chunk through the cache (chunk.rs), decompressed by the `tiff` crate
+//! anything else        → chunk by chunk through the cache (chunk.rs)
 //! ```
-//! Of the later directories only GDAL's transparency mask is used, as an alpha band behind the others (mask.rs); overviews are not. Samples come as stored: MinIsWhite is reported, not inverted. What would
+//! Of the later directories only GDAL's transparency mask is used (mask.rs); overviews are not. Samples come as stored: MinIsWhite is reported, not inverted. What would
 //! give wrong colours without a word (JPEG's YCbCr, palettes, CMYK, Lab) is refused.
 
 mod chunk;
+mod codec;
 mod ifd;
 mod mask;
 mod metadata;
+mod table;
 
+use super::band::{Band, Role};
 use super::blocks::BlockRaster;
 use super::file::InputFile;
+use super::mask::Masked;
 use super::raw::{Placement, RawRaster, RowStarts};
 use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
 use crate::error::{Error, Result};
 use chunk::ChunkedTiff;
 use ifd::Directory;
+pub(super) use mask::open_file as open_mask;
 
 /// Tags, by the names of the specification.
 mod tag {
@@ -76,13 +81,14 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         height: layout.height,
         bands: layout.bands,
         sample: layout.sample,
-        alpha_band: layout.alpha_band,
+        described: layout.described(),
         white_is_zero: layout.white_is_zero,
         block: layout.chunk,
         ..RasterInfo::blank(file.path(), "GeoTIFF")
     };
     metadata::fill(&mut info, &directory)?;
     side::complete(&mut info)?;
+    info.is_premultiplied = info.alpha_band.is_some_and(|band| layout.is_associated(band));
     let order = directory.order;
     drop(directory);
     let raster: Box<dyn Raster> = match layout.placement(order) {
@@ -97,7 +103,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         )?),
     };
     Ok(match mask {
-        Some(mask) => Box::new(mask::Masked::new(raster, mask)),
+        Some(mask) => Box::new(Masked::new(raster, mask)),
         None => raster,
     })
 }
@@ -118,7 +124,10 @@ struct Layout {
     height: u32,
     bands: u32,
     sample: SampleType,
-    alpha_band: Option<u32>,
+    /// The first bands are red, green and blue.
+    is_rgb: bool,
+    /// What the last bands are, as TIFF's tag 338 says.
+    extra: Vec<u64>,
     white_is_zero: bool,
     /// Samples are single bits, which become 0 and 255.
     packed: bool,
@@ -176,7 +185,8 @@ impl Layout {
             height,
             bands,
             sample: if packed { SampleType::U8 } else { sample_type(file, directory)? },
-            alpha_band: alpha_band(directory, bands)?,
+            is_rgb: photometric == RGB,
+            extra: extra(directory, bands)?,
             white_is_zero: photometric == 0,
             packed,
             planar: bands > 1 && directory.unsigned(tag::PLANAR_CONFIGURATION)?.unwrap_or(1) == 2,
@@ -188,7 +198,27 @@ impl Layout {
             predictor: predictor(directory, compression)?,
         };
         layout.read_table(file, directory, options)?;
+        layout.check_table(file)?;
         Ok(layout)
+    }
+
+    /// What each band is; nothing is said of bands where only greys are told, of which satellites have many.
+    fn described(&self) -> Vec<Band> {
+        let first = self.bands as usize - self.extra.len();
+        let role = |band: usize| match (band.checked_sub(first).map(|extra| self.extra[extra]), band) {
+            (Some(ASSOCIATED | UNASSOCIATED), _) => Role::Alpha,
+            (None, 0) if self.is_rgb => Role::Red,
+            (None, 1) if self.is_rgb => Role::Green,
+            (None, 2) if self.is_rgb => Role::Blue,
+            _ => Role::Unknown,
+        };
+        (0..self.bands as usize).map(|band| Band { role: role(band), ..Band::default() }).collect()
+    }
+
+    /// Whether the other bands are multiplied by this one.
+    fn is_associated(&self, band: u32) -> bool {
+        let extra = (band as usize + self.extra.len()).checked_sub(self.bands as usize);
+        extra.and_then(|extra| self.extra.get(extra)) == Some(&ASSOCIATED)
     }
 
     /// Chunks across, chunks down.
@@ -310,14 +340,13 @@ fn sample_type(file: &InputFile, directory: &Directory<'_>) -> Result<SampleType
     }
 }
 
-/// The first extra sample that is said to be alpha, associated or not.
-fn alpha_band(directory: &Directory<'_>, bands: u32) -> Result<Option<u32>> {
+/// Meanings of the last bands.
+fn extra(directory: &Directory<'_>, bands: u32) -> Result<Vec<u64>> {
     let extra = directory.unsigneds(tag::EXTRA_SAMPLES, 65_535)?.unwrap_or_default();
-    let Some(first) = bands.checked_sub(extra.len() as u32) else {
+    if extra.len() > bands as usize {
         return Err(directory.wrong(tag::EXTRA_SAMPLES, "lists more bands than there are"));
-    };
-    let position = extra.iter().position(|meaning| matches!(meaning, 1 | 2));
-    Ok(position.map(|position| first + position as u32))
+    }
+    Ok(extra)
 }
 
 fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
@@ -343,8 +372,13 @@ fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
     Err(Error::unsupported(file.path(), format!("is compressed with {name}"), AS_DEFLATE))
 }
 
+/// Samples are red, green and blue.
+const RGB: u32 = 2;
 /// Samples are places in a palette.
 const PALETTE: u32 = 3;
+/// Extra samples that are alpha: multiplied into the colours, or not.
+const ASSOCIATED: u64 = 1;
+const UNASSOCIATED: u64 = 2;
 
 fn refuse_photometric(file: &InputFile, code: u32) -> Result<()> {
     let (what, remedy) = match code {
