@@ -305,6 +305,7 @@ mod tests {
 
     use super::*;
     use crate::voxel::SpanTable;
+    use crate::voxel::limits::MOST_VOXELS;
 
     /// Refuses to write, with a given kind of error.
     struct Failing(io::ErrorKind);
@@ -371,7 +372,7 @@ mod tests {
 
     #[test]
     fn a_grid_of_too_many_pages_is_refused() {
-        let grid = Grid { nx: u32::MAX, ny: u32::MAX, spacing: 1.0, origin: DVec2::ZERO };
+        let grid = Grid { nx: MOST_VOXELS, ny: MOST_VOXELS, spacing: 0.001, origin: DVec2::ZERO };
         let storage = Arc::new(MemoryStorage::default());
         let error =
             Assembly::new(Path::new("a.hop"), storage, grid, HeightCode::spanning(0.0, 1.0)).unwrap_err();
