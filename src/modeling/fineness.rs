@@ -1,6 +1,7 @@
 //! How fine imagery is beside the voxels that keep its colours.
 
 use super::cloud::Cloud;
+use super::hints;
 use super::inputs::{Inputs, file_name};
 use super::options::BuildOptions;
 use super::plan::Plan;
@@ -21,7 +22,8 @@ pub(super) struct Fineness {
 pub(super) fn of_imagery(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Result<Fineness> {
     let mut finest: Option<(f64, String)> = None;
     for raster in &inputs.imagery {
-        let Some(side) = raster.pixel_side(&plan.crs)? else { continue };
+        let is_elsewhere = hints::misplaced_raster(raster, plan)?.is_some();
+        let Some(side) = raster.pixel_side(&plan.crs)?.filter(|_| !is_elsewhere) else { continue };
         if finest.as_ref().is_none_or(|(least, _)| side < *least) {
             finest = Some((side, file_name(&raster.path)));
         }

@@ -87,7 +87,8 @@ pub(super) fn clouds_outside(inputs: &Inputs, plan: &Plan) -> Result<Vec<String>
     clouds.filter_map(|points| misplaced_raster(points, plan).transpose()).collect()
 }
 
-fn misplaced_raster<T>(raster: &Opened<T>, plan: &Plan) -> Result<Option<String>> {
+/// What is to be said of a raster that lies wholly outside the area.
+pub(super) fn misplaced_raster<T>(raster: &Opened<T>, plan: &Plan) -> Result<Option<String>> {
     let (_, reach) = raster.place(plan)?;
     Ok(misplaced(&file_name(&raster.path), reach, &plan.grid))
 }

@@ -299,4 +299,7 @@ fn the_fineness_of_imagery_is_told_beside_that_of_voxels() {
     assert!(!finer(&metadata(&options).notes));
     options.spacing = Some(2.0);
     assert_eq!(metadata(&options).imagery_pixel, Some(5.0));
+    // Beside the area it says nothing of it.
+    options.imagery[0].extent = Some([500_000.0, 5_000_000.0, 500_200.0, 5_000_200.0]);
+    assert_eq!(metadata(&options).imagery_pixel, None);
 }

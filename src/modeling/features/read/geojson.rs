@@ -152,7 +152,7 @@ impl Object {
             "" if self.kml.is_some() => {
                 ("is KML in JSON", "convert the KML itself: ogr2ogr -f GPKG FEATURES.gpkg FILE.kml")
             }
-            "" if self.asset.is_some() => ("is glTF, a model", "name it as `path` of [[object]]"),
+            "" if self.asset.is_some() => ("is glTF, a model", "name it as `file` of [[object]]"),
             "" if self.error.is_some() => {
                 ("holds the error of a server in the place of features", "fetch it again")
             }
