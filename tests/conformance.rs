@@ -169,7 +169,7 @@ fn real_pairs_open() {
     ];
     for (name, least, most) in elevation {
         let raster = open(&folder.join(name), &OpenOptions::default()).unwrap();
-        let raster = ElevationRaster::new(raster, &[]).unwrap();
+        let raster = ElevationRaster::new(raster, &[], 1.0).unwrap();
         let mut heights = Vec::new();
         raster.read(whole(raster.info()), &mut heights).unwrap();
         let valid = || heights.iter().copied().filter(|height| !height.is_nan());
@@ -261,7 +261,7 @@ fn exercise(path: &Path, random: &mut Random) {
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }
     }
-    let _ = ElevationRaster::new(raster, &[-1.0]);
+    let _ = ElevationRaster::new(raster, &[-1.0], 1.0);
     if let Ok(raster) = open(path, &options) {
         let _ = ImageryRaster::new(raster, None);
     }

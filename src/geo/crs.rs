@@ -1,38 +1,135 @@
 //! Horizontal reference systems.
 //!
-//! Every way to name a system (EPSG code, WKT, GeoTIFF keys, PROJ string) ends in a PROJ definition,
-//! which is what the projections are computed from and what a database records. What people type is read in
-//! `user`, WKT in `wkt_system`, GeoTIFF keys in `geokeys`.
+//! Every way to name a system (code, WKT, GeoTIFF keys, PROJ string) ends in a PROJ definition, which is what the
+//! projections are computed from and what a database records, and in the shifts of its datum to WGS 84. What people
+//! type is read in `user`, WKT in `wkt_system`, GeoTIFF keys in `geokeys`; the registries of codes are in `registry`.
 
+use super::choice;
 use super::definition::Definition;
-use super::{choice, epsg};
+use super::geodetic::{Geodetic, in_degrees};
+use super::projection::CONVERT;
+use super::registry::{self, Dimensions, Entry, Geographic};
+use super::shift::{Shift, Shifts};
 use crate::error::{Error, Result};
 
-/// A horizontal coordinate reference system. Axes are always (east or longitude, north or
-/// latitude), whatever order the authority gives; units are metres, or degrees if geographic, or
-/// what [`Crs::metres_per_unit`] says.
-#[derive(Debug, Clone, PartialEq)]
+/// A horizontal coordinate reference system. Coordinates are (east or longitude, north or latitude), whatever order
+/// the authority gives, in metres, or degrees if geographic, or what [`Crs::metres_per_unit`] says. Grids that count
+/// to the west and south keep that: [`Crs::is_metric`] is false of them.
+#[derive(Debug, Clone)]
 pub struct Crs {
     name: String,
     epsg: Option<u32>,
     proj: Option<String>,
+    /// Shifts of the datum, if there is more than one; `proj` has that of places without one of their own.
+    shifts: Shifts,
+    doubt: Option<String>,
+}
+
+impl PartialEq for Crs {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.name, self.epsg, &self.proj) == (&other.name, other.epsg, &other.proj)
+    }
 }
 
 impl Crs {
     /// Plain metres without a place on Earth.
     pub fn local() -> Self {
-        Self { name: "local".into(), epsg: None, proj: None }
+        Self::unplaced("local")
     }
 
-    /// From an EPSG code; of a compound system the horizontal part.
+    fn unplaced(name: &str) -> Self {
+        Self { name: name.into(), epsg: None, proj: None, shifts: Shifts::default(), doubt: None }
+    }
+
+    /// From a code of EPSG or Esri; of a compound system the horizontal part.
     pub fn from_epsg(code: u32) -> Result<Self> {
         Self::by_code(code).map_err(Error::Configuration)
     }
 
     pub(super) fn by_code(code: u32) -> Result<Self, String> {
-        let code = epsg::current(code);
-        let definition = epsg::definition(code)?;
-        Ok(Self { name: epsg::name(code), epsg: Some(code), proj: Some(definition.to_string()) })
+        let compound = registry::compound(code);
+        let horizontal = compound.map_or(code, |compound| compound.horizontal);
+        let (definition, geodetic, entry) = if let Some(projected) = registry::projected(horizontal) {
+            let terms = projected.terms.map_err(|method| {
+                format!("{} is projected by '{method}', which is not read; {CONVERT}", projected.entry)
+            })?;
+            let base = projected.geographic.and_then(registry::geographic);
+            let base = base.ok_or_else(|| {
+                format!(
+                    "{} is built on a geographic system that is not known here; {CONVERT}",
+                    projected.entry
+                )
+            })?;
+            (format!("+proj={terms}"), Geodetic::of_map(&base, projected.order)?, projected.entry)
+        } else if let Some(geographic) = registry::geographic(horizontal) {
+            in_degrees(&geographic)?;
+            ("+proj=longlat".to_owned(), Geodetic::registered(&geographic)?, geographic.entry)
+        } else {
+            return Err(unknown(code));
+        };
+
+        let entry = compound.map_or(entry, |compound| compound.entry);
+        let mut crs = Self::of(&definition, &geodetic, entry.name)
+            .map_err(|reason| format!("{entry} cannot be used: {reason}"))?;
+        crs.epsg = (!entry.is_esri).then_some(entry.code);
+        if entry.is_esri {
+            crs.name = entry.to_string();
+        }
+        Ok(crs)
+    }
+
+    /// A projection (`+proj=…` and its terms) on a datum.
+    pub(super) fn of(projection: &str, geodetic: &Geodetic, name: &str) -> Result<Self, String> {
+        let shift = geodetic.shifts.elsewhere().map(|shift| shift.towgs84.as_str());
+        let definition = Definition::loadable(&format!("{projection} {}", geodetic.terms_with(shift)))?;
+        let list = geodetic.shifts.list();
+        let is_one = list.iter().all(|other| Some(other.towgs84.as_str()) == shift);
+        Ok(Self {
+            name: shortened(name),
+            epsg: None,
+            proj: Some(definition.to_string()),
+            shifts: match geodetic.shifts.clone() {
+                _ if is_one => Shifts::default(),
+                shifts => shifts,
+            },
+            doubt: geodetic.doubt.clone(),
+        })
+    }
+
+    /// Degrees or a UTM zone (below 0: south of the equator) on the datum of an EPSG datum's code.
+    ///
+    /// # Errors
+    /// A sentence without a place, if the datum is not known here.
+    pub fn on_datum(datum: u32, zone: Option<i64>) -> Result<Self, String> {
+        let system = registry::geographic_of_datum(datum);
+        let system = system.ok_or_else(|| format!("the datum EPSG:{datum} is not known here"))?;
+        Self::utm_or_degrees(&system, zone)
+    }
+
+    /// The same by the datum's name.
+    ///
+    /// # Errors
+    /// A sentence without a place, if the datum is not known here.
+    pub fn on_named_datum(datum: &str, zone: Option<i64>) -> Result<Self, String> {
+        let system = Geodetic::named(datum);
+        let system = system.ok_or_else(|| format!("the datum '{}' is not known here", shortened(datum)))?;
+        Self::utm_or_degrees(&system, zone)
+    }
+
+    fn utm_or_degrees(system: &Geographic, zone: Option<i64>) -> Result<Self, String> {
+        in_degrees(system)?;
+        let geodetic = Geodetic::registered(system)?;
+        let half = zone.map_or("", |zone| if zone < 0 { " +south" } else { "" });
+        let Some(zone) = zone.map(i64::unsigned_abs) else {
+            return Self::by_code(system.entry.code);
+        };
+        let name =
+            format!("{} / UTM zone {zone}{}", system.entry.name, if half.is_empty() { "N" } else { "S" });
+        let crs = Self::of(&format!("+proj=utm +zone={zone}{half}"), &geodetic, &name)?;
+        // Of WGS 84 all zones have codes, by which databases are known.
+        let first = if half.is_empty() { 32_600 } else { 32_700 };
+        let code = u32::try_from(zone).ok().map(|zone| first + zone).filter(|_| system.entry.code == 4326);
+        Ok(Self { epsg: code, ..crs })
     }
 
     /// From a PROJ definition and a name for people.
@@ -41,8 +138,23 @@ impl Crs {
     }
 
     pub(super) fn by_definition(definition: &str, name: &str) -> Result<Self, String> {
+        let stated = Definition::parse(definition)?;
         let definition = Definition::loadable(definition)?;
-        Ok(Self { name: name.to_owned(), epsg: None, proj: Some(definition.to_string()) })
+        let mut crs = Self { proj: Some(definition.to_string()), ..Self::unplaced(name) };
+
+        // PROJ's names of datums that lie otherwise from place to place.
+        let code = match stated.get("datum").map(str::to_ascii_uppercase).as_deref() {
+            Some("NAD27") => Some(4267),
+            Some("NAD83") => Some(4269),
+            _ => None,
+        };
+        let is_given = stated.get("towgs84").or(stated.get("nadgrids")).is_some();
+        if let Some(system) = code.filter(|_| !is_given).and_then(registry::geographic) {
+            let geodetic = Geodetic::registered(&system)?;
+            crs.shifts = geodetic.shifts;
+            crs.doubt = geodetic.doubt;
+        }
+        Ok(crs)
     }
 
     /// What a database header says (name, EPSG code, PROJ definition). The definition decides; without
@@ -60,7 +172,8 @@ impl Crs {
 
     /// WGS 84 longitude and latitude, degrees.
     pub fn wgs84() -> Self {
-        Self { name: epsg::name(4326), epsg: Some(4326), proj: Some("+proj=longlat +datum=WGS84".to_owned()) }
+        let proj = Some("+proj=longlat +datum=WGS84".to_owned());
+        Self { epsg: Some(4326), proj, ..Self::unplaced("WGS 84") }
     }
 
     /// The metric system for an area given in degrees (west, south, east, north): the UTM zone of its centre
@@ -71,6 +184,16 @@ impl Crs {
         // All codes that the choice knows are in the definitions (a test holds that); local metres are
         // unreachable, and harmless.
         Self::by_code(code).unwrap_or_else(|_| Self::local())
+    }
+
+    /// The same system with the one shift of its datum that holds at a place (longitude, latitude in degrees), as
+    /// a database records it: near and far parts of it must not lie apart.
+    pub fn settled(&self, longitude: f64, latitude: f64) -> Self {
+        let mut settled = Self { shifts: Shifts::default(), ..self.clone() };
+        if let (Some(definition), Some(shift)) = (self.definition(), self.shifts.at(longitude, latitude)) {
+            settled.proj = Some(definition.with_shift(Some(&shift.towgs84)).to_string());
+        }
+        settled
     }
 
     /// Name for people.
@@ -86,6 +209,11 @@ impl Crs {
     /// PROJ definition; `None` for local metres.
     pub fn proj(&self) -> Option<&str> {
         self.proj.as_deref()
+    }
+
+    /// A sentence about how well its places are known, where that is worth one.
+    pub fn doubt(&self) -> Option<&str> {
+        self.doubt.as_deref()
     }
 
     /// Coordinates are degrees.
@@ -107,23 +235,56 @@ impl Crs {
         }
     }
 
-    /// Coordinates are metres, as a database needs them.
+    /// Coordinates are metres to the east and to the north, as a database needs them.
     pub fn is_metric(&self) -> bool {
-        self.metres_per_unit() == Some(1.0)
+        let is_turned = self.definition().is_some_and(|definition| definition.get("axis").is_some());
+        self.metres_per_unit() == Some(1.0) && !is_turned
     }
 
     /// Whether both put every place at the same coordinates, by whatever name. Datums that agree with WGS 84
-    /// within a metre or two and have no shift to it (NAD83, ETRS89, SIRGAS 2000) count as WGS 84.
+    /// within a metre or two and have no shift to it (ETRS89, SIRGAS 2000) count as WGS 84.
     pub fn is_equivalent(&self, other: &Self) -> bool {
-        match (self.definition(), other.definition()) {
-            (None, None) => true,
-            (Some(one), Some(two)) => one.is_equivalent(&two),
-            _ => false,
+        let (Some(one), Some(two)) = (self.definition(), other.definition()) else {
+            return self.proj.is_none() && other.proj.is_none();
+        };
+        one.is_equivalent(&two) || self.is_same(other)
+    }
+
+    /// Whether positions pass unchanged from one to the other, to the last metre: a datum that counts as WGS 84, but
+    /// lies otherwise in some places, as NAD83 does in Hawaii, is not the same.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let (Some(one), Some(two)) = (self.definition(), other.definition()) else {
+            return self.proj.is_none() && other.proj.is_none();
+        };
+        // A map takes those shifts of a datum alone that hold in its area.
+        let is_one_datum = one.get("datum") == Some("NAD83") && two.get("datum") == Some("NAD83");
+        if self.shifts == other.shifts || is_one_datum {
+            return one.is_equivalent(&two);
         }
+        // One of them is settled, or both: the same system all the same, or one that has a shift of the other.
+        let is_named_alike = self.epsg.is_some() && self.epsg == other.epsg
+            || self.epsg.or(other.epsg).is_none() && self.name == other.name;
+        let has = |crs: &Self, shift: Option<&str>| {
+            let is_of = |own: &Shift| Some(own.towgs84.as_str()) == shift && own.towgs84 != "0,0,0";
+            crs.shifts.list().iter().any(is_of)
+        };
+        let is_shared = has(self, two.get("towgs84")) || has(other, one.get("towgs84"));
+        (is_named_alike || is_shared) && one.with_shift(None).is_equivalent(&two.with_shift(None))
     }
 
     pub(super) fn definition(&self) -> Option<Definition> {
         Definition::parse(self.proj.as_deref()?).ok()
+    }
+
+    /// Whether its datum has the same shift to WGS 84 everywhere.
+    #[cfg(test)]
+    pub(super) fn has_one_shift(&self) -> bool {
+        self.shifts.list().is_empty()
+    }
+
+    /// Shifts of the datum from place to place; empty where one holds everywhere.
+    pub(super) fn shifts(&self) -> &Shifts {
+        &self.shifts
     }
 
     pub(super) fn named(mut self, name: &str) -> Self {
@@ -132,6 +293,32 @@ impl Crs {
         }
         self
     }
+}
+
+/// Why a code has no horizontal system.
+fn unknown(code: u32) -> String {
+    if let Some(vertical) = registry::vertical(code) {
+        return format!(
+            "{} measures only heights; give the horizontal system, and the heights beside it (EPSG:32633+{code}) or as --src-vdatum",
+            vertical.entry
+        );
+    }
+    format!(
+        "EPSG:{code} is not known here; give the system as a PROJ string instead, for example --crs '+proj=utm +zone=33 +datum=WGS84' (epsg.io shows one for each code)"
+    )
+}
+
+/// The registry's entry of a code, whatever it is.
+pub(super) fn entry(code: u32) -> Option<Entry> {
+    let compound = registry::compound(code).map(|compound| compound.entry);
+    let projected = || registry::projected(code).map(|projected| projected.entry);
+    let geographic = || registry::geographic(code).map(|geographic| geographic.entry);
+    compound.or_else(projected).or_else(geographic)
+}
+
+/// Whether a code is a geographic system with heights above the ellipsoid.
+pub(super) fn is_three_dimensional(code: u32) -> bool {
+    registry::geographic(code).is_some_and(|system| system.dimensions == Dimensions::Three)
 }
 
 /// The first part of a text that may be of any length.

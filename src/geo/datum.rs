@@ -26,13 +26,15 @@ pub enum VerticalDatum {
     Navd88,
 }
 
-/// A system of heights: datum and unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A system of heights as a file or a user states it; any part may be missing.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct VerticalCrs {
-    /// What heights are measured from.
-    pub datum: VerticalDatum,
-    /// Metres per unit of the heights, above 0.
-    pub metres_per_unit: f64,
+    /// Datum of the heights; `None` where none is stated, or one that is not told apart from mean sea level here.
+    pub datum: Option<VerticalDatum>,
+    /// Metres upward per unit, never 0; below 0 for depths. `None` where no unit is stated.
+    pub metres_per_unit: Option<f64>,
+    /// Name as stated, for messages.
+    pub name: Option<String>,
 }
 
 /// What to do with a height to bring it to another datum.

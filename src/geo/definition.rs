@@ -14,6 +14,9 @@ use std::fmt;
 
 use proj4rs::Proj;
 
+use super::geodetic::on_earth;
+use super::projection::CONVERT;
+
 /// Longest definition that is read, in bytes; real ones stay below 300.
 const LONGEST: usize = 2000;
 
@@ -22,10 +25,51 @@ const NAD27_TO_WGS84: &str = "-8,160,176";
 
 /// Keys that say nothing about horizontal positions.
 const IRRELEVANT: [&str; 9] =
-    ["no_defs", "type", "wktext", "vunits", "vto_meter", "geoidgrids", "geoid_crs", "guam", "title"];
+    ["no_defs", "type", "wktext", "vunits", "vto_meter", "geoidgrids", "geoid_crs", "lon_wrap", "title"];
+
+/// Keys that say what the datum is.
+const GEODETIC: [&str; 8] = ["datum", "ellps", "a", "b", "rf", "R", "f", "towgs84"];
+
+/// Keys that are read beside those of [`GEODETIC`].
+const PROJECTING: [&str; 31] = [
+    "proj",
+    "pm",
+    "lat_0",
+    "lat_1",
+    "lat_2",
+    "lat_ts",
+    "lon_0",
+    "lon_1",
+    "lon_2",
+    "lonc",
+    "x_0",
+    "y_0",
+    "k",
+    "k_0",
+    "units",
+    "to_meter",
+    "zone",
+    "south",
+    "alpha",
+    "gamma",
+    "no_off",
+    "no_uoff",
+    "no_rot",
+    "axis",
+    "over",
+    "approx",
+    "h",
+    "azi",
+    "tilt",
+    "hyperbolic",
+    "guam",
+];
 
 /// Cylindrical projections whose longitudes may run on beyond ±180°.
 const CYLINDRICAL: [&str; 5] = ["eqc", "merc", "webmerc", "cea", "mill"];
+
+/// Azimuth of Krovak's cone, degrees (EPSG guidance note 7-2: the co-latitude of its axis).
+const KROVAK_AZIMUTH: f64 = 30.288_139_752_777_8;
 
 /// Largest relative difference of two parameters that mean the same; at 10,000 km it is 0.1 mm.
 const SAME_RELATIVE: f64 = 1e-11;
@@ -71,6 +115,8 @@ impl Definition {
         definition.name_geographic();
         definition.replace_grids()?;
         definition.check_axes()?;
+        definition.check_terms()?;
+        on_earth(&definition.to_string(), text)?;
         definition.load()?;
         Ok(definition)
     }
@@ -99,19 +145,6 @@ impl Definition {
     /// Whether coordinates are angles.
     pub(super) fn is_geographic(&self) -> bool {
         self.get("proj") == Some("longlat")
-    }
-
-    /// The part that names datum, ellipsoid and prime meridian, for use under another projection.
-    pub(super) fn geodetic_part(&self) -> String {
-        const KEYS: [&str; 10] = ["datum", "ellps", "a", "b", "rf", "R", "f", "towgs84", "nadgrids", "pm"];
-        let words = self.0.iter().filter(|(key, _)| KEYS.contains(&key.as_str())).map(word);
-        words.collect::<Vec<_>>().join(" ")
-    }
-
-    /// Replaces or adds the linear unit.
-    pub(super) fn set_metres_per_unit(&mut self, metres: f64) {
-        self.remove(&["units", "to_meter"]);
-        self.push("to_meter", &metres.to_string());
     }
 
     /// All spellings of geographic coordinates become `longlat`.
@@ -153,17 +186,76 @@ impl Definition {
         Ok(())
     }
 
-    fn check_axes(&mut self) -> Result<(), String> {
-        match self.get("axis") {
-            None => Ok(()),
-            Some("enu") => {
-                self.remove(&["axis"]);
-                Ok(())
-            }
-            Some(axis) => Err(format!(
-                "the axes run '{axis}', and only east, north ones are read; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif"
-            )),
+    /// Terms that would be dropped are refused; the azimuth of an oblique Mercator's grid goes without saying.
+    fn check_terms(&mut self) -> Result<(), String> {
+        let is_read = |key: &str| {
+            PROJECTING.contains(&key) || GEODETIC.contains(&key) || key == "nadgrids" || key == "czech"
+        };
+        if let Some((key, _)) = self.0.iter().find(|(key, _)| !is_read(key)) {
+            return Err(format!("the term '+{key}' of '{self}' is not read; {CONVERT}"));
         }
+        let azimuth = self.number("alpha");
+        if self.get("proj") == Some("krovak") {
+            if azimuth.is_some_and(|azimuth| (azimuth - KROVAK_AZIMUTH).abs() > 1e-4) {
+                return Err(format!(
+                    "Krovak's projection is only read with +alpha={KROVAK_AZIMUTH}; {CONVERT}"
+                ));
+            }
+        } else if let Some(azimuth) = azimuth.filter(|_| !self.has("gamma")) {
+            self.push("gamma", &azimuth.to_string());
+        }
+        Ok(())
+    }
+
+    /// Axes to the east and north go without saying; others are kept, and heights among them do not matter.
+    fn check_axes(&mut self) -> Result<(), String> {
+        let Some(axis) = self.get("axis").map(str::to_owned) else { return Ok(()) };
+        let letters: Vec<char> = axis.chars().collect();
+        let is_one = |pair: [char; 2]| letters.iter().filter(|letter| pair.contains(letter)).count() == 1;
+        if letters.len() != 3 || !is_one(['e', 'w']) || !is_one(['n', 's']) || letters[2] != 'u' {
+            return Err(format!(
+                "the axes '{axis}' are not two of e, w, n, s and 'u', as in +axis=wsu; {CONVERT}"
+            ));
+        }
+        if axis == "enu" {
+            self.remove(&["axis"]);
+        } else if self.is_geographic() {
+            return Err(format!(
+                "the axes of degrees run '{axis}', and only east, north ones are read; {CONVERT}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Longitude of the prime meridian, radians east of Greenwich.
+    pub(super) fn meridian(&self) -> Result<f64, String> {
+        if !self.has("pm") {
+            return Ok(0.0);
+        }
+        let mut degrees = self.clone();
+        degrees.0.retain(|(key, _)| key == "pm" || GEODETIC.contains(&key.as_str()));
+        degrees.push("proj", "longlat");
+        let mut place = (0.0, 0.5, 0.0);
+        proj4rs::transform::transform(&degrees.load()?, &self.own_degrees()?, &mut place)
+            .map_err(|error| format!("'{self}' is no usable PROJ definition: {error}"))?;
+        Ok(place.0)
+    }
+
+    /// Degrees on the same datum, from Greenwich, as [`proj4rs`] computes them.
+    pub(super) fn own_degrees(&self) -> Result<Proj, String> {
+        let words = self.0.iter().filter(|(key, _)| GEODETIC.contains(&key.as_str())).map(word);
+        let words: Vec<String> = words.collect();
+        Self::parse(&format!("+proj=longlat {}", words.join(" ")))?.load()
+    }
+
+    /// The same with another shift to WGS 84, or with none.
+    pub(super) fn with_shift(&self, towgs84: Option<&str>) -> Self {
+        let mut definition = self.clone();
+        definition.remove(&["towgs84"]);
+        if let Some(shift) = towgs84 {
+            definition.push("towgs84", shift);
+        }
+        definition
     }
 
     /// The projection as [`proj4rs`] computes it.

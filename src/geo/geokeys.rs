@@ -19,23 +19,18 @@
 
 use super::crs::{Crs, shortened};
 use super::datum::{VerticalCrs, VerticalDatum};
-use super::definition::Definition;
-use super::epsg;
+use super::geodetic::Geodetic;
 use super::geokey_directory::{Keys, REPAIR, USER_DEFINED, key};
 use super::geokeys_projection::{ellipsoid_terms, projection_terms};
-use super::{units, wkt, wkt_system};
+use super::{heights, registry, units, wkt, wkt_system};
 
 /// What the geo keys of a TIFF say.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeoKeys {
     /// Horizontal system; `None` where the keys name none (or a local one).
     pub crs: Option<Crs>,
-    /// What heights are measured from; `None` where the keys do not say it or name a system that is not known.
-    pub vertical_datum: Option<VerticalDatum>,
-    /// Metres per unit of the heights; `None` where the keys do not say it.
-    pub vertical_metres_per_unit: Option<f64>,
-    /// Vertical system that is named but not known here, for a message.
-    pub unknown_vertical: Option<String>,
+    /// System of the heights, as far as the keys state one.
+    pub vertical: VerticalCrs,
     /// Coordinates of a pixel are those of its centre (post), not of its corner.
     pub pixel_is_point: bool,
 }
@@ -44,12 +39,9 @@ pub struct GeoKeys {
 pub fn parse_geokeys(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<GeoKeys, String> {
     let keys = Keys::read(directory, doubles, ascii)?;
     let (crs, from_text) = horizontal(&keys)?;
-    let (vertical, unknown_vertical) = vertical(&keys, from_text);
     Ok(GeoKeys {
         crs,
-        vertical_datum: vertical.0,
-        vertical_metres_per_unit: vertical.1,
-        unknown_vertical,
+        vertical: vertical(&keys).or(from_text.unwrap_or_default()),
         pixel_is_point: keys.code(key::RASTER_TYPE) == Some(2),
     })
 }
@@ -98,21 +90,20 @@ fn projected_crs(keys: &Keys) -> Result<Horizontal, String> {
                 Some(unit) if !units::same(unit, own) => Err(format!(
                     "geo key 3076 gives a unit of {unit} m, but EPSG:{code} of key 3072 counts in {own} m; {REPAIR}"
                 )),
-                _ => Ok((Some(crs), epsg::vertical_part(u32::from(code)))),
+                _ => Ok((Some(crs), heights::part_of(u32::from(code)))),
             }
         }
         _ if keys.broken => Err(BROKEN.into()),
         _ => {
             let unit = linear.unwrap_or(1.0);
-            let projection = projection_terms(keys, unit)?;
-            let text = format!("{projection} {}", geodetic_terms(keys)?);
-            let mut definition = Definition::parse(&text)?;
+            let mut terms = projection_terms(keys, unit)?;
             if unit != 1.0 {
-                definition.set_metres_per_unit(unit);
+                terms += &format!(" +to_meter={unit}");
             }
             let name = citation.filter(|name| !matches!(*name, "unknown" | "unnamed"));
-            let name = name.map_or_else(|| text.clone(), shortened);
-            Ok((Some(Crs::by_definition(&definition.to_string(), &name)?), None))
+            let geodetic = geodetic(keys)?;
+            let name = name.map_or_else(|| format!("{terms} {}", geodetic.terms), shortened);
+            Ok((Some(Crs::of(&terms, &geodetic, &name)?), None))
         }
     }
 }
@@ -129,55 +120,71 @@ fn geographic_crs(keys: &Keys) -> Result<Horizontal, String> {
         if !crs.is_geographic() {
             return Err(format!("geo key 2048 gives EPSG:{code}, which is no geographic system; {REPAIR}"));
         }
-        return Ok((Some(crs), epsg::vertical_part(u32::from(code))));
+        return Ok((Some(crs), heights::part_of(u32::from(code))));
     }
     if keys.broken {
         return Err(BROKEN.into());
     }
-    let definition = format!("+proj=longlat {}", geodetic_terms(keys)?);
+    let geodetic = geodetic(keys)?;
     let name = keys
         .text(key::GEODETIC_CITATION)
         .or(keys.text(key::CITATION))
-        .map_or_else(|| definition.clone(), shortened);
-    Ok((Some(Crs::by_definition(&definition, &name)?), None))
+        .map_or_else(|| geodetic.terms.clone(), shortened);
+    Ok((Some(Crs::of("+proj=longlat", &geodetic, &name)?), None))
 }
 
-/// PROJ's terms of datum, ellipsoid and prime meridian.
-fn geodetic_terms(keys: &Keys) -> Result<String, String> {
+/// The datum, with the ellipsoid and the meridian that the keys give.
+fn geodetic(keys: &Keys) -> Result<Geodetic, String> {
     let is_code = |code: &u16| *code != USER_DEFINED;
     if let Some(code) = keys.code(key::GEODETIC_CRS).filter(is_code) {
-        return Ok(epsg::definition(u32::from(code))?.geodetic_part());
+        let system = registry::geographic(u32::from(code));
+        let system = system.ok_or_else(|| {
+            format!(
+                "geo key 2048 gives EPSG:{code}, which is no geographic system that is known here; {REPAIR}"
+            )
+        })?;
+        return Geodetic::registered(&system);
     }
-    // The codes of datums run parallel to those of the systems that are built on nothing else.
-    if let Some(code @ 6000..=6999) = keys.code(key::GEODETIC_DATUM)
-        && let Ok(definition) = epsg::definition(u32::from(code) - 2000)
+    if let Some(code) = keys.code(key::GEODETIC_DATUM).filter(is_code)
+        && let Some(system) = registry::geographic_of_datum(u32::from(code))
     {
-        return Ok(definition.geodetic_part());
+        return Geodetic::registered(&system);
     }
+
     let mut terms = ellipsoid_terms(keys)?;
-    if let Some(shift) = keys.numbers(key::TO_WGS84).filter(|shift| matches!(shift.len(), 3 | 7)) {
-        let shift: Vec<String> = shift.iter().map(f64::to_string).collect();
-        terms = format!("{terms} +towgs84={}", shift.join(","));
-    }
     if let Some(longitude) = keys.number(key::PRIME_MERIDIAN_LONGITUDE).filter(|longitude| *longitude != 0.0)
     {
         terms = format!("{terms} +pm={longitude}");
     }
-    Ok(terms)
+    let name = datum_name(keys).unwrap_or_else(|| terms.clone());
+    if let Some(shift) = keys.numbers(key::TO_WGS84).filter(|shift| matches!(shift.len(), 3 | 7)) {
+        let shift: Vec<String> = shift.iter().map(f64::to_string).collect();
+        return Geodetic::stated(terms, Some(&shift.join(",")), &name);
+    }
+    match Geodetic::named(&name) {
+        Some(system) => Ok(Geodetic { terms, ..Geodetic::registered(&system)? }),
+        None => Geodetic::stated(terms, None, &name),
+    }
 }
 
-type Vertical = ((Option<VerticalDatum>, Option<f64>), Option<String>);
+/// Name of the datum in the citation of the geographic system: GDAL writes `GCS Name = … |Datum = … |`.
+fn datum_name(keys: &Keys) -> Option<String> {
+    let citation = keys.text(key::GEODETIC_CITATION)?;
+    let datum = citation.split('|').find_map(|part| part.trim().strip_prefix("Datum = "));
+    Some(shortened(datum.unwrap_or(citation).trim()))
+}
 
-fn vertical(keys: &Keys, from_text: Option<VerticalCrs>) -> Vertical {
+/// The system of heights that the keys state.
+fn vertical(keys: &Keys) -> VerticalCrs {
     if keys.broken {
         let named = [key::VERTICAL_CRS, key::VERTICAL_DATUM, key::VERTICAL_UNITS]
             .iter()
             .any(|id| keys.code(*id).is_some());
-        return ((None, None), named.then(|| "one that a broken key directory describes in part".to_owned()));
+        let name = named.then(|| "one that a broken key directory describes in part".to_owned());
+        return VerticalCrs { name, ..VerticalCrs::default() };
     }
-    let code = keys.code(key::VERTICAL_CRS).filter(|code| *code != USER_DEFINED);
-    let known =
-        code.and_then(|code| epsg::vertical(u32::from(code)).or(epsg::vertical_part(u32::from(code))));
+    let code = keys.code(key::VERTICAL_CRS).filter(|code| *code != USER_DEFINED).map(u32::from);
+    let known = code.and_then(|code| heights::by_code(code).or_else(|| heights::part_of(code)));
     let by_datum = || match keys.code(key::VERTICAL_DATUM)? {
         5100 => Some(VerticalDatum::Msl),
         5103 => Some(VerticalDatum::Navd88),
@@ -185,16 +192,21 @@ fn vertical(keys: &Keys, from_text: Option<VerticalCrs>) -> Vertical {
         1027 => Some(VerticalDatum::Egm2008),
         _ => None,
     };
-    let datum = known.map(|known| known.datum).or_else(by_datum);
-    let unit = units::linear_of_keys(keys.code(key::VERTICAL_UNITS), None).ok().flatten();
-    let unit = unit.or(known.map(|known| known.metres_per_unit));
-    let named =
-        code.map(|code| format!("EPSG:{code}")).or_else(|| keys.text(key::VERTICAL_CITATION).map(shortened));
-    let unknown = named.filter(|_| datum.is_none());
-    match from_text {
-        Some(vertical) if datum.is_none() => {
-            ((Some(vertical.datum), Some(unit.unwrap_or(vertical.metres_per_unit))), None)
-        }
-        _ => ((datum, unit), unknown),
+    let named = || {
+        let code = code.map(|code| format!("EPSG:{code}"));
+        code.or_else(|| keys.text(key::VERTICAL_CITATION).map(shortened))
+            .or_else(|| keys.code(key::VERTICAL_DATUM).map(|code| format!("the vertical datum EPSG:{code}")))
+    };
+    let mut vertical = known.unwrap_or_else(|| {
+        let name = named();
+        let datum = by_datum().or_else(|| heights::datum_of(name.as_deref()?));
+        VerticalCrs { datum, metres_per_unit: None, name }
+    });
+
+    // The unit key counts before the code's unit; the direction is the code's.
+    if let Ok(Some(unit)) = units::linear_of_keys(keys.code(key::VERTICAL_UNITS), None) {
+        let is_down = vertical.metres_per_unit.is_some_and(|metres| metres < 0.0);
+        vertical.metres_per_unit = Some(if is_down { -unit } else { unit });
     }
+    vertical
 }

@@ -8,10 +8,19 @@ use std::fmt::Write;
 /// Conversion that is offered where a projection is not read.
 pub(super) const CONVERT: &str = "convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif";
 
+/// Scale factors that a map can have.
+const SCALES: std::ops::Range<f64> = 0.5..2.0;
+
 /// A way to project.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Method {
     TransverseMercator,
+    /// Transverse Mercator that counts to the west and south.
+    SouthOrientated,
+    /// Krovak that counts to the south and west.
+    Krovak,
+    /// Krovak that counts to the east and north, in negative numbers.
+    KrovakNorth,
     /// One or two standard parallels, by which are given.
     LambertConformal,
     Albers,
@@ -81,8 +90,24 @@ pub(super) fn proj_terms(method: Method, given: &Parameters) -> Result<String, S
     let latitude = given.or(Term::Latitude, 0.0);
     let first = given.get(Term::Parallel1);
     let scale = given.or(Term::Scale, 1.0);
+    if !SCALES.contains(&scale) {
+        return Err(format!("a projection with a scale factor of {scale} is no map's; {CONVERT}"));
+    }
+    // Krovak's axes are turned by the method itself.
+    let turned = given.or(Term::RectifiedAngle, 0.0);
+    let takes_turn = matches!(
+        method,
+        Method::ObliqueMercatorA | Method::ObliqueMercatorB | Method::Krovak | Method::KrovakNorth
+    );
+    if turned != 0.0 && !takes_turn {
+        return Err(format!("a projection whose axes are turned by {turned}° is not read; {CONVERT}"));
+    }
+
     let mut words = match method {
-        Method::TransverseMercator => format!("+proj=tmerc +lat_0={latitude} +k={scale}"),
+        Method::TransverseMercator | Method::SouthOrientated => {
+            format!("+proj=tmerc +lat_0={latitude} +k={scale}")
+        }
+        Method::Krovak | Method::KrovakNorth => krovak(given)?,
         Method::LambertConformal => lambert_conformal(given)?,
         Method::Albers => conic("aea", given)?,
         Method::EquidistantConic => conic("eqdc", given)?,
@@ -156,6 +181,20 @@ fn polar_stereographic(given: &Parameters) -> Result<String, String> {
         return Ok(format!("+proj=stere +lat_0={pole} +k={}", given.or(Term::Scale, 1.0)));
     }
     Ok(format!("+proj=stere +lat_0={pole} +lat_ts={latitude}"))
+}
+
+/// The pseudo standard parallel is the one of the only map that uses it; others are not read.
+fn krovak(given: &Parameters) -> Result<String, String> {
+    const PARALLEL: f64 = 78.5;
+    let parallel = given.or(Term::Parallel1, PARALLEL);
+    if (parallel - PARALLEL).abs() > 1e-9 {
+        return Err(format!(
+            "a Krovak projection with a pseudo standard parallel of {parallel} is not read; {CONVERT}"
+        ));
+    }
+    let azimuth = given.or(Term::Azimuth, 30.288_139_752_777_8);
+    let latitude = given.or(Term::Latitude, 49.5);
+    Ok(format!("+proj=krovak +lat_0={latitude} +alpha={azimuth} +k={}", given.or(Term::Scale, 0.9999)))
 }
 
 fn oblique_mercator(method: Method, given: &Parameters) -> Result<String, String> {

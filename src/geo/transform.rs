@@ -1,10 +1,13 @@
 //! From one horizontal system to another.
 //!
-//! [`proj4rs`] works in radians, and knows neither identity nor a domain; both are added here.
+//! [`proj4rs`] works in radians, and knows neither identity nor a domain, nor shifts to WGS 84 that differ from place
+//! to place; they are added here.
 
 use proj4rs::Proj;
 
 use super::crs::Crs;
+use super::definition::Definition;
+use super::shift::{Degrees, Shift, Shifts, contains};
 use crate::error::{Error, Result};
 
 /// How far a latitude may pass the pole by rounding, degrees (0.1 mm).
@@ -12,6 +15,9 @@ const POLE_SLACK: f64 = 1e-9;
 
 /// Step along the meridian from which the direction of north is taken, degrees of latitude (about 11 m).
 const NORTH_STEP: f64 = 1e-4;
+
+/// WGS 84 for [`proj4rs`].
+const WGS84: &str = "+proj=longlat +datum=WGS84";
 
 /// Takes positions from one system to another.
 #[derive(Debug)]
@@ -26,12 +32,30 @@ pub struct Transform {
 struct Systems {
     from: Side,
     to: Side,
+    wgs84: Proj,
 }
 
+/// A system as it is computed.
 #[derive(Debug)]
 struct Side {
+    /// With the shift of places that no area of `shifts` holds.
     proj: Proj,
     degrees: bool,
+    /// Longitude of the prime meridian, radians.
+    meridian: f64,
+    /// Where the datum's shift to WGS 84 is another from place to place.
+    shifting: Option<Shifting>,
+}
+
+/// Shifts by place.
+#[derive(Debug)]
+struct Shifting {
+    shifts: Shifts,
+    /// The system with each of them.
+    projs: Vec<Proj>,
+    /// The area of each on the map, in its units: boxes of least x and y, greatest x and y, two for an area
+    /// across the 180th meridian. As PROJ has it, a place on a map belongs to an area that is so bounded.
+    own_areas: Vec<Vec<[f64; 4]>>,
 }
 
 impl Side {
@@ -43,8 +67,86 @@ impl Side {
             ))
         })?;
         let proj = definition.load().map_err(Error::Configuration)?;
-        Ok(Self { proj, degrees: definition.is_geographic() })
+        let shifting = Shifting::new(crs, &definition).map_err(Error::Configuration)?;
+        let meridian = definition.meridian().map_err(Error::Configuration)?;
+        Ok(Self { proj, degrees: definition.is_geographic(), meridian, shifting })
     }
+
+    /// The system as it is computed at a place of its own, in its units or radians.
+    fn at_own(&self, (x, y, _): (f64, f64, f64)) -> &Proj {
+        let Some(shifting) = &self.shifting else { return &self.proj };
+        if self.degrees {
+            return shifting.at((x + self.meridian, y, 0.0));
+        }
+        let holds = |&[west, south, east, north]: &[f64; 4]| {
+            (west..=east).contains(&x) && (south..=north).contains(&y)
+        };
+        shifting.chosen(|index| shifting.own_areas[index].iter().any(holds))
+    }
+
+    /// The system as it is computed at a place of another system.
+    fn at_other(&self, from: &Proj, wgs84: &Proj, point: (f64, f64, f64)) -> &Proj {
+        let Some(shifting) = &self.shifting else { return &self.proj };
+        let mut place = point;
+        match proj4rs::transform::transform(from, wgs84, &mut place) {
+            Ok(()) => shifting.at(place),
+            Err(_) => &self.proj,
+        }
+    }
+}
+
+impl Shifting {
+    fn new(crs: &Crs, definition: &Definition) -> Result<Option<Self>, String> {
+        if crs.shifts().list().is_empty() {
+            return Ok(None);
+        }
+        let shifts = crs.shifts().clone();
+        let degrees = definition.own_degrees()?;
+        let map = definition.load()?;
+        let proj = |shift: &Shift| definition.with_shift(Some(&shift.towgs84)).load();
+        let projs = shifts.list().iter().map(proj).collect::<Result<_, String>>()?;
+        let boxes = |shift: &Shift| {
+            let [west, south, east, north] = shift.area;
+            let halves = if east < west { vec![(west, 180.0), (-180.0, east)] } else { vec![(west, east)] };
+            halves
+                .into_iter()
+                .map(|(west, east)| bounds_of([west, south, east, north], &degrees, &map))
+                .collect()
+        };
+        let own_areas = shifts.list().iter().map(boxes).collect();
+        Ok(Some(Self { shifts, projs, own_areas }))
+    }
+
+    /// The system as it is computed at a place in radians.
+    fn at(&self, (longitude, latitude, _): (f64, f64, f64)) -> &Proj {
+        let (longitude, latitude) = (longitude.to_degrees(), latitude.to_degrees());
+        self.chosen(|index| contains(self.shifts.list()[index].area, longitude, latitude))
+    }
+
+    fn chosen(&self, holds: impl Fn(usize) -> bool) -> &Proj {
+        &self.projs[self.shifts.choose(holds)]
+    }
+}
+
+/// Bounds of an area on a map, from the places of its rim that the map has, 20 steps a side as PROJ takes them.
+fn bounds_of([west, south, east, north]: Degrees, degrees: &Proj, map: &Proj) -> [f64; 4] {
+    const STEPS: u32 = 20;
+    let part = |low: f64, high: f64, step: u32| low + (high - low) * f64::from(step) / f64::from(STEPS);
+    let rim = (0..=STEPS).flat_map(|step| {
+        let (x, y) = (part(west, east, step), part(south, north, step));
+        [(x, south), (x, north), (west, y), (east, y)]
+    });
+
+    let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    for (longitude, latitude) in rim {
+        let mut place = (longitude.to_radians(), latitude.to_radians(), 0.0);
+        let is_there = proj4rs::transform::transform(degrees, map, &mut place).is_ok();
+        if is_there && place.0.is_finite() && place.1.is_finite() {
+            let [low_x, low_y, high_x, high_y] = bounds;
+            bounds = [low_x.min(place.0), low_y.min(place.1), high_x.max(place.0), high_y.max(place.1)];
+        }
+    }
+    bounds
 }
 
 impl Transform {
@@ -57,10 +159,12 @@ impl Transform {
                 placed.name()
             )));
         }
-        if from.is_equivalent(to) {
+        if from.is_same(to) {
             return Ok(Self { systems: None, centre: None });
         }
-        let systems = Systems { from: Side::new(from)?, to: Side::new(to)? };
+        let wgs84 = Proj::from_proj_string(WGS84)
+            .map_err(|error| Error::Configuration(format!("'{WGS84}': {error}")))?;
+        let systems = Systems { from: Side::new(from)?, to: Side::new(to)?, wgs84 };
         Ok(Self { systems: Some(Box::new(systems)), centre: None })
     }
 
@@ -84,7 +188,9 @@ impl Transform {
         if systems.from.degrees {
             point = (x.to_radians(), on_earth(y)?.to_radians(), 0.0);
         }
-        proj4rs::transform::transform(&systems.from.proj, &systems.to.proj, &mut point).ok()?;
+        let from = systems.from.at_own(point);
+        let to = systems.to.at_other(from, &systems.wgs84, point);
+        proj4rs::transform::transform(from, to, &mut point).ok()?;
         let (mut x, mut y, _) = point;
         if systems.to.degrees {
             (x, y) = (x.to_degrees(), on_earth(y.to_degrees())?);

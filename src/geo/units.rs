@@ -1,7 +1,7 @@
 //! Units of coordinates and heights.
 
-use super::epsg::{FOOT, US_SURVEY_FOOT};
 use super::geokey_directory::USER_DEFINED;
+use super::heights::{FOOT, US_SURVEY_FOOT};
 
 /// Largest relative difference of two numbers that mean the same unit. The two feet differ by 2·10⁻⁶.
 const SAME_RELATIVE: f64 = 1e-8;
@@ -9,6 +9,40 @@ const SAME_RELATIVE: f64 = 1e-8;
 /// Whether two sizes mean the same unit.
 pub(super) fn same(one: f64, two: f64) -> bool {
     (one - two).abs() <= SAME_RELATIVE * one.abs()
+}
+
+/// The exact size of a foot that is given in a few digits; other sizes as they are.
+pub(super) fn exact(metres: f64) -> f64 {
+    let foot = [FOOT, US_SURVEY_FOOT].into_iter().find(|foot| same(*foot, metres));
+    foot.unwrap_or(metres)
+}
+
+/// Metres per unit by PROJ's name of a unit (`+units`, `+vunits`).
+pub(super) fn of_proj(name: &str) -> Option<f64> {
+    Some(match name {
+        "m" => 1.0,
+        "km" => 1000.0,
+        "dm" => 0.1,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        "kmi" => 1852.0,
+        "in" => 0.0254,
+        "ft" => FOOT,
+        "yd" => 0.9144,
+        "mi" => 1609.344,
+        "fath" => 1.8288,
+        "ch" => 20.1168,
+        "link" => 0.201_168,
+        "us-in" => US_SURVEY_FOOT / 12.0,
+        "us-ft" => US_SURVEY_FOOT,
+        "us-yd" => 3.0 * US_SURVEY_FOOT,
+        "us-ch" => 66.0 * US_SURVEY_FOOT,
+        "us-mi" => 5280.0 * US_SURVEY_FOOT,
+        "ind-yd" => 0.914_395_23,
+        "ind-ft" => 0.304_798_41,
+        "ind-ch" => 20.116_695_06,
+        _ => return None,
+    })
 }
 
 /// Metres per unit of an EPSG unit code.

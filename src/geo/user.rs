@@ -10,7 +10,7 @@ use std::path::Path;
 use super::crs::{Crs, shortened};
 use super::datum::VerticalCrs;
 use super::definition::Definition;
-use super::{epsg, wkt, wkt_system};
+use super::{heights, wkt, wkt_system};
 use crate::document::unmarked;
 use crate::error::{Error, Result};
 
@@ -35,7 +35,7 @@ impl Crs {
             return Ok((Self::local(), None));
         }
         if looks_like_proj(text) {
-            return from_proj_or_init(text).map(|crs| (crs, None));
+            return from_proj_or_init(text);
         }
         if let Some(code) = strip_authority(text) {
             return from_codes(code).map_err(Error::Configuration);
@@ -48,17 +48,33 @@ impl Crs {
         }
         Err(Error::Configuration(format!("'{}' names no reference system; {EXAMPLES}", shortened(text))))
     }
+
+    /// From the text of a file beside others (`.prj`): WKT, a PROJ definition, or a code. The error is a sentence
+    /// without a place.
+    pub fn with_vertical_from_text(text: &str) -> Result<(Self, Option<VerticalCrs>), String> {
+        let text = text.trim_start_matches('\u{feff}').trim();
+        if looks_like_proj(text) {
+            from_proj_or_init(text).map_err(|error| error.to_string())
+        } else if let Some(code) = strip_authority(text) {
+            from_codes(code)
+        } else {
+            wkt_system::read(text)
+        }
+    }
 }
 
 fn looks_like_proj(text: &str) -> bool {
     text.starts_with('+') || text.starts_with("proj=") || text.starts_with("init=")
 }
 
-fn from_proj_or_init(text: &str) -> Result<Crs> {
+fn from_proj_or_init(text: &str) -> Result<(Crs, Option<VerticalCrs>)> {
     let init = Definition::parse(text).map_err(Error::Configuration)?.get("init").map(str::to_owned);
     match init.as_deref().map(strip_authority) {
-        None => Crs::from_proj(text, text),
-        Some(Some(code)) => Ok(from_codes(code).map_err(Error::Configuration)?.0),
+        None => {
+            let vertical = heights::of_definition(text).map_err(Error::Configuration)?;
+            Ok((Crs::from_proj(text, text)?, vertical))
+        }
+        Some(Some(code)) => from_codes(code).map_err(Error::Configuration),
         Some(None) => {
             Err(Error::Configuration(format!("'{}' is not +init=epsg:CODE; {EXAMPLES}", shortened(text))))
         }
@@ -85,8 +101,8 @@ fn from_codes(text: &str) -> Result<(Crs, Option<VerticalCrs>), String> {
         None => (code(text)?, None),
     };
     let vertical = match vertical {
-        None => epsg::vertical_part(horizontal),
-        Some(code) => Some(epsg::vertical(code).ok_or_else(|| {
+        None => heights::part_of(horizontal),
+        Some(code) => Some(heights::by_code(code).ok_or_else(|| {
             format!("EPSG:{code} is not known here as a system of heights; say what the heights are measured from with --src-vdatum")
         })?),
     };
@@ -110,13 +126,5 @@ fn from_file(path: &Path) -> Result<(Crs, Option<VerticalCrs>)> {
     }
     let bytes = fs::read(path).map_err(|error| Error::io(path, "read", error))?;
     let text = String::from_utf8_lossy(unmarked(path, &bytes)?);
-    let text = text.trim();
-    let read = if looks_like_proj(text) {
-        from_proj_or_init(text).map(|crs| (crs, None)).map_err(|error| error.to_string())
-    } else if let Some(code) = strip_authority(text) {
-        from_codes(code)
-    } else {
-        wkt_system::read(text)
-    };
-    read.map_err(|reason| Error::invalid(path, reason))
+    Crs::with_vertical_from_text(&text).map_err(|reason| Error::invalid(path, reason))
 }

@@ -32,6 +32,11 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, Kind)> {
         | "longitudeofnaturalorigin"
         | "longitudeoffalseorigin"
         | "longitudeofprojectioncentre" => (Some(Term::Longitude), Kind::Angle),
+        "pseudostandardparallel1" | "latitudeofpseudostandardparallel" => {
+            (Some(Term::Parallel1), Kind::Angle)
+        }
+        "colatitudeofconeaxis" => (Some(Term::Azimuth), Kind::Angle),
+        "scalefactoronpseudostandardparallel" => (Some(Term::Scale), Kind::Ratio),
         "standardparallel1" | "latitudeof1ststandardparallel" | "latitudeofstandardparallel" => {
             (Some(Term::Parallel1), Kind::Angle)
         }
@@ -44,14 +49,16 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, Kind)> {
         "azimuth" | "azimuthofinitialline" | "azimuthatprojectioncentre" => {
             (Some(Term::Azimuth), Kind::Angle)
         }
-        "rectifiedgridangle" | "anglefromrectifiedtoskewgrid" => (Some(Term::RectifiedAngle), Kind::Angle),
+        "rectifiedgridangle" | "anglefromrectifiedtoskewgrid" | "xyplanerotation" => {
+            (Some(Term::RectifiedAngle), Kind::Angle)
+        }
         "falseeasting" | "eastingatfalseorigin" | "eastingatprojectioncentre" => {
             (Some(Term::FalseEasting), Kind::Length)
         }
         "falsenorthing" | "northingatfalseorigin" | "northingatprojectioncentre" => {
             (Some(Term::FalseNorthing), Kind::Length)
         }
-        "auxiliaryspheretype" | "xyplanerotation" => (None, Kind::Angle),
+        "auxiliaryspheretype" => (None, Kind::Angle),
         "xscale" | "yscale" => (None, Kind::Ratio),
         _ => return None,
     })
@@ -61,6 +68,9 @@ pub(super) fn term(name: &str) -> Option<(Option<Term>, Kind)> {
 pub(super) fn method(name: &str) -> Option<Method> {
     Some(match plain(name).as_str() {
         "transversemercator" | "gausskruger" | "transversemercatorcomplex" => Method::TransverseMercator,
+        "transversemercatorsouthorientated" | "transversemercatorsouthoriented" => Method::SouthOrientated,
+        "krovak" => Method::Krovak,
+        "krovaknorthorientated" => Method::KrovakNorth,
         "lambertconformalconic"
         | "lambertconformalconic1sp"
         | "lambertconformalconic2sp"
@@ -98,33 +108,6 @@ pub(super) fn method(name: &str) -> Option<Method> {
         "cassini" | "cassinisoldner" => Method::Cassini,
         "polyconic" | "americanpolyconic" => Method::Polyconic,
         "sinusoidal" => Method::Sinusoidal,
-        _ => return None,
-    })
-}
-
-/// EPSG code of the geographic system on a datum, by the datum's name (Esri puts `D_` before it).
-pub(super) fn datum_code(name: &str) -> Option<u32> {
-    let name = name.strip_prefix("D_").unwrap_or(name);
-    Some(match plain(name).as_str() {
-        "wgs1984" | "wgs84" | "worldgeodeticsystem1984" | "worldgeodeticsystem1984ensemble" => 4326,
-        "northamerican1983" | "northamericandatum1983" => 4269,
-        "northamerican1927" | "northamericandatum1927" => 4267,
-        "etrs1989"
-        | "europeanterrestrialreferencesystem1989"
-        | "europeanterrestrialreferencesystem1989ensemble" => 4258,
-        "european1950" | "europeandatum1950" => 4230,
-        "osgb1936" | "ordnancesurveyofgreatbritain1936" => 4277,
-        "amersfoort" => 4289,
-        "ch1903" => 4149,
-        "ch1903+" => 4150,
-        "deutscheshauptdreiecksnetz" => 4314,
-        "mgi" | "militargeographischeinstitut" | "militargeographischesinstitut" => 4312,
-        "belge1972" | "reseaunationalbelge1972" => 4313,
-        "montemario" => 4265,
-        "pulkovo1942" => 4284,
-        "tokyo" => 4301,
-        "newzealand1949" | "newzealandgeodeticdatum1949" | "newzealandgd1949" => 4272,
-        "southamerican1969" | "southamericandatum1969" => 4618,
         _ => return None,
     })
 }

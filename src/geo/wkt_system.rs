@@ -8,15 +8,17 @@
 //! projected  → method + parameters + geodetic part + unit
 //! geographic → geodetic part
 //! geodetic part: shift given, else EPSG code, else name of the datum, else ellipsoid alone
+//! vertical   → unit and direction as stated; datum by code, else by name
 //! ```
 
-use super::crs::{Crs, shortened};
+use super::crs::{Crs, entry, shortened};
 use super::datum::{VerticalCrs, VerticalDatum};
-use super::definition::Definition;
-use super::projection::{CONVERT, Parameters, proj_terms};
+use super::geodetic::{Geodetic, in_degrees, on_earth};
+use super::heights;
+use super::projection::{CONVERT, Method, Parameters, proj_terms};
 use super::wkt::{Item, Node, parse};
-use super::wkt_names::{Kind, datum_code, method, plain, term};
-use super::{epsg, units};
+use super::wkt_names::{Kind, method, plain, term};
+use super::{registry, units};
 use crate::error::{Error, Result};
 
 const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
@@ -60,12 +62,12 @@ fn system(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
             });
             let horizontal = horizontal.ok_or_else(|| format!("the compound WKT has no horizontal part; {REPAIR}"))?;
             let (crs, own) = system(horizontal)?;
-            Ok((crs, root.child(&VERTICAL).and_then(vertical).or(own)))
+            Ok((crs, stated_vertical(root)?.or(own)))
         }
         "BOUNDCRS" => bound(root),
-        word if PROJECTED.contains(&word) => Ok((projected(root)?, root.child(&VERTICAL).and_then(vertical))),
+        word if PROJECTED.contains(&word) => Ok((projected(root)?, stated_vertical(root)?)),
         word if GEOGRAPHIC.contains(&word) => {
-            Ok((geographic(root)?, root.child(&VERTICAL).and_then(vertical).or_else(|| third_axis(root))))
+            Ok((geographic(root)?, stated_vertical(root)?.or_else(|| third_axis(root))))
         }
         "LOCAL_CS" | "ENGCRS" | "ENGINEERINGCRS" => Err(format!(
             "the WKT '{}' is a local one and names no reference system; give the right one with --crs or, for plain metres, --local",
@@ -83,24 +85,24 @@ fn is_horizontal(word: &str) -> bool {
     PROJECTED.contains(&word) || GEOGRAPHIC.contains(&word) || matches!(word, "BOUNDCRS" | "LOCAL_CS")
 }
 
-/// By the code or the PROJ string that the node carries.
-fn ready_made(node: &Node) -> Option<Crs> {
-    let esri = || node.code("ESRI").filter(|code| epsg::current(*code) != *code);
-    if let Some(code) = node.code("EPSG").or_else(esri)
-        && let Ok(crs) = Crs::by_code(code)
-    {
-        return Some(crs);
+/// By the code or the PROJ string that the node carries; the error is why a known code cannot be used.
+fn ready_made(node: &Node) -> Option<Result<Crs, String>> {
+    let code = node.code("EPSG").or_else(|| node.code("ESRI"));
+    if let Some(code) = code.filter(|code| entry(*code).is_some()) {
+        return Some(Crs::by_code(code));
     }
     let extension = node.children(&["EXTENSION"]).find(|node| node.name().eq_ignore_ascii_case("PROJ4"))?;
     match extension.items.get(1)? {
-        Item::Text(text) => Crs::by_definition(text, &shortened(node.name())).ok(),
+        Item::Text(text) => Crs::by_definition(text, &shortened(node.name())).ok().map(Ok),
         _ => None,
     }
 }
 
 fn geographic(node: &Node) -> Result<Crs, String> {
-    if let Some(crs) = ready_made(node).filter(Crs::is_geographic) {
-        return Ok(crs);
+    match ready_made(node) {
+        Some(Ok(crs)) if crs.is_geographic() => return Ok(crs),
+        Some(Err(reason)) => return Err(reason),
+        _ => {}
     }
     let cartesian = node.child(&["CS"]).is_some_and(
         |cs| matches!(cs.items.first(), Some(Item::Word(kind)) if kind.eq_ignore_ascii_case("cartesian")),
@@ -114,15 +116,15 @@ fn geographic(node: &Node) -> Result<Crs, String> {
             "the WKT gives coordinates in units of {unit} degrees, and only degrees are read; {CONVERT}"
         ));
     }
-    let definition = format!("+proj=longlat {}", geodetic_terms(node)?);
-    Ok(Crs::by_definition(&definition, &definition)?.named(node.name()))
+    Ok(Crs::of("+proj=longlat", &geodetic(node, Role::Alone)?, node.name())?.named(node.name()))
 }
 
 fn projected(node: &Node) -> Result<Crs, String> {
-    if let Some(crs) = ready_made(node).filter(|crs| !crs.is_geographic()) {
-        return Ok(crs);
+    match ready_made(node) {
+        Some(Ok(crs)) if !crs.is_geographic() => return Ok(crs),
+        Some(Err(reason)) => return Err(reason),
+        _ => {}
     }
-    check_axes(node)?;
     let base = node.child(&GEOGRAPHIC).ok_or_else(|| format!("the WKT has no geographic part; {REPAIR}"))?;
     let conversion = node.child(&["CONVERSION"]).unwrap_or(node);
     let named = conversion.child(&["PROJECTION", "METHOD"]);
@@ -130,31 +132,52 @@ fn projected(node: &Node) -> Result<Crs, String> {
     let method = method(named.name())
         .ok_or_else(|| format!("the projection '{}' is not read; {CONVERT}", shortened(named.name())))?;
     let unit = linear_unit(node);
-    let parameters = parameters(conversion, angular_unit(base), unit)?;
-    let text = format!("{} {}", proj_terms(method, &parameters)?, geodetic_terms(base)?);
-    let mut definition = Definition::parse(&text)?;
+    let parameters = parameters(conversion, method, angular_unit(base), unit)?;
+
+    let mut terms = proj_terms(method, &parameters)?;
     if unit != 1.0 {
-        definition.set_metres_per_unit(unit);
+        terms += &format!(" +to_meter={unit}");
     }
-    Ok(Crs::by_definition(&definition.to_string(), &text)?.named(node.name()))
+    if let Some(axis) = axes(node, method)? {
+        terms += &format!(" +axis={axis}");
+    }
+    Ok(Crs::of(&terms, &geodetic(base, Role::OfMap)?, node.name())?.named(node.name()))
 }
 
-/// Refuses axes that run west (and with it south). South alone is usual at the poles, where both axes leave the centre.
-fn check_axes(node: &Node) -> Result<(), String> {
-    let west = node.children(&["AXIS"]).find(|axis| {
-        axis.items.iter().any(|item| matches!(item, Item::Word(word) if word.eq_ignore_ascii_case("west")))
-    });
-    match west {
-        None => Ok(()),
-        Some(axis) => Err(format!(
-            "the axis '{}' runs west, and only axes to the east and north are read; {CONVERT}",
-            shortened(axis.name())
-        )),
-    }
+/// Directions of the axes in PROJ's letters, where they are not to the east and north. Where both axes leave a pole,
+/// they run north or south both, and their order is that of the projection.
+fn axes(node: &Node, method: Method) -> Result<Option<&'static str>, String> {
+    let direction = |axis: &Node| {
+        let words = axis.items.iter().filter_map(|item| match item {
+            Item::Word(word) => Some(word.to_ascii_lowercase()),
+            _ => None,
+        });
+        words
+            .into_iter()
+            .find(|word| matches!(word.as_str(), "east" | "west" | "north" | "south" | "up" | "down"))
+    };
+    let directions: Vec<String> = node.children(&["AXIS"]).filter_map(direction).collect();
+    let directions: Vec<&str> = directions.iter().map(String::as_str).collect();
+    Ok(match (method, directions.as_slice()) {
+        (Method::SouthOrientated, [] | ["west", "south"] | ["south", "west"]) => Some("wsu"),
+        (Method::Krovak, [] | ["south", "west"]) => Some("swu"),
+        // In the order of maps, as all readers take them: first to the east, then to the north.
+        (_, [] | ["east", "north"] | ["north", "east"] | ["north", "north"] | ["south", "south"]) => None,
+        (_, ["west", "south"]) => Some("wsu"),
+        (_, ["south", "west"]) => Some("swu"),
+        (_, ["west", "north"]) => Some("wnu"),
+        (_, ["east", "south"]) => Some("esu"),
+        (_, other) => {
+            return Err(format!(
+                "the axes of the WKT run {}, which is not read; {CONVERT}",
+                other.join(" and ")
+            ));
+        }
+    })
 }
 
 /// Parameters in degrees and metres. `angle`: degrees per unit, `length`: metres per unit where a parameter does not say it.
-fn parameters(node: &Node, angle: f64, length: f64) -> Result<Parameters, String> {
+fn parameters(node: &Node, method: Method, angle: f64, length: f64) -> Result<Parameters, String> {
     let mut parameters = Parameters::default();
     for parameter in node.children(&["PARAMETER"]) {
         let value = parameter.numbers().next();
@@ -177,6 +200,8 @@ fn parameters(node: &Node, angle: f64, length: f64) -> Result<Parameters, String
             Some((Some(term), Kind::Ratio)) => {
                 parameters.set(term, value * own(&["SCALEUNIT", "UNIT"]).unwrap_or(1.0));
             }
+            // Esri's turn of Krovak's axes to the east and north is told by the method.
+            Some((None, _)) if method == Method::KrovakNorth => {}
             // Terms that are only read where they say nothing.
             Some((None, kind)) if value == if matches!(kind, Kind::Ratio) { 1.0 } else { 0.0 } => {}
             _ => {
@@ -190,44 +215,72 @@ fn parameters(node: &Node, angle: f64, length: f64) -> Result<Parameters, String
     Ok(parameters)
 }
 
-/// PROJ's terms of datum, ellipsoid and prime meridian of a geographic node.
-fn geodetic_terms(node: &Node) -> Result<String, String> {
+/// Part that a geographic node has in a text.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Alone,
+    OfMap,
+}
+
+/// The datum of a geographic node, with the meridian and the ellipsoid that the text states.
+fn geodetic(node: &Node, role: Role) -> Result<Geodetic, String> {
     let datum = node.child(&["DATUM", "GEODETICDATUM", "TRF", "ENSEMBLE"]);
     let datum = datum.ok_or_else(|| format!("the WKT has no datum; {REPAIR}"))?;
+    let terms = ellipsoid(datum)?.map(|ellipsoid| format!("{ellipsoid}{}", meridian(node)));
+
     let shift: Vec<f64> = datum.child(&["TOWGS84"]).map(|node| node.numbers().collect()).unwrap_or_default();
-    let ellipsoid = datum.child(&["SPHEROID", "ELLIPSOID"]);
-    if !matches!(shift.len(), 3 | 7) {
-        let code = node.code("EPSG");
-        let by_datum =
-            || datum.code("EPSG").filter(|code| (6001..7000).contains(code)).map(|code| code - 2000);
-        let codes = [code, by_datum(), datum_code(datum.name())];
-        if let Some(definition) = codes.into_iter().flatten().find_map(|code| epsg::definition(code).ok()) {
-            return Ok(definition.geodetic_part());
-        }
+    if matches!(shift.len(), 3 | 7) {
+        let terms = terms.ok_or_else(|| format!("the WKT has no ellipsoid; {REPAIR}"))?;
+        let shift: Vec<String> = shift.iter().map(f64::to_string).collect();
+        return Geodetic::stated(terms, Some(&shift.join(",")), datum.name());
     }
-    let ellipsoid =
-        ellipsoid.ok_or_else(|| format!("the WKT has neither a known datum nor an ellipsoid; {REPAIR}"))?;
+
+    let by_code = || node.code("EPSG").and_then(registry::geographic);
+    let by_datum = || datum.code("EPSG").and_then(registry::geographic_of_datum);
+    let by_name = || Geodetic::named(datum.name());
+    let coded = by_code().or_else(by_datum);
+    // WKT 1 states no area, by which PROJ would leave shifts out.
+    let has_none = coded.is_none() && role == Role::Alone && node.word == "GEOGCS";
+    let order = by_name().filter(|_| has_none).and_then(|system| system.text_order);
+    match (coded.or_else(by_name), terms) {
+        // The shifts belong to the datum, whatever meridian and unit the text counts in.
+        (Some(system), Some(terms)) => {
+            let mut geodetic = Geodetic::of_map(&system, order)?;
+            if !geodetic.terms.contains("+datum=") || terms.contains("+pm=") {
+                on_earth(&terms, datum.name())?;
+                geodetic.terms = terms;
+            }
+            Ok(geodetic)
+        }
+        (Some(system), None) => {
+            in_degrees(&system)?;
+            Geodetic::of_map(&system, order)
+        }
+        (None, Some(terms)) => Geodetic::stated(terms, None, datum.name()),
+        (None, None) => Err(format!("the WKT has neither a known datum nor an ellipsoid; {REPAIR}")),
+    }
+}
+
+/// PROJ's terms of the ellipsoid that a datum states; `None` where it states none.
+fn ellipsoid(datum: &Node) -> Result<Option<String>, String> {
+    let Some(ellipsoid) = datum.child(&["SPHEROID", "ELLIPSOID"]) else { return Ok(None) };
     let mut numbers = ellipsoid.numbers();
     let (Some(axis), Some(flattening)) = (numbers.next(), numbers.next()) else {
         return Err(format!("the ellipsoid of the WKT lacks its axis or flattening; {REPAIR}"));
     };
-    let axis =
-        axis * ellipsoid.child(&["LENGTHUNIT", "UNIT"]).and_then(|unit| unit.numbers().next()).unwrap_or(1.0);
-    let mut terms =
-        if flattening == 0.0 { format!("+R={axis}") } else { format!("+a={axis} +rf={flattening}") };
-    if matches!(shift.len(), 3 | 7) {
-        let shift: Vec<String> = shift.iter().map(f64::to_string).collect();
-        terms = format!("{terms} +towgs84={}", shift.join(","));
-    }
+    let unit = ellipsoid.child(&["LENGTHUNIT", "UNIT"]).and_then(|unit| unit.numbers().next()).unwrap_or(1.0);
+    let axis = axis * unit;
+    Ok(Some(if flattening == 0.0 { format!("+R={axis}") } else { format!("+a={axis} +rf={flattening}") }))
+}
+
+/// PROJ's term of the prime meridian, empty for Greenwich. WKT 1 counts it in the unit of the system, as OGC 01-009 has
+/// it, but for Esri's and GDAL's texts, which count it in degrees whatever that unit is.
+fn meridian(node: &Node) -> String {
     let meridian = node.child(&["PRIMEM", "PRIMEMERIDIAN"]);
     let longitude = meridian.and_then(|node| node.numbers().next()).filter(|longitude| *longitude != 0.0);
-    if let Some(longitude) = longitude {
-        let unit = meridian
-            .and_then(|node| node.child(&["ANGLEUNIT", "UNIT"])?.numbers().next())
-            .map_or(1.0, degrees);
-        terms = format!("{terms} +pm={}", longitude * unit);
-    }
-    Ok(terms)
+    let unit =
+        meridian.and_then(|node| node.child(&["ANGLEUNIT", "UNIT"])?.numbers().next()).map_or(1.0, degrees);
+    longitude.map_or_else(String::new, |longitude| format!(" +pm={}", longitude * unit))
 }
 
 /// A system together with its transformation to WGS 84.
@@ -244,11 +297,11 @@ fn bound(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
         return Err(format!("the bound WKT holds another; {REPAIR}"));
     }
     let (crs, vertical) = system(source)?;
-    let definition = crs
+    let is_unknown = crs
         .definition()
-        .filter(|definition| definition.get("towgs84").is_none() && definition.get("datum").is_none());
+        .is_some_and(|definition| definition.get("towgs84").is_none() && definition.get("datum").is_none());
     let shift = root.child(&["ABRIDGEDTRANSFORMATION"]).and_then(translation);
-    match (definition, shift) {
+    match (crs.definition().filter(|_| is_unknown), shift) {
         (Some(definition), Some(shift)) => {
             let text = format!("{definition} +towgs84={shift}");
             Ok((Crs::by_definition(&text, crs.name())?, vertical))
@@ -300,40 +353,63 @@ fn unit_of(node: &Node, words: &[&str]) -> Option<f64> {
 
 /// Heights above the ellipsoid as third coordinate of a geographic system.
 fn third_axis(node: &Node) -> Option<VerticalCrs> {
-    if let Some(vertical) = node.code("EPSG").and_then(epsg::vertical_part) {
+    if let Some(vertical) = node.code("EPSG").or_else(|| node.code("ESRI")).and_then(heights::part_of) {
         return Some(vertical);
     }
     let up = node.children(&["AXIS"]).find(|axis| {
         axis.items.iter().any(|item| matches!(item, Item::Word(word) if word.eq_ignore_ascii_case("up")))
     })?;
-    Some(VerticalCrs { datum: VerticalDatum::Ellipsoid, metres_per_unit: linear_unit(up) })
+    // Without a unit of its own the axis counts as the whole system says, which for degrees says nothing of lengths.
+    let own = up.child(&["LENGTHUNIT", "UNIT"]).and_then(|unit| unit.numbers().next());
+    Some(VerticalCrs { metres_per_unit: Some(own.map_or(1.0, units::exact)), ..VerticalCrs::ellipsoidal() })
 }
 
-/// A vertical node's meaning; `None` where the datum is not known here.
-fn vertical(node: &Node) -> Option<VerticalCrs> {
-    if let Some(known) = node.code("EPSG").and_then(epsg::vertical) {
-        return Some(known);
+/// The vertical part of a node, if it has one.
+fn stated_vertical(node: &Node) -> Result<Option<VerticalCrs>, String> {
+    // A bound vertical system says how its geoid lies; its source is what counts here.
+    let bound = node.children(&["BOUNDCRS"]).find_map(|bound| bound.child(&["SOURCECRS"])?.child(&VERTICAL));
+    node.child(&VERTICAL).or(bound).map(vertical).transpose()
+}
+
+/// A vertical node's meaning: by its code, else by its datum's name, its unit and its direction.
+fn vertical(node: &Node) -> Result<VerticalCrs, String> {
+    let datum = node.child(&["VERT_DATUM", "VDATUM", "VERTICALDATUM", "VRF", "DATUM", "ENSEMBLE"]);
+    let unit = unit_of(node, &["LENGTHUNIT", "UNIT"]).map(units::exact);
+    let coded = node.code("EPSG").or_else(|| node.code("ESRI")).and_then(heights::by_code);
+    let is_down = is_depth(node);
+    if let Some(coded) = coded {
+        let own = coded.metres_per_unit.unwrap_or(1.0);
+        let metres = unit.map_or(own.abs(), f64::abs);
+        let is_down = is_down.unwrap_or(own < 0.0);
+        return Ok(VerticalCrs { metres_per_unit: Some(if is_down { -metres } else { metres }), ..coded });
     }
-    // Esri writes depths as heights with direction −1.
-    let direction = node.children(&["PARAMETER"]).find(|parameter| plain(parameter.name()) == "direction");
-    if direction.and_then(|direction| direction.numbers().next()).is_some_and(|direction| direction < 0.0) {
-        return None;
-    }
-    let datum = node.child(&["VERT_DATUM", "VDATUM", "VERTICALDATUM", "DATUM", "ENSEMBLE"])?;
-    let name = plain(datum.name());
-    let datum = if datum.word == "DATUM" {
+
+    let datum_name = datum.map_or("", Node::name);
+    let known = match datum {
         // Esri: a geodetic datum in a vertical system means heights above its ellipsoid.
-        VerticalDatum::Ellipsoid
-    } else if name.contains("navd88") || name.contains("northamericanverticaldatum1988") {
-        VerticalDatum::Navd88
-    } else if name.contains("egm96") || name.contains("egm1996") {
-        VerticalDatum::Egm96
-    } else if name.contains("egm2008") || name.contains("egm08") {
-        VerticalDatum::Egm2008
-    } else if name.contains("meansealevel") {
-        VerticalDatum::Msl
-    } else {
-        return None;
+        Some(datum) if datum.word == "DATUM" => Some(VerticalDatum::Ellipsoid),
+        // OGC 01-009 §12.3.9: type 2002 is an ellipsoidal height.
+        Some(datum) if datum.numbers().next() == Some(2002.0) => Some(VerticalDatum::Ellipsoid),
+        _ => heights::datum_of(datum_name).or_else(|| heights::datum_of(node.name())),
     };
-    Some(VerticalCrs { datum, metres_per_unit: linear_unit(node) })
+    let name = [node.name(), datum_name].into_iter().find(|name| !name.is_empty());
+    let metres = unit.unwrap_or(1.0);
+    Ok(VerticalCrs {
+        datum: known,
+        metres_per_unit: Some(if is_down == Some(true) { -metres } else { metres }),
+        name: Some(name.map_or_else(|| "a vertical system without a name".to_owned(), shortened)),
+    })
+}
+
+/// Whether heights count downward; `None` where the node does not say it. Esri gives a direction of −1.
+fn is_depth(node: &Node) -> Option<bool> {
+    let direction = node.children(&["PARAMETER"]).find(|parameter| plain(parameter.name()) == "direction");
+    if let Some(direction) = direction.and_then(|direction| direction.numbers().next()) {
+        return Some(direction < 0.0);
+    }
+    node.children(&["AXIS"]).flat_map(|axis| &axis.items).find_map(|item| match item {
+        Item::Word(word) if word.eq_ignore_ascii_case("down") => Some(true),
+        Item::Word(word) if word.eq_ignore_ascii_case("up") => Some(false),
+        _ => None,
+    })
 }

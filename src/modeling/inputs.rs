@@ -21,9 +21,10 @@ use super::plausible::{no_crs, plausible};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, Raster, RasterInfo, Window, open,
 };
+use super::source_heights::Stated;
 use super::warp;
 use crate::error::{Error, Result};
-use crate::geo::{Crs, VerticalDatum};
+use crate::geo::{Crs, VerticalCrs, VerticalDatum};
 use crate::progress::{Observer, Silent};
 
 /// Bytes of decoded blocks for a file that is only looked at.
@@ -256,32 +257,27 @@ impl<'a> Opener<'a> {
     fn elevation(&mut self, file: &ElevationFile) -> Result<Opened<f64>> {
         let path = &file.path;
         let (raster, info) = self.open(path, false)?;
-        let (geo, crs) = self.place(&info, self.said(Role::Elevation, file.crs.as_deref(), None), None)?;
-        if let (Some(stated), Some(given)) = (info.vertical_datum, file.datum)
-            && stated != given
-        {
-            self.notes.push(format!(
-                "{}: states {} as its vertical datum, which counts; --src-vdatum is of files that state none",
-                file_name(path),
-                stated.label()
-            ));
+        let said = self.said(Role::Elevation, file.crs.as_deref(), None);
+        let (geo, crs, given) = self.place(&info, said, None)?;
+        let name = file_name(path);
+        let stated = Stated { name: &name, file: &info.vertical, given, flag: file.datum, crs: &crs };
+        let heights = stated.settle(&mut self.notes);
+        if heights.is_silent {
+            self.silent.push(name);
         }
-        let datum = info.vertical_datum.or(file.datum).unwrap_or_else(|| {
-            self.silent.push(file_name(path));
-            VerticalDatum::Msl
-        });
-        let description = describe(&info, &crs, Some(datum));
+        let description = format!("{}, {}", describe(&info, &crs), heights.words());
         let facts = facts(&info, &ElevationFile { path: PathBuf::new(), ..file.clone() });
-        let samples = Box::new(ElevationRaster::new(raster, &file.nodata)?);
+        let samples = Box::new(ElevationRaster::new(raster, &file.nodata, heights.metres_per_unit)?);
+        let datum = heights.datum;
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
     fn imagery(&mut self, file: &ImageryFile, canvas: Option<&Canvas>) -> Result<Opened<[u8; 4]>> {
         let path = &file.path;
         let (raster, info) = self.open(path, false)?;
-        let (geo, crs) =
+        let (geo, crs, _) =
             self.place(&info, self.said(Role::Imagery, file.crs.as_deref(), file.extent), canvas)?;
-        let description = describe(&info, &crs, None);
+        let description = describe(&info, &crs);
         let facts = facts(&info, &ImageryFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ImageryRaster::new(raster, file.bands)?);
         self.notes.extend(Samples::notes(samples.as_ref()));
@@ -292,8 +288,9 @@ impl<'a> Opener<'a> {
     fn land_cover(&mut self, file: &LandCoverFile, canvas: Option<&Canvas>) -> Result<Opened<Class>> {
         let path = &file.path;
         let (raster, info) = self.open(path, true)?;
-        let (geo, crs) = self.place(&info, self.said(Role::LandCover, file.crs.as_deref(), None), canvas)?;
-        let description = format!("{}, {}", describe(&info, &crs, None), file.scheme.name());
+        let said = self.said(Role::LandCover, file.crs.as_deref(), None);
+        let (geo, crs, _) = self.place(&info, said, canvas)?;
+        let description = format!("{}, {}", describe(&info, &crs), file.scheme.name());
         let facts = facts(&info, &LandCoverFile { path: PathBuf::new(), ..file.clone() });
         let samples = Box::new(ClassRaster::new(raster, &file.scheme, &file.nodata)?);
         self.notes.extend(samples.notes());
@@ -312,13 +309,13 @@ impl<'a> Opener<'a> {
         info: &RasterInfo,
         said: Said<'_>,
         canvas: Option<&Canvas>,
-    ) -> Result<(GeoTransform, Crs)> {
+    ) -> Result<(GeoTransform, Crs, VerticalCrs)> {
         let path = &info.path;
         let (given, flag) = (said.crs, said.role.crs_flag());
         let Some(geo) = info.geo else {
             let (geo, crs, note) = bare::place(info, said, canvas)?;
             self.notes.push(note);
-            return Ok((geo, crs));
+            return Ok((geo, crs, VerticalCrs::default()));
         };
         if said.extent.is_some() {
             self.notes.push(format!(
@@ -332,25 +329,37 @@ impl<'a> Opener<'a> {
                 format!("its geotransform {geo:?} maps the raster onto a line"),
             ));
         }
-        let crs = match (&info.crs, given) {
+        let (crs, vertical) = match (&info.crs, given) {
             (Some(crs), given) => {
                 self.notes.extend(contradiction(&file_name(path), crs, given, flag)?);
-                crs.clone()
+                (crs.clone(), VerticalCrs::default())
             }
-            (None, Some(text)) => Crs::from_user(text)?,
-            (None, None) if self.options.local => Crs::local(),
+            (None, Some(text)) => {
+                let (crs, vertical) = Crs::with_vertical_from_user(text)?;
+                (crs, vertical.unwrap_or_default())
+            }
+            (None, None) if self.options.local => (Crs::local(), VerticalCrs::default()),
             (None, None) => return Err(no_crs(info, geo, flag)),
         };
         if info.crs.is_none() {
             let because = if given.is_some() { format!(", as {flag} says") } else { String::new() };
-            self.notes.push(format!(
-                "{}: states no reference system, taken as {}{because}",
-                file_name(path),
-                crs.name()
-            ));
+            let stated = match &info.crs_problem {
+                Some(problem) => format!("states a reference system that is not read ({problem})"),
+                None => "states no reference system".to_owned(),
+            };
+            self.notes.push(format!("{}: {stated}, taken as {}{because}", file_name(path), crs.name()));
         }
+        self.doubt(path, &crs);
         plausible(info, &geo, &crs, flag)?;
-        Ok((geo, crs))
+        Ok((geo, crs, vertical))
+    }
+
+    /// Says how well places of a system are known, once for each system.
+    fn doubt(&mut self, path: &Path, crs: &Crs) {
+        let Some(doubt) = crs.doubt() else { return };
+        if !self.notes.iter().any(|note| note.ends_with(doubt)) {
+            self.notes.push(format!("{}: {doubt}", file_name(path)));
+        }
     }
 
     fn into_notes(self) -> Vec<String> {
@@ -376,18 +385,10 @@ pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn describe(info: &RasterInfo, crs: &Crs, datum: Option<VerticalDatum>) -> String {
+fn describe(info: &RasterInfo, crs: &Crs) -> String {
     let sample = info.sample.name();
     let bands = if info.bands == 1 { String::new() } else { format!(" of {} bands", info.bands) };
-    let mut text =
-        format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs));
-    if let Some(datum) = datum {
-        text += &format!(", heights above {}", datum.label());
-        if info.metres_per_unit != 1.0 {
-            text += &format!(" in units of {} m", info.metres_per_unit);
-        }
-    }
-    text
+    format!("{} {sample} {}x{}{bands}, {}", info.format, info.width, info.height, crs_label(crs))
 }
 
 /// `EPSG:32633`, or the name of a system without a code.

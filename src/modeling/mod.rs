@@ -34,6 +34,7 @@ mod plan;
 mod plausible;
 mod room;
 mod scan;
+mod source_heights;
 mod sources;
 mod standing;
 mod steps;

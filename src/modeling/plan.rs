@@ -64,6 +64,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         Some(bbox) if options.synthetic.has_base() => an_area(bbox, &crs)?,
         Some(bbox) => clip(bbox, union(&inputs.elevation, &crs)?, &crs, &mut notes)?,
     };
+    let crs = settled(&crs, area)?;
     // Points lie where they lie.
     let mut rasters = inputs.elevation.iter().skip(inputs.clouds.len());
     let phase = rasters.find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
@@ -131,6 +132,16 @@ fn choose_crs(inputs: &Inputs, options: &BuildOptions, notes: &mut Vec<String>) 
             crs
         }
     })
+}
+
+/// The system with the shift of its datum that holds in the middle of the area.
+fn settled(crs: &Crs, area: Bounds) -> Result<Crs> {
+    if crs.is_local() {
+        return Ok(crs.clone());
+    }
+    let (x, y) = (area[0].midpoint(area[2]), area[1].midpoint(area[3]));
+    let place = Transform::new(crs, &Crs::wgs84())?.apply(x, y);
+    Ok(place.map_or_else(|| crs.clone(), |(longitude, latitude)| crs.settled(longitude, latitude)))
 }
 
 /// What is wrong with files that are sound by themselves, but not in the database; nothing where there can be none, as [`plan`] tells.

@@ -14,7 +14,11 @@ pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error 
     } else {
         format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
     };
-    Error::unsupported(&info.path, "states no coordinate reference system", guess)
+    let what = match &info.crs_problem {
+        Some(problem) => format!("states a coordinate reference system that is not read: {problem}"),
+        None => "states no coordinate reference system".to_owned(),
+    };
+    Error::unsupported(&info.path, what, guess)
 }
 
 /// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.

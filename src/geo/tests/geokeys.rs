@@ -110,7 +110,7 @@ fn esri_strings_decide_with_their_heights() {
     let keys = parse(&[[1024, 0, 1, 32_767], [3073, 34_737, length, 0], [3076, 0, 1, 9001]], &[], text);
     assert_equals(&keys, 5070);
     assert_eq!(
-        (keys.vertical_datum, keys.vertical_metres_per_unit),
+        (keys.vertical.datum, keys.vertical.metres_per_unit),
         (Some(VerticalDatum::Navd88), Some(0.01))
     );
 }
@@ -133,16 +133,18 @@ fn vertical_codes_and_units() {
         (4979, VerticalDatum::Ellipsoid, 1.0),
     ] {
         let keys = geographic(&[[4096, 0, 1, code]]);
-        assert_eq!((keys.vertical_datum, keys.vertical_metres_per_unit), (Some(datum), Some(unit)), "{code}");
-        assert_eq!(keys.unknown_vertical, None);
+        assert_eq!((keys.vertical.datum, keys.vertical.metres_per_unit), (Some(datum), Some(unit)), "{code}");
     }
     let feet = geographic(&[[4096, 0, 1, 5703], [4099, 0, 1, 9003]]);
-    assert_eq!(feet.vertical_metres_per_unit, Some(us_foot), "the unit key decides");
+    assert_eq!(feet.vertical.metres_per_unit, Some(us_foot), "the unit key decides");
     let unit_only = geographic(&[[4099, 0, 1, 9002]]);
-    assert_eq!((unit_only.vertical_datum, unit_only.vertical_metres_per_unit), (None, Some(0.3048)));
-    assert_eq!(geographic(&[[4096, 0, 1, 5621]]).unknown_vertical.as_deref(), Some("EPSG:5621"));
+    assert_eq!((unit_only.vertical.datum, unit_only.vertical.metres_per_unit), (None, Some(0.3048)));
     assert_eq!(
-        geographic(&[[4096, 0, 1, 32_767], [4097, 34_737, 9, 0]]).unknown_vertical.as_deref(),
+        geographic(&[[4096, 0, 1, 5621]]).vertical.name.as_deref(),
+        Some("EPSG:5621 (EVRF2007 height)")
+    );
+    assert_eq!(
+        geographic(&[[4096, 0, 1, 32_767], [4097, 34_737, 9, 0]]).vertical.name.as_deref(),
         Some("a height")
     );
 }
@@ -183,8 +185,8 @@ fn broken_directories_give_codes_only() {
     words[3] = 7;
     let keys = parse_geokeys(&words, &[], "").expect("sound codes");
     assert_eq!(keys.crs, Some(Crs::wgs84()));
-    assert_eq!((keys.vertical_datum, keys.vertical_metres_per_unit), (None, None));
-    assert!(keys.unknown_vertical.is_some());
+    assert_eq!((keys.vertical.datum, keys.vertical.metres_per_unit), (None, None));
+    assert!(keys.vertical.name.is_some());
     let mut words = directory(&[[1024, 0, 1, 1], [2048, 0, 1, 4326], [3072, 0, 1, 32_767], [3075, 0, 1, 1]]);
     words[3] = 9;
     assert!(parse_geokeys(&words, &[], "").is_err_and(|error| error.contains("breaks off")));

@@ -2,6 +2,7 @@
 
 mod geokeys;
 mod heights;
+mod registry;
 mod systems;
 mod transforms;
 mod wkt;

@@ -56,17 +56,20 @@ fn texts_name_their_heights() {
     let vertical = |text| Crs::with_vertical_from_wkt(text).expect("sound").1;
     assert_eq!(
         vertical(OGC_COMPOUND).map(|v| (v.datum, v.metres_per_unit)),
-        Some((VerticalDatum::Egm96, 1.0))
+        Some((Some(VerticalDatum::Egm96), Some(1.0)))
     );
     let feet = vertical(WKT2_COMPOUND).expect("heights");
-    assert_eq!(feet.datum, VerticalDatum::Navd88);
-    assert!((feet.metres_per_unit - 0.304_800_609_6).abs() < 1e-9);
+    assert_eq!(feet.datum, Some(VerticalDatum::Navd88));
+    assert!(feet.metres_per_unit.is_some_and(|metres| (metres - 0.304_800_609_6).abs() < 1e-9));
     assert_eq!(vertical(ESRI_LAEA), None);
 }
 
 #[test]
 fn refusals_say_what_to_do() {
     let west = WKT2_ALBERS.replace("easting (X)\",east", "westing (X)\",west");
+    let turned = Crs::from_wkt(&west).expect("axes to the west are read");
+    assert!(turned.proj().is_some_and(|proj| proj.contains("+axis=wnu")) && !turned.is_metric());
+    let up = WKT2_ALBERS.replace("northing (Y)\",north", "northing (Y)\",up");
     let grads = ESRI_GEOGCS.replace("\"Degree\",0.0174532925199433", "\"Grad\",0.015707963267948967");
     let unknown = ESRI_LAEA.replace("Lambert_Azimuthal_Equal_Area", "Peirce_Quincuncial");
     let parameter = ESRI_WEB.replace("\"Auxiliary_Sphere_Type\",0.0", "\"Auxiliary_Sphere_Type\",3.0");
@@ -78,7 +81,7 @@ fn refusals_say_what_to_do() {
         ("PROJCS[\"x\"", "breaks off"),
         ("PROJCS[\"x]", "closing quote"),
         ("PROJCS[\"x\"] more", "character 13"),
-        (&west, "runs west"),
+        (&up, "east and up"),
         (&grads, "only degrees"),
         (&unknown, "Peirce_Quincuncial"),
         (&parameter, "Auxiliary_Sphere_Type"),

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::super::raster::InputFile;
 use crate::error::{Error, Result};
-use crate::geo::{Crs, VerticalDatum, parse_geokeys};
+use crate::geo::{Crs, VerticalCrs, parse_geokeys};
 
 /// Bytes of the header block of version 1.4, the longest.
 const LONGEST: u64 = 375;
@@ -58,10 +58,8 @@ pub(super) struct Head {
     pub crs: Option<Crs>,
     /// Why what it states is not understood.
     pub crs_problem: Option<String>,
-    /// What its heights are above, if it says so.
-    pub datum: Option<VerticalDatum>,
-    /// Metres per unit of height, if it says so.
-    pub metres_per_unit: Option<f64>,
+    /// System of the heights, as far as it states one.
+    pub vertical: VerticalCrs,
 }
 
 /// A file and what is known of it.
@@ -122,8 +120,7 @@ impl Head {
             format: format!("{} 1.{version}", if is_compressed { "LAZ" } else { "LAS" }),
             crs: None,
             crs_problem: None,
-            datum: None,
-            metres_per_unit: None,
+            vertical: VerticalCrs::default(),
         };
         head.place(&records);
         Ok(head)
@@ -135,8 +132,7 @@ impl Head {
             match Crs::with_vertical_from_wkt(wkt) {
                 Ok((crs, vertical)) => {
                     self.crs = Some(crs);
-                    self.datum = vertical.map(|vertical| vertical.datum);
-                    self.metres_per_unit = vertical.map(|vertical| vertical.metres_per_unit);
+                    self.vertical = vertical.unwrap_or_default();
                 }
                 Err(problem) => self.crs_problem = Some(problem.to_string()),
             }
@@ -144,8 +140,7 @@ impl Head {
             match parse_geokeys(directory, &records.doubles, &records.ascii) {
                 Ok(keys) => {
                     self.crs = keys.crs;
-                    self.datum = keys.vertical_datum;
-                    self.metres_per_unit = keys.vertical_metres_per_unit;
+                    self.vertical = keys.vertical;
                 }
                 Err(problem) => self.crs_problem = Some(problem),
             }

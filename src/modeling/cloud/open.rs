@@ -6,10 +6,11 @@ use super::super::inputs::{Opened, contradiction, crs_label, file_name};
 use super::super::kernel::Samples;
 use super::super::options::{BuildOptions, CloudFile};
 use super::super::raster::{GeoTransform, Window};
+use super::super::source_heights::{SourceHeights, Stated};
 use super::head::Head;
 use super::look::Look;
 use crate::error::{Error, Result};
-use crate::geo::{Crs, VerticalDatum};
+use crate::geo::{Crs, VerticalCrs, VerticalDatum};
 use crate::progress::Observer;
 use crate::voxel::limits;
 
@@ -76,18 +77,19 @@ pub(in crate::modeling) fn open(
         return Err(Error::invalid(path, "holds nothing but noise and withheld points"));
     }
     let mut notes: Vec<String> = look.contradiction(&name, &head).into_iter().collect();
-    let crs = match (&head.crs, &file.crs) {
+    let (crs, given) = match (&head.crs, &file.crs) {
         (Some(crs), given) => {
             notes.extend(contradiction(&name, crs, given.as_deref(), "--cloud-crs")?);
-            crs.clone()
+            (crs.clone(), VerticalCrs::default())
         }
         (None, Some(text)) => {
-            let crs = Crs::from_user(text)?;
-            notes.push(format!(
-                "{name}: states no reference system, taken as {}, as --cloud-crs says",
-                crs.name()
-            ));
-            crs
+            let (crs, vertical) = Crs::with_vertical_from_user(text)?;
+            let stated = match &head.crs_problem {
+                Some(problem) => format!("states a reference system that is not read ({problem})"),
+                None => "states no reference system".to_owned(),
+            };
+            notes.push(format!("{name}: {stated}, taken as {}, as --cloud-crs says", crs.name()));
+            (crs, vertical.unwrap_or_default())
         }
         (None, None) => {
             if let Some(problem) = &head.crs_problem {
@@ -97,22 +99,16 @@ pub(in crate::modeling) fn open(
             notes.push(format!(
                 "{name}: states no reference system, taken as plain metres (--cloud-crs says otherwise)"
             ));
-            Crs::local()
+            (Crs::local(), VerticalCrs::default())
         }
     };
+    notes.extend(crs.doubt().map(|doubt| format!("{name}: {doubt}")));
     plausible(file, (&head, &look), &crs)?;
-    let datum = head.datum.or(file.datum);
-    if datum.is_none() {
+    let stated = Stated { name: &name, file: &head.vertical, given, flag: file.datum, crs: &crs };
+    let heights = stated.settle(&mut notes);
+    if heights.is_silent {
         notes.push(format!(
             "{name}: states no vertical datum, taken as mean sea level (--src-vdatum says otherwise)"
-        ));
-    }
-    // Heights are in the unit of the other coordinates unless the file says otherwise.
-    let unit = crs.metres_per_unit().filter(|_| !crs.is_geographic()).unwrap_or(1.0);
-    let metres_per_unit = head.metres_per_unit.unwrap_or(unit);
-    if metres_per_unit != 1.0 && head.metres_per_unit.is_none() {
-        notes.push(format!(
-            "{name}: heights are taken to be in units of {metres_per_unit} m, as its other coordinates are"
         ));
     }
     if !look.is_classified() {
@@ -144,14 +140,9 @@ pub(in crate::modeling) fn open(
             "give a larger --spacing, or leave out stray points, as `pdal translate FILE OUT.laz outlier` does",
         ));
     }
-    let description = format!(
-        "{} of {} points, {}, heights above {}",
-        head.format,
-        head.count,
-        crs_label(&crs),
-        datum.unwrap_or(VerticalDatum::Msl).label()
-    );
-    let datum = datum.unwrap_or(VerticalDatum::Msl);
+    let description =
+        format!("{} of {} points, {}, {}", head.format, head.count, crs_label(&crs), heights.words());
+    let SourceHeights { datum, metres_per_unit, .. } = heights;
     let samples = Box::new(Unread((size[0] as u32, size[1] as u32)));
     let facts = format!("{:?}", CloudFile { path: PathBuf::new(), ..file.clone() });
     let opened = Opened {

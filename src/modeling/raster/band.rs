@@ -106,7 +106,10 @@ impl RasterInfo {
             Subject::Offset => band.offset = finite()?,
             Subject::Nodata => band.nodata = nodata::parse(text, self.sample).map_err(|_| wrong())?,
             Subject::Unit if number == 0 && !text.trim().is_empty() => match metres_per_unit(text) {
-                Some(metres) => self.metres_per_unit = metres,
+                Some(metres) => {
+                    let is_down = self.vertical.metres_per_unit.is_some_and(|stated| stated < 0.0);
+                    self.vertical.metres_per_unit = Some(if is_down { -metres } else { metres });
+                }
                 None => self.unknown_unit = Some(text.trim().to_owned()),
             },
             Subject::Unit => {}
@@ -200,7 +203,7 @@ mod tests {
             ],
         )
         .unwrap();
-        assert_eq!((info.scale, info.offset, info.metres_per_unit), (0.1, -5.0, 0.3048));
+        assert_eq!((info.scale, info.offset, info.vertical.metres_per_unit), (0.1, -5.0, Some(0.3048)));
         assert_eq!((info.nodata_of(0), info.nodata_of(1)), (Some(-32768.0), Some(7.0)));
         let error = stated(1, &[(0, Subject::Scale, "much")]).unwrap_err().to_string();
         assert!(error.contains("\"much\" as the scale of band 1"), "{error}");

@@ -13,11 +13,9 @@ use super::file::InputFile;
 use super::sample::ByteOrder;
 use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
 use crate::error::{Error, Result};
-use crate::geo::Crs;
+use crate::geo::{Crs, VerticalCrs};
 
 const HEADER: u64 = 256;
-/// EPSG code of WGS 84 as a datum, which the header's datum field uses.
-const WGS84: i64 = 6326;
 
 /// Opens a terrain.
 pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
@@ -53,14 +51,20 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         height,
         sample,
         geo: Some(geo),
-        metres_per_unit: if vertical.is_finite() && vertical > 0.0 { f64::from(vertical) } else { 1.0 },
+        vertical: VerticalCrs {
+            metres_per_unit: (vertical.is_finite() && vertical > 0.0).then_some(f64::from(vertical)),
+            ..VerticalCrs::default()
+        },
         nodata: Some(-32768.0),
         block: (GROUP.min(width), height),
         ..RasterInfo::blank(file.path(), "VTP .bt")
     };
     side::complete(&mut info)?;
     if info.crs.is_none() && info.crs_problem.is_none() {
-        info.crs = stated_crs(short(22), short(24), short(26))?;
+        match stated_crs(short(22), short(24), short(26)) {
+            Ok(crs) => info.crs = crs,
+            Err(problem) => info.crs_problem = Some(problem),
+        }
     }
     let record_bytes = u64::from(height) * sample.bytes() as u64;
     let columns =
@@ -68,13 +72,13 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }
 
-/// The CRS of the header's own fields, where they state one that is known here.
-fn stated_crs(units: i64, zone: i64, datum: i64) -> Result<Option<Crs>> {
-    let code = match (units, zone) {
-        (0, _) => 4326,
-        (1, 1..=60) => 32600 + zone as u32,
-        (1, -60..=-1) => 32700 + zone.unsigned_abs() as u32,
+/// The system that the header's own fields state, if they state one; the error is why it is not read.
+fn stated_crs(units: i64, zone: i64, datum: i64) -> std::result::Result<Option<Crs>, String> {
+    let zone = match (units, zone) {
+        (0, _) => None,
+        (1, 1..=60 | -60..=-1) => Some(zone),
         _ => return Ok(None),
     };
-    if datum == WGS84 { Crs::from_epsg(code).map(Some) } else { Ok(None) }
+    let code = u32::try_from(datum).map_err(|_| format!("its header names a datum of the number {datum}"))?;
+    Crs::on_datum(code, zone).map(Some)
 }

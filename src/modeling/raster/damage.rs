@@ -32,7 +32,7 @@ fn found(path: &Path, taken: Use) -> Result<Found> {
     let window = Window { x: 0, y: 0, width: width.min(4 * WIDTH), height: height.min(4 * HEIGHT) };
     let samples = match taken {
         Use::Elevation => {
-            let (raster, mut heights) = (ElevationRaster::new(raster, &[])?, Vec::new());
+            let (raster, mut heights) = (ElevationRaster::new(raster, &[], 1.0)?, Vec::new());
             raster.read(window, &mut heights)?;
             notes.extend(raster.notes());
             heights.iter().map(|height| height.to_bits()).collect()

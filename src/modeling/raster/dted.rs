@@ -14,7 +14,7 @@ use super::columns::{Columns, GROUP};
 use super::file::InputFile;
 use super::{OpenOptions, Raster, RasterInfo, SampleType};
 use crate::error::{Error, Result};
-use crate::geo::{Crs, VerticalDatum};
+use crate::geo::{Crs, VerticalCrs, VerticalDatum};
 
 const UHL: u64 = 80;
 const DSI: u64 = 648;
@@ -65,10 +65,15 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             -latitude_step,
         ]),
         crs: Some(crs),
-        vertical_datum: match datum.as_str() {
-            "E96" => Some(VerticalDatum::Egm96),
-            "MSL" => Some(VerticalDatum::Msl),
-            _ => None,
+        vertical: VerticalCrs {
+            datum: match datum.as_str() {
+                "E96" => Some(VerticalDatum::Egm96),
+                "E08" => Some(VerticalDatum::Egm2008),
+                "MSL" => Some(VerticalDatum::Msl),
+                _ => None,
+            },
+            metres_per_unit: Some(1.0),
+            name: Some(datum.trim().to_owned()).filter(|name| !name.is_empty()),
         },
         nodata: Some(f64::from(VOID)),
         pixel_is_point: true,

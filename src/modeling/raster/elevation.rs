@@ -105,11 +105,12 @@ pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item 
 }
 
 impl ElevationRaster {
-    /// Takes the first band of `raster` that is no alpha for heights; `nodata` are raw samples that mean void besides what the file declares.
+    /// Takes the first band of `raster` that is no alpha for heights; `nodata` are raw samples that mean void besides
+    /// what the file declares; heights count in `metres_per_unit`, below 0 for depths.
     ///
     /// # Errors
     /// If the raster looks like imagery, or cannot be read.
-    pub fn new(raster: Box<dyn Raster>, nodata: &[f64]) -> Result<Self> {
+    pub fn new(raster: Box<dyn Raster>, nodata: &[f64], metres_per_unit: f64) -> Result<Self> {
         let info = raster.info();
         let seen: Vec<u32> = info.seen_bands().collect();
         if seen.len() >= 3 && info.sample == SampleType::U8 {
@@ -127,7 +128,7 @@ impl ElevationRaster {
             nodata: info.nodata_of(*band).into_iter().chain(given).collect(),
             scale: info.scale,
             offset: info.offset,
-            metres_per_unit: info.metres_per_unit,
+            metres_per_unit,
             deep_sea: false,
         };
         conversion.deep_sea = covers_deep_sea(raster.as_ref(), *band, &conversion)?;
@@ -181,10 +182,13 @@ impl ElevationRaster {
             ));
         }
         if let Some(unit) = &info.unknown_unit {
+            let taken = match self.conversion.metres_per_unit {
+                1.0 => "metres".to_owned(),
+                metres => format!("{metres} m each"),
+            };
             notes.push(format!(
-                "{}: states {unit:?} as the unit of its heights, which is not known here; they are taken as {}",
-                info.path.display(),
-                if info.metres_per_unit == 1.0 { "metres".to_owned() } else { format!("{} m each", info.metres_per_unit) }
+                "{}: states {unit:?} as the unit of its heights, which is not known here; they are taken as {taken}",
+                info.path.display()
             ));
         }
         let undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -250,8 +254,12 @@ mod tests {
     use super::*;
 
     fn heights(raster: Fixed, nodata: &[f64]) -> (Vec<f64>, Vec<String>) {
+        heights_in(1.0, raster, nodata)
+    }
+
+    fn heights_in(metres_per_unit: f64, raster: Fixed, nodata: &[f64]) -> (Vec<f64>, Vec<String>) {
         let width = raster.0.width;
-        let elevation = ElevationRaster::new(Box::new(raster), nodata).unwrap();
+        let elevation = ElevationRaster::new(Box::new(raster), nodata, metres_per_unit).unwrap();
         let mut heights = Vec::new();
         elevation.read(Window { x: 0, y: 0, width, height: 1 }, &mut heights).unwrap();
         (heights, elevation.notes())
@@ -288,8 +296,8 @@ mod tests {
     #[test]
     fn feet_scale_and_offset() {
         let mut feet = raster(SampleType::I16, 1, &[10.0, 20_000.0]);
-        (feet.0.scale, feet.0.offset, feet.0.metres_per_unit) = (2.0, 80.0, 0.3048);
-        let (heights, _) = heights(feet, &[]);
+        (feet.0.scale, feet.0.offset) = (2.0, 80.0);
+        let (heights, _) = heights_in(0.3048, feet, &[]);
         assert!((heights[0] - 30.48).abs() < 1e-12);
         assert!(heights[1].is_nan(), "12 km");
     }
@@ -303,8 +311,9 @@ mod tests {
 
     #[test]
     fn imagery_is_refused() {
-        let error =
-            ElevationRaster::new(Box::new(raster(SampleType::U8, 3, &[1.0, 2.0, 3.0])), &[]).err().unwrap();
+        let error = ElevationRaster::new(Box::new(raster(SampleType::U8, 3, &[1.0, 2.0, 3.0])), &[], 1.0)
+            .err()
+            .unwrap();
         assert!(error.to_string().contains("--imagery"), "{error}");
     }
 

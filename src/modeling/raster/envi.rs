@@ -129,17 +129,30 @@ fn set_crs(fields: &Fields<'_>, info: &mut RasterInfo) -> Result<()> {
         return Ok(());
     }
     let map_info = map_info(fields);
-    let is_wgs84 = map_info.iter().any(|text| text.eq_ignore_ascii_case("WGS-84"));
-    let code = match map_info.first().copied() {
-        Some("Geographic Lat/Lon") => Some(4326),
+    let zone = match map_info.first().copied() {
+        Some("Geographic Lat/Lon") => None,
         Some("UTM") => {
             let zone =
-                map_info.get(7).and_then(|zone| zone.parse::<u32>().ok()).filter(|z| (1..=60).contains(z));
-            let north = map_info.get(8).is_some_and(|half| half.eq_ignore_ascii_case("North"));
-            zone.map(|zone| if north { 32600 + zone } else { 32700 + zone })
+                map_info.get(7).and_then(|zone| zone.parse::<i64>().ok()).filter(|z| (1..=60).contains(z));
+            let Some(zone) = zone else { return Err(fields.wrong("map info", &map_info.join(", "))) };
+            let is_north = map_info.get(8).is_some_and(|half| half.eq_ignore_ascii_case("North"));
+            Some(if is_north { zone } else { -zone })
         }
-        _ => None,
+        Some("Arbitrary") | None => return Ok(()),
+        Some(other) => {
+            info.crs_problem = Some(format!("the projection '{other}' of map info is not read"));
+            return Ok(());
+        }
     };
-    info.crs = code.filter(|_| is_wgs84).map(Crs::from_epsg).transpose()?;
+
+    // The datum comes after the zone, or after the pixel sizes of degrees; units and rotation have an equals sign.
+    let after = if zone.is_some() { 9 } else { 7 };
+    match map_info.get(after).filter(|word| !word.is_empty() && !word.contains('=')) {
+        None => info.crs_problem = Some("map info names no datum".to_owned()),
+        Some(datum) => match Crs::on_named_datum(datum, zone) {
+            Ok(crs) => info.crs = Some(crs),
+            Err(problem) => info.crs_problem = Some(problem),
+        },
+    }
     Ok(())
 }

@@ -7,7 +7,7 @@ use super::raw::{Placement, RawRaster, RowStarts};
 use super::sample::ByteOrder;
 use super::{GeoTransform, Raster, RasterInfo, SampleType};
 use crate::error::{Error, Result};
-use crate::geo::{Crs, VerticalDatum};
+use crate::geo::{Crs, VerticalCrs, VerticalDatum};
 
 /// Opens a tile.
 pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
@@ -35,7 +35,7 @@ pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
         sample: SampleType::I16,
         geo: Some(geo(longitude, latitude, posts)),
         crs: Some(Crs::wgs84()),
-        vertical_datum: Some(VerticalDatum::Egm96),
+        vertical: VerticalCrs { datum: Some(VerticalDatum::Egm96), metres_per_unit: Some(1.0), name: None },
         nodata: Some(-32768.0),
         pixel_is_point: true,
         ..RasterInfo::blank(file.path(), "SRTM .hgt")

@@ -44,7 +44,7 @@ mod tiff;
 use std::path::{Path, PathBuf};
 
 use crate::error::Result;
-use crate::geo::{Crs, VerticalDatum};
+use crate::geo::{Crs, VerticalCrs};
 
 pub use band::{Band, Role};
 pub use elevation::ElevationRaster;
@@ -125,12 +125,8 @@ pub struct RasterInfo {
     pub crs: Option<Crs>,
     /// Why the CRS that the file states is not understood; `crs` is `None` then. A sentence to show where the user is asked for a CRS.
     pub crs_problem: Option<String>,
-    /// Name of a vertical system that is stated but not known here; `vertical_datum` is `None` then.
-    pub unknown_vertical: Option<String>,
-    /// Vertical datum, if stated.
-    pub vertical_datum: Option<VerticalDatum>,
-    /// Metres per vertical unit (0.3048 for feet), 1 if silent.
-    pub metres_per_unit: f64,
+    /// System of the heights, as far as it is stated.
+    pub vertical: VerticalCrs,
     /// Value that means no data, if stated (NaN possible; NaN samples are void always).
     pub nodata: Option<f64>,
     /// Physical value = offset + scale · sample (1 and 0 if silent).
@@ -191,9 +187,7 @@ impl RasterInfo {
             geo: None,
             crs: None,
             crs_problem: None,
-            unknown_vertical: None,
-            vertical_datum: None,
-            metres_per_unit: 1.0,
+            vertical: VerticalCrs::default(),
             nodata: None,
             scale: 1.0,
             offset: 0.0,

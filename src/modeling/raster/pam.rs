@@ -171,7 +171,10 @@ mod tests {
             <Metadata><MDI key="Scale">9</MDI></Metadata></PAMDataset>"#,
         )
         .unwrap();
-        assert_eq!((info.nodata, info.scale, info.metres_per_unit), (Some(-9999.0), 2.0, 0.3048));
+        assert_eq!(
+            (info.nodata, info.scale, info.vertical.metres_per_unit),
+            (Some(-9999.0), 2.0, Some(0.3048))
+        );
         assert_eq!(info.stated_colours(), Some([2, 1, 0]));
         assert_eq!(info.geo, Some([100.0, 2.0, 0.0, 500.0, 0.0, -2.0]));
         assert!(info.crs.is_some() || info.crs_problem.is_some());

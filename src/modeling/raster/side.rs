@@ -51,11 +51,15 @@ pub(super) fn complete(info: &mut RasterInfo) -> Result<()> {
     Ok(())
 }
 
-/// Takes the CRS that WKT in `source` states, or notes why it cannot be taken.
+/// Takes the CRS that a text in `source` states, or notes why it cannot be taken.
 pub(super) fn set_crs(info: &mut RasterInfo, source: &Path, wkt: &str) {
-    match Crs::from_wkt(wkt) {
-        Ok(crs) => info.crs = Some(crs),
-        Err(problem) => info.crs_problem = Some(format!("{}: {problem}", source.display())),
+    match Crs::with_vertical_from_text(wkt) {
+        Ok((crs, vertical)) => {
+            info.crs = Some(crs);
+            info.vertical = std::mem::take(&mut info.vertical).or(vertical.unwrap_or_default());
+        }
+        Err(problem) if source == info.path => info.crs_problem = Some(problem),
+        Err(problem) => info.crs_problem = Some(format!("in {}: {problem}", source.display())),
     }
 }
 

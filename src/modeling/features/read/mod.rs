@@ -92,6 +92,7 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
             ));
         }
     };
+    notes.extend(crs.doubt().map(|doubt| format!("{file}: {doubt}")));
     plausible(path, &crs, &found.rows)?;
     notes.extend(found.left_out.into_notes(&file));
     Ok(Layer { path: path.to_owned(), crs, rows: found.rows, notes })

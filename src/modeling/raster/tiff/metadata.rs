@@ -27,11 +27,9 @@ pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<(
         match parse_geokeys(&keys, &doubles, &ascii) {
             Ok(keys) => {
                 info.crs = keys.crs;
-                info.vertical_datum = keys.vertical_datum;
-                info.unknown_vertical = keys.unknown_vertical;
-                info.metres_per_unit = keys.vertical_metres_per_unit.unwrap_or(1.0);
+                info.vertical = keys.vertical;
             }
-            Err(problem) => info.crs_problem = Some(format!("{}: {problem}", info.path.display())),
+            Err(problem) => info.crs_problem = Some(problem),
         }
     }
     info.geo = geo(info, directory)?;
@@ -125,7 +123,7 @@ mod tests {
             <Item name="UNITTYPE" sample="0" role="unittype">ft</Item></GDALMetadata>"#;
         apply_items(&mut info, xml).unwrap();
         info.settle_bands();
-        assert_eq!((info.scale, info.offset, info.metres_per_unit), (0.1, -5.0, 0.3048));
+        assert_eq!((info.scale, info.offset, info.vertical.metres_per_unit), (0.1, -5.0, Some(0.3048)));
         assert!(apply_items(&mut info, r#"<Item role="scale">much</Item>"#).is_err());
     }
 }
