@@ -17,6 +17,7 @@ use hedgehop::voxel::{
 
 const SIDE: u32 = 1200;
 /// Offsets of FORMAT.md.
+const VERSION: usize = 8;
 const HEADER_CRC: usize = 12;
 const HEADER_END: usize = 256;
 const DIRECTORY_OFFSET: usize = 120;
@@ -64,9 +65,7 @@ fn without(area: &[u8], pages: &[PageId]) -> Vec<u8> {
     }
     let directory = crc32fast::hash(&bytes[start..start + store.directory().len() * ENTRY]);
     put(&mut bytes, DIRECTORY_CRC, directory);
-    let header = crc32fast::hash(&bytes[HEADER_CRC + 4..HEADER_END]);
-    put(&mut bytes, HEADER_CRC, header);
-    bytes
+    sealed(bytes)
 }
 
 fn camera() -> Camera {
@@ -202,8 +201,8 @@ fn as_type(value: f64, kind: &str) -> Vec<u8> {
 }
 
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    let crc = crc32fast::hash(&bytes[HEADER_CRC + 4..HEADER_END]);
-    put(&mut bytes, HEADER_CRC, crc);
+    let covered = [&bytes[VERSION..HEADER_CRC], &bytes[HEADER_CRC + 4..HEADER_END]].concat();
+    put(&mut bytes, HEADER_CRC, crc32fast::hash(&covered));
     bytes
 }
 

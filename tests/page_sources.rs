@@ -1,14 +1,19 @@
 //! One suite over both page sources: a database in memory and a mapped file.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
+use hedgehop::Result;
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Silent;
+use hedgehop::render::{Engine, RenderOptions, Renderer};
+use hedgehop::space::{Attitude, Camera, Pose};
+use hedgehop::subimage::Farm;
 use hedgehop::voxel::{
-    Arrays, CorridorRecord, Grid, MaterialRecord, MemPages, Metadata, PageId, PageSource, SourceRecord,
-    write_arrays,
+    Arrays, BoundsView, CorridorRecord, Grid, Header, MaterialRecord, MemPages, Metadata, PageBuffer, PageId,
+    PageSource, PageView, SourceRecord, write_arrays,
 };
 
 const NX: u32 = 700;
@@ -94,6 +99,92 @@ fn posts_hold_the_ramp_at_every_level() {
             }
         }
     });
+}
+
+/// A database's pages in full: of those that have no bytes, planes of their own, with colours that would be seen from afar.
+struct InFull<'p> {
+    pages: &'p MemPages,
+    full: HashMap<PageId, PageBuffer>,
+}
+
+impl<'p> InFull<'p> {
+    fn of(pages: &'p MemPages) -> Self {
+        let empty = pages.directory().present().filter(|(_, entry)| entry.empty().is_some());
+        let full = empty.map(|(id, _)| {
+            let mut page = pages.whole_page(id).unwrap().unwrap().to_buffer();
+            let glaring = (0..page.colours.len()).map(|at| [255, (at * 37) as u8, (at * 11) as u8]);
+            page.colours = glaring.collect();
+            (id, page)
+        });
+        Self { pages, full: full.collect() }
+    }
+}
+
+impl PageSource for InFull<'_> {
+    fn header(&self) -> &Header {
+        self.pages.header()
+    }
+
+    fn page(&self, id: PageId) -> Result<Option<PageView<'_>>> {
+        match self.full.get(&id) {
+            Some(page) => Ok(Some(PageBuffer::view(page))),
+            None => self.pages.page(id),
+        }
+    }
+
+    fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>> {
+        match self.full.get(&id) {
+            Some(page) => Ok(Some(BoundsView { width: page.width, low: &page.low, high: &page.high })),
+            None => self.pages.bounds(id),
+        }
+    }
+}
+
+/// Two hills far apart, and nothing between them.
+fn apart() -> MemPages {
+    let (nx, ny) = (2000, 1500);
+    let grid = Grid { nx, ny, spacing: 2.0, origin: DVec2::new(3.0e5, 5.0e6) };
+    let voxels = || (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y)));
+    let height = |(x, y): (u32, u32)| {
+        let is_hill = x < 300 && y < 280 || x >= 1650 && y >= 1100 && (x + y) % 50 > 2;
+        let rough = 4.0 * (f64::from(x) * 0.31).sin() * (f64::from(y) * 0.27).cos();
+        if is_hill { 100.0 + 30.0 * (f64::from(x) * 0.02).sin() + rough } else { f64::NAN }
+    };
+    let heights: Vec<f64> = voxels().map(height).collect();
+    let colours: Vec<[u8; 3]> = voxels().map(|(x, y)| [90, x as u8, y as u8]).collect();
+    let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("apart.hop");
+    write_arrays(&path, &arrays, &metadata(), false).unwrap();
+    MemPages::from_bytes(&path, &fs::read(&path).unwrap()).unwrap()
+}
+
+#[test]
+fn views_over_pages_without_bytes_are_those_over_pages_in_full() {
+    let pages = apart();
+    let full = InFull::of(&pages);
+    assert_eq!((pages.directory().len(), full.full.len()), (48 + 4 + 1 + 1, 40 + 2));
+    let eye = |x: f64, y: f64, z: f64| DVec3::new(3.0e5 + x, 5.0e6 + y, z);
+    for (eye, yaw, pitch) in [
+        // On a hill towards the gap, in the gap towards the other one, and down on all of it.
+        (eye(450.0, 420.0, 150.0), 60.0, -8.0),
+        (eye(2600.0, 1900.0, 180.0), 45.0, -4.0),
+        (eye(1900.0, 300.0, 2600.0), 10.0, -70.0),
+    ] {
+        let camera =
+            Camera::new(Pose { eye, attitude: Attitude { yaw, pitch, roll: 4.0 }, hfov: 70.0 }, 240, 150);
+        for engine in [Engine::Planes, Engine::Reference] {
+            let options = RenderOptions { engine, ..RenderOptions::default() };
+            let farm = Farm::new(2).unwrap();
+            let frame = Renderer::new(&pages, &options).frame(&camera, &farm).unwrap().frame;
+            let wanted = Renderer::new(&full, &options).frame(&camera, &farm).unwrap().frame;
+            assert!(frame.range.iter().any(|range| range.is_finite()), "something is seen");
+            assert!(
+                frame.colour == wanted.colour && frame.range == wanted.range && frame.normal == wanted.normal,
+                "{engine:?} at {eye}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -64,7 +64,8 @@ impl PagePlan {
             let mut needs = FrameNeeds::default();
             known.clear();
             for part in foresight.needs(frame)?.parts {
-                if file.directory().get(part.page()).is_none() {
+                // What is absent or has no bytes is never read.
+                if file.directory().stored_part_index(part).is_none() {
                     continue;
                 }
                 let bytes = file.store().part_bytes(part);

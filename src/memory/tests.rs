@@ -8,6 +8,7 @@ use tempfile::TempDir;
 use super::resident::Need;
 use super::sync::{Receiver, Sender, bounded};
 use super::{PageFile, PresentPages, ResidentPages};
+use crate::progress::Silent;
 use crate::voxel::{Arrays, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, write_arrays};
 
 /// Four by four pages of the finest level.
@@ -80,6 +81,49 @@ fn page_bytes() -> u64 {
 
 fn heights_bytes() -> u64 {
     Site::new(u64::MAX).pages.file().store().part_bytes(heights(5))
+}
+
+/// A site with a surface on its south-western page alone.
+fn bare_site(room: Option<u64>) -> Site {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("area.hop");
+    let grid = Grid { nx: SIDE, ny: SIDE, spacing: 1.0, origin: DVec2::ZERO };
+    let places = (0..SIDE * SIDE).map(|post| (post % SIDE, post / SIDE));
+    let heights: Vec<f64> =
+        places.map(|(x, y)| if x < 200 && y < 200 { f64::from(x % 90) } else { f64::NAN }).collect();
+    let colours = vec![[9; 3]; heights.len()];
+    let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
+    write_arrays(&path, &arrays, &Metadata::default(), false).unwrap();
+    let pages = ResidentPages::new(PageFile::open(&path).unwrap(), room);
+    Site { pages, news: bounded(1), _folder: folder }
+}
+
+#[test]
+fn pages_without_bytes_are_always_there() {
+    let site = bare_site(Some(1 << 30));
+    let frame = site.present();
+    for number in 1..16 {
+        let id = page(number);
+        assert!(frame.has(id) && frame.is_at_hand(id) && site.pages.is_at_hand(id), "{id}");
+        assert!(frame.page(id).unwrap().is_some() && frame.heights(id).unwrap().is_some());
+        assert!(frame.bounds(id).unwrap().is_some() && site.pages.page(id).unwrap().is_some());
+        site.pages.bring(&[id]);
+    }
+    assert!(!frame.has(page(0)) && frame.page(page(0)).unwrap().is_none());
+    assert_eq!(site.wanted(), fine(&[0]));
+    let paging = site.pages.paging();
+    let counts = [paging.demand_misses, paging.pages_read, paging.bytes_read, paging.resident_bytes];
+    assert_eq!((counts, paging.pages_late), ([0; 4], 2));
+    drop(frame);
+    // All of the database is what has bytes.
+    let bytes = site.pages.bytes();
+    assert!(bytes < 1_500_000, "{bytes}");
+    let site = bare_site(Some(bytes));
+    site.pages.load_all(&Silent).unwrap();
+    assert!(site.pages.is_whole() && site.bytes() == bytes);
+    let expected = fine(&[0, 7, 9]);
+    let missing = bare_site(None).pages.expect(3, &PageNeeds::from(expected), None, |_| true).unwrap();
+    assert_eq!(missing.iter().map(|(part, _)| *part).collect::<Vec<_>>(), fine(&[0]));
 }
 
 const NOTHING_BEHIND: &dyn Fn(PageId) -> bool = &|_| false;

@@ -6,6 +6,7 @@
 
 mod keys;
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -22,8 +23,9 @@ use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::sunlight::{Daylight, SHADE_APRON, Shade, ShadePage, Shades, Sun};
 use crate::voxel::{
-    APRON, ContentHash, Directory, EncodedPage, Metadata, PAGE_SIDE, PageBuffer, PageId, PageReadback,
-    PageSource, PageView, PageWriter, Span, SpanTable, StandIn, VoxelBlock, half_steps, sparse_page,
+    APRON, ContentHash, Directory, EncodedPage, Metadata, PAGE_SIDE, PageBuffer, PageEntry, PageId,
+    PageReadback, PageSource, PageView, PageWriter, Span, SpanTable, StandIn, VoxelBlock, half_steps,
+    sparse_page,
 };
 use keys::BakingKeys;
 
@@ -123,8 +125,7 @@ fn bake_pages(
     written: &mut Written,
     observer: &dyn Observer,
 ) -> Result<()> {
-    let mut pages: Vec<(u64, PageId)> = directory.present().map(|(id, entry)| (entry.offset, id)).collect();
-    pages.sort_unstable();
+    let pages = in_place(directory);
     observer.begin("shadows", pages.len() as u64, "pages");
     // Bare ground lies among the pages that stand on it.
     for pages in pages.chunk_by(|(_, a), (_, b)| a.surface().level == b.surface().level) {
@@ -135,6 +136,9 @@ fn bake_pages(
             Vec::new,
             |scratch, task| {
                 let (_, id) = pages[task as usize];
+                if directory.is_empty_page(id) {
+                    return Ok((Page::Made(oven.unlit(id)?), None));
+                }
                 let key = trace.map(|(_, keys)| keys.of(id, &oven.finer)).transpose()?;
                 let known = trace
                     .zip(key)
@@ -165,6 +169,22 @@ fn bake_pages(
     Ok(())
 }
 
+/// All pages in the order in which they lie; those without bytes come first of their level.
+fn in_place(directory: &Directory) -> Vec<(u64, PageId)> {
+    let mut first = HashMap::new();
+    for (id, entry) in directory.present().filter(|(_, entry)| entry.length > 0) {
+        let first = first.entry(id.level).or_insert(entry.offset);
+        *first = entry.offset.min(*first);
+    }
+    let place = |(id, entry): (PageId, &PageEntry)| match entry.length {
+        0 => (first.get(&id.level).map_or(0, |first| first - 1), id),
+        _ => (entry.offset, id),
+    };
+    let mut pages: Vec<_> = directory.present().map(place).collect();
+    pages.sort_unstable();
+    pages
+}
+
 /// Whether a sun throws shadows that can be baked.
 ///
 /// # Errors
@@ -175,6 +195,10 @@ pub fn check_shadows(sun: Sun) -> Result<()> {
     }
     let what = format!("at {:.1}° the sun throws no shadows; choose one above the horizon", sun.elevation);
     Err(Error::Configuration(what))
+}
+
+fn absent(id: PageId) -> Error {
+    Error::Configuration(format!("{id} is not stored; take the pages of the database's directory"))
 }
 
 /// Makes pages with shadows.
@@ -209,6 +233,16 @@ impl<'s> Oven<'s> {
         Ok(PageBuffer { colours, ..page }.encode(id))
     }
 
+    /// A page without any surface, which light does not change.
+    fn unlit(&self, id: PageId) -> Result<EncodedPage> {
+        let (view, bounds) = (self.source.page(id)?, self.source.bounds(id)?);
+        let mut page = view.ok_or_else(|| absent(id))?.to_buffer();
+        if let Some(bounds) = bounds {
+            (page.low, page.high) = (bounds.low.to_vec(), bounds.high.to_vec());
+        }
+        Ok(page.encode(id))
+    }
+
     /// The page as it is.
     fn copy(&self, id: PageId) -> Result<PageBuffer> {
         let mut page = self.lit(id)?.view.to_buffer();
@@ -222,11 +256,8 @@ impl<'s> Oven<'s> {
     }
 
     fn lit(&self, id: PageId) -> Result<Lit<'s>> {
-        let absent = || {
-            Error::Configuration(format!("{id} is not stored; take the pages of the database's directory"))
-        };
-        let view = self.source.page(self.source.ground_of(id))?.ok_or_else(absent)?;
-        let shares = self.shades.page(self.source, id.surface())?.ok_or_else(absent)?;
+        let view = self.source.page(self.source.ground_of(id))?.ok_or_else(|| absent(id))?;
+        let shares = self.shades.page(self.source, id.surface())?.ok_or_else(|| absent(id))?;
         Ok(Lit { id, view, shares })
     }
 

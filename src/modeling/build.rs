@@ -39,6 +39,7 @@ use super::page::Project;
 use super::placed::{ElevationInput, ImageryInput};
 use super::placing::Collection;
 use super::plan::{self, Plan};
+use super::reach::Reach;
 use super::room::Room;
 use super::scan::{self, Survey};
 use super::sources;
@@ -52,7 +53,9 @@ use super::writing::{Written, write_pages};
 use crate::error::{Error, Result};
 use crate::geo::{Crs, VerticalDatum};
 use crate::progress::{Observer, Silent};
-use crate::voxel::{ContentHash, Directory, Grid, HeightCode, Metadata, PageWriter, SharedObjects};
+use crate::voxel::{
+    ContentHash, Directory, ENTRY_BYTES, Grid, HeightCode, Metadata, PAGE_SIDE, PageWriter, SharedObjects,
+};
 
 /// What a build did.
 #[derive(Debug, Clone)]
@@ -113,13 +116,15 @@ pub fn outline(options: &BuildOptions) -> Result<Outline> {
     let reaches =
         inputs.elevation.iter().map(|raster| Ok(raster.place(&plan)?.1)).collect::<Result<Vec<_>>>()?;
     let sparse = sparse_note(&reaches, &plan).filter(|_| !options.synthetic.has_base());
+    // What stands on the ground is not counted, but may be anywhere.
+    let reach = Reach::of(&inputs, &plan, options)?;
+    let most_bytes = Room { plan: &plan, output: &options.output, builds: false, reach: &reach }.most_bytes();
     let told = inputs.features.into_iter().flat_map(|(mut layer, options)| {
         layer.notes.extend(features::unknown_columns(&layer, &options));
         layer.notes
     });
     let notes =
         inputs.notes.into_iter().chain(plan.notes.iter().cloned()).chain(told).chain(sparse).collect();
-    let most_bytes = Room { plan: &plan, output: &options.output, builds: false }.most_bytes();
     Ok(Outline { crs: plan.crs, grid: plan.grid, most_bytes, notes, outside })
 }
 
@@ -195,7 +200,8 @@ pub(super) fn build_from(
     observer: &dyn Observer,
 ) -> Result<BuildReport> {
     let plan = plan::plan(&inputs, options)?;
-    let room = Room { plan: &plan, output: &options.output, builds: is_built(&inputs) };
+    let reach = Reach::of(&inputs, &plan, options)?;
+    let room = Room { plan: &plan, output: &options.output, builds: inputs.is_built(), reach: &reach };
     if !plan.stored.is_all() {
         budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
     }
@@ -354,12 +360,6 @@ pub(super) fn build_from(
     })
 }
 
-/// Whether something may stand on the ground.
-fn is_built(inputs: &Inputs) -> bool {
-    let Inputs { clouds, features, objects, scatters, .. } = inputs;
-    !(clouds.is_empty() && features.is_empty() && objects.is_empty() && scatters.is_empty())
-}
-
 fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
     inputs.elevation.iter().map(|raster| raster.datum).collect()
 }
@@ -428,7 +428,7 @@ fn outsiders(paths: &[PathBuf], imagery: &[ImageryInput], grid: &Grid) -> Vec<St
         .collect()
 }
 
-/// Warns of an area that is mostly the gap between files that lie far apart: its voxels take time and disk as well.
+/// Tells of an area that is mostly the gap between files that lie far apart: one of them may lie elsewhere than was thought.
 fn sparse_note(reaches: &[Bounds], plan: &Plan) -> Option<String> {
     const SPARSE: f64 = 0.25;
     let grid = &plan.grid;
@@ -441,8 +441,8 @@ fn sparse_note(reaches: &[Bounds], plan: &Plan) -> Option<String> {
     let share = covered / ((east - west) * (north - south));
     (plan.stored.is_all() && share < SPARSE).then(|| {
         format!(
-            "elevation covers less than {:.2} % of the area of {} x {} voxels, but all of them are written; \
-             build files that lie far apart into databases of their own, or give --bbox",
+            "elevation covers less than {:.2} % of the area of {} x {} voxels: the rest has no surface, and takes {ENTRY_BYTES} bytes \
+             for each {PAGE_SIDE} x {PAGE_SIDE} of them; if that is not what is meant, look at where the files lie, or give --bbox",
             100.0 * share,
             grid.nx,
             grid.ny

@@ -59,6 +59,14 @@ pub(super) struct Inputs {
     pub notes: Vec<String>,
 }
 
+impl Inputs {
+    /// Whether something may stand on the ground.
+    pub fn is_built(&self) -> bool {
+        let Self { clouds, features, objects, scatters, .. } = self;
+        !(clouds.is_empty() && features.is_empty() && objects.is_empty() && scatters.is_empty())
+    }
+}
+
 impl Samples<f64> for ElevationRaster {
     fn size(&self) -> (u32, u32) {
         (self.info().width, self.info().height)

@@ -32,6 +32,7 @@ mod placed;
 mod placing;
 mod plan;
 mod plausible;
+mod reach;
 mod room;
 mod scan;
 mod source_heights;

@@ -164,6 +164,9 @@ impl<'a> PageMaker<'a> {
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
         let rect = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
         let around = rect.grown(APRON, &self.level.grid);
+        if self.is_beyond(around) {
+            return Ok(MadePage::empty(id, (width, height)));
+        }
         let made = self.block(around)?;
         let rows = rect.rows_in(around);
         let census = made.census(rows.clone());
@@ -188,6 +191,25 @@ impl<'a> PageMaker<'a> {
         // Where only a road was cut in, bare ground is the surface.
         let bare = bare.filter(|bare| *bare != page);
         Ok(MadePage { page, bare, census })
+    }
+
+    /// Whether nothing reaches a block: it has no surface, and its voxels are all alike.
+    fn is_beyond(&self, rect: Rect) -> bool {
+        let Project { elevation, imagery, land_cover, synthetic, standing, standees, objects, .. } =
+            self.project;
+        let level = &self.level;
+        // As far as slopes ask.
+        let wide = rect.grown(1, &level.grid);
+        let mut reaches = elevation
+            .iter()
+            .map(|source| &source.reach)
+            .chain(imagery.iter().map(|source| &source.reach))
+            .chain(land_cover.iter().map(|source| &source.reach));
+        **synthetic == Synthetic::default()
+            && standees.is_none()
+            && standing.is_none_or(|standing| standing.margin(wide, level).is_none())
+            && objects.is_none_or(|objects| objects.margin(wide, level).is_none())
+            && !reaches.any(|reach| wide.meets(reach, &level.grid))
     }
 
     /// Heights of the finest voxels over `rect` as the rasters have them, voids filled, metres; NaN where there is none.
@@ -346,6 +368,19 @@ impl<'a> PageMaker<'a> {
         let (east, north) = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
         let (column, row) = input.placement.pixel_from_world(east, north)?;
         Some(coarse.at(column, row) + input.shift.at(self.level.units((x, y))))
+    }
+}
+
+impl MadePage {
+    /// A page that nothing reaches.
+    fn empty(id: PageId, size: (u32, u32)) -> Self {
+        let attributes =
+            Attributes { flags: Attributes::VOID | Attributes::NO_IMAGERY, ..Attributes::default() };
+        let voxels = u64::from(size.0) * u64::from(size.1);
+        let census = Census { voxels, made: voxels, empty: voxels, ..Census::default() };
+        // What is made of its level alone has neither bounds nor slopes.
+        let page = PageBuffer::empty(PageId { level: 0, ..id }, size, attributes);
+        Self { page, bare: None, census }
     }
 }
 

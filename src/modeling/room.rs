@@ -4,7 +4,7 @@
 //! the file, beside the one that it replaces until it is whole
 //! eight rows of pages that were made, which are set aside until their places are known
 //! ```
-//! How long pages are shows when they are made: attributes that are all alike take next to nothing, and bare ground has pages only where
+//! Where no elevation is, pages have an entry and no bytes. How long others are shows when they are made: attributes that are all alike take next to nothing, and bare ground has pages only where
 //! something stands on it. So there is a least and a most. What has not even the least is refused before a page is made; what may not
 //! have the most is told in a note, and ends with the disk's error if it comes to that. Where pages of builds before are known, nothing is
 //! refused: most builds change a few of them in place. Points of clouds, which lie in a file of their own, do not count.
@@ -12,6 +12,7 @@
 use std::path::Path;
 
 use super::plan::Plan;
+use super::reach::Reach;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 use crate::voxel::{
@@ -27,12 +28,14 @@ const COARSE: u64 = 9;
 const BAND: u32 = 8;
 
 /// Where a build writes what.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(super) struct Room<'a> {
     pub plan: &'a Plan,
     pub output: &'a Path,
     /// Whether something may stand on the ground.
     pub builds: bool,
+    /// Where pages have more than an entry.
+    pub reach: &'a Reach,
 }
 
 /// Pages that are made, at the least.
@@ -48,7 +51,17 @@ impl Room<'_> {
     /// Bytes of the file at most, without objects and metadata. What stands on the ground has no most: a span on each voxel counts.
     pub fn most_bytes(&self) -> u64 {
         let bare = if self.builds { self.plan.stored.count(0) } else { 0 };
-        most_bytes(&self.plan.grid, |level| self.plan.stored.count(level), bare)
+        most_bytes(&self.plan.grid, |level| self.count(level), bare)
+    }
+
+    /// Pages of a level that may have bytes.
+    fn count(&self, level: u8) -> u64 {
+        let Plan { grid, stored, .. } = self.plan;
+        if self.reach.is_everywhere() {
+            return stored.count(level);
+        }
+        let tasks = stored.tasks(level);
+        (0..tasks.count()).filter(|task| self.reach.may_fill(grid, tasks.id(*task))).count() as u64
     }
 
     /// Bytes that a build takes of the disk while all is made: at least, and at most.
@@ -64,10 +77,10 @@ impl Room<'_> {
     }
 
     fn most_needed(&self) -> u64 {
-        let Plan { grid, stored, .. } = self.plan;
+        let grid = &self.plan.grid;
         let (columns, _) = grid.page_dims(0);
         let bare = if self.builds { most_bare_bytes(grid) } else { 0 };
-        let aside = stored.count(0).min(u64::from(columns) * u64::from(BAND));
+        let aside = self.count(0).min(u64::from(columns) * u64::from(BAND));
         self.most_bytes() + aside * (most_page_bytes(grid, 0) + bare)
     }
 
@@ -116,7 +129,8 @@ impl Room<'_> {
             if id.py / BAND != band {
                 (band, aside) = (id.py / BAND, 0);
             }
-            let bytes = least_page_bytes(&self.plan.grid, id);
+            let grid = &self.plan.grid;
+            let bytes = if self.reach.has_elevation(grid, id) { least_page_bytes(grid, id) } else { 0 };
             made.placed += bytes.next_multiple_of(ALIGNMENT);
             aside += bytes;
             made.aside = made.aside.max(aside);
@@ -145,7 +159,7 @@ fn most_bare_bytes(grid: &Grid) -> u64 {
     most_page_bytes(grid, 0) + spans.next_multiple_of(ALIGNMENT)
 }
 
-/// Bytes of a page at least: all of its voxels have the same attributes.
+/// Bytes of a page with a surface at least: all of its voxels have the same attributes.
 pub(super) fn least_page_bytes(grid: &Grid, id: PageId) -> u64 {
     let (width, height) = grid.page_size(id).unwrap_or((0, 0));
     let samples = u64::from(width + 2 * APRON) * u64::from(height + 2 * APRON);

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use super::fixed_header::{FixedHeader, Section};
-use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, header as at};
+use super::format::{PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at};
 use super::page::{Planes, largest_page};
 use super::{
-    AlignedBytes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer, PageEntry,
-    PageId, PagePart, PageView, SharedObjects,
+    AlignedBytes, Attributes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer,
+    PageEntry, PageId, PagePart, PageView, SharedObjects,
 };
 use crate::error::{Error, Result};
 
@@ -137,6 +137,14 @@ impl Assembly {
         if directory.get(id).is_some() {
             return Err(refuse("appended twice"));
         }
+        if length == 0 {
+            let entry = PageEntry { offset: 0, ..entry };
+            if !entry.can_be_empty(id) {
+                return Err(refuse("a page without bytes"));
+            }
+            directory.set(index, entry);
+            return Ok(());
+        }
         let offset = self.end.next_multiple_of(PAGE_ALIGNMENT);
         write(&**storage, offset)
             .map_err(|error| self.storage_error(&format!("write {length} bytes at byte {offset}"), error))?;
@@ -173,6 +181,7 @@ impl Assembly {
         let section = Section::of(end + objects.len() as u64, &entries);
         let json_section = Section::of(section.offset + section.length, &json);
         let mut header = FixedHeader {
+            version: VERSION,
             grid: self.shared.grid,
             heights: self.heights,
             height_range,
@@ -281,11 +290,18 @@ impl PageReadback {
     /// As [`Self::page`], without a copy: the page's bytes are read into `scratch`.
     pub fn page_into<'a>(&self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
         let Shared { path, storage, directory, .. } = &*self.shared;
+        let invalid = |what| Error::invalid(path, format!("{id}: {what}"));
         let located = {
             let directory = directory.read().unwrap_or_else(PoisonError::into_inner);
             directory.locate(id).map(|(_, entry, size)| (*entry, size))
         };
         let Some((entry, size)) = located else { return Ok(None) };
+        if let Some(attributes) = entry.empty() {
+            scratch.resize(size_of::<Attributes>());
+            scratch.as_mut_slice().copy_from_slice(bytemuck::bytes_of(attributes));
+            let attributes = bytemuck::from_bytes(scratch.as_slice());
+            return Planes::empty(id.level, size, attributes).whole().map(Some).map_err(invalid);
+        }
         scratch.resize(entry.length as usize);
         let read = storage.read_at(entry.offset, scratch.as_mut_slice());
         read.map_err(|error| Error::io(path, format!("read {id} back"), error))?;

@@ -1,21 +1,25 @@
 //! Where each page lies in a file.
 
-use super::format::{Field, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
+use super::format::{EMPTY_SINCE, Field, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
 use super::page::is_page_length;
 use super::{BARE, Grid, PAGE_SIDE, PageId, PagePart};
+
+/// Bytes that a page's entry takes in a file.
+pub const ENTRY_BYTES: usize = entry::SIZE;
 
 /// Place and checksums of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PageEntry {
     /// First byte in the file.
     pub offset: u64,
-    /// Bytes.
+    /// Bytes; 0 of a page without any surface, which has none in the file.
     pub length: u32,
     /// Those of them that are spans; 0 but for pages of bare ground.
     pub spans: u32,
-    /// CRC-32 of each of its parts, in the order of their [numbers](PagePart::number).
+    /// CRC-32 of each of its parts, in the order of their [numbers](PagePart::number); of a page without bytes the last one are the
+    /// attributes of all its voxels.
     pub crc: [u32; PagePart::COUNT],
-    /// First 16 bytes of BLAKE3 of the page.
+    /// First 16 bytes of BLAKE3 of the page, or of these attributes.
     pub hash: [u8; 16],
 }
 
@@ -126,9 +130,9 @@ impl Directory {
         Ok([pages, pages + u64::from(x) * u64::from(y)].map(|pages| pages * entry::SIZE as u64))
     }
 
-    /// From a file's bytes, whose length and checksum have been checked; pages lie between the
+    /// From the bytes of a file of a version, whose length and checksum have been checked; pages lie between the
     /// fixed header and `pages_end`.
-    pub(super) fn decode(grid: &Grid, bytes: &[u8], pages_end: u64) -> Result<Self, String> {
+    pub(super) fn decode(grid: &Grid, bytes: &[u8], pages_end: u64, version: u32) -> Result<Self, String> {
         let mut directory = Self::empty(grid)?;
         if bytes.len() > directory.entries.len() * entry::SIZE {
             directory.extend_to_bare();
@@ -137,16 +141,19 @@ impl Directory {
             directory.entries[index] = PageEntry::decode(record);
         }
         for id in directory.ids() {
-            directory.check(id, pages_end).map_err(|what| format!("directory, {id}: {what}"))?;
+            directory.check(id, pages_end, version).map_err(|what| format!("directory, {id}: {what}"))?;
         }
         Ok(directory)
     }
 
-    fn check(&self, id: PageId, pages_end: u64) -> Result<(), String> {
+    fn check(&self, id: PageId, pages_end: u64, version: u32) -> Result<(), String> {
         let Some((_, entry, size)) = self.locate(id) else {
             let coarsest = usize::from(id.level) + 1 == self.levels.len();
             return if coarsest { Err("the coarsest level must be complete".into()) } else { Ok(()) };
         };
+        if version >= EMPTY_SINCE && entry.can_be_empty(id) {
+            return Ok(());
+        }
         let end = entry.offset.checked_add(u64::from(entry.length));
         let inside = entry.offset >= PAGE_ALIGNMENT && end.is_some_and(|end| end <= pages_end);
         if !inside
@@ -207,6 +214,19 @@ impl Directory {
     pub fn part_index(&self, part: PagePart) -> Option<usize> {
         let (page, ..) = self.locate(part.page())?;
         Some(part.number() * self.len() + page)
+    }
+
+    /// The same of a page that has bytes in the file; `None` for all others.
+    #[inline]
+    pub fn stored_part_index(&self, part: PagePart) -> Option<usize> {
+        let (page, entry, _) = self.locate(part.page())?;
+        (entry.length > 0).then(|| part.number() * self.len() + page)
+    }
+
+    /// Whether a page is stored, and has no bytes in the file because it has no surface.
+    #[inline]
+    pub fn is_empty_page(&self, id: PageId) -> bool {
+        self.get(id).is_some_and(|entry| entry.empty().is_some())
     }
 
     /// The part with this number.

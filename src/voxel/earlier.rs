@@ -54,7 +54,8 @@ impl EarlierFile {
         let mut record = [0; at::SIZE];
         self.0.read_at(0, &mut record).ok()?;
         let length = self.0.metadata().ok()?.len();
-        FixedHeader::decode_start(Path::new(""), &record, length).ok().map(|header| header.content_hash)
+        let header = FixedHeader::decode_start(Path::new(""), &record, length).ok()?;
+        (header.version == VERSION).then_some(header.content_hash)
     }
 
     /// The same of older versions, too, unchecked: enough to know a file again, not to read it. All versions have it at one place.
@@ -74,6 +75,9 @@ impl EarlierFile {
         scratch: &mut Vec<u8>,
     ) -> Option<EarlierPage> {
         let (page, size) = (self.page_as_left(grid, id, entry)?, grid.page_size(id)?);
+        if let Some(attributes) = entry.empty() {
+            return (entry.hash == PageEntry::of_empty(*attributes).hash).then_some(page);
+        }
         scratch.resize(entry.length as usize, 0);
         self.0.read_at(entry.offset, scratch).ok()?;
         let is_good =
@@ -83,10 +87,8 @@ impl EarlierFile {
 
     /// The same of a file that nobody changed: nothing of it is read. `None` if there can be no such page.
     pub fn page_as_left(&self, grid: &Grid, id: PageId, entry: &PageEntry) -> Option<EarlierPage> {
-        is_page_length(id.level, grid.page_size(id)?, entry.lengths()).then(|| EarlierPage {
-            id,
-            entry: *entry,
-            file: self.clone(),
-        })
+        let is_possible =
+            entry.can_be_empty(id) || is_page_length(id.level, grid.page_size(id)?, entry.lengths());
+        is_possible.then(|| EarlierPage { id, entry: *entry, file: self.clone() })
     }
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::format::{
-    Field, MAGIC, METADATA_LIMIT, OBJECTS_LIMIT, PAGE_ALIGNMENT, PLANE_ALIGNMENT, VERSION, header as at,
+    EMPTY_SINCE, Field, MAGIC, METADATA_LIMIT, OBJECTS_LIMIT, OLDEST, PAGE_ALIGNMENT, PLANE_ALIGNMENT,
+    VERSION, header as at,
 };
 use super::{
     ContentHash, Directory, Grid, Header, HeightCode, Metadata, PAGE_SIDE, SharedObjects, SpanTable,
@@ -42,6 +43,16 @@ impl Section {
     }
 }
 
+/// Checksum of a header. It covers the version since there are two that are read.
+pub(super) fn header_crc(record: &[u8]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    if at::VERSION.u32(record) >= EMPTY_SINCE {
+        hasher.update(at::VERSION.bytes(record));
+    }
+    hasher.update(&record[at::HEADER_CRC.end()..at::SIZE]);
+    hasher.finalize()
+}
+
 /// What to do about a damaged file.
 pub(super) const DAMAGED: &str = "the file is damaged: copy it again, or build it again";
 const TRUNCATED: &str = "the build was killed or the copy is incomplete; build it again";
@@ -49,6 +60,8 @@ const TRUNCATED: &str = "the build was killed or the copy is incomplete; build i
 /// The fixed header: all of [`Header`] that is not metadata, and where the rest of the file lies.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FixedHeader {
+    /// Version of the format.
+    pub version: u32,
     pub grid: Grid,
     pub heights: HeightCode,
     pub height_range: (f64, f64),
@@ -64,7 +77,7 @@ impl FixedHeader {
     pub fn encode(&self) -> [u8; at::SIZE] {
         let mut record = [0; at::SIZE];
         let mut put_u32 = |field: Field, value: u32| field.put(&mut record, &value.to_le_bytes());
-        put_u32(at::VERSION, VERSION);
+        put_u32(at::VERSION, self.version);
         put_u32(at::NX, self.grid.nx);
         put_u32(at::NY, self.grid.ny);
         put_u32(at::LEVEL_COUNT, self.grid.level_count().into());
@@ -96,7 +109,7 @@ impl FixedHeader {
         }
         at::MAGIC.put(&mut record, &MAGIC);
         at::CONTENT_HASH.put(&mut record, &self.content_hash.0);
-        let crc = crc32fast::hash(&record[at::HEADER_CRC.end()..]);
+        let crc = header_crc(&record);
         at::HEADER_CRC.put(&mut record, &crc.to_le_bytes());
         record
     }
@@ -110,7 +123,7 @@ impl FixedHeader {
     pub fn decode_start(path: &Path, start: &[u8], length: u64) -> Result<Self> {
         let record = Self::recognise(path, start)?;
         let invalid = |what: String| Error::invalid(path, format!("{what}; {DAMAGED}"));
-        if crc32fast::hash(&record[at::HEADER_CRC.end()..]) != at::HEADER_CRC.u32(record) {
+        if header_crc(record) != at::HEADER_CRC.u32(record) {
             return Err(invalid(format!("wrong checksum of the header at byte {}", at::HEADER_CRC.offset)));
         }
         let header = Self::fields(record);
@@ -128,7 +141,7 @@ impl FixedHeader {
         Ok(header)
     }
 
-    /// Tells a database of this version from everything else, before any checksum.
+    /// Tells a database of a version that is read from everything else, before any checksum.
     fn recognise<'a>(path: &Path, file: &'a [u8]) -> Result<&'a [u8]> {
         if file.is_empty() {
             return Err(Error::invalid(path, format!("the file is empty; {TRUNCATED}")));
@@ -147,16 +160,16 @@ impl FixedHeader {
             return Err(Error::invalid(path, format!("truncated at byte {}; {TRUNCATED}", start.len())));
         }
         let version = at::VERSION.u32(start);
-        if version != VERSION {
+        if !(OLDEST..=VERSION).contains(&version) {
             let (age, remedy) = match version {
                 0 => ("an unknown", "build the database again"),
-                1..VERSION => ("an older", "build the database again from its sources"),
-                VERSION.. => ("a newer", "update hedgehop, or build the database again with this version"),
+                1..=VERSION => ("an older", "build the database again from its sources"),
+                _ => ("a newer", "update hedgehop, or build the database again with this version"),
             };
             return Err(Error::unsupported(
                 path,
                 format!(
-                    "written by {age} version of hedgehop: format {version}, and this one reads {VERSION}"
+                    "written by {age} version of hedgehop: format {version}, and this one reads {OLDEST} to {VERSION}"
                 ),
                 remedy,
             ));
@@ -171,6 +184,7 @@ impl FixedHeader {
             crc: crc.u32(record),
         };
         Self {
+            version: at::VERSION.u32(record),
             grid: Grid {
                 nx: at::NX.u32(record),
                 ny: at::NY.u32(record),
@@ -243,11 +257,12 @@ impl FixedHeader {
             serde_json::from_slice(json).map_err(|error| invalid(format!("metadata: {error}")))?;
         metadata.check().map_err(invalid)?;
         let bytes = fixed.directory.of_file(file, path, "directory")?;
-        let directory = Directory::decode(&fixed.grid, bytes, fixed.pages_end()).map_err(invalid)?;
+        let directory =
+            Directory::decode(&fixed.grid, bytes, fixed.pages_end(), fixed.version).map_err(invalid)?;
         let rise = SpanTable::rise(fixed.heights, fixed.grid.spacing);
         let objects = SharedObjects::decode(fixed.objects_of(file, path)?, rise).map_err(invalid)?;
         let header = Header {
-            version: VERSION,
+            version: fixed.version,
             grid: fixed.grid,
             level_count: fixed.grid.level_count(),
             heights: fixed.heights,

@@ -8,8 +8,12 @@ compile_error!(
 /// First bytes of every database. Like PNG's signature, they reveal a transfer that changed line
 /// ends or cleared the eighth bit.
 pub(super) const MAGIC: [u8; 8] = *b"\x89HOP\r\n\x1a\n";
-/// Version of the format that is written, and the only one that is read.
-pub(super) const VERSION: u32 = 7;
+/// Version of the format that is written.
+pub(super) const VERSION: u32 = 8;
+/// The oldest one that is read, too.
+pub(super) const OLDEST: u32 = 7;
+/// The first one in which pages without any surface may have no bytes.
+pub(super) const EMPTY_SINCE: u32 = 8;
 /// Pages begin at multiples of this, so that each can be mapped and advised alone.
 pub(super) const PAGE_ALIGNMENT: u64 = 4096;
 /// Planes begin at multiples of this within their page, and the directory within the file.
@@ -290,6 +294,7 @@ mod tests {
         let text = include_str!("FORMAT.md");
         for stated in [
             format!("version {VERSION}."),
+            format!("Version {OLDEST} is"),
             format!("multiple of {PAGE_ALIGNMENT}"),
             format!("multiple of {PLANE_ALIGNMENT}"),
             format!("at most {} bytes", METADATA_LIMIT),

@@ -9,6 +9,7 @@ mod cut;
 mod derived;
 mod directory;
 mod earlier;
+mod empty;
 mod fixed_header;
 mod format;
 mod grid;
@@ -41,7 +42,7 @@ pub use block_spans::BlockSpans;
 pub use bytes::AlignedBytes;
 pub use cut::Cut;
 pub use derived::{Bytes, Derived};
-pub use directory::{Directory, PageEntry};
+pub use directory::{Directory, ENTRY_BYTES, PageEntry};
 pub use earlier::{EarlierFile, EarlierPage};
 pub use grid::{BARE, Grid, HeightCode, MIN_LEVELS, PAGE_SIDE, PageId, RADIX};
 pub use header::{ContentHash, CorridorRecord, Header, MaterialRecord, Metadata, SourceRecord};
@@ -62,6 +63,8 @@ pub use trust::{Damaged, Trust, Verify};
 pub use undo::open_to_read;
 pub use used::{Lent, Used};
 
+#[cfg(test)]
+pub use tests::empty::in_full;
 pub use verify::{Problem, VerifyReport, verify};
 pub use window::{FinerPages, StandIn, VoxelBlock, finer_pages};
 pub use writer::{PageWriter, SealedFile};

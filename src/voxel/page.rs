@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::format::{PLANE_ALIGNMENT, page as at};
-use super::{BARE, PageId, Relief, SpanTable, SpansView};
+use super::{BARE, PageEntry, PageId, Relief, SpanTable, SpansView, empty};
 
 /// Samples around a page's voxels that repeat the neighbours' (or, at the edge of the area, the
 /// page's own), so that whatever is made of a page, its filtered light too, is made of it alone.
@@ -60,13 +60,13 @@ pub struct PageBuffer {
 pub struct EncodedPage {
     /// Which page.
     pub id: PageId,
-    /// Bytes as stored.
+    /// Bytes as stored; none of a page without any surface, of which the directory says all.
     pub bytes: Vec<u8>,
     /// Those of them that are spans.
     pub spans: u32,
-    /// CRC-32 of each part of them, in the order of [numbers](PagePart::number).
+    /// CRC-32 of each part of them, in the order of [numbers](PagePart::number); without bytes, as [`PageEntry`] has them.
     pub crc: [u32; PagePart::COUNT],
-    /// First 16 bytes of BLAKE3 of `bytes`.
+    /// First 16 bytes of BLAKE3 of `bytes`, or of the attributes.
     pub hash: [u8; 16],
 }
 
@@ -279,6 +279,8 @@ pub(super) struct Planes<'a> {
     size: (u32, u32),
     spans: usize,
     layout: PageLayout,
+    /// Attributes of all voxels of a page that has no bytes.
+    empty: Option<&'a Attributes>,
 }
 
 impl<'a> Planes<'a> {
@@ -288,7 +290,13 @@ impl<'a> Planes<'a> {
         let spans = spans as usize;
         let layout = PageLayout::of_length(level, size, [bytes.len(), spans])
             .ok_or_else(|| format!("{} bytes hold no page of {} x {} voxels", bytes.len(), size.0, size.1))?;
-        Ok(Self { bytes, size, spans, layout })
+        Ok(Self { bytes, size, spans, layout, empty: None })
+    }
+
+    /// Of a page without any surface.
+    pub fn empty(level: u8, size: (u32, u32), attributes: &'a Attributes) -> Self {
+        let layout = PageLayout::new(size, bounds_flag(level) | at::FLAG_UNIFORM, 0);
+        Self { bytes: &[], size, spans: 0, layout, empty: Some(attributes) }
     }
 
     /// Whether the page's header agrees with what the directory and the grid say of page `id`; an error names what contradicts.
@@ -327,7 +335,8 @@ impl<'a> Planes<'a> {
     }
 
     fn plane<T: bytemuck::AnyBitPattern>(&self, range: &Range<usize>) -> Result<&'a [T], String> {
-        bytemuck::try_cast_slice(&self.bytes[range.clone()])
+        let bytes = if self.empty.is_some() { empty::plane(range.len()) } else { &self.bytes[range.clone()] };
+        bytemuck::try_cast_slice(bytes)
             .map_err(|error| format!("a page that cannot be mapped here ({error})"))
     }
 
@@ -341,7 +350,7 @@ impl<'a> Planes<'a> {
     }
 
     pub fn spans(&self) -> Result<SpansView<'a>, String> {
-        SpansView::new(&self.bytes[self.layout.spans.clone()], self.size)
+        SpansView::new(self.plane(&self.layout.spans)?, self.size)
     }
 
     /// Heights and paint.
@@ -355,7 +364,10 @@ impl<'a> Planes<'a> {
             high: &[],
             colours: self.plane(&self.layout.colours)?,
             relief: self.plane(&self.layout.relief)?,
-            attributes: self.plane(&self.layout.attributes)?,
+            attributes: match self.empty {
+                Some(attributes) => std::slice::from_ref(attributes),
+                None => self.plane(&self.layout.attributes)?,
+            },
             spans: SpansView::NONE,
         })
     }
@@ -411,12 +423,22 @@ impl<'a> PageView<'a> {
 }
 
 impl PageBuffer {
-    /// The page's bytes and checksums, ready to be appended.
+    /// The page's bytes and checksums, ready to be appended: no bytes at all if there is no surface and all voxels are alike.
     ///
     /// # Panics
     ///
     /// If the planes do not have the shapes that `width`, `height` and the level ask for.
     pub fn encode(&self, id: PageId) -> EncodedPage {
+        match self.entry_alone(id) {
+            Some(PageEntry { spans, crc, hash, .. }) => {
+                EncodedPage { id, bytes: Vec::new(), spans, crc, hash }
+            }
+            None => self.encode_in_full(id),
+        }
+    }
+
+    /// The same with all of its bytes, whatever the page.
+    pub(super) fn encode_in_full(&self, id: PageId) -> EncodedPage {
         let uniform = self.attributes.iter().all(|attributes| *attributes == self.attributes[0]);
         let flags = bounds_flag(id.level) | if uniform { at::FLAG_UNIFORM } else { 0 };
         let size = (self.width, self.height);

@@ -44,6 +44,10 @@ pub fn sparse_page(
 ) -> Result<PageBuffer> {
     let footprint = Footprint::new(grid, id)
         .ok_or_else(|| Error::Configuration(format!("{id}: not made from a finer level of this grid")))?;
+    if let Some(attributes) = footprint.known_empty(finer) {
+        let size = (footprint.own_x.len() as u32, footprint.own_y.len() as u32);
+        return Ok(PageBuffer::empty(id, size, attributes));
+    }
     let window = FinerWindow::collect(footprint, grid, id, finer, stand_in)?;
     let rise = heights.scale / grid.side(window.footprint.finer_level);
     Ok(coarsen(&window, rise))

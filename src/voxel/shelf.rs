@@ -81,7 +81,8 @@ impl<'w> Shelf<'w> {
         let EncodedPage { id, spans, crc, hash, .. } = *page;
         // Lengths are checked when it is appended.
         let length = u32::try_from(page.bytes.len()).unwrap_or(u32::MAX);
-        let entry = PageEntry { offset: self.end, length, spans, crc, hash };
+        let offset = if length > 0 { self.end } else { 0 };
+        let entry = PageEntry { offset, length, spans, crc, hash };
         self.kept.push(Kept::Aside(id, entry));
         self.end += page.bytes.len() as u64;
         Ok(entry)

@@ -160,14 +160,17 @@ impl<B: FileBytes> PageStore<B> {
         touched
     }
 
-    /// Where a page lies in the file, bytes; `None` if it is absent.
+    /// Where a page lies in the file, bytes; `None` if it is absent, or has no bytes because it has no surface.
     pub fn extent(&self, id: PageId) -> Option<Range<usize>> {
-        self.directory.get(id).and_then(extent_of)
+        self.directory.get(id).filter(|entry| entry.empty().is_none()).and_then(extent_of)
     }
 
-    /// Where a part of a page lies in the file, bytes; empty if the page is absent.
+    /// Where a part of a page lies in the file, bytes; empty if the page is absent, or has none.
     pub fn stretch(&self, part: PagePart) -> Range<usize> {
         let Some((_, entry, size)) = self.directory.locate(part.page()) else { return 0..0 };
+        if entry.empty().is_some() {
+            return 0..0;
+        }
         let (start, range) = (entry.offset as usize, part.range(size, entry.lengths()));
         start + range.start..start + range.end
     }
@@ -263,6 +266,9 @@ impl<B: FileBytes> PageStore<B> {
         };
         if self.bytes.has_failed() {
             return Err("the file cannot be read".into());
+        }
+        if let Some(attributes) = entry.empty() {
+            return Ok(Some(Planes::empty(id.level, size, attributes)));
         }
         let planes = Planes::new(bytes, id.level, size, entry.spans)?;
         for part in parts {

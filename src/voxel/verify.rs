@@ -16,8 +16,8 @@ use std::thread;
 use super::fixed_header::FixedHeader;
 use super::page::page_hash;
 use super::{
-    APRON, Directory, FileBytes, Grid, Header, HeightCode, PAGE_SIDE, PageBuffer, PageId, PageSource,
-    PageStore, PageView, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
+    APRON, Directory, FileBytes, Grid, Header, HeightCode, PAGE_SIDE, PageBuffer, PageEntry, PageId,
+    PageSource, PageStore, PageView, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
 };
 use crate::error::{Error, Result};
 use crate::progress::Observer;
@@ -49,6 +49,8 @@ pub struct VerifyReport {
     pub path: PathBuf,
     /// Pages that are present.
     pub pages: u64,
+    /// Those of them that have no surface, and no bytes in the file.
+    pub empty: u64,
     /// Pages that the file does not store.
     pub absent: u64,
     /// Bytes of the file.
@@ -78,6 +80,7 @@ pub fn verify<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> Re
     Ok(VerifyReport {
         path: store.path().to_owned(),
         pages,
+        empty: directory.present().filter(|(_, entry)| entry.empty().is_some()).count() as u64,
         absent: directory.len() as u64 - pages,
         bytes: store.bytes().len() as u64,
         problems,
@@ -144,8 +147,11 @@ fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
 
 fn check_hash<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Option<String> {
     let entry = store.directory().get(id)?;
-    let bytes = store.page_bytes(entry)?;
-    (page_hash(bytes) != entry.hash).then(|| "its hash is not that of the directory".into())
+    let hash = match entry.empty() {
+        Some(attributes) => PageEntry::of_empty(*attributes).hash,
+        None => page_hash(store.page_bytes(entry)?),
+    };
+    (hash != entry.hash).then(|| "its hash is not that of the directory".into())
 }
 
 fn check_range(view: &PageView<'_>, (low, high): (u16, u16)) -> Option<String> {
@@ -191,6 +197,8 @@ fn check_order(view: &PageView<'_>) -> Option<String> {
 fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'_>) -> Option<String> {
     let grid = &store.header().grid;
     let (nx, ny) = grid.dims(id.level);
+    // Of a page without bytes nobody knows what colours its voxels had, which are never seen.
+    let is_empty = store.directory().is_empty_page(id);
     let clamped = |page: u32, k: u32, limit: u32| (page * PAGE_SIDE + k).saturating_sub(APRON).min(limit - 1);
     let (columns, rows) = (view.width + 2 * APRON, view.height + 2 * APRON);
     let is_own = |k: u32, size: u32| (APRON..APRON + size).contains(&k);
@@ -209,8 +217,9 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
         let Some((_, other)) = &neighbour else { continue };
         let there = aproned(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON);
         let here = aproned(view, x, y);
+        let has_colours = !(is_empty || store.directory().is_empty_page(owner));
         let differs = view.heights[here] != other.heights[there]
-            || view.colours[here] != other.colours[there]
+            || has_colours && view.colours[here] != other.colours[there]
             || relief_at(view, x, y).is_some_and(|relief| {
                 relief_at(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON) != Some(relief)
             });
@@ -295,6 +304,7 @@ fn check_file<B: FileBytes>(store: &PageStore<B>) -> Result<Vec<Problem>> {
 fn check_gaps(file: &[u8], directory: &Directory, pages_end: u64) -> Vec<Problem> {
     let mut extents: Vec<_> = directory
         .present()
+        .filter(|(_, entry)| entry.empty().is_none())
         .map(|(id, entry)| (entry.offset, entry.offset + u64::from(entry.length), Some(id)))
         .collect();
     extents.sort_unstable();

@@ -21,17 +21,31 @@ use crate::error::Result;
 pub trait FinerPages {
     /// The page, in place or read into `scratch`; `None` if it is absent.
     fn finer_page<'a>(&'a self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>>;
+
+    /// Attributes of all voxels of a page without any surface, if it is known for one without looking at it.
+    fn known_empty(&self, id: PageId) -> Option<Attributes> {
+        let _ = id;
+        None
+    }
 }
 
 impl FinerPages for PageReadback {
     fn finer_page<'a>(&'a self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
         self.page_into(id, scratch)
     }
+
+    fn known_empty(&self, id: PageId) -> Option<Attributes> {
+        self.entry(id)?.empty().copied()
+    }
 }
 
 impl<B: FileBytes> FinerPages for PageStore<B> {
     fn finer_page<'a>(&'a self, id: PageId, _: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
         self.whole_page(id)
+    }
+
+    fn known_empty(&self, id: PageId) -> Option<Attributes> {
+        self.directory().get(id)?.empty().copied()
     }
 }
 
@@ -115,6 +129,13 @@ impl Footprint {
         let pages = |voxels: &Range<u32>| voxels.start / PAGE_SIDE..voxels.end.div_ceil(PAGE_SIDE);
         let columns = pages(&self.finer_x);
         pages(&self.finer_y).flat_map(move |py| columns.clone().map(move |px| PageId { level, px, py }))
+    }
+
+    /// Attributes of all finer voxels, if it is known that none of them has a surface, and they are all alike.
+    pub fn known_empty(&self, finer: &impl FinerPages) -> Option<Attributes> {
+        let mut pages = self.finer_pages().map(|page| finer.known_empty(page));
+        let first = pages.next()??;
+        pages.all(|attributes| attributes == Some(first)).then_some(first)
     }
 
     /// The part of a finer page that lies in the footprint, columns and rows of the finer level.

@@ -18,8 +18,8 @@ const METADATA_LENGTH: usize = 144;
 const DIRECTORY_CRC: usize = 152;
 const METADATA_CRC: usize = 156;
 const FILE_LENGTH: usize = 160;
-/// Version of the format that is read.
-const FORMAT: u32 = 7;
+/// Newest version of the format that is read.
+const FORMAT: u32 = 8;
 const HEADER: usize = 256;
 const ENTRY: usize = 44;
 
@@ -85,7 +85,8 @@ pub fn seal(bytes: &mut [u8]) {
     let metadata = part(bytes, u64_at(bytes, METADATA_OFFSET), u64_at(bytes, METADATA_LENGTH));
     let crc = crc32fast::hash(&bytes[metadata]);
     put(bytes, METADATA_CRC, &crc.to_le_bytes());
-    let crc = crc32fast::hash(&bytes[HEADER_CRC + 4..HEADER]);
+    let covered = [&bytes[VERSION..HEADER_CRC], &bytes[HEADER_CRC + 4..HEADER]].concat();
+    let crc = crc32fast::hash(&covered);
     put(bytes, HEADER_CRC, &crc.to_le_bytes());
 }
 

@@ -332,6 +332,42 @@ fn a_killed_build_goes_on_from_pages_that_waited_for_their_place() {
 }
 
 #[test]
+fn pages_without_a_surface_are_taken_over_as_others_are() {
+    let folder = site();
+    // The second file lies 18 pages further east, and a third one keeps the area what it is.
+    raster(folder.path(), "far.asc", 512, 30, 0);
+    raster(folder.path(), "end.asc", 566, 10, 0);
+    let elevation = |name: &str| ElevationFile {
+        path: folder.path().join(name),
+        crs: Some("EPSG:32632".into()),
+        ..ElevationFile::default()
+    };
+    let options = BuildOptions {
+        threads: 1,
+        elevation: ["west.asc", "far.asc", "end.asc"].map(elevation).into(),
+        features: Vec::new(),
+        imagery: Vec::new(),
+        ..options(folder.path(), "a.hop")
+    };
+    let surveys = 3;
+    for after in [40, 100, 115] {
+        assert!(matches!(interrupted(&options, after + surveys), Err(Error::Interrupted(_))), "{after}");
+    }
+    let report = updated(&options);
+    let file = PageFile::open(&options.output).unwrap();
+    let empty = file.directory().present().filter(|(_, entry)| entry.empty().is_some()).count() as u64;
+    assert!(report.pages > 120 && empty > 80, "{empty} of {report:?}");
+    assert!(report.reused > 105, "{report:?}");
+    drop(file);
+    // Nothing changed: nothing is made, and nothing read.
+    assert_eq!(updated(&options).reused, report.pages);
+    // The far file comes nearer: what it leaves has no bytes any more.
+    raster(folder.path(), "far.asc", 300, 30, 0);
+    let moved = updated(&options);
+    assert!(moved.reused > 10 && moved.reused < moved.pages, "{moved:?}");
+}
+
+#[test]
 fn what_was_stopped_before_its_first_page_leaves_nothing() {
     let folder = site();
     let options = options(folder.path(), "a.hop");

@@ -58,6 +58,11 @@ impl PresentPages<'_> {
         self.here[index / 64] >> (index % 64) & 1 != 0
     }
 
+    /// Whether a page has no bytes that would have to come.
+    fn is_empty_page(&self, id: PageId) -> bool {
+        self.pages.file.store().directory().is_empty_page(id)
+    }
+
     /// Pages that are here.
     pub fn count(&self) -> u32 {
         self.here.iter().map(|word| word.count_ones()).sum()
@@ -66,7 +71,7 @@ impl PresentPages<'_> {
     /// Whether a part is here; notes that it is used, or wanted.
     #[inline]
     fn touch(&self, part: PagePart) -> Result<bool> {
-        let Some(index) = self.pages.index(part) else { return Ok(false) };
+        let Some(index) = self.pages.index(part) else { return Ok(self.is_empty_page(part.page())) };
         if !self.is_here(index) {
             return self.want(part, index).map(|()| false);
         }
@@ -136,7 +141,8 @@ impl PageSource for PresentPages<'_> {
 
     fn has(&self, id: PageId) -> bool {
         let is_here = |part| self.pages.index(part).is_some_and(|index| self.is_here(index));
-        PagePart::posts(id).into_iter().all(is_here) && self.pages.file.has(id)
+        let is_here = PagePart::posts(id).into_iter().all(is_here) || self.is_empty_page(id);
+        is_here && self.pages.file.has(id)
     }
 
     fn is_damaged(&self, id: PageId) -> bool {

@@ -154,9 +154,9 @@ impl ResidentPages {
         self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Number of a part of a page; `None` where the page is absent.
+    /// Number of a part of a page; `None` where the page is absent, or has no bytes that could be in memory or not.
     fn index(&self, part: PagePart) -> Option<usize> {
-        self.file.store().directory().part_index(part)
+        self.file.store().directory().stored_part_index(part)
     }
 
     /// The part with a number.
@@ -199,7 +199,8 @@ impl ResidentPages {
                 self.budget / MIB
             )));
         }
-        let mut pages: Vec<_> = store.directory().present().map(|(id, entry)| (entry.offset, id)).collect();
+        let stored = store.directory().present().filter(|(_, entry)| entry.length > 0);
+        let mut pages: Vec<_> = stored.map(|(id, entry)| (entry.offset, id)).collect();
         pages.sort_unstable();
         observer.begin("load", pages.len() as u64, "pages");
         for together in pages.chunks(LOADED_TOGETHER) {
@@ -222,7 +223,7 @@ impl ResidentPages {
         let directory = self.file.store().directory();
         let is_here = |part| {
             self.index(part)
-                .is_some_and(|index| self.states[index].load(Ordering::Acquire) & state::RESIDENT != 0)
+                .is_none_or(|index| self.states[index].load(Ordering::Acquire) & state::RESIDENT != 0)
         };
         let mut parts = directory.present().flat_map(|(id, _)| PagePart::all(id));
         self.bytes() <= self.budget && parts.all(is_here)
@@ -323,7 +324,7 @@ impl ResidentPages {
         outcome
     }
 
-    /// Notes that somebody reads a part, which is brought in if it is not there; a part of an absent page is none.
+    /// Notes that somebody reads a part, which is brought in if it is not there; of a page that is absent or has no bytes there is none.
     #[inline]
     fn touch(&self, part: PagePart) -> Result<()> {
         let Some(index) = self.index(part) else { return Ok(()) };

@@ -2,6 +2,7 @@
 
 mod copies;
 mod corridors;
+mod empty;
 mod land_cover;
 mod mosaics;
 mod objects;

@@ -10,6 +10,7 @@ use super::support::{Area, options};
 use crate::modeling::inputs::Inputs;
 use crate::modeling::object::ObjectFile;
 use crate::modeling::plan::{self, Plan};
+use crate::modeling::reach::Reach;
 use crate::modeling::room::{FREE, Room, least_page_bytes};
 use crate::modeling::synthetic::Terrain;
 use crate::modeling::{BuildOptions, build};
@@ -60,7 +61,7 @@ fn plan_of(options: &BuildOptions) -> Plan {
     plan::plan(&Inputs::default(), options).unwrap()
 }
 
-fn with_free<T>(free: u64, run: impl FnOnce() -> T) -> T {
+pub fn with_free<T>(free: u64, run: impl FnOnce() -> T) -> T {
     FREE.set(Some(free));
     let result = run();
     FREE.set(None);
@@ -73,7 +74,8 @@ fn what_is_needed_lies_between_the_least_and_the_most() {
     let areas = [(level(folder.path(), 100.0), false), (with_box(folder.path(), 100.0, 0.2), true)];
     for (options, builds) in areas {
         let plan = plan_of(&options);
-        let room = Room { plan: &plan, output: &options.output, builds };
+        let reach = Reach::of(&Inputs::default(), &plan, &options).unwrap();
+        let room = Room { plan: &plan, output: &options.output, builds, reach: &reach };
         let report = build(&options, &Silent).unwrap();
         let area = Area::open(&options.output).unwrap();
         // Of each level: bytes of its pages, and the same with gaps; bare ground is made with its surface.
@@ -108,7 +110,8 @@ fn a_disk_that_is_too_small_is_told_before_anything_is_made() {
     let folder = tempfile::tempdir().unwrap();
     let options = level(folder.path(), 100.0);
     let plan = plan_of(&options);
-    let [least, most] = Room { plan: &plan, output: &options.output, builds: false }.needed();
+    let reach = Reach::of(&Inputs::default(), &plan, &options).unwrap();
+    let [least, most] = Room { plan: &plan, output: &options.output, builds: false, reach: &reach }.needed();
     let refused = with_free(least - 1, || build(&options, &Silent)).unwrap_err().to_string();
     let megabytes = |bytes: u64| format!("{} MB", bytes.div_ceil(1_000_000));
     assert!(refused.contains("area.hop") && refused.contains("--spacing"), "{refused}");

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::super::directory::CRC;
+use super::super::fixed_header::header_crc;
 use super::super::format::{Field, VERSION, entry, header as at, page};
 use super::*;
 
@@ -84,7 +85,7 @@ fn reseal(bytes: &mut [u8], sound: &Directory) {
     at::DIRECTORY_CRC.put(bytes, &crc.to_le_bytes());
     let crc = crc32fast::hash(&bytes[range(at::METADATA_OFFSET, at::METADATA_LENGTH, bytes, limit)]);
     at::METADATA_CRC.put(bytes, &crc.to_le_bytes());
-    let crc = crc32fast::hash(&bytes[at::HEADER_CRC.end()..at::SIZE]);
+    let crc = header_crc(bytes);
     at::HEADER_CRC.put(bytes, &crc.to_le_bytes());
 }
 
@@ -129,8 +130,10 @@ fn refusals_name_file_place_and_remedy() {
         change(&mut changed);
         content(&changed).unwrap_err().to_string()
     };
-    let newer =
-        format!("newer version of hedgehop: format {}, and this one reads {VERSION}; update", VERSION + 1);
+    let newer = format!(
+        "newer version of hedgehop: format {}, and this one reads 7 to {VERSION}; update",
+        VERSION + 1
+    );
     let page_start = pages.directory().present().last().unwrap().1.offset as usize;
     for (error, expected) in [
         (refusal(&|b| b.clear()), "damaged.hop: the file is empty; the build was killed"),

@@ -1,6 +1,7 @@
 //! Tests of the whole layer; those of one file are at its end.
 
 mod damage;
+pub(super) mod empty;
 mod forgetting;
 pub(super) mod patching;
 mod placements;

@@ -157,6 +157,8 @@ pub struct LevelShare {
     pub all: u64,
     /// Bytes of those that are stored.
     pub bytes: u64,
+    /// Those of them that have no surface, and so no bytes.
+    pub empty: u64,
 }
 
 /// What is stored of each level, finest first.
@@ -170,6 +172,7 @@ pub fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
         let share = &mut shares[usize::from(id.level)];
         share.stored += 1;
         share.bytes += u64::from(entry.length);
+        share.empty += u64::from(entry.empty().is_some());
     }
     shares
 }
@@ -199,14 +202,19 @@ pub fn standing(directory: &Directory) -> StandingShare {
 pub fn stored(header: &Header, directory: &Directory) -> String {
     let mut text = String::new();
     for (index, (share, side)) in shares(header, directory).iter().zip(sides(header)).enumerate() {
-        let LevelShare { stored, all, bytes } = share;
+        let LevelShare { stored, all, bytes, empty } = share;
         let percent = 100.0 * *stored as f64 / *all as f64;
         let megabytes = *bytes as f64 / 1e6;
+        let empty = if *empty > 0 {
+            format!("; {empty} of them have no surface and no bytes")
+        } else {
+            String::new()
+        };
         let name = if index == 0 { "stored" } else { "" };
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
-            "  {name:<9} level {side}: {stored} of {all} pages ({percent:.4} %), {megabytes:.1} MB"
+            "  {name:<9} level {side}: {stored} of {all} pages ({percent:.4} %), {megabytes:.1} MB{empty}"
         );
     }
     let StandingShare { pages, bytes, spans } = standing(directory);
@@ -247,7 +255,10 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
             .iter()
             .zip(sides(header))
             .map(|(share, side)| {
-                json!({ "level": side, "pages": share.stored, "pages_of_grid": share.all, "bytes": share.bytes })
+                json!({
+                    "level": side, "pages": share.stored, "pages_of_grid": share.all, "bytes": share.bytes,
+                    "empty_pages": share.empty,
+                })
             })
             .collect::<Vec<_>>(),
         "bare_ground": {

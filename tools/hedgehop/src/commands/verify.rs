@@ -57,7 +57,11 @@ fn lines(args: &Args, report: &VerifyReport) -> String {
         1 => "1 problem; build the database again".to_owned(),
         count => format!("{count} problems; build the database again"),
     };
-    text += &format!("{}: {} pages checked, {verdict}\n", args.file.display(), report.pages);
+    let empty = match report.empty {
+        0 => String::new(),
+        count => format!(" ({count} of them without a surface)"),
+    };
+    text += &format!("{}: {} pages checked{empty}, {verdict}\n", args.file.display(), report.pages);
     text
 }
 
@@ -66,6 +70,7 @@ fn json(args: &Args, report: &VerifyReport) -> Value {
         "file": args.file.display().to_string(),
         "bytes": report.bytes,
         "pages": report.pages,
+        "empty_pages": report.empty,
         "absent_pages": report.absent,
         "sound": report.is_sound(),
         "problems": report.problems.iter().map(problem_json).collect::<Vec<_>>(),
