@@ -47,6 +47,8 @@ const LONGEST_PIXEL: f64 = 50.0;
 const LEAST_ANGLE: f64 = 0.1;
 /// Twice the Earth's circumference, metres: no map of anything on it is wider, but for its distant parts in odd projections.
 const WIDEST: f64 = 80.0e6;
+/// Farthest from the origin of a map's system that a place on Earth may lie, metres.
+const FARTHEST_OF_MAPS: f64 = 1.0e9;
 
 /// Refuses pixels that are no squares by far, or rasters without bound: georeferencing that is damaged or of something else.
 fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> {
@@ -72,7 +74,10 @@ fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> 
     }
     let [west, south, east, north] = corner_bounds(geo, (info.width, info.height)).map(|side| unit * side);
     let (width, height) = (east - west, north - south);
-    let widest = if crs.is_local() { limits::FARTHEST } else { WIDEST };
+    let (widest, reach) = match crs.is_local() {
+        true => (limits::FARTHEST, limits::FARTHEST),
+        false => (WIDEST, FARTHEST_OF_MAPS),
+    };
     if width.max(height) > widest {
         return refuse(format!(
             "covers {:.0} x {:.0} km, more than the Earth has",
@@ -81,7 +86,7 @@ fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> 
         ));
     }
     let farthest = [west, south, east, north].into_iter().fold(0.0, |far: f64, side| far.max(side.abs()));
-    if farthest > limits::FARTHEST {
+    if farthest > reach {
         return refuse(format!("lies {:.0} km from the origin of {}", farthest / 1000.0, crs.name()));
     }
     Ok(())

@@ -11,10 +11,10 @@ use super::{Grid, HeightCode, Metadata};
 pub const MOST_VOXELS: u32 = 1 << 30;
 
 /// Sides of a level-1 voxel, metres.
-pub const SPACINGS: RangeInclusive<f64> = 1.0e-3..=1.0e6;
+pub const SPACINGS: RangeInclusive<f64> = 1.0e-3..=1.0e7;
 
 /// Farthest from the origin of its reference system that an area may reach, metres.
-pub const FARTHEST: f64 = 1.0e9;
+pub const FARTHEST: f64 = 1.0e10;
 
 /// Farthest from the vertical datum that anything may be, metres.
 pub const HIGHEST: f64 = 1.0e6;
