@@ -20,7 +20,7 @@ pub(super) struct Stretch {
     pub is_sheet: bool,
 }
 
-/// Steep faces of about one direction over a voxel.
+/// Steep faces of about one direction over a voxel, without a gap between their heights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Steep {
     /// Sum of normals by area, eastward and northward.
@@ -45,9 +45,9 @@ pub(super) struct Steep {
 #[derive(Debug, Default)]
 pub(super) struct Cell {
     crossings: Vec<Crossing>,
-    /// By direction.
+    /// By direction; parts of a model that stand above each other have walls of their own.
     pub steep: Vec<Steep>,
-    /// The same by material, too.
+    /// The same by material, too, whose faces may have gaps between their heights: windows of all storeys.
     pub sides: Vec<Steep>,
 }
 
@@ -118,6 +118,7 @@ impl Window {
                 }
             }
         }
+        cells.iter_mut().for_each(Cell::gather_sides);
         cells
     }
 
@@ -188,17 +189,28 @@ impl Window {
             bin: turn as u8,
             material: face.material,
         };
+        let gap = GAP * self.spacing;
         let key = |steep: &Steep| (steep.bin, steep.is_sheet);
-        add(&mut cell.steep, own, key);
-        add(&mut cell.sides, own, |steep| (key(steep), steep.material));
+        add(&mut cell.steep, own, gap, key);
+        add(&mut cell.sides, own, gap, |steep| (key(steep), steep.material));
     }
 }
 
-/// Adds faces to those of the same key.
-fn add<K: PartialEq>(all: &mut Vec<Steep>, own: Steep, key: impl Fn(&Steep) -> K) {
-    match all.iter_mut().find(|known| key(known) == key(&own)) {
-        Some(known) => known.add(&own),
-        None => all.push(own),
+/// Adds faces to those of the same key between whose heights and theirs is no wider gap, and joins what they bridge.
+fn add<K: PartialEq>(all: &mut Vec<Steep>, own: Steep, gap: f64, key: impl Fn(&Steep) -> K) {
+    let joins =
+        |known: &Steep| key(known) == key(&own) && known.low <= own.high + gap && own.low <= known.high + gap;
+    let Some(first) = all.iter().position(joins) else { return all.push(own) };
+    all[first].add(&own);
+
+    let mut index = first + 1;
+    while index < all.len() {
+        if joins(&all[index]) {
+            let bridged = all.remove(index);
+            all[first].add(&bridged);
+        } else {
+            index += 1;
+        }
     }
 }
 
@@ -243,6 +255,29 @@ fn clipped(polygon: &[DVec3], axis: usize, sign: f64, half: f64) -> Vec<DVec3> {
 }
 
 impl Cell {
+    /// Joins sides of one material that are parts of one wall.
+    fn gather_sides(&mut self) {
+        let walls = &self.steep;
+        let wall_of = |side: &Steep| {
+            walls.iter().position(|wall| {
+                (wall.bin, wall.is_sheet) == (side.bin, side.is_sheet)
+                    && wall.low <= side.low
+                    && side.high <= wall.high
+            })
+        };
+        let mut gathered: Vec<(Option<usize>, Steep)> = Vec::with_capacity(self.sides.len());
+        for side in &self.sides {
+            let wall = wall_of(side);
+            let known =
+                gathered.iter_mut().find(|(of, known)| *of == wall && known.material == side.material);
+            match known {
+                Some((_, known)) => known.add(side),
+                None => gathered.push((wall, *side)),
+            }
+        }
+        self.sides = gathered.into_iter().map(|(_, side)| side).collect();
+    }
+
     /// Where each ray is inside, from below, ray by ray.
     pub fn stretches(&mut self, pieces: &[Inside], spacing: f64) -> Vec<Stretch> {
         self.crossings.sort_by(|a, b| {

@@ -277,3 +277,44 @@ fn eight_ways_to_lay_a_shape() {
         assert!(same as f64 > 0.75 * there as f64, "{number}: {same} of {there}");
     }
 }
+
+/// Slabs one above the other, whose walls lie in one plane, keep the air between them.
+#[test]
+fn parts_above_each_other_keep_their_air() {
+    let half = DVec3::new(5.0, 5.0, 0.5);
+    let slabs = |pitch: f64| -> Vec<[DVec3; 3]> {
+        let raised = |level: usize| {
+            let up = DVec3::Z * pitch * level as f64;
+            cuboid(half).into_iter().map(move |triangle| triangle.map(|corner| corner + up))
+        };
+        (0..4).flat_map(raised).collect()
+    };
+    for (pitch, spacing, heading) in [
+        (6.0, 0.25, 0.0),
+        (6.0, 1.0, 0.0),
+        (6.0, 2.0, 30.0),
+        (1.5, 1.0, 0.0),
+        (2.5, 0.5, 45.0),
+        (9.0, 1.0, 17.0),
+    ] {
+        let context = format!("{pitch} m apart, voxels of {spacing} m, turned by {heading}");
+        let phase = dvec2(0.3, 0.6);
+        let shape = Shape::of(&soup(&slabs(pitch), heading), spacing, phase, (0, true));
+        let mut solids = 0;
+        for voxel in (-50..50).flat_map(|y| (-50..50).map(move |x| [x, y])) {
+            for solid in shape.over(voxel) {
+                let low = solid.low_m.unwrap_or(0.0);
+                let level = (low / pitch).round() * pitch;
+                let ends = [low - level, solid.high_m - level - 1.0];
+                assert!(ends.iter().all(|end| end.abs() < 1e-6), "{context}: {voxel:?}: {solid:?}");
+                solids += 1;
+            }
+        }
+        let floor = (2.0 * half.x / spacing).powi(2);
+        assert!(f64::from(solids) > 4.0 * floor, "{context}: {solids} solids");
+    }
+    // Without air between them they are one.
+    let shape = Shape::of(&soup(&slabs(1.0), 0.0), 1.0, DVec2::ZERO, (0, true));
+    let [solid] = shape.over([4, 2]) else { panic!("{:?}", shape.over([4, 2])) };
+    assert_eq!((solid.low_m, solid.high_m), (None, 4.0));
+}
