@@ -7,18 +7,20 @@ use crate::error::{Error, Result};
 use crate::geo::Crs;
 use crate::voxel::limits;
 
-/// A file that states no reference system, and what helps.
+/// A file that states no reference system, or one that is not read, and what helps.
 pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error {
+    // A guess from the coordinates would contradict what the file states: degrees of the Moon are not the Earth's.
+    if let Some(problem) = &info.crs_problem {
+        let what = format!("states a coordinate reference system that is not read: {problem}");
+        return Error::unsupported(&info.path, what, format!("if it states a wrong one, say {flag} EPSG:…"));
+    }
+
     let guess = if looks_like_degrees(&geo, (info.width, info.height)) {
         format!("its coordinates look like degrees: if they are, say {flag} EPSG:4326")
     } else {
         format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
     };
-    let what = match &info.crs_problem {
-        Some(problem) => format!("states a coordinate reference system that is not read: {problem}"),
-        None => "states no coordinate reference system".to_owned(),
-    };
-    Error::unsupported(&info.path, what, guess)
+    Error::unsupported(&info.path, "states no coordinate reference system", guess)
 }
 
 /// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.
