@@ -1,5 +1,7 @@
 //! What features are, in SI units.
 
+use glam::DVec2;
+
 use super::meaning::Material;
 
 /// What a whole layer is, where its rows do not say it.
@@ -128,6 +130,14 @@ pub struct Roof {
     pub is_guess: bool,
 }
 
+impl Roof {
+    /// Whether its ridge lies above its eaves.
+    pub fn rises(&self) -> bool {
+        let (Rise::Height(size) | Rise::Angle(size)) = self.rise;
+        self.shape != RoofShape::Flat && size > 0.0
+    }
+}
+
 /// Up to where a building is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Top {
@@ -193,6 +203,8 @@ pub struct Barrier {
     pub opacity: f64,
     /// Its surface.
     pub paint: Paint,
+    /// It fills its areas, and does not run along their outlines.
+    pub is_filled: bool,
 }
 
 /// How something round ends at its top.
@@ -225,6 +237,15 @@ pub struct Upright {
     pub paint: Paint,
 }
 
+/// A tower, tank or silo that has an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Structure {
+    /// It over an outline that is a circle.
+    pub round: Upright,
+    /// It over any other outline, which is that of its walls.
+    pub walled: Building,
+}
+
 /// A wire of a power line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wire {
@@ -243,6 +264,8 @@ pub struct PowerLine {
     pub sag_per_m: f64,
     /// What stands at its vertices; it has arms as long as wires need.
     pub pylon: Upright,
+    /// What stands at single ones of them, by rows of their own.
+    pub stated: Vec<(DVec2, Upright)>,
 }
 
 /// What trees are.
@@ -299,6 +322,10 @@ pub enum Meaning {
     Barrier(Barrier),
     /// A mast, tank, tower.
     Upright(Upright),
+    /// One that has an outline.
+    Structure(Structure),
+    /// What carries wires, and whether its height is stated.
+    Pylon(Upright, bool),
     /// Overhead wires.
     PowerLine(PowerLine),
     /// Trees: at its points, or in a row along its lines, this many metres apart.

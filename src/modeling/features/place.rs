@@ -6,8 +6,10 @@
 //! each:            bound to its ground (`bind`)
 //! ```
 
+use glam::DVec2;
+
 use super::kinds::Meaning;
-use super::layer::{Geometry, Layer, LayerOptions, LeftOut};
+use super::layer::{Area, Geometry, Layer, LayerOptions, LeftOut};
 use super::meaning::{hash, interpret_all};
 use super::read::rings::crosses_itself;
 use super::shape::Footprint;
@@ -56,6 +58,7 @@ pub fn place(
             left_out.add(&row.place, format!("it has no place in {}", crs.name()));
             continue;
         };
+        let meaning = over_outline(meaning, &geometry);
         if needs_outline(&meaning) && geometry.areas.is_empty() {
             left_out.add(&row.place, "it is a building, and has no outline but a point or a line");
         } else if encloses_nothing(&meaning, &geometry) {
@@ -79,6 +82,34 @@ pub fn place(
     Ok((features, notes))
 }
 
+/// A structure as what its outline makes of it.
+fn over_outline(meaning: Meaning, geometry: &Geometry) -> Meaning {
+    match meaning {
+        Meaning::Structure(structure) if geometry.areas.iter().all(is_circle) => {
+            Meaning::Upright(structure.round)
+        }
+        Meaning::Structure(structure) => Meaning::Building(structure.walled),
+        other => other,
+    }
+}
+
+/// Whether an area has the corners of a circle, and enough of them.
+fn is_circle(area: &Area) -> bool {
+    /// Of fewer a tower has as many walls.
+    const LEAST_CORNERS: usize = 12;
+    /// How much radii may differ from the mean, as a share of it.
+    const UNEVEN: f64 = 0.05;
+    let Some(footprint) = Footprint::of(area).filter(|footprint| footprint.rings.len() == 1) else {
+        return false;
+    };
+    let corners = &footprint.rings[0];
+    let count = corners.len() as f64;
+    let middle = corners.iter().sum::<DVec2>() / count;
+    let radius = corners.iter().map(|corner| corner.distance(middle)).sum::<f64>() / count;
+    corners.len() >= LEAST_CORNERS
+        && corners.iter().all(|corner| (corner.distance(middle) - radius).abs() <= UNEVEN * radius)
+}
+
 /// Whether a feature is nothing without an area.
 fn needs_outline(meaning: &Meaning) -> bool {
     matches!(meaning, Meaning::Building(_))
@@ -91,7 +122,7 @@ fn is_enclosed(meaning: &Meaning, geometry: &Geometry) -> bool {
     !areas.is_empty()
         && points.places.is_empty()
         && lines.is_empty()
-        && !matches!(meaning, Meaning::Barrier(_))
+        && !matches!(meaning, Meaning::Barrier(barrier) if !barrier.is_filled)
 }
 
 /// Whether a feature is an area and its outline none.
@@ -103,8 +134,9 @@ fn encloses_nothing(meaning: &Meaning, geometry: &Geometry) -> bool {
 mod tests {
     use std::path::Path;
 
-    use glam::{DVec2, dvec2};
+    use glam::dvec2;
 
+    use super::super::layer::Path as Outline;
     use super::super::{Bound, Solid, Square, bind, prepare, read};
     use super::*;
 
@@ -206,5 +238,22 @@ mod tests {
         let layer = read(&path, &options).unwrap();
         let error = place(&layer, &options, &Crs::from_epsg(25832).unwrap(), AREA).unwrap_err().to_string();
         assert!(error.contains("local"), "{error}");
+    }
+
+    #[test]
+    fn outlines_of_towers_are_round_or_have_walls() {
+        let ring = |corners: u32, radius: f64, uneven: f64| -> Area {
+            let place = |corner: u32| {
+                let turn = std::f64::consts::TAU * f64::from(corner) / f64::from(corners);
+                let radius = radius * if corner % 2 == 0 { 1.0 } else { 1.0 + uneven };
+                dvec2(612_050.0, 5_241_040.0) + DVec2::from_angle(turn) * radius
+            };
+            Area { outer: Outline::flat((0..corners).map(place).collect()), holes: vec![] }
+        };
+        for (corners, uneven, expected) in
+            [(4, 0.0, false), (8, 0.0, false), (12, 0.0, true), (40, 0.02, true), (40, 0.2, false)]
+        {
+            assert_eq!(is_circle(&ring(corners, 9.0, uneven)), expected, "{corners} {uneven}");
+        }
     }
 }

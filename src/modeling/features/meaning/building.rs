@@ -1,6 +1,6 @@
 //! Buildings and their parts: OpenStreetMap's *Simple 3D Buildings* (wiki, 2024).
 
-use super::super::kinds::{Building, Meaning, Paint, Rise, Roof, RoofShape, Top};
+use super::super::kinds::{Building, Cap, Meaning, Paint, Rise, Roof, RoofShape, Top, Upright};
 use super::colours::{mix, share};
 use super::material::Material;
 use super::quantity;
@@ -43,12 +43,49 @@ fn usual(kind: &str) -> (f64, bool, Material, [u8; 3]) {
     }
 }
 
+/// A building of which a row says nothing.
+struct Usual {
+    /// Eaves are above its lower end.
+    top: Top,
+    roof: RoofShape,
+    walls: Paint,
+    /// The roof's surface; `None`: as roofs of its shape have it.
+    cover: Option<Paint>,
+}
+
 /// The building that a row is; `kind` of `building` or `building:part`.
 pub(super) fn building(tags: &mut Tags<'_>, kind: &str, is_part: bool) -> Meaning {
-    let columns = &tags.options.columns;
     let (levels, pitched, material, colour) = usual(kind);
+    // Streets are not uniform: half a level more or less.
+    let eaves = LEVEL * levels * (0.85 + 0.3 * share(mix(tags.hash ^ 1)));
     // Pitched roofs are known where a country's houses have them; large footprints are told apart when they are bound.
-    let roof = roof(tags, pitched && !is_part);
+    let roof = if pitched && !is_part { RoofShape::Gabled } else { RoofShape::Flat };
+    let usual = Usual { top: Top::Eaves(eaves), roof, walls: Paint { colour, material }, cover: None };
+    Meaning::Building(stated(tags, kind, is_part, &usual))
+}
+
+/// The tower, tank or silo that a row is, with the walls of its outline.
+pub(super) fn structure(tags: &mut Tags<'_>, round: &Upright) -> Building {
+    let roof = match round.cap {
+        Cap::Flat | Cap::Waisted => RoofShape::Flat,
+        Cap::Dome => RoofShape::Dome,
+        Cap::Cone => RoofShape::Pyramidal,
+    };
+    let (walls, cover) = (round.paint, Some(round.paint));
+    let kind = tags.kind("building");
+    // What is wrong with a value is told once, as of what is round.
+    let told = tags.doubts.clone();
+    let building = stated(tags, &kind, false, &Usual { top: Top::Ridge(round.height_m), roof, walls, cover });
+    let mut further = tags.doubts.split_off(told.len());
+    further.retain(|doubt| !told.contains(doubt));
+    tags.doubts.extend(further);
+    building
+}
+
+/// A building with what the row says of it.
+fn stated(tags: &mut Tags<'_>, kind: &str, is_part: bool, usual: &Usual) -> Building {
+    let columns = &tags.options.columns;
+    let roof = roof(tags, usual.roof);
     let said = tags.length(columns.height.as_ref(), &["height", "building:height", "est_height"]);
     let counted = tags.count(columns.levels.as_ref(), &["building:levels", "levels"], &LEVELS);
     let roof_levels = tags.count(None, &["roof:levels"], &LEVELS).unwrap_or(0.0);
@@ -57,32 +94,37 @@ pub(super) fn building(tags: &mut Tags<'_>, kind: &str, is_part: bool) -> Meanin
     let min_height_m = tags.measured(columns.min_height.as_ref(), &["min_height"], quantity::length, &zero);
     let min_height_m = min_height_m.or_else(|| min_levels.map(|levels| levels * LEVEL)).unwrap_or(0.0);
     let hover = matches!(kind, "roof" | "carport") && min_height_m == 0.0;
-    let mut top = match (said, counted) {
-        (Some(height), _) => Top::Ridge(height),
-        (None, Some(levels)) => Top::Eaves((levels * LEVEL).max(LEVEL)),
-        // Streets are not uniform: half a level more or less.
-        (None, None) => Top::Eaves(min_height_m + LEVEL * levels * (0.85 + 0.3 * share(mix(tags.hash ^ 1)))),
-    };
-    let (Top::Ridge(height) | Top::Eaves(height)) = top;
-    if height <= min_height_m {
-        tags.doubts.push(format!("its lower end, {min_height_m} m, is not below its top, {height} m"));
-        top = Top::Ridge(min_height_m + LEVEL);
-    }
     let roof = match (roof_levels > 0.0, roof) {
         (true, (roof, false)) => Roof { rise: Rise::Height(roof_levels * LEVEL), ..roof },
         (_, (roof, _)) => roof,
     };
+
+    let mut top = match (said, counted, usual.top) {
+        (Some(height), ..) => Top::Ridge(height),
+        (None, Some(levels), _) => Top::Eaves(levels * LEVEL),
+        (None, None, Top::Eaves(height)) => Top::Eaves(min_height_m + height),
+        (None, None, ridge) => ridge,
+    };
+    // A roof without levels below it begins at its lower end.
+    let (height, is_above) = match top {
+        Top::Ridge(height) => (height, height > min_height_m),
+        Top::Eaves(height) => (height, height > min_height_m || height == min_height_m && roof.rises()),
+    };
+    if !is_above {
+        tags.doubts.push(format!("its lower end, {min_height_m} m, is not below its top, {height} m"));
+        top = Top::Ridge(min_height_m + LEVEL);
+    }
     let walls = tags.paint(
         [columns.colour.as_ref(), columns.material.as_ref()],
         &["building:colour", "building:color", "colour", "color"],
         &["building:material", "material", "building:facade:material"],
-        Paint { colour, material },
+        usual.walls,
     );
-    let cover = match roof.shape {
+    let cover = usual.cover.unwrap_or(match roof.shape {
         RoofShape::Flat => Paint { colour: [124, 120, 114], material: Material::RoofFelt },
         RoofShape::Dome => Paint { colour: [112, 150, 134], material: Material::Metal },
         _ => Paint { colour: [138, 78, 60], material: Material::RoofTiles },
-    };
+    });
     let cover = tags.paint(
         [columns.roof_colour.as_ref(), None],
         &["roof:colour", "roof:color", "building:roof:colour"],
@@ -90,11 +132,11 @@ pub(super) fn building(tags: &mut Tags<'_>, kind: &str, is_part: bool) -> Meanin
         cover,
     );
     let min_height_m = if hover { (height.min(2.0 * LEVEL) - 0.4).max(0.0) } else { min_height_m };
-    Meaning::Building(Building { top, min_height_m, roof, walls, cover, is_part })
+    Building { top, min_height_m, roof, walls, cover, is_part }
 }
 
 /// Its roof, and whether its height is said.
-fn roof(tags: &mut Tags<'_>, pitched: bool) -> (Roof, bool) {
+fn roof(tags: &mut Tags<'_>, usual: RoofShape) -> (Roof, bool) {
     let column = tags.options.columns.roof_shape.clone();
     let word = match &column {
         Some(column) => tags.word(column),
@@ -104,8 +146,7 @@ fn roof(tags: &mut Tags<'_>, pitched: bool) -> (Roof, bool) {
             .or_else(|| tags.word("roof_shape")),
     };
     let shape = match word.as_deref() {
-        None if pitched => RoofShape::Gabled,
-        None => RoofShape::Flat,
+        None => usual,
         Some("flat" | "no" | "terrace") => RoofShape::Flat,
         Some(
             "gabled" | "gable" | "pitched" | "saltbox" | "gambrel" | "round" | "double_saltbox" | "sawtooth"

@@ -117,7 +117,8 @@ fn water_flows_or_stands() {
 #[test]
 fn what_stands_upright() {
     let upright = |tags: &str, area: bool| match meaning(tags, area) {
-        Meaning::Upright(upright) => upright,
+        Meaning::Upright(upright) | Meaning::Pylon(upright, _) => upright,
+        Meaning::Structure(structure) => structure.round,
         other => panic!("{tags}: {other:?}"),
     };
     assert_eq!(upright("man_made=chimney height=120", false).height_m, 120.0);
@@ -133,6 +134,63 @@ fn what_stands_upright() {
     assert_eq!(line.pylon.height_m, 50.0);
     let Meaning::Barrier(wall) = meaning("barrier=wall height=3 width=0.5", false) else { panic!() };
     assert_eq!((wall.height_m, wall.thickness_m), (3.0, 0.5));
+}
+
+#[test]
+fn outlines_of_what_is_man_made_have_walls() {
+    for (tags, top, shape) in [
+        (
+            "man_made=tower building=yes height=40 roof:shape=pyramidal roof:height=6",
+            40.0,
+            RoofShape::Pyramidal,
+        ),
+        ("man_made=silo building=silo height=20 roof:shape=flat", 20.0, RoofShape::Flat),
+        ("man_made=silo", 15.0, RoofShape::Pyramidal),
+        ("man_made=gasometer", 30.0, RoofShape::Dome),
+        ("man_made=storage_tank height=7", 7.0, RoofShape::Flat),
+        ("man_made=chimney", 50.0, RoofShape::Flat),
+        ("man_made=lighthouse", 25.0, RoofShape::Flat),
+    ] {
+        let Meaning::Structure(found) = meaning(tags, true) else { panic!("{tags}") };
+        assert_eq!((found.walled.top, found.walled.roof.shape), (Top::Ridge(top), shape), "{tags}");
+        assert_eq!((found.walled.walls, found.round.height_m), (found.round.paint, top), "{tags}");
+        assert!(matches!(meaning(tags, false), Meaning::Upright(_)), "{tags}");
+    }
+    // A lattice has no walls.
+    assert!(matches!(meaning("man_made=tower tower:construction=lattice", true), Meaning::Upright(_)));
+    let twice = interpret(&row("man_made=tower height=tall", true), &LayerOptions::default());
+    assert_eq!(twice.doubts.len(), 1, "{:?}", twice.doubts);
+}
+
+#[test]
+fn what_is_stated_of_levels_areas_and_pylons_counts() {
+    let roof = building("building=yes building:levels=0 roof:levels=1 roof:shape=gabled");
+    assert_eq!((roof.top, roof.roof.rise), (Top::Eaves(0.0), Rise::Height(3.0)));
+    let roof = building("building=yes building:levels=0 roof:height=5 roof:shape=gabled");
+    assert_eq!((roof.top, roof.roof.rise), (Top::Eaves(0.0), Rise::Height(5.0)));
+    assert_eq!(building("building=yes building:levels=0.5").top, Top::Eaves(1.5));
+    let nothing =
+        interpret(&row("building=yes building:levels=0 roof:shape=flat", true), &LayerOptions::default());
+    assert!(nothing.doubts[0].contains("is not below its top, 0 m"), "{:?}", nothing.doubts);
+
+    let is_filled = |tags: &str, area: bool| match meaning(tags, area) {
+        Meaning::Barrier(barrier) => barrier.is_filled,
+        other => panic!("{tags}: {other:?}"),
+    };
+    for (tags, area, expected) in [
+        ("barrier=hedge area=yes", true, true),
+        ("barrier=wall area=yes", true, true),
+        ("barrier=hedge", true, false),
+        ("barrier=hedge area=no", true, false),
+        ("barrier=hedge area=yes", false, false),
+        ("barrier=fence area=yes", true, false),
+    ] {
+        assert_eq!(is_filled(tags, area), expected, "{tags}");
+    }
+    for (tags, height_m, is_stated) in [("power=tower height=45", 45.0, true), ("power=tower", 28.0, false)] {
+        let Meaning::Pylon(pylon, stated) = meaning(tags, false) else { panic!("{tags}") };
+        assert_eq!((pylon.height_m, stated), (height_m, is_stated), "{tags}");
+    }
 }
 
 #[test]
@@ -241,7 +299,8 @@ proptest! {
         match interpret(&row, &LayerOptions::default()).meaning {
             Meaning::Building(building) => {
                 let (Top::Ridge(top) | Top::Eaves(top)) = building.top;
-                prop_assert!(top > building.min_height_m && building.min_height_m >= 0.0 && top <= 1004.0, "{building:?}");
+                let is_above = top > building.min_height_m || top == building.min_height_m && building.roof.rises();
+                prop_assert!(is_above && building.min_height_m >= 0.0 && top <= 1004.0, "{building:?}");
             }
             Meaning::Way(way) => prop_assert!(way.width_m > 0.0 && way.width_m < 1500.0),
             Meaning::Upright(upright) => prop_assert!(upright.height_m > 0.0 && upright.diameter_m.is_none_or(|d| d > 0.0)),

@@ -1,6 +1,7 @@
 //! What stands upright: masts, towers, tanks, pylons; wires; walls, fences, hedges.
 
-use super::super::kinds::{Barrier, Cap, Meaning, Paint, PowerLine, Upright, Wire};
+use super::super::kinds::{Barrier, Cap, Meaning, Paint, PowerLine, Structure, Upright, Wire};
+use super::building;
 use super::material::Material;
 use super::quantity;
 use super::tags::Tags;
@@ -45,10 +46,13 @@ pub(super) fn man_made(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         "flagpole" | "street_cabinet_mast" => (10.0, 0.2, 0.6, Cap::Flat, 1.0, STEEL),
         _ => return None,
     };
-    Some(Meaning::Upright(upright(
-        tags,
-        Upright { height_m: height, diameter_m: Some(diameter), taper, cap, opacity, paint: usual },
-    )))
+    let usual = Upright { height_m: height, diameter_m: Some(diameter), taper, cap, opacity, paint: usual };
+    let round = upright(tags, usual);
+    // What lets light through, or is waisted, has no straight walls to draw.
+    if !tags.has_area() || opacity < 1.0 || cap == Cap::Waisted {
+        return Some(Meaning::Upright(round));
+    }
+    Some(Meaning::Structure(Structure { round, walled: building::structure(tags, &usual) }))
 }
 
 /// One as usual, with what the row says of itself.
@@ -116,7 +120,8 @@ pub(super) fn power(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         _ => return None,
     };
     let (usual_height, arm_m, usual_count, sag_per_m) = usual_line(volts);
-    let height_m = tags.length(columns.height.as_ref(), &["height"]).unwrap_or(usual_height);
+    let stated = tags.length(columns.height.as_ref(), &["height"]);
+    let height_m = stated.unwrap_or(usual_height);
     let is_tall = volts >= 60_000.0;
     let pylon = if is_tall {
         Upright {
@@ -132,10 +137,12 @@ pub(super) fn power(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         Upright { height_m, diameter_m: Some(0.3), taper: 0.7, cap: Cap::Flat, opacity: 1.0, paint: wood }
     };
     if !is_line {
-        return Some(Meaning::Upright(Upright { paint: paint(tags, pylon.paint), ..pylon }));
+        let pylon = Upright { paint: paint(tags, pylon.paint), ..pylon };
+        return Some(Meaning::Pylon(pylon, stated.is_some()));
     }
     let count = tags.count(None, &["cables"], &(1.0..=36.0)).unwrap_or(usual_count as f64) as usize;
-    Some(Meaning::PowerLine(PowerLine { wires: wires(count, height_m, arm_m, volts), sag_per_m, pylon }))
+    let wires = wires(count, height_m, arm_m, volts);
+    Some(Meaning::PowerLine(PowerLine { wires, sag_per_m, pylon, stated: Vec::new() }))
 }
 
 /// A wall, fence or hedge; `None` for other barriers.
@@ -154,7 +161,9 @@ pub(super) fn barrier(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
     let columns = &tags.options.columns;
     let height_m = tags.length(columns.height.as_ref(), &["height", "est_height"]).unwrap_or(height);
     let thickness_m = tags.length(columns.width.as_ref(), &["width", "thickness"]).unwrap_or(thickness);
-    Some(Meaning::Barrier(Barrier { height_m, thickness_m, opacity, paint: paint(tags, usual) }))
+    // What light passes stands along an outline all the same.
+    let is_filled = tags.has_area() && opacity >= 1.0 && tags.yes("area").is_some();
+    Some(Meaning::Barrier(Barrier { height_m, thickness_m, opacity, paint: paint(tags, usual), is_filled }))
 }
 
 #[cfg(test)]

@@ -6,10 +6,10 @@ use super::super::kinds::{Meaning, Paint, Tree, Upright, Way, WayKind};
 use super::super::layer::{Area, Geometry, bounds};
 use super::super::meaning::{WATER, mix};
 use super::building::BoundBuilding;
-use super::cover::{BoundBarrier, BoundCover, BoundWood};
+use super::cover::{BoundBarrier, BoundCover, BoundWood, Course};
 use super::footprint::Footprint;
+use super::frame::{Frame, hull};
 use super::ribbon::Line;
-use super::roof::{Frame, hull};
 use super::round::{BoundTree, BoundUpright, chance};
 use super::solid::{Ground, Solid, Square};
 use super::way::{BoundBridge, BoundWay, Graded};
@@ -27,7 +27,7 @@ pub enum Bound {
     /// Water or pavement.
     Cover(Box<BoundCover>),
     /// A wall, fence or hedge.
-    Barrier(BoundBarrier),
+    Barrier(Box<BoundBarrier>),
     /// Something round.
     Upright(BoundUpright),
     /// One span of one wire.
@@ -83,12 +83,15 @@ pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Grou
                 let places: Vec<_> = ring.places.iter().chain(ring.places.first()).copied().collect();
                 Line::of(&places)
             });
-            lines()
-                .chain(closed)
-                .map(|line| Bound::Barrier(BoundBarrier { line, barrier: *barrier }))
-                .collect()
+            let courses: Vec<Course> = match barrier.is_filled {
+                true => lines().map(Course::Line).chain(footprints().map(Course::Area)).collect(),
+                false => lines().chain(closed).map(Course::Line).collect(),
+            };
+            let bound = |course| Bound::Barrier(Box::new(BoundBarrier { course, barrier: *barrier }));
+            courses.into_iter().map(bound).collect()
         }
-        Meaning::Upright(upright) => uprights(upright, geometry, ground),
+        Meaning::Upright(upright) | Meaning::Pylon(upright, _) => uprights(upright, geometry, ground),
+        Meaning::Structure(structure) => uprights(&structure.round, geometry, ground),
         Meaning::PowerLine(power) => {
             let parts = lines().map(|line| wire::bind(power, &line, ground));
             parts
@@ -186,7 +189,10 @@ impl Bound {
             Self::Way(way) => around(way.line.places(), way.reach),
             Self::Bridge(bridge) => around(bridge.line.places(), bridge.half),
             Self::Cover(cover) => cover.footprint.bounds,
-            Self::Barrier(barrier) => around(barrier.line.places(), barrier.barrier.thickness_m),
+            Self::Barrier(barrier) => match &barrier.course {
+                Course::Line(line) => around(line.places(), barrier.barrier.thickness_m),
+                Course::Area(footprint) => footprint.bounds,
+            },
             Self::Upright(upright) => around(&[upright.middle], upright.radius),
             Self::Wire(wire) => around(&wire.ends, 0.0),
             Self::Tree(tree) => around(&[tree.place], 0.5 * tree.tree.crown_m),

@@ -110,7 +110,7 @@ impl BoundBuilding {
         if floor.area() <= 0.0 {
             return Vec::new();
         }
-        let roof = self.roof.planes_over(&self.footprint, centre, &floor);
+        let roof = self.roof.planes_over(centre, &floor);
         let least = |place: DVec2| {
             let heights = roof.iter().map(|planes| roof::greatest(planes, centre + place));
             heights.fold(f64::INFINITY, f64::min)

@@ -54,39 +54,68 @@ impl BoundCover {
     }
 }
 
+/// Where a barrier stands.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Course {
+    /// Along a line.
+    Line(Line),
+    /// Over all of an area.
+    Area(Footprint),
+}
+
 /// A wall, fence or hedge where it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundBarrier {
-    pub(super) line: Line,
+    pub(super) course: Course,
     pub(super) barrier: Barrier,
 }
 
 impl BoundBarrier {
-    /// Its solids, with the index of their voxel. It follows the ground, and is a voxel thick at least, so that its faces are straight.
+    /// Its solids, with the index of their voxel. It follows the ground, and along a line it is a voxel thick at least, so that its faces are straight.
     pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
-        let Barrier { height_m, thickness_m, opacity, paint } = self.barrier;
-        let half = 0.5 * thickness_m.max(square.spacing);
-        for cross in self.line.crosses(square, half + 0.7072 * square.spacing, Ends::Butt) {
-            let centre = square.centre(cross.column, cross.row);
-            let Some(base) = ground.height_at(centre) else { continue };
-            let step = 0.5 * square.spacing;
-            let slope = |direction: DVec2| {
-                let ends = ground
-                    .height_at(centre + direction * step)
-                    .zip(ground.height_at(centre - direction * step));
-                ends.map_or(0.0, |(ahead, behind)| (ahead - behind) / square.spacing)
-            };
-            let solid = Solid {
-                slope: [slope(DVec2::X), slope(DVec2::Y)],
-                wall: Wall::Corner([
-                    (cross.outward.to_angle(), half - cross.off),
-                    ((-cross.outward).to_angle(), half + cross.off),
-                ]),
-                opacity,
-                ..Solid::level(None, base + height_m, paint)
-            };
-            out.push((square.index(cross.column, cross.row), solid));
+        let half = 0.5 * self.barrier.thickness_m.max(square.spacing);
+        match &self.course {
+            Course::Line(line) => {
+                for cross in line.crosses(square, half + 0.7072 * square.spacing, Ends::Butt) {
+                    let wall = Wall::Corner([
+                        (cross.outward.to_angle(), half - cross.off),
+                        ((-cross.outward).to_angle(), half + cross.off),
+                    ]);
+                    out.extend(self.over([cross.column, cross.row], wall, square, ground));
+                }
+            }
+            Course::Area(footprint) => {
+                for cover in footprint.cover_with_walls(square) {
+                    out.extend(self.over([cover.column, cover.row], cover.wall, square, ground));
+                }
+            }
         }
+    }
+
+    /// A part of it over a voxel, as steep as the ground there.
+    fn over(
+        &self,
+        [column, row]: [usize; 2],
+        wall: Wall,
+        square: &Square,
+        ground: &dyn Ground,
+    ) -> Option<(usize, Solid)> {
+        let Barrier { height_m, opacity, paint, .. } = self.barrier;
+        let centre = square.centre(column, row);
+        let base = ground.height_at(centre)?;
+        let step = 0.5 * square.spacing;
+        let slope = |direction: DVec2| {
+            let ends =
+                ground.height_at(centre + direction * step).zip(ground.height_at(centre - direction * step));
+            ends.map_or(0.0, |(ahead, behind)| (ahead - behind) / square.spacing)
+        };
+        let solid = Solid {
+            slope: [slope(DVec2::X), slope(DVec2::Y)],
+            wall,
+            opacity,
+            ..Solid::level(None, base + height_m, paint)
+        };
+        Some((square.index(column, row), solid))
     }
 }
 
@@ -214,7 +243,8 @@ mod tests {
         for step in 0..9 {
             let along = DVec2::from_angle(0.1 + 0.17 * f64::from(step));
             let middle = at(32.3, 24.1);
-            let barrier = Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT };
+            let barrier =
+                Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT, is_filled: false };
             let line = of_line(&[middle - along * 15.0, middle + along * 15.0]);
             let solids = raised(&bind(&Meaning::Barrier(barrier), &line, 1, &level), &square, &level);
             for place in 0..400 {

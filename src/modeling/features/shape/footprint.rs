@@ -12,6 +12,8 @@
 //! Clipping after Sutherland and Hodgman (1974). It leaves edges along the border that cancel in areas, so that rings of any form,
 //! touching themselves or with holes, need nothing more.
 
+use std::ops::Range;
+
 use glam::{DVec2, dvec2};
 
 use super::super::layer::{Area, bounds};
@@ -26,25 +28,6 @@ pub(in crate::modeling) struct Footprint {
     /// Outsides counter-clockwise, holes clockwise.
     pub rings: Vec<Vec<DVec2>>,
     pub bounds: [f64; 4],
-}
-
-/// The line of a wall that a roof rises from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Eaves {
-    /// A place on it.
-    pub at: DVec2,
-    /// Unit vector to the inside.
-    pub inward: DVec2,
-}
-
-impl Eaves {
-    fn along(from: DVec2, to: DVec2) -> Self {
-        Self { at: from, inward: (to - from).perp().normalize_or_zero() }
-    }
-
-    fn distance(&self, place: DVec2) -> f64 {
-        self.inward.dot(place - self.at)
-    }
 }
 
 /// What a polygon covers of a voxel.
@@ -98,33 +81,6 @@ impl Footprint {
         0.5 * self.rings.iter().map(|ring| doubled_area(ring)).sum::<f64>()
     }
 
-    /// How far a place within lies from the walls that the water of a roof over it runs to, metres, if the roof rises from all of them alike, and these: one, or
-    /// the two of a corner that points inward. There they are valleys, and the farther one counts.
-    pub(super) fn eaves(&self, place: DVec2) -> Option<(f64, Vec<Eaves>)> {
-        let mut least: Option<(f64, Vec<Eaves>)> = None;
-        let mut add = |distance: f64, eaves: &[Eaves]| {
-            if distance >= 0.0 && least.as_ref().is_none_or(|(known, _)| distance < *known) {
-                least = Some((distance, eaves.to_vec()));
-            }
-        };
-        for ring in &self.rings {
-            for (index, &a) in ring.iter().enumerate() {
-                let [b, c] = [1, 2].map(|next| ring[(index + next) % ring.len()]);
-                let [one, other] = [(a, b), (b, c)].map(|(from, to)| Eaves::along(from, to));
-                let along =
-                    |from: DVec2, to: DVec2| (place - from).dot(to - from) / (to - from).length_squared();
-                let (before, after) = (along(a, b), along(b, c));
-                if (0.0..=1.0).contains(&before) {
-                    add(one.distance(place), &[one]);
-                }
-                if before > 1.0 && after < 0.0 && (b - a).perp_dot(c - b) < 0.0 {
-                    add(one.distance(place).max(other.distance(place)), &[one, other]);
-                }
-            }
-        }
-        least
-    }
-
     /// All edges, with the inside to their left.
     pub fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
         self.rings.iter().flat_map(|ring| ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)))
@@ -156,12 +112,45 @@ impl Footprint {
         let (columns, rows) = square.touched(self.bounds);
         // In voxels from the square's corner, so that clipping is against whole numbers.
         let local = |place: &DVec2| square.local(*place);
+        let rings: Vec<Vec<DVec2>> =
+            self.rings.iter().map(|ring| ring.iter().map(local).collect::<Vec<_>>()).collect();
+        let mut covers = Vec::new();
+        let part = Part { columns, rows, margin, spacing: square.spacing };
+        part.cover(&rings, &mut covers);
+        // Parts of a large one are done one by one.
+        covers.sort_by_key(|cover| (cover.row, cover.column));
+        covers
+    }
+}
+
+/// Corners of what lies in a part, above which it is done in two halves: each row and each voxel looks at all of them.
+const MOST_CORNERS: usize = 512;
+
+/// Some of the voxels that a polygon touches.
+struct Part {
+    columns: Range<usize>,
+    rows: Range<usize>,
+    /// How far beside a voxel walls count, voxels.
+    margin: f64,
+    /// Side of a voxel, metres.
+    spacing: f64,
+}
+
+impl Part {
+    /// What rings, in voxels, cover of each voxel, row by row.
+    fn cover(&self, rings: &[Vec<DVec2>], covers: &mut Vec<Cover>) {
+        let Self { columns, rows, margin, spacing } = self;
+        let (margin, spacing) = (*margin, *spacing);
         let low = dvec2(columns.start as f64, rows.start as f64);
         let high = dvec2(columns.end as f64, rows.end as f64);
-        let rings = self.rings.iter().map(|ring| ring.iter().map(local).collect::<Vec<_>>());
-        let near: Vec<Vec<DVec2>> = rings.map(|ring| clipped(&ring, low - margin, high + margin)).collect();
-        let mut covers = Vec::new();
-        for row in rows {
+        let near: Vec<Vec<DVec2>> =
+            rings.iter().map(|ring| clipped(ring, low - margin, high + margin)).collect();
+        let corners: usize = near.iter().map(Vec::len).sum();
+        if corners > MOST_CORNERS && columns.len().max(rows.len()) > 1 {
+            self.halves().iter().for_each(|half| half.cover(&near, covers));
+            return;
+        }
+        for row in rows.clone() {
             let (bottom, top) = (row as f64, row as f64 + 1.0);
             let band = clip_all(&near, dvec2(low.x, bottom), dvec2(high.x, top));
             let Some([west, _, east, _]) = bounds(band.iter().flatten().copied()) else { continue };
@@ -174,27 +163,49 @@ impl Footprint {
                 let centre = dvec2(left + 0.5, bottom + 0.5);
                 if !crossing.iter().any(|(from, to)| *from < left + 1.0 && *to > left) {
                     if windings(&band, centre) > 0 {
-                        let wall = beside.wall(centre, square.spacing).unwrap_or(Wall::Whole);
+                        let wall = beside.wall(centre, spacing).unwrap_or(Wall::Whole);
                         covers.push(Cover { column, row, share: 1.0, wall });
                     }
                     continue;
                 }
                 let rings = clip_all(&band, dvec2(left, bottom), dvec2(left + 1.0, top));
                 let covered = Covered { rings: &rings, centre, half: 0.5 };
-                let Some((share, wall)) = covered.wall(square.spacing) else { continue };
+                let Some((share, wall)) = covered.wall(spacing) else { continue };
                 // Where no edge crosses the voxel but by rounding, one may still lie along its border.
                 let wall = match wall {
-                    Wall::Whole => beside.wall(centre, square.spacing).unwrap_or(Wall::Whole),
+                    Wall::Whole => beside.wall(centre, spacing).unwrap_or(Wall::Whole),
                     wall => wall,
                 };
-                match covered.inward_corner(share, square.spacing).filter(|_| margin > 0.0) {
+                match covered.inward_corner(share, spacing).filter(|_| margin > 0.0) {
                     // What two walls bound one by one.
                     Some(walls) => covers.extend(walls.map(|wall| Cover { column, row, share, wall })),
                     None => covers.push(Cover { column, row, share, wall }),
                 }
             }
         }
-        covers
+    }
+
+    /// Two parts, divided across the longer side.
+    fn halves(&self) -> [Self; 2] {
+        let Self { columns, rows, margin, spacing } = self;
+        let split = |range: &Range<usize>| {
+            let middle = range.start.midpoint(range.end);
+            [range.start..middle, middle..range.end]
+        };
+        match columns.len() >= rows.len() {
+            true => split(columns).map(|columns| Self {
+                columns,
+                rows: rows.clone(),
+                margin: *margin,
+                spacing: *spacing,
+            }),
+            false => split(rows).map(|rows| Self {
+                columns: columns.clone(),
+                rows,
+                margin: *margin,
+                spacing: *spacing,
+            }),
+        }
     }
 }
 

@@ -14,6 +14,7 @@ mod cover;
 mod footprint;
 #[cfg(test)]
 mod footprint_tests;
+mod frame;
 mod patch;
 mod prepare;
 mod profile;
@@ -22,12 +23,14 @@ mod roof;
 #[cfg(test)]
 mod roof_tests;
 mod round;
+mod sectors;
 mod solid;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
 mod tree_kind;
+mod walls;
 mod way;
 mod wire;
 

@@ -1,14 +1,14 @@
 //! What features are only together: bridges in several pieces, roads that meet, and buildings that stand there as a whole and in parts.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec2;
 
-use super::super::kinds::{Meaning, WayKind};
+use super::super::kinds::{Meaning, Upright, WayKind};
 use super::super::layer::{Area, Geometry, Joint, Path};
 use super::super::place::Feature;
 use super::footprint::Footprint;
-use super::roof::{Frame, hull};
+use super::frame::{Frame, hull};
 
 /// Ends of ways that meet are at one node, which transforms may move by rounding: centimetres.
 type Node = (i64, i64);
@@ -92,7 +92,35 @@ const COVERED: f64 = 0.6;
 pub fn prepare(features: &mut [Feature]) {
     join_bridges(features);
     join_roads(features);
+    carry_lines(features);
     drop_outlines(features);
+}
+
+/// Gives power lines the pylons of their vertices that have rows of their own, which are then no second ones there.
+fn carry_lines(features: &mut [Feature]) {
+    let mut vertices: HashSet<Node> = HashSet::new();
+    for feature in features.iter().filter(|feature| matches!(feature.meaning, Meaning::PowerLine(_))) {
+        vertices
+            .extend(feature.geometry.lines.iter().flat_map(|line| &line.places).map(|place| node(*place)));
+    }
+    let mut stated: HashMap<Node, Upright> = HashMap::new();
+    for feature in features.iter_mut() {
+        let Meaning::Pylon(pylon, is_stated) = feature.meaning else { continue };
+        feature.geometry.points.places.retain(|place| {
+            let carries = vertices.contains(&node(*place));
+            // Without a height of its own it is as the line has it, whose volts are known.
+            if carries && is_stated {
+                stated.insert(node(*place), pylon);
+            }
+            !carries
+        });
+    }
+
+    for feature in features.iter_mut() {
+        let Meaning::PowerLine(line) = &mut feature.meaning else { continue };
+        let places = feature.geometry.lines.iter().flat_map(|line| &line.places);
+        line.stated = places.filter_map(|place| Some((*place, *stated.get(&node(*place))?))).collect();
+    }
 }
 
 /// Finds where roads end on others: there all of them keep the ground's height, so that they meet, and narrower ones go on level to the middle of the wider one.
@@ -134,10 +162,11 @@ fn join_roads(features: &mut [Feature]) {
     }
 }
 
-/// Drops outlines of buildings that are there in parts, too, as OpenStreetMap has it: the outline is then no solid of its own.
+/// Drops outlines of buildings and towers that are there in parts, too, as OpenStreetMap has it: the outline is then no solid of its own.
 fn drop_outlines(features: &mut [Feature]) {
     let is_part = |feature: &Feature| match &feature.meaning {
         Meaning::Building(building) => Some(building.is_part),
+        Meaning::Upright(_) => Some(false),
         _ => None,
     };
     let of_parts = features.iter().filter(|feature| is_part(feature) == Some(true));
@@ -171,9 +200,11 @@ fn drop_outlines(features: &mut [Feature]) {
 mod tests {
     use glam::dvec2;
 
-    use super::super::super::kinds::{Building, Rise, RoofShape, Top, Way};
+    use super::super::super::kinds::{Building, Cap, PowerLine, Rise, RoofShape, Top, Way, Wire};
     use super::super::super::shape::{Bound, bind, settle};
-    use super::super::testing::{at, house, natural, of_area, of_line, raised, rectangle, road, square};
+    use super::super::testing::{
+        PAINT, at, house, natural, of_area, of_line, of_point, raised, rectangle, road, square,
+    };
     use super::*;
 
     #[test]
@@ -258,5 +289,66 @@ mod tests {
         let mut features = [building(10.0, 0.0, false), building(2.0, 6.0, true)];
         prepare(&mut features);
         assert_eq!(left(&features), [1, 1]);
+    }
+
+    #[test]
+    fn lines_hang_from_the_pylons_that_are_stated() {
+        let pylon = |height_m: f64| Upright {
+            height_m,
+            diameter_m: Some(3.0),
+            taper: 0.2,
+            cap: Cap::Flat,
+            opacity: 0.35,
+            paint: PAINT,
+        };
+        let wires = vec![Wire { offset_m: 0.0, height_m: 28.0 }, Wire { offset_m: 4.0, height_m: 21.0 }];
+        let line = PowerLine { wires, sag_per_m: 0.0, pylon: pylon(28.0), stated: vec![] };
+        let vertices = [at(2.0, 20.0), at(20.0, 20.0), at(40.0, 20.0), at(60.0, 20.0)];
+        let feature = |meaning, geometry| Feature { meaning, geometry, hash: 1 };
+        let mut features = [
+            feature(Meaning::Pylon(pylon(56.0), true), of_point(vertices[1])),
+            feature(Meaning::PowerLine(line), of_line(&vertices)),
+            // Its height is as the line has it; the last one carries nothing.
+            feature(Meaning::Pylon(pylon(50.0), false), of_point(vertices[2])),
+            feature(Meaning::Pylon(pylon(50.0), false), of_point(at(30.0, 40.0))),
+        ];
+        prepare(&mut features);
+        let points = features.iter().map(|feature| feature.geometry.points.places.len());
+        assert_eq!(points.collect::<Vec<_>>(), [0, 0, 0, 1]);
+
+        let bound = bind(&features[1].meaning, &features[1].geometry, 1, &|_: DVec2| Some(100.0));
+        let tops: Vec<f64> = bound
+            .iter()
+            .filter_map(|bound| if let Bound::Upright(pylon) = bound { Some(pylon.top_m()) } else { None })
+            .collect();
+        assert_eq!(tops, [128.0, 156.0, 128.0, 128.0]);
+        let ends: Vec<[f64; 2]> = bound
+            .iter()
+            .filter_map(|bound| if let Bound::Wire(wire) = bound { Some(wire.ends_m) } else { None })
+            .collect();
+        // Two wires of each span, then arms.
+        let spans = [[128.0, 156.0], [121.0, 142.0], [156.0, 128.0], [142.0, 121.0], [128.0; 2], [121.0; 2]];
+        assert_eq!(ends, [&spans[..], &[[121.0; 2], [142.0; 2], [121.0; 2], [121.0; 2]]].concat());
+    }
+
+    #[test]
+    fn round_towers_in_parts_have_no_outline_besides() {
+        let round = Upright {
+            height_m: 60.0,
+            diameter_m: None,
+            taper: 1.0,
+            cap: Cap::Flat,
+            opacity: 1.0,
+            paint: PAINT,
+        };
+        let area = || of_area(rectangle(at(20.0, 20.0), dvec2(10.0, 5.0), DVec2::X));
+        let part =
+            Building { top: Top::Eaves(9.0), is_part: true, ..house(RoofShape::Flat, Rise::Height(0.0)) };
+        let mut features = [
+            Feature { meaning: Meaning::Upright(round), geometry: area(), hash: 1 },
+            Feature { meaning: Meaning::Building(part), geometry: area(), hash: 2 },
+        ];
+        prepare(&mut features);
+        assert!(features[0].geometry.areas.is_empty() && features[1].geometry.areas.len() == 1);
     }
 }

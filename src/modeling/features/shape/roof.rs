@@ -9,11 +9,16 @@
 //! All are the least of some planes, or in valleys of the greatest of two, so that ridges, hips and valleys are known exactly: a
 //! voxel that they cross has a solid for each plane.
 
-use glam::{DVec2, Vec2Swizzles};
+use std::cell::LazyCell;
+
+use glam::DVec2;
 
 use super::super::kinds::{Rise, Roof, RoofShape};
 use super::footprint::Footprint;
+use super::frame::{Frame, extent, hull};
 use super::patch::{HalfPlane, Patch};
+use super::sectors::Sectors;
+use super::walls::Walls;
 
 /// Where the rings of a dome lie, degrees from its top around the ellipsoid's middle: the lowest planes are as steep as slopes of solids can be told.
 const RINGS: [f64; 6] = [0.0, 15.0, 30.0, 45.0, 60.0, 90.0];
@@ -58,8 +63,20 @@ impl Plane {
 pub(super) enum Form {
     /// The least of these.
     Planes(Vec<Plane>),
+    /// The least of the planes around a middle, those over each edge of a hull one after the other.
+    Around(Sectors, Vec<Plane>),
     /// From all walls with a slope, up to a height; with valleys where corners point inward.
-    FromWalls { slope: f64, most: f64 },
+    FromWalls { walls: Walls, slope: f64, most: f64 },
+}
+
+impl Form {
+    /// Planes over the edges of a hull, the same number over each.
+    fn around(hull: &[DVec2], middle: DVec2, planes: Vec<Plane>) -> Self {
+        match Sectors::of(hull, middle) {
+            Some(sectors) => Self::Around(sectors, planes),
+            None => Self::Planes(planes),
+        }
+    }
 }
 
 /// A roof over a footprint: form, and height of the ridge above the eaves.
@@ -67,16 +84,6 @@ pub(super) enum Form {
 pub(super) struct Bound {
     pub form: Form,
     pub height_m: f64,
-}
-
-/// A rectangle of any direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Frame {
-    pub middle: DVec2,
-    /// Direction of the longer side.
-    pub along: DVec2,
-    /// Half of the sides, the longer one first.
-    pub half: DVec2,
 }
 
 /// Planes over a voxel, more than which are told by some of them.
@@ -106,11 +113,19 @@ impl Bound {
         };
         let (low, high) = extent(&hull, across, frame.middle);
         let half = 0.5 * (high - low);
+        let walls = LazyCell::new(|| Walls::of(footprint));
+        // Larger planes of a hipped roof rise from two sides of its rectangle.
+        let is_across = across.dot(frame.along).abs() > across.dot(frame.along.perp()).abs();
+        let (main, main_half, beside) = match is_across {
+            true => (frame.along, frame.half.x, frame.half.y),
+            false => (frame.along.perp(), frame.half.y, frame.half.x),
+        };
         let run = match shape {
             RoofShape::Skillion => 2.0 * half,
-            RoofShape::Gabled => half,
+            RoofShape::Gabled | RoofShape::Flat => half,
             RoofShape::Dome => frame.half.y,
-            _ if fill < RECTANGULAR => inradius(footprint, frame),
+            _ if fill < RECTANGULAR => inradius(footprint, &walls, frame),
+            RoofShape::Hipped => main_half,
             _ => frame.half.y,
         };
         let rise = match roof.rise {
@@ -144,19 +159,26 @@ impl Bound {
                     })
                     .into(),
             ),
-            RoofShape::Hipped if fill < RECTANGULAR => Form::FromWalls { slope: height / run, most: height },
+            RoofShape::Hipped if fill < RECTANGULAR => {
+                Form::FromWalls { walls: walls.clone(), slope: height / run, most: height }
+            }
             RoofShape::Hipped => {
-                let sides = [(frame.along, frame.half.x), (frame.along.perp(), frame.half.y)];
-                let planes = sides.iter().flat_map(|(normal, far)| {
+                let hip = match run <= beside {
+                    true => run,
+                    // A ridge across the longer side is half as long as the shorter one.
+                    false => 0.5 * beside,
+                };
+                let sides = [(main, run, run), (main.perp(), beside, hip)];
+                let planes = sides.iter().flat_map(|(normal, far, run)| {
                     [*normal, -*normal].map(|normal| facing(normal, *far, height / run))
                 });
                 Form::Planes(planes.collect())
             }
             RoofShape::Pyramidal => {
                 let plane = |edge: DVec2| Plane { at: frame.middle, height, slope: -edge * height };
-                Form::Planes(hull_edges(&hull, frame.middle).map(plane).collect())
+                Form::around(&hull, frame.middle, hull_edges(&hull, frame.middle).map(plane).collect())
             }
-            _ => Form::Planes(dome(&hull, frame.middle, height)),
+            _ => Form::around(&hull, frame.middle, dome(&hull, frame.middle, height)),
         };
         Self { form, height_m: height }
     }
@@ -172,18 +194,28 @@ impl Bound {
     pub fn steepest(&self) -> f64 {
         let sum = |slope: DVec2| slope.x.abs() + slope.y.abs();
         match &self.form {
-            Form::Planes(planes) => planes.iter().map(|plane| sum(plane.slope)).fold(0.0, f64::max),
+            Form::Planes(planes) | Form::Around(_, planes) => {
+                planes.iter().map(|plane| sum(plane.slope)).fold(0.0, f64::max)
+            }
             Form::FromWalls { slope, .. } => slope * std::f64::consts::SQRT_2,
         }
     }
 
     /// The roof over a part of a voxel, from `centre`: the least of these, each of which is the greatest of some planes.
-    pub fn planes_over(&self, footprint: &Footprint, centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
+    pub fn planes_over(&self, centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
+        let corners: Vec<DVec2> = part.corners().map(|corner| centre + corner).collect();
         let mut all: Vec<Vec<Plane>> = match &self.form {
             Form::Planes(planes) => planes.iter().map(|plane| vec![*plane]).collect(),
-            Form::FromWalls { slope, most } => from_walls(footprint, [*slope, *most], centre, part),
+            Form::Around(sectors, planes) => {
+                let of_edge = planes.len() / sectors.count();
+                let edges = sectors.over(&corners);
+                edges
+                    .flat_map(|edge| &planes[edge * of_edge..][..of_edge])
+                    .map(|plane| vec![*plane])
+                    .collect()
+            }
+            Form::FromWalls { walls, slope, most } => from_walls(walls, [*slope, *most], centre, part),
         };
-        let corners: Vec<DVec2> = part.corners().map(|corner| centre + corner).collect();
         all = least_somewhere(all, &corners);
         if all.len() > MOST {
             // A little within, where of two that meet in a corner one is the least.
@@ -254,18 +286,13 @@ fn dome(hull: &[DVec2], middle: DVec2, height: f64) -> Vec<Plane> {
 }
 
 /// A roof that rises from all walls alike, up to a height, over a part of a voxel.
-fn from_walls(
-    footprint: &Footprint,
-    [slope, most]: [f64; 2],
-    centre: DVec2,
-    part: &Patch,
-) -> Vec<Vec<Plane>> {
+fn from_walls(walls: &Walls, [slope, most]: [f64; 2], centre: DVec2, part: &Patch) -> Vec<Vec<Plane>> {
     let middle = part.middle();
     // Away from corners, where two walls are as near.
     let places = part.corners().map(|corner| corner.lerp(middle, 0.125)).chain([middle]);
     let mut all: Vec<Vec<Plane>> = Vec::new();
     for place in places {
-        let Some((distance, eaves)) = footprint.eaves(centre + place) else { continue };
+        let Some((distance, eaves)) = walls.eaves(centre + place) else { continue };
         let mut found: Vec<Plane> = match distance * slope < most {
             true => eaves
                 .iter()
@@ -292,35 +319,6 @@ fn from_walls(
     all
 }
 
-impl Frame {
-    /// The rectangle of least area around a convex hull.
-    pub fn around(hull: &[DVec2]) -> Option<Self> {
-        let mut best: Option<(f64, Self)> = None;
-        for (a, b) in hull.iter().zip(hull.iter().cycle().skip(1)) {
-            let Some(along) = (*b - *a).try_normalize() else { continue };
-            let across = along.perp();
-            let ((west, east), (south, north)) = (extent(hull, along, *a), extent(hull, across, *a));
-            let half = 0.5 * DVec2::new(east - west, north - south);
-            let middle = *a + along * west.midpoint(east) + across * south.midpoint(north);
-            let frame = match half.x >= half.y {
-                true => Self { middle, along, half },
-                false => Self { middle, along: across, half: half.yx() },
-            };
-            let area = half.x * half.y;
-            if best.as_ref().is_none_or(|(least, _)| area < *least) {
-                best = Some((area, frame));
-            }
-        }
-        best.filter(|(area, _)| *area > 0.0).map(|(_, frame)| frame)
-    }
-}
-
-/// Least and greatest distance of places in a direction from a place.
-fn extent(places: &[DVec2], direction: DVec2, from: DVec2) -> (f64, f64) {
-    let distances = places.iter().map(|place| direction.dot(*place - from));
-    distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
-}
-
 /// Outward normal of each edge of a hull, over its distance from a place within.
 fn hull_edges(hull: &[DVec2], middle: DVec2) -> impl Iterator<Item = DVec2> + '_ {
     hull.iter().zip(hull.iter().cycle().skip(1)).filter_map(move |(a, b)| {
@@ -331,31 +329,8 @@ fn hull_edges(hull: &[DVec2], middle: DVec2) -> impl Iterator<Item = DVec2> + '_
     })
 }
 
-/// The convex hull, counter-clockwise (Andrew 1979).
-pub(super) fn hull(places: &[DVec2]) -> Vec<DVec2> {
-    let mut sorted = places.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    sorted.dedup();
-    let half = |places: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for place in places {
-            while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(place - a) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(place);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut sorted.iter().copied());
-    hull.extend(half(&mut sorted.iter().rev().copied()));
-    hull
-}
-
 /// Radius of the largest circle within a footprint, metres, to a hundredth of its size: the best of a grid, which then grows finer.
-fn inradius(footprint: &Footprint, frame: Frame) -> f64 {
+fn inradius(footprint: &Footprint, walls: &Walls, frame: Frame) -> f64 {
     const GRID: i32 = 8;
     let (mut middle, mut reach, mut best) = (frame.middle, frame.half.x, 0.0_f64);
     for _ in 0..6 {
@@ -363,7 +338,7 @@ fn inradius(footprint: &Footprint, frame: Frame) -> f64 {
         for sample in 0..(2 * GRID + 1).pow(2) {
             let (i, j) = (sample % (2 * GRID + 1) - GRID, sample / (2 * GRID + 1) - GRID);
             let place = from + DVec2::new(f64::from(i), f64::from(j)) * (reach / f64::from(GRID));
-            let distance = footprint.eaves(place).map_or(0.0, |(distance, _)| distance);
+            let distance = walls.eaves(place).map_or(0.0, |(distance, _)| distance);
             if distance > best && footprint.holds(place) {
                 (best, middle) = (distance, place);
             }

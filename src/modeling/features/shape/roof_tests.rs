@@ -218,6 +218,21 @@ fn roofs_look_where_they_are_said_to() {
     assert!((north_side - dvec2(0.0, -0.5)).length() < 1e-9, "{north_side}");
     let across = slope_at(Roof { across: true, ..gabled }, at(19.1, 12.1));
     assert!((across - dvec2(-0.25, 0.0)).length() < 1e-9, "{across}");
+
+    // Hips at both ends: of a ridge across they take half of the shorter side.
+    let hipped = Roof { shape: RoofShape::Hipped, ..roof };
+    for across in [Roof { across: true, ..hipped }, Roof { direction: Some(270.0), ..hipped }] {
+        for (place, expected) in [(at(19.1, 12.1), dvec2(-0.25, 0.0)), (at(15.1, 15.6), dvec2(0.0, -1.0))] {
+            let slope = slope_at(across, place);
+            assert!((slope - expected).length() < 1e-9, "{place}: {slope}");
+        }
+    }
+    for along in [hipped, Roof { direction: Some(0.0), ..hipped }] {
+        for (place, expected) in [(at(15.1, 14.1), dvec2(0.0, -0.5)), (at(22.6, 12.1), dvec2(-0.5, 0.0))] {
+            let slope = slope_at(along, place);
+            assert!((slope - expected).length() < 1e-9, "{place}: {slope}");
+        }
+    }
 }
 
 #[test]

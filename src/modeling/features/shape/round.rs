@@ -1,8 +1,8 @@
 //! Solids of revolution: tanks, silos, chimneys, cooling towers, masts, crowns of trees.
 //!
 //! ```text
-//! narrowing, waisted   circles one above the other: from one to the next the radius changes by half a voxel at the most; voxels within
-//!                      all of them have one solid
+//! narrowing, waisted   circles one above the other: from one to the next the radius changes by an eighth of a voxel; where several
+//!                      of them hold a voxel whole it has one solid
 //! dome, cone           a surface of heights over the distance from the axis
 //! rim                  voxels that a circle cuts are cut by its tangent
 //! narrower than a voxel: one voxel, round, that hides as much as the width would (from every side alike)
@@ -34,8 +34,40 @@ struct Section {
     is_highest: bool,
 }
 
+/// A voxel beside the axis.
+struct Place {
+    index: usize,
+    /// Of its centre from the axis, metres.
+    distance: f64,
+    outward: DVec2,
+    /// From its centre to a corner, outward, metres.
+    reach: f64,
+}
+
+impl Place {
+    fn of(axis: DVec2, square: &Square, column: usize, row: usize) -> Self {
+        let from_axis = square.centre(column, row) - axis;
+        let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
+        let reach = 0.5 * square.spacing * (outward.x.abs() + outward.y.abs());
+        Self { index: square.index(column, row), distance: from_axis.length(), outward, reach }
+    }
+
+    /// All of it.
+    fn whole(&self) -> Wall {
+        Wall::Round(self.outward.to_angle())
+    }
+}
+
 /// Diameter in voxels below which something round is one voxel wide.
 const NARROW: f64 = 1.6;
+/// Radius in voxels up to which voxels at the rim are there as a whole or not at all.
+const BROAD: f64 = 1.5;
+/// Share of a voxel that is enough of it there.
+const LEAST_SHARE: f64 = 0.4;
+/// Sections by which the radius changes by a voxel: their edges are finer than what tells walls apart.
+const STEPS: f64 = 8.0;
+/// Most sections.
+const MOST: f64 = 4096.0;
 /// How high a dome and a cone are, as shares of the radius.
 const DOME: f64 = 0.35;
 const CONE: f64 = 0.5;
@@ -51,55 +83,83 @@ impl BoundUpright {
 
     /// Its solids, with the index of their voxel.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
-        let Upright { opacity, paint, .. } = self.upright;
         if 2.0 * self.radius < square.spacing {
             return self.thin(square, self.radius, (None, self.top_m()), out);
         }
-        for Section { radius, low, high, is_lowest, is_highest } in self.sections(square.spacing) {
-            // Where four voxels meet none of them holds enough of a narrow circle.
-            if 2.0 * radius < NARROW * square.spacing {
-                let low_m = (!is_lowest).then_some(self.base_m + low);
-                self.thin(square, radius, (low_m, self.base_m + high), out);
-                continue;
-            }
-            let circle = Footprint::circle(self.middle, radius, 0.02 * square.spacing);
-            for cover in circle.cover(square) {
-                let (index, centre) =
-                    (square.index(cover.column, cover.row), square.centre(cover.column, cover.row));
-                let from_axis = centre - self.middle;
-                let distance = from_axis.length();
-                let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
-                // Circles of a few voxels have whole ones at their rim.
-                let wall = match cover.wall {
-                    Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_)
-                        if radius > 1.5 * square.spacing =>
-                    {
-                        Wall::plane(outward, radius - distance)
-                    }
-                    Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_) if cover.share < 0.4 => continue,
-                    _ => Wall::Round(outward.y.atan2(outward.x)),
-                };
-                let is_core = distance + square.spacing < self.least();
-                if is_core && !is_lowest {
-                    continue;
-                }
-                // The rim's own height is that of the rim, not of what would be beyond it.
-                let within = distance.min(radius * (1.0 - 1e-6));
-                let (cap, fall) = if is_core || is_highest { self.cap(within) } else { (high, 0.0) };
-                let low_m = (!is_lowest).then_some(self.base_m + low);
-                let high_m = self.base_m + cap + fall * (distance - within);
-                let solid = Solid::level(low_m, high_m, paint);
-                out.push((index, Solid { slope: (outward * fall).into(), wall, opacity, ..solid }));
+        let (broad, narrow): (Vec<Section>, Vec<Section>) = self
+            .sections(square.spacing)
+            .into_iter()
+            .partition(|section| section.radius > BROAD * square.spacing);
+        narrow.iter().for_each(|section| self.raise_narrow(section, square, out));
+
+        let radii = || broad.iter().map(|section| section.radius);
+        let (least, most) = (radii().fold(f64::INFINITY, f64::min), radii().fold(0.0, f64::max));
+        let [low, high] = [self.middle - most, self.middle + most];
+        for (column, row) in square.voxels([low.x, low.y, high.x, high.y]) {
+            let place = Place::of(self.middle, square, column, row);
+            let ends = broad.first().zip(broad.last()).filter(|_| place.reach <= least - place.distance);
+            if let Some((first, last)) = ends.filter(|_| narrow.is_empty()) {
+                out.push((place.index, self.solid([first, last], &place, place.whole())));
+            } else {
+                self.raise_rim(&broad, &place, out);
             }
         }
     }
 
+    /// The sections over one voxel: a solid for all that hold it whole one above the other, and one for each whose rim cuts it.
+    fn raise_rim(&self, sections: &[Section], place: &Place, out: &mut Vec<(usize, Solid)>) {
+        let mut whole: Option<[&Section; 2]> = None;
+        for section in sections {
+            let room = section.radius - place.distance;
+            if let Some(run) = whole.take_if(|[_, last]| room < place.reach || last.high < section.low) {
+                out.push((place.index, self.solid(run, place, place.whole())));
+            }
+            if room >= place.reach {
+                let first = whole.map_or(section, |[first, _]| first);
+                whole = Some([first, section]);
+            } else if room > -place.reach {
+                let wall = Wall::plane(place.outward, room);
+                out.push((place.index, self.solid([section, section], place, wall)));
+            }
+        }
+        if let Some(run) = whole {
+            out.push((place.index, self.solid(run, place, place.whole())));
+        }
+    }
+
+    /// A section of a few voxels.
+    fn raise_narrow(&self, section: &Section, square: &Square, out: &mut Vec<(usize, Solid)>) {
+        let Section { radius, low, high, is_lowest, .. } = *section;
+        // Where four voxels meet none of them holds enough of a narrow circle.
+        if 2.0 * radius < NARROW * square.spacing {
+            let low_m = (!is_lowest).then_some(self.base_m + low);
+            return self.thin(square, radius, (low_m, self.base_m + high), out);
+        }
+        let circle = Footprint::circle(self.middle, radius, 0.02 * square.spacing);
+        for cover in circle.cover(square) {
+            let is_cut = matches!(cover.wall, Wall::Plane { .. } | Wall::Corner(_) | Wall::Wedge(_));
+            if !is_cut || cover.share >= LEAST_SHARE {
+                let place = Place::of(self.middle, square, cover.column, cover.row);
+                out.push((place.index, self.solid([section, section], &place, place.whole())));
+            }
+        }
+    }
+
+    /// Some sections one above the other over a voxel.
+    fn solid(&self, [first, last]: [&Section; 2], place: &Place, wall: Wall) -> Solid {
+        // The rim's own height is that of the rim, not of what would be beyond it.
+        let within = place.distance.min(last.radius * (1.0 - 1e-6));
+        let (cap, fall) = if last.is_highest { self.cap(within) } else { (last.high, 0.0) };
+        let low_m = (!first.is_lowest).then_some(self.base_m + first.low);
+        let high_m = self.base_m + cap + fall * (place.distance - within);
+        let Upright { opacity, paint, .. } = self.upright;
+        Solid { slope: (place.outward * fall).into(), wall, opacity, ..Solid::level(low_m, high_m, paint) }
+    }
+
     /// Circles one above the other that come near to its outline.
     fn sections(&self, spacing: f64) -> Vec<Section> {
-        /// Most of them: a hundred metres of a tower.
-        const MOST: f64 = 48.0;
         let change = if self.upright.cap == Cap::Waisted { 2.0 } else { 1.0 } * (self.radius - self.least());
-        let count = (2.0 * change / spacing).ceil().clamp(1.0, MOST) as usize;
+        let count = (STEPS * change / spacing).ceil().clamp(1.0, MOST) as usize;
         let height = |index: usize| self.upright.height_m * index as f64 / count as f64;
         let section = |index: usize| {
             let (low, high) = (height(index), height(index + 1));
@@ -281,4 +341,69 @@ fn rough_of(place: DVec2, hash: u64) -> u64 {
 /// A number of 0…1 for a tree.
 pub(super) fn chance(hash: u64, index: u64) -> f64 {
     share(mix(hash.wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15))))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::super::patch::{HalfPlane, Patch};
+    use super::super::testing::{PAINT, at, square};
+    use super::*;
+
+    /// Area of a round thing at heights above the ground, from its solids, as a radius.
+    fn radii(upright: Upright, radius: f64, heights: &[f64]) -> Vec<f64> {
+        let bound = BoundUpright { middle: at(30.3, 24.6), radius, base_m: 100.0, upright };
+        let mut solids = Vec::new();
+        bound.raise(&square(1.0), &mut solids);
+        let area = |solid: &Solid| {
+            let planes: Vec<HalfPlane> = solid.wall.planes().map(HalfPlane::from).collect();
+            Patch::voxel(1.0).within_all(planes.iter().enumerate()).area()
+        };
+        let at = |height: f64| {
+            let is_there = |solid: &Solid| {
+                solid.low_m.is_none_or(|low| low <= 100.0 + height) && solid.high_m > 100.0 + height
+            };
+            let there = solids.iter().filter(|(_, solid)| is_there(solid));
+            (there.map(|(_, solid)| area(solid)).sum::<f64>() / PI).sqrt()
+        };
+        heights.iter().map(|height| at(*height)).collect()
+    }
+
+    /// Sides of what narrows have no steps that a voxel would show, however high it is.
+    #[test]
+    fn high_towers_narrow_without_steps() {
+        let heights: Vec<f64> = (0..395).map(|step| 0.3 + f64::from(step)).collect();
+        for (cap, taper) in [(Cap::Flat, 0.5), (Cap::Flat, 0.2), (Cap::Waisted, 0.6)] {
+            let upright =
+                Upright { height_m: 400.0, diameter_m: None, taper, cap, opacity: 1.0, paint: PAINT };
+            let bound = BoundUpright { middle: DVec2::ZERO, radius: 20.0, base_m: 0.0, upright };
+            let found = radii(upright, 20.0, &heights);
+            for (height, found) in heights.iter().zip(&found) {
+                let expected = bound.radius_at(*height);
+                assert!(
+                    (found - expected).abs() < 0.15,
+                    "{cap:?} {taper}: {found}, not {expected} m at {height} m"
+                );
+            }
+        }
+    }
+
+    /// What many sections hold whole is one solid.
+    #[test]
+    fn towers_are_of_few_solids() {
+        let upright = Upright {
+            height_m: 400.0,
+            diameter_m: None,
+            taper: 0.5,
+            cap: Cap::Flat,
+            opacity: 1.0,
+            paint: PAINT,
+        };
+        let bound = BoundUpright { middle: at(30.3, 24.6), radius: 20.0, base_m: 100.0, upright };
+        let mut solids = Vec::new();
+        bound.raise(&square(1.0), &mut solids);
+        let most = (0..64 * 48).map(|index| solids.iter().filter(|(at, _)| *at == index).count()).max();
+        assert!(most.is_some_and(|most| most <= 14), "{most:?}");
+    }
 }

@@ -140,7 +140,8 @@ fn wires_hang_by_the_formula() {
         opacity: 0.3,
         paint: PAINT,
     };
-    let power = PowerLine { wires: vec![Wire { offset_m: 0.0, height_m: 20.0 }], sag_per_m: 1e-3, pylon };
+    let wires = vec![Wire { offset_m: 0.0, height_m: 20.0 }];
+    let power = PowerLine { wires, sag_per_m: 1e-3, pylon, stated: vec![] };
     let ground = |place: DVec2| Some(100.0 + if place.distance(b) < 20.0 { 7.0 } else { 0.0 });
     let bound = bind(&Meaning::PowerLine(power), &of_line(&[a, b]), 1, &ground);
     let sag = 1e-3 * length * length;
@@ -421,11 +422,12 @@ fn everything(middle: DVec2, turn: DVec2) -> Vec<Bound> {
         opacity: 1.0,
         paint: PAINT,
     };
-    let barrier = Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT };
+    let barrier = Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT, is_filled: false };
     let power = PowerLine {
         wires: vec![Wire { offset_m: -3.0, height_m: 15.0 }, Wire { offset_m: 3.0, height_m: 15.0 }],
         sag_per_m: 1e-3,
         pylon: Upright { diameter_m: Some(0.4), ..tower },
+        stated: vec![],
     };
     let tree = Tree { height_m: 9.0, crown_m: 5.0, leaf: Leaf::Broad, paint: PAINT };
     [

@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-use super::super::kinds::{Paint, PowerLine};
+use super::super::kinds::{Paint, PowerLine, Upright};
 use super::super::meaning::Material;
 use super::ribbon::Line;
 use super::round::BoundUpright;
@@ -144,6 +144,15 @@ pub(super) fn bind(
             DVec2::new(along.y, -along.x)
         })
         .collect();
+    // What stands at a vertex by a row of its own is as high as that says, and so are its arms.
+    let pylons: Vec<&Upright> = places
+        .iter()
+        .map(|place| {
+            let own = power.stated.iter().find(|(at, _)| at == place);
+            own.map_or(&power.pylon, |(_, pylon)| pylon)
+        })
+        .collect();
+    let scale: Vec<f64> = pylons.iter().map(|pylon| pylon.height_m / power.pylon.height_m).collect();
     let mut wires = Vec::new();
     for index in 0..places.len() - 1 {
         let (Some(first), Some(last)) = (foot[index], foot[index + 1]) else { continue };
@@ -151,10 +160,11 @@ pub(super) fn bind(
             let end = |index: usize| places[index] + right[index] * wire.offset_m;
             let ends = [end(index), end(index + 1)];
             let span = ends[0].distance(ends[1]);
+            let above = [index, index + 1].map(|end| wire.height_m * scale[end]);
             wires.push(BoundWire {
                 ends,
-                ends_m: [first + wire.height_m, last + wire.height_m],
-                sag_m: (power.sag_per_m * span * span).min(MOST_SAG * wire.height_m),
+                ends_m: [first + above[0], last + above[1]],
+                sag_m: (power.sag_per_m * span * span).min(MOST_SAG * above[0].min(above[1])),
                 thickness_m: THICKNESS,
             });
         }
@@ -164,12 +174,13 @@ pub(super) fn bind(
         for (height_m, offset) in arms(power) {
             let reach = right[index] * offset;
             let ends = [places[index] - reach, places[index] + reach];
-            wires.push(BoundWire { ends, ends_m: [foot + height_m; 2], sag_m: 0.0, thickness_m: ARM });
+            let ends_m = [foot + height_m * scale[index]; 2];
+            wires.push(BoundWire { ends, ends_m, sag_m: 0.0, thickness_m: ARM });
         }
     }
-    let pylon = |(place, foot): (&DVec2, &Option<f64>)| {
-        let radius = 0.5 * power.pylon.diameter_m.unwrap_or(0.3);
-        foot.map(|base_m| BoundUpright { middle: *place, radius, base_m, upright: power.pylon })
+    let pylon = |((place, foot), upright): ((&DVec2, &Option<f64>), &&Upright)| {
+        let radius = 0.5 * upright.diameter_m.unwrap_or(0.3);
+        foot.map(|base_m| BoundUpright { middle: *place, radius, base_m, upright: **upright })
     };
-    (wires, places.iter().zip(&foot).filter_map(pylon).collect())
+    (wires, places.iter().zip(&foot).zip(&pylons).filter_map(pylon).collect())
 }
