@@ -4,6 +4,7 @@
 //! representation of coordinate reference systems*, 2023: WKT 2). One grammar serves both:
 //!
 //! ```text
+//! text = node [ "," node ]                     (Esri: a horizontal and a vertical system)
 //! node = WORD ( "[" | "(" ) item { "," item } ( "]" | ")" )
 //! item = node | "text" | number | WORD
 //! ```
@@ -40,6 +41,9 @@ const ROOTS: [&str; 21] = [
     "ENGINEERINGCRS",
     "DERIVEDPROJCRS",
 ];
+
+/// Words of vertical systems.
+pub(super) const VERTICAL: [&str; 4] = ["VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"];
 
 /// Whether a text begins like WKT.
 pub(super) fn looks_like_wkt(text: &str) -> bool {
@@ -119,10 +123,20 @@ pub(super) fn parse(text: &str) -> Result<Node, String> {
     let word = parser.word()?;
     let root = parser.node(word, 0)?;
     parser.skip_space();
-    if parser.place < text.len() {
-        return Err(parser.error("text after the closing bracket"));
+    if parser.peek() != Some(',') {
+        return parser.ended(root);
     }
-    Ok(root)
+
+    // Esri writes the vertical system behind the horizontal one.
+    parser.place += 1;
+    let word = parser.word()?;
+    if !VERTICAL.iter().any(|vertical| vertical.eq_ignore_ascii_case(&word)) {
+        return Err(parser.error("a second system that is no vertical one before it"));
+    }
+    let vertical = parser.node(word, 0)?;
+    parser.skip_space();
+    let name = Item::Text(root.name().to_owned());
+    parser.ended(Node { word: "COMPD_CS".into(), items: vec![name, Item::Node(root), Item::Node(vertical)] })
 }
 
 struct Parser<'a> {
@@ -131,6 +145,14 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
+    /// The tree, if nothing comes after it.
+    fn ended(&self, root: Node) -> Result<Node, String> {
+        if self.place < self.text.len() {
+            return Err(self.error("text after the closing bracket"));
+        }
+        Ok(root)
+    }
+
     fn rest(&self) -> &str {
         self.text.get(self.place..).unwrap_or("")
     }

@@ -16,7 +16,7 @@ use super::datum::{VerticalCrs, VerticalDatum};
 use super::geodetic::{Geodetic, in_degrees, on_earth};
 use super::heights;
 use super::projection::{CONVERT, Method, Parameters, proj_terms};
-use super::wkt::{Item, Node, parse};
+use super::wkt::{Item, Node, VERTICAL, parse};
 use super::wkt_names::{Kind, method, plain, term};
 use super::{registry, units};
 use crate::error::{Error, Result};
@@ -32,7 +32,6 @@ const GEOGRAPHIC: [&str; 8] = [
     "BASEGEODCRS",
     "GEODETICCRS",
 ];
-const VERTICAL: [&str; 4] = ["VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"];
 const REPAIR: &str = "write a sound one with: gdalsrsinfo -o wkt1 EPSG:CODE";
 
 impl Crs {
@@ -377,6 +376,14 @@ fn vertical(node: &Node) -> Result<VerticalCrs, String> {
     let unit = unit_of(node, &["LENGTHUNIT", "UNIT"]).map(units::exact);
     let coded = node.code("EPSG").or_else(|| node.code("ESRI")).and_then(heights::by_code);
     let is_down = is_depth(node);
+    // Esri's offset of all heights.
+    if let Some(shift) = parameter(node, "verticalshift").filter(|shift| *shift != 0.0) {
+        return Err(format!(
+            "the heights of '{}' are shifted by {shift} units, which is not read; take them from the values with gdal_calc.py, \
+             and name the plain system with --elevation-crs",
+            shortened(node.name())
+        ));
+    }
     if let Some(coded) = coded {
         let own = coded.metres_per_unit.unwrap_or(1.0);
         let metres = unit.map_or(own.abs(), f64::abs);
@@ -401,10 +408,14 @@ fn vertical(node: &Node) -> Result<VerticalCrs, String> {
     })
 }
 
+/// A parameter of a node by its plain name.
+fn parameter(node: &Node, name: &str) -> Option<f64> {
+    node.children(&["PARAMETER"]).find(|parameter| plain(parameter.name()) == name)?.numbers().next()
+}
+
 /// Whether heights count downward; `None` where the node does not say it. Esri gives a direction of −1.
 fn is_depth(node: &Node) -> Option<bool> {
-    let direction = node.children(&["PARAMETER"]).find(|parameter| plain(parameter.name()) == "direction");
-    if let Some(direction) = direction.and_then(|direction| direction.numbers().next()) {
+    if let Some(direction) = parameter(node, "direction") {
         return Some(direction < 0.0);
     }
     node.children(&["AXIS"]).flat_map(|axis| &axis.items).find_map(|item| match item {

@@ -64,6 +64,33 @@ fn texts_name_their_heights() {
     assert_eq!(vertical(ESRI_LAEA), None);
 }
 
+/// Esri writes heights behind the horizontal system, with their direction and a shift.
+#[test]
+fn heights_behind_a_system_are_its_own() {
+    let esri = |direction: f64, shift: f64| {
+        format!(
+            "{ESRI_LAEA},VERTCS[\"NAVD88_height_(ftUS)\",VDATUM[\"North_American_Vertical_Datum_1988\"],\
+             PARAMETER[\"Vertical_Shift\",{shift:?}],PARAMETER[\"Direction\",{direction:?}],UNIT[\"US survey foot\",0.304800609601219]]"
+        )
+    };
+    for (direction, metres) in [(1.0, 0.304_800_609_6), (-1.0, -0.304_800_609_6)] {
+        let (crs, vertical) = Crs::with_vertical_from_wkt(&esri(direction, 0.0)).expect("sound");
+        assert!(crs.is_equivalent(&Crs::from_epsg(3035).expect("a known code")));
+        let vertical = vertical.expect("heights");
+        assert_eq!(vertical.datum, Some(VerticalDatum::Navd88));
+        assert!(vertical.metres_per_unit.is_some_and(|found| (found - metres).abs() < 1e-9), "{vertical:?}");
+    }
+    for (text, part) in [
+        (esri(1.0, 3.5), "shifted by 3.5 units"),
+        (format!("{ESRI_LAEA},{ESRI_GEOGCS}"), "no vertical one"),
+        (format!("{},VERTCS[\"x\"]", esri(1.0, 0.0)), "after the closing bracket"),
+        (format!("{ESRI_LAEA},"), "breaks off"),
+    ] {
+        let error = Crs::from_wkt(&text).expect_err(&text).to_string();
+        assert!(error.contains(part), "{text}: {error}");
+    }
+}
+
 #[test]
 fn refusals_say_what_to_do() {
     let west = WKT2_ALBERS.replace("easting (X)\",east", "westing (X)\",west");
