@@ -27,8 +27,8 @@ pub struct Feature {
     pub hash: u64,
 }
 
-/// Farthest from its places that a feature changes the ground, metres: embankments.
-const REACH: f64 = 100.0;
+/// Farthest from its border that a feature changes the ground, metres: embankments.
+const BESIDE: f64 = 100.0;
 
 /// The features of a layer that may reach an area (west, south, east, north in `crs`), and notes on what is left out. Edges stay straight, in the
 /// database's system as in the layer's.
@@ -46,11 +46,11 @@ pub fn place(
     let (meanings, mut notes) = interpret_all(layer, options);
     let (mut features, mut left_out) = (Vec::with_capacity(meanings.len()), LeftOut::default());
     let mut halved = LeftOut::in_part();
-    let reaches = |[west, south, east, north]: [f64; 4]| {
-        west <= area[2] + REACH
-            && east >= area[0] - REACH
-            && south <= area[3] + REACH
-            && north >= area[1] - REACH
+    let reaches = |[west, south, east, north]: [f64; 4], reach: f64| {
+        west <= area[2] + reach
+            && east >= area[0] - reach
+            && south <= area[3] + reach
+            && north >= area[1] - reach
     };
     for (index, meaning) in meanings {
         let row = &layer.rows[index];
@@ -63,7 +63,7 @@ pub fn place(
             left_out.add(&row.place, "it is a building, and has no outline but a point or a line");
         } else if encloses_nothing(&meaning, &geometry) {
             left_out.add(&row.place, "its outline encloses nothing: it crosses itself, or is a line");
-        } else if geometry.bounds().is_some_and(reaches) {
+        } else if geometry.bounds().is_some_and(|bounds| reaches(bounds, reach(&meaning))) {
             if is_enclosed(&meaning, &geometry)
                 && geometry.areas.iter().any(|area| crosses_itself(&area.outer.places))
             {
@@ -80,6 +80,18 @@ pub fn place(
     notes.extend(halved.into_notes(&file));
     notes.extend(left_out.into_notes(&file));
     Ok((features, notes))
+}
+
+/// Farthest from its places that a feature changes the ground, metres.
+fn reach(meaning: &Meaning) -> f64 {
+    let half = match meaning {
+        Meaning::Way(way) => 0.5 * way.width_m,
+        Meaning::River(width_m) => 0.5 * width_m,
+        Meaning::Barrier(barrier) => 0.5 * barrier.thickness_m,
+        Meaning::Upright(upright) | Meaning::Pylon(upright, _) => 0.5 * upright.diameter_m.unwrap_or(0.0),
+        _ => 0.0,
+    };
+    half + BESIDE
 }
 
 /// A structure as what its outline makes of it.
@@ -196,6 +208,35 @@ mod tests {
     }
 
     #[test]
+    fn wide_features_reach_farther() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.geojson");
+        // 190 m west of the area.
+        let place_of = |tags: &str, is_point: bool| {
+            let geometry = if is_point {
+                r#""Point","coordinates":[611810,5241040]"#
+            } else {
+                r#""LineString","coordinates":[[611810,5240000],[611810,5242000]]"#
+            };
+            format!(r#"{{"type":"Feature","geometry":{{"type":{geometry}}},"properties":{{{tags}}}}}"#)
+        };
+        let table = [
+            (r#""highway":"primary","width":120"#, false, 0),
+            (r#""highway":"primary","width":200"#, false, 1),
+            (r#""waterway":"river","width":900"#, false, 1),
+            (r#""waterway":"stream""#, false, 0),
+            (r#""man_made":"gasometer","height":90,"diameter":200"#, true, 1),
+        ];
+        for (tags, is_point, expected) in table {
+            std::fs::write(&path, place_of(tags, is_point)).unwrap();
+            let options = LayerOptions { crs: Some("EPSG:25832".into()), ..LayerOptions::default() };
+            let crs = Crs::from_epsg(25832).unwrap();
+            let (features, notes) = place(&read(&path, &options).unwrap(), &options, &crs, AREA).unwrap();
+            assert_eq!(features.len(), expected, "{tags}: {notes:?}");
+        }
+    }
+
+    #[test]
     fn outlines_that_enclose_nothing_are_told() {
         let polygon = |tags: &str, ring: &str| {
             format!(
@@ -245,7 +286,7 @@ mod tests {
         let ring = |corners: u32, radius: f64, uneven: f64| -> Area {
             let place = |corner: u32| {
                 let turn = std::f64::consts::TAU * f64::from(corner) / f64::from(corners);
-                let radius = radius * if corner % 2 == 0 { 1.0 } else { 1.0 + uneven };
+                let radius = radius * if corner.is_multiple_of(2) { 1.0 } else { 1.0 + uneven };
                 dvec2(612_050.0, 5_241_040.0) + DVec2::from_angle(turn) * radius
             };
             Area { outer: Outline::flat((0..corners).map(place).collect()), holes: vec![] }
