@@ -147,6 +147,55 @@ fn assert_alike(detail: f64, seed: u64) {
     assert!(failed.is_empty(), "more than {BOUNDS:?}: {failed:?}");
 }
 
+/// Degrees of planar screens, up to where they nearly are half of all around; and those of which every other pose is.
+const ALL_FIELDS_OF_VIEW: [f64; 2] = [0.1, 175.0];
+const WIDE_FIELDS_OF_VIEW: [f64; 2] = [150.0, 175.0];
+
+/// What [`BOUNDS`] are for all pixels together, for those of one pose: a single crest is a larger share of them.
+const POSE_BOUNDS: [f64; 4] = [5e-4, 3e-2, 5e-2, 2e-3];
+
+/// Pixels of ground of one pose, less than which tell nothing.
+const LEAST_GROUND: usize = 400;
+
+/// Planar screens of any field of view, pose by pose; `HEDGEHOP_POSES` says how many (default: few), `HEDGEHOP_SEED` which.
+#[test]
+#[expect(clippy::print_stdout, reason = "the figures are what documents say")]
+fn every_field_of_view_is_seen_as_rays_do() {
+    let number = |name: &str, default: u64| {
+        let stated = std::env::var(name).ok().filter(|value| !value.is_empty());
+        stated.map_or(default, |value| value.parse().unwrap_or_else(|_| panic!("{name}: no number: {value}")))
+    };
+    let poses = number("HEDGEHOP_POSES", 24);
+    let farm = Farm::new(2).unwrap();
+    let options = RenderOptions { detail: 1.0e3, visibility: f64::INFINITY, ..RenderOptions::default() };
+    let renderer = Renderer::new(&*AREA, &options);
+    let mut random = Random(number("HEDGEHOP_SEED", 3));
+    let (mut all, mut off, mut by_planes) = (Differences::default(), Vec::new(), 0);
+    for index in 0..poses {
+        let mut pose = pose(&mut random, index % 4 < 2);
+        pose.hfov = match index % 2 {
+            0 => of_any_size(&mut random, ALL_FIELDS_OF_VIEW),
+            _ => random.between(WIDE_FIELDS_OF_VIEW),
+        };
+        let camera = Camera::new(pose, SIZE[0], SIZE[1]);
+        let found = renderer.frame(&camera, &farm).unwrap().frame;
+        let truth = render_reference(&*AREA, &camera, &options, &farm).unwrap().frame;
+        by_planes += u64::from(renderer.engine_for(&camera).unwrap() == Engine::Planes);
+        all.add(&found, &truth);
+
+        let mut own = Differences::default();
+        own.add(&found, &truth);
+        let figures = if own.errors.len() < LEAST_GROUND { [0.0; 4] } else { own.figures() };
+        if figures.iter().zip(POSE_BOUNDS).any(|(figure, bound)| *figure > bound) {
+            off.push(format!("{figures:?}: {index}: {pose:?}"));
+        }
+    }
+    let figures = all.figures();
+    println!("{poses} poses, {by_planes} by planes, {} off, all together {figures:?}", off.len());
+    assert!(off.is_empty(), "more than {POSE_BOUNDS:?}:\n{}", off.join("\n"));
+    assert!(figures.iter().zip(BOUNDS).all(|(figure, bound)| *figure <= bound), "{figures:?}");
+}
+
 #[test]
 fn planes_see_the_finest_surface_as_rays_do() {
     assert_alike(1.0e3, 1);

@@ -1,8 +1,8 @@
 //! Walls that a roof rises from: of any place within a footprint the nearest ones, in a time that does not grow with their number.
 //!
 //! A lattice of cells knows which edges pass through it. Cells are searched from the place outward, until none farther away can hold a
-//! wall that is nearer: along an edge that is the distance from it, and at a corner that points inward, by at most
-//! 120°, half of the distance from it at the least. Sharper corners are few, and always looked at.
+//! wall that is nearer: along an edge that is the distance from it, and at a corner that points inward a share of it, by at most
+//! 120° half at the least. Sharper corners are few, and always looked at.
 
 use glam::DVec2;
 
@@ -17,21 +17,39 @@ pub(super) struct Eaves {
     pub inward: DVec2,
 }
 
-impl Eaves {
-    fn along(from: DVec2, to: DVec2) -> Self {
-        Self { at: from, inward: (to - from).perp().normalize_or_zero() }
+/// A wall, and how the one after it goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wall {
+    from: DVec2,
+    to: DVec2,
+    length: f64,
+    /// Unit vectors along this one and along the next.
+    along: DVec2,
+    next: DVec2,
+}
+
+impl Wall {
+    fn of([from, to, end]: [DVec2; 3]) -> Self {
+        let [along, next] = [to - from, end - to].map(DVec2::normalize_or_zero);
+        Self { from, to, length: from.distance(to), along, next }
     }
 
-    fn distance(&self, place: DVec2) -> f64 {
-        self.inward.dot(place - self.at)
+    /// Whether the corner at its end points inward.
+    fn ends_inward(&self) -> bool {
+        self.along.perp_dot(self.next) < 0.0
+    }
+
+    /// The least share of the distance from the corner at its end that a place has from the farther of the two walls, where it is nearest to that
+    /// corner: on the bisector, the cosine of half the turn.
+    fn share(&self) -> f64 {
+        if self.ends_inward() { (0.5 + 0.5 * self.along.dot(self.next)).max(0.0).sqrt() } else { 1.0 }
     }
 }
 
 /// The walls of a footprint.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Walls {
-    /// Each edge, with the end of the one after it.
-    corners: Vec<[DVec2; 3]>,
+    walls: Vec<Wall>,
     /// Of many walls, where they are.
     cells: Option<Cells>,
 }
@@ -51,11 +69,11 @@ impl Walls {
     pub fn of(footprint: &Footprint) -> Self {
         let of_ring = |ring: &Vec<DVec2>| {
             let at = |index: usize| ring[index % ring.len()];
-            (0..ring.len()).map(|index| [0, 1, 2].map(|next| at(index + next))).collect::<Vec<_>>()
+            (0..ring.len()).map(|index| Wall::of([0, 1, 2].map(|next| at(index + next)))).collect::<Vec<_>>()
         };
-        let corners: Vec<[DVec2; 3]> = footprint.rings.iter().flat_map(of_ring).collect();
-        let cells = (corners.len() >= MANY).then(|| Cells::of(&corners, footprint.bounds));
-        Self { corners, cells }
+        let walls: Vec<Wall> = footprint.rings.iter().flat_map(of_ring).collect();
+        let cells = (walls.len() >= MANY).then(|| Cells::of(&walls, footprint.bounds));
+        Self { walls, cells }
     }
 
     /// How far a place within lies from the walls that the water of a roof over it runs to, metres, if the roof rises from all of them alike, and these: one, or
@@ -67,28 +85,36 @@ impl Walls {
                 self.consider(corner, place, &mut nearest);
                 nearest.as_ref().map_or(f64::INFINITY, |nearest: &Nearest| nearest.distance)
             }),
-            None => (0..self.corners.len()).for_each(|corner| self.consider(corner, place, &mut nearest)),
+            None => (0..self.walls.len()).for_each(|corner| self.consider(corner, place, &mut nearest)),
         }
         nearest.map(|nearest| (nearest.distance, nearest.eaves))
     }
 
-    fn consider(&self, corner: usize, place: DVec2, nearest: &mut Option<Nearest>) {
-        let [a, b, c] = self.corners[corner];
+    fn consider(&self, number: usize, place: DVec2, nearest: &mut Option<Nearest>) {
+        let wall = &self.walls[number];
         let mut add = |distance: f64, order: usize, eaves: &[Eaves]| {
             let is_nearer = |known: &Nearest| (distance, order) < (known.distance, known.order);
             if distance >= 0.0 && nearest.as_ref().is_none_or(is_nearer) {
                 *nearest = Some(Nearest { distance, order, eaves: eaves.to_vec() });
             }
         };
-        let along = |from: DVec2, to: DVec2| (place - from).dot(to - from) / (to - from).length_squared();
-        let (before, after) = (along(a, b), along(b, c));
-        if (0.0..=1.0).contains(&before) {
-            let wall = Eaves::along(a, b);
-            add(wall.distance(place), 2 * corner, &[wall]);
+
+        let before = wall.along.dot(place - wall.from);
+        let inward = wall.along.perp();
+        if (0.0..=wall.length).contains(&before) {
+            let distance = inward.dot(place - wall.from);
+            add(distance, 2 * number, &[Eaves { at: wall.from, inward }]);
         }
-        if before > 1.0 && after < 0.0 && (b - a).perp_dot(c - b) < 0.0 {
-            let [one, other] = [(a, b), (b, c)].map(|(from, to)| Eaves::along(from, to));
-            add(one.distance(place).max(other.distance(place)), 2 * corner + 1, &[one, other]);
+
+        let past = place - wall.to;
+        if before > wall.length && wall.next.dot(past) < 0.0 && wall.ends_inward() {
+            let other = wall.next.perp();
+            let distance = inward.dot(past).max(other.dot(past));
+            add(
+                distance,
+                2 * number + 1,
+                &[Eaves { at: wall.from, inward }, Eaves { at: wall.to, inward: other }],
+            );
         }
     }
 }
@@ -105,6 +131,8 @@ struct Cells {
     edges: Vec<Vec<u32>>,
     /// Corners that point inward by more than 120°.
     sharp: Vec<u32>,
+    /// What all others leave of the distance from them.
+    share: f64,
 }
 
 /// Cells along the longer side, at most.
@@ -114,28 +142,24 @@ const MOST_CELLS: f64 = 512.0;
 const LEAST_SHARE: f64 = 0.5;
 
 impl Cells {
-    fn of(corners: &[[DVec2; 3]], [west, south, east, north]: [f64; 4]) -> Self {
+    fn of(walls: &[Wall], [west, south, east, north]: [f64; 4]) -> Self {
         let size = DVec2::new(east - west, north - south);
-        let side = size.max_element() / (corners.len() as f64).sqrt().min(MOST_CELLS);
+        let side = size.max_element() / (walls.len() as f64).sqrt().min(MOST_CELLS);
         let [columns, rows] = [size.x, size.y].map(|size| (size / side).floor() as usize + 1);
-        let is_sharp = |[a, b, c]: &[DVec2; 3]| {
-            let (into, out) = (*b - *a, *c - *b);
-            into.perp_dot(out) < 0.0 && into.dot(out) < -LEAST_SHARE * into.length() * out.length()
-        };
+        let is_sharp = |wall: &Wall| wall.share() < LEAST_SHARE;
+        let shares = walls.iter().filter(|wall| !is_sharp(wall)).map(Wall::share);
         let mut cells = Self {
             corner: DVec2::new(west, south),
             side,
             columns,
             rows,
             edges: vec![Vec::new(); columns * rows],
-            sharp: (0..)
-                .zip(corners)
-                .filter(|(_, corner)| is_sharp(corner))
-                .map(|(index, _)| index)
-                .collect(),
+            sharp: (0..).zip(walls).filter(|(_, wall)| is_sharp(wall)).map(|(number, _)| number).collect(),
+            // A little less, for rounding.
+            share: shares.fold(1.0, f64::min) - 1e-6,
         };
-        for (number, [from, to, _]) in (0..).zip(corners) {
-            cells.enter(number, *from, *to);
+        for (number, wall) in (0..).zip(walls) {
+            cells.enter(number, wall.from, wall.to);
         }
         cells
     }
@@ -171,7 +195,7 @@ impl Cells {
         let (columns, rows) = (self.columns as i64, self.rows as i64);
         for ring in 0..columns.max(rows) {
             // All that is left lies beyond the rings that are done.
-            if least < LEAST_SHARE * (ring - 1) as f64 * self.side {
+            if least < self.share * (ring - 1) as f64 * self.side {
                 return;
             }
             for row in (y - ring).max(0)..=(y + ring).min(rows - 1) {

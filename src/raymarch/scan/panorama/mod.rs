@@ -47,6 +47,11 @@ const LEAST_SQUARE: f32 = 1.0e-20;
 /// Widest step between planes and between rows, radians: the surface between them is taken for flat, however wide pixels are.
 const WIDEST_STEP: f64 = 0.004;
 
+/// Planar fields of view from which on most of a picture lies near its border, degrees; and the widest step there, radians: ground that is seen only at
+/// the border is seen at a glance, and its curvature counts twice as much.
+const WIDE: f64 = 150.0;
+const BESIDE_STEP: f64 = 0.002;
+
 /// Share of a step by which the outermost rows keep from nadir and zenith, whose tangent is infinite: light is counted
 /// in tangents, and where they are large, single precision is short of digits.
 const OFF_POLE: f64 = 0.25;
@@ -289,7 +294,8 @@ fn fine_angle(camera: &Camera) -> f64 {
     match camera.screen() {
         // Planar pixels shrink with the square of the cosine, and most are near the border of a wide view.
         Screen::Planar { hfov } | Screen::Lens { hfov, .. } => {
-            camera.pixel_angle() * (0.5 * hfov).to_radians().cos().sqrt()
+            let angle = camera.pixel_angle() * (0.5 * hfov).to_radians().cos().sqrt();
+            if *hfov > WIDE { angle.min(BESIDE_STEP) } else { angle }
         }
         _ => camera.pixel_angle(),
     }
