@@ -17,7 +17,7 @@ import pyproj
 from pyproj import CRS, Transformer
 from pyproj.enums import PJType
 
-from tables import every, places
+from tables import CODES, every, places
 
 warnings.simplefilter("ignore")
 WGS84 = CRS.from_epsg(4326)
