@@ -41,7 +41,7 @@ pub fn parse_geokeys(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<
     let (crs, from_text) = horizontal(&keys)?;
     Ok(GeoKeys {
         crs,
-        vertical: vertical(&keys).or(from_text.unwrap_or_default()),
+        vertical: vertical(&keys)?.or(from_text.unwrap_or_default()),
         pixel_is_point: keys.code(key::RASTER_TYPE) == Some(2),
     })
 }
@@ -175,13 +175,13 @@ fn datum_name(keys: &Keys) -> Option<String> {
 }
 
 /// The system of heights that the keys state.
-fn vertical(keys: &Keys) -> VerticalCrs {
+fn vertical(keys: &Keys) -> Result<VerticalCrs, String> {
     if keys.broken {
         let named = [key::VERTICAL_CRS, key::VERTICAL_DATUM, key::VERTICAL_UNITS]
             .iter()
             .any(|id| keys.code(*id).is_some());
         let name = named.then(|| "one that a broken key directory describes in part".to_owned());
-        return VerticalCrs { name, ..VerticalCrs::default() };
+        return Ok(VerticalCrs { name, ..VerticalCrs::default() });
     }
     let code = keys.code(key::VERTICAL_CRS).filter(|code| *code != USER_DEFINED).map(u32::from);
     let known = code.and_then(|code| heights::by_code(code).or_else(|| heights::part_of(code)));
@@ -204,9 +204,11 @@ fn vertical(keys: &Keys) -> VerticalCrs {
     });
 
     // The unit key counts before the code's unit; the direction is the code's.
-    if let Ok(Some(unit)) = units::linear_of_keys(keys.code(key::VERTICAL_UNITS), None) {
+    let unit = units::linear_of_keys(keys.code(key::VERTICAL_UNITS), None);
+    let unit = unit.map_err(|reason| format!("geo key 4099 gives the unit of heights: {reason}"))?;
+    if let Some(unit) = unit {
         let is_down = vertical.metres_per_unit.is_some_and(|metres| metres < 0.0);
         vertical.metres_per_unit = Some(if is_down { -unit } else { unit });
     }
-    vertical
+    Ok(vertical)
 }

@@ -2,6 +2,7 @@
 
 use super::geokey_directory::USER_DEFINED;
 use super::heights::{FOOT, US_SURVEY_FOOT};
+use super::registry;
 
 /// Largest relative difference of two numbers that mean the same unit. The two feet differ by 2·10⁻⁶.
 const SAME_RELATIVE: f64 = 1e-8;
@@ -45,38 +46,23 @@ pub(super) fn of_proj(name: &str) -> Option<f64> {
     })
 }
 
-/// Metres per unit of an EPSG unit code.
+/// Metres per unit of an EPSG unit code, or of one that GeoTIFF 1.0 has besides (section 6.3.1.3).
 pub(super) fn linear(code: u32) -> Option<f64> {
-    Some(match code {
-        9001 => 1.0,
-        9002 => FOOT,
-        9003 => US_SURVEY_FOOT,
-        // Modified American foot, and the feet and links of Clarke, Sears and India, as in EPSG's unit table.
-        9004 => 12.0 / 39.370_147,
-        9005 => 0.304_797_265_4,
-        9014 => 1.8288,
-        9030 => 1852.0,
-        9036 => 1000.0,
-        9040 => 0.914_398_414_616_028_7,
-        9041 => 0.304_799_471_538_676_3,
-        9080 => 0.304_799_510_248_147,
-        9084 => 0.914_398_530_744_440_8,
-        9093 => 1609.344,
-        9096 => 0.9144,
-        1025 => 0.001,
-        1033 => 0.01,
-        1034 => 20.1168,
-        _ => return None,
-    })
+    match code {
+        // Modified American foot.
+        9004 => Some(12.0 / 39.370_147),
+        _ => registry::metres_per_unit(code).map(exact),
+    }
 }
 
 /// Metres per unit from GeoTIFF's unit code and size; `None` where no unit is given.
 pub(super) fn linear_of_keys(code: Option<u16>, size: Option<f64>) -> Result<Option<f64>, String> {
     match code {
-        None => Ok(None),
+        // 0 is what nobody defined.
+        None | Some(0) => Ok(None),
         Some(USER_DEFINED) => match size {
             Some(size) if size > 0.0 => Ok(Some(size)),
-            _ => Err("the unit of the coordinates is declared as user-defined, but has no size; write the right one with: gdal_edit.py -a_srs EPSG:CODE FILE".into()),
+            _ => Err("the unit is declared as user-defined, but has no size; write the right one with: gdal_edit.py -a_srs EPSG:CODE FILE".into()),
         },
         Some(code) => match linear(u32::from(code)) {
             Some(size) => Ok(Some(size)),
@@ -88,15 +74,11 @@ pub(super) fn linear_of_keys(code: Option<u16>, size: Option<f64>) -> Result<Opt
 /// Degrees per unit from GeoTIFF's unit code and size; degrees where no unit is given.
 pub(super) fn angular_of_keys(code: Option<u16>, size: Option<f64>) -> Result<f64, String> {
     match code {
-        // 9107, 9108 and 9122 are degrees, written otherwise.
-        None | Some(9102 | 9107 | 9108 | 9122) => Ok(1.0),
-        Some(9101) => Ok(1f64.to_degrees()),
-        Some(9103) => Ok(1.0 / 60.0),
-        Some(9104) => Ok(1.0 / 3600.0),
-        Some(9105 | 9106) => Ok(0.9),
+        // The last two are degrees, written otherwise.
+        None | Some(0 | 9107 | 9108) => Ok(1.0),
         Some(USER_DEFINED) if size.is_some_and(|size| size > 0.0) => Ok(size.unwrap_or(1.0).to_degrees()),
-        Some(code) => Err(format!(
-            "the angular unit EPSG:{code} is not known here; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif"
-        )),
+        Some(code) => registry::degrees_per_unit(u32::from(code)).ok_or_else(|| {
+            format!("the angular unit EPSG:{code} is not known here; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif")
+        }),
     }
 }

@@ -140,7 +140,7 @@ fn projected(node: &Node) -> Result<Crs, String> {
     if let Some(axis) = axes(node, method)? {
         terms += &format!(" +axis={axis}");
     }
-    Ok(Crs::of(&terms, &geodetic(base, Role::OfMap)?, node.name())?.named(node.name()))
+    Ok(Crs::of(&terms, &geodetic(base, Role::OfMap(node.name()))?, node.name())?.named(node.name()))
 }
 
 /// Directions of the axes in PROJ's letters, where they are not to the east and north. Where both axes leave a pole,
@@ -216,13 +216,14 @@ fn parameters(node: &Node, method: Method, angle: f64, length: f64) -> Result<Pa
 
 /// Part that a geographic node has in a text.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Role {
+enum Role<'t> {
     Alone,
-    OfMap,
+    /// That of the map of this name.
+    OfMap(&'t str),
 }
 
 /// The datum of a geographic node, with the meridian and the ellipsoid that the text states.
-fn geodetic(node: &Node, role: Role) -> Result<Geodetic, String> {
+fn geodetic(node: &Node, role: Role<'_>) -> Result<Geodetic, String> {
     let datum = node.child(&["DATUM", "GEODETICDATUM", "TRF", "ENSEMBLE"]);
     let datum = datum.ok_or_else(|| format!("the WKT has no datum; {REPAIR}"))?;
     let terms = ellipsoid(datum)?.map(|ellipsoid| format!("{ellipsoid}{}", meridian(node)));
@@ -238,12 +239,20 @@ fn geodetic(node: &Node, role: Role) -> Result<Geodetic, String> {
     let by_datum = || datum.code("EPSG").and_then(registry::geographic_of_datum);
     let by_name = || Geodetic::named(datum.name());
     let coded = by_code().or_else(by_datum);
+
+    // What PROJ knows of a system by its name counts as by its code, of a map also where only its datum has a code.
+    let own_name = match role {
+        Role::Alone => Some(node.name()).filter(|_| coded.is_none()),
+        Role::OfMap(name) => Some(name),
+    };
+    let named = || registry::named_system(&plain(own_name?), &by_name()?);
     // WKT 1 states no area, by which PROJ would leave shifts out.
-    let has_none = coded.is_none() && role == Role::Alone && node.word == "GEOGCS";
-    let order = by_name().filter(|_| has_none).and_then(|system| system.text_order);
-    match (coded.or_else(by_name), terms) {
+    let has_no_area = role == Role::Alone && node.word == "GEOGCS";
+    let of_datum = || by_name().map(|system| (system, system.text_order.filter(|_| has_no_area)));
+    let known = named().or_else(|| coded.map(|system| (system, None))).or_else(of_datum);
+    match (known, terms) {
         // The shifts belong to the datum, whatever meridian and unit the text counts in.
-        (Some(system), Some(terms)) => {
+        (Some((system, order)), Some(terms)) => {
             let mut geodetic = Geodetic::of_map(&system, order)?;
             if !geodetic.terms.contains("+datum=") || terms.contains("+pm=") {
                 on_earth(&terms, datum.name())?;
@@ -251,7 +260,7 @@ fn geodetic(node: &Node, role: Role) -> Result<Geodetic, String> {
             }
             Ok(geodetic)
         }
-        (Some(system), None) => {
+        (Some((system, order)), None) => {
             in_degrees(&system)?;
             Geodetic::of_map(&system, order)
         }

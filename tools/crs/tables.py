@@ -217,7 +217,7 @@ class Shifts:
 
     def of_map(self, authority, code):
         """Indices of the shifts of a map, which PROJ orders by the map's own area; empty for those of the system."""
-        return self.order(operations(authority, code), f"{authority}:{code}")
+        return "" if not self.entries else self.order(operations(authority, code), f"{authority}:{code}")
 
     def of_text(self, crs):
         """Indices of the shifts of the system where a text names it without a code, and so without an area."""
@@ -227,11 +227,14 @@ class Shifts:
             return ""
         found = operations_of_text(CODES.sub("", text))
         # PROJ does not know every name that it writes.
-        return "" if all("Ballpark geo" in one.name for one in found) else self.order(found, crs.name)
+        return "" if all(one.is_ballpark for one in found) else self.order(found, crs.name)
+
+    def chosen(self, order):
+        """The entries of an order."""
+        return [self.entries[int(index)] for index in order.split(",")] if order else self.entries[:self.own]
 
     def order(self, found, name):
-        if not self.entries:
-            return ""
+        """Indices of operations among the shifts, which get those that are not among them yet."""
         order = []
         for operation in found:
             same = [name for name in self.parameters if f" + {operation.name}".endswith(f" + {name}")]
@@ -500,7 +503,7 @@ def name_rows(geographic):
              "where type = 'geographic 2D' and auth_name in ('EPSG', 'ESRI')")
     rows = {bare(row): row for row in geographic if row[1] == "2"}
     names = {}
-    order = lambda row, deprecated, code: (row[5] != "0", row[7] in ("", "!"), row[6] != "1", deprecated, code)
+    order = lambda row, deprecated, code: (row[5] != "0", str(row[7]) in ("", "!"), row[6] != "1", deprecated, code)
     for datum_authority, datum_code, authority, code, deprecated, name in database.execute(query):
         code = int(code)
         if code not in rows:
@@ -513,12 +516,92 @@ def name_rows(geographic):
         for authority, code, name, deprecated in database.execute(query):
             found = by_datum.get((authority, code))
             if found is not None:
-                has_none = rows[found[1]][7] in ("", "!")
+                has_none = str(rows[found[1]][7]) in ("", "!")
                 names.setdefault(plain(name), []).append(((has_none, deprecated), found))
     for name in sorted(names):
         choices = sorted(names[name])
         if name:
             yield [name, str(choices[0][1][1])]
+
+
+def taken(entries, longitude, latitude):
+    """The shift that is taken at a place: of those that hold there the first, or a better one behind it."""
+    best = None
+    for one in entries:
+        accuracy, west, south, east, north = (float(word) for word in one.lstrip("~?").split(",")[:5])
+        east += 360 if east < west else 0
+        if not (south <= latitude <= north and (west <= longitude <= east or west <= longitude + 360 <= east)):
+            continue
+        here = (accuracy, area((west, south, east, north)))
+        if best is None or accuracy >= 0 and not one.startswith("~") and best[0][0] >= 0 and here < best[0]:
+            best = (here, one)
+    return best[1] if best else entries[0] if entries else "?-1,-180,-90,180,90,0,0,0"
+
+
+def shifted(one, place):
+    """A geocentric place after the +towgs84 of a shift."""
+    values = [float(word) for word in one.lstrip("~?").split(",")[5:]] + [0.0] * 4
+    step = dict(zip(("x", "y", "z", "rx", "ry", "rz", "s"), values), proj="helmert")
+    t, m = helmert(step, False)
+    return [t[i] + sum(m[i][j] * place[j] for j in range(3)) for i in range(3)]
+
+
+# Shifts that place as near to one another mean the same, metres.
+NEAR = 0.3
+
+
+def are_apart(one, other, crs):
+    """Whether two lists of shifts place a system's places apart."""
+    if one == other:
+        return False
+    bounds = crs.area_of_use.bounds if crs.area_of_use else None
+    if bounds is None or bounds[0] < -180:
+        return False
+    to_axes = Transformer.from_pipeline(
+        f"+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart "
+        f"+a={crs.ellipsoid.semi_major_metre} +b={crs.ellipsoid.semi_minor_metre}")
+    for longitude, latitude in places(bounds, 20, crs.name):
+        place = to_axes.transform(longitude, latitude, 0)
+        if math.dist(*(shifted(taken(shifts, longitude, latitude), place) for shifts in (one, other))) > NEAR:
+            return True
+    return False
+
+
+def system_name_rows(geographic, datums):
+    """Names of systems that PROJ knows, and whose shifts are not those that the name of their datum gives."""
+    known = {bare(row): row for row in geographic if isinstance(row[7], Shifts)}
+    of_datum = {name: int(code) for name, code in datums}
+    names = {}
+    for kind in (PJType.GEOGRAPHIC_2D_CRS, PJType.PROJECTED_CRS):
+        for authority, code, crs in every(kind):
+            is_map = kind == PJType.PROJECTED_CRS
+            base = own_geographic(crs, known) if is_map else code
+            if base not in known or is_map and len(known[base][7].entries) < 2:
+                continue
+            for dialect in ("WKT1_GDAL", "WKT1_ESRI"):
+                try:
+                    text = CODES.sub("", crs.to_wkt(dialect, pretty=False))
+                except pyproj.exceptions.CRSError:
+                    continue
+                name, datum = (plain(re.search(rf'{word}\["([^"]*)"', text).group(1)) for word in ("^[A-Z]*", "DATUM"))
+                found = operations_of_text(text)
+                by_datum = known.get(of_datum.get(datum))
+                if by_datum is None or all(one.is_ballpark for one in found):
+                    continue
+                usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and not is_map else "")
+                order = known[base][7].order(found, name)
+                if are_apart(usual, known[base][7].chosen(order), crs):
+                    names.setdefault((name, str(bare(by_datum))), (str(base), order))
+    for (name, datum), (base, order) in sorted(names.items()):
+        yield [name, datum, base, order]
+
+
+def unit_rows():
+    """Lengths in metres and angles in degrees; rates and notations are neither."""
+    for category, kind, size in (("linear", "l", 1.0), ("angular", "a", math.degrees(1.0))):
+        for unit in pyproj.database.get_units_map(auth_name="EPSG", category=category, allow_deprecated=True).values():
+            if unit.conv_factor > 0 and " per " not in unit.name:
+                yield [unit.code, kind, one_line(unit.name), f"{unit.conv_factor * size:.15g}"]
 
 
 def write(name, rows, head):
@@ -537,19 +620,26 @@ def main():
     projected = write("projected.tsv", sorted(projected_rows(geographic), key=bare), [
         source, terms, "code, name, geographic system, projection and its terms (or ! and the method that is not served),",
         "indices of its shifts among those of the geographic system, where they are not that one's own"])
+    datums = list(name_rows(geographic))
+    systems = list(system_name_rows(geographic, datums))
     geographic = write("geographic.tsv", with_shared(geographic), [
         source, terms,
         "code (e: Esri's), dimensions (c: geocentric), name, datum's code, ellipsoid, prime meridian (degrees), degrees per unit,",
         "shifts (!: one by degrees, ~: offshore, ?: none known; accuracy in metres, west, south, east, north, +towgs84), after | those of maps alone,",
         "=code: as of that one; grids that would be better (accuracy, west, south, east, north, names),",
         "indices of the shifts where a text names the system without a code"])
+    write("units.tsv", sorted(unit_rows(), key=bare), [
+        source, terms, "code, kind (l: a length in metres, a: an angle in degrees), name, size"])
     vertical = write("vertical.tsv", sorted(vertical_rows(), key=bare), [
         source, terms, "code, name, metres per unit, direction (u: heights, d: depths)"])
     codes = lambda rows: {str(bare(row)) for row in rows}
     write("compound.tsv", compound_rows(codes(geographic) | codes(projected), codes(vertical)), [
         source, terms, "code, name, horizontal system, vertical system"])
-    write("datums.tsv", name_rows(geographic), [
+    write("datums.tsv", datums, [
         source, terms, "name of a datum (letters and digits, without D_), a geographic system on it"])
+    write("systems.tsv", systems, [
+        source, terms, "name of a system (letters and digits) whose text places otherwise than the name of its datum says, the system on that datum,",
+        "the geographic system whose shifts it has, their indices where they are not that one's own"])
 
 
 if __name__ == "__main__":

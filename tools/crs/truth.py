@@ -21,6 +21,8 @@ from tables import CODES, every, places
 
 warnings.simplefilter("ignore")
 WGS84 = CRS.from_epsg(4326)
+# Farther than this from the place of its code a text is misread, degrees.
+MISREAD = 0.1
 DIALECTS = ("WKT1_ESRI", "WKT1_GDAL", "WKT2_2019")
 
 
@@ -98,9 +100,14 @@ def cases_of_text(text, crs, count, seed):
         there = Transformer.from_crs(read, WGS84, always_xy=True)
     except pyproj.exceptions.ProjError:
         return
-    for x, y, *_ in cases(crs, count, seed):
+    for x, y, east, north, _ in cases(crs, count, seed):
         longitude, latitude = there.transform(x, y)
         if not all(map(math.isfinite, (longitude, latitude))):
+            continue
+        # PROJ misreads some of its own texts by a prime meridian.
+        apart = math.hypot((longitude - east + 180) % 360 - 180, latitude - north)
+        if apart > MISREAD:
+            print(f"{crs.name}: PROJ places its text {apart:.2f} degrees off: left out", file=sys.stderr)
             continue
         try:
             used = there.get_last_used_operation().description

@@ -8,7 +8,9 @@
 //! projected.tsv  → a projection on a geographic system
 //! geographic.tsv → ellipsoid, prime meridian, unit, shifts to WGS 84
 //! vertical.tsv   → unit and direction of heights
+//! units.tsv      → metres or degrees of a unit
 //! datums.tsv     → a geographic system by the name of its datum
+//! systems.tsv    → shifts by the name of a system, where they are not those that its datum has by name
 //! ```
 
 mod table;
@@ -19,8 +21,10 @@ use table::{Row, Table};
 static GEOGRAPHIC: Table = Table::new(include_str!("geographic.tsv"));
 static PROJECTED: Table = Table::new(include_str!("projected.tsv"));
 static VERTICAL: Table = Table::new(include_str!("vertical.tsv"));
+static UNITS: Table = Table::new(include_str!("units.tsv"));
 static COMPOUND: Table = Table::new(include_str!("compound.tsv"));
 static DATUMS: &str = include_str!("datums.tsv");
+static SYSTEMS: &str = include_str!("systems.tsv");
 
 /// A code with the name of its system, as messages show it: `EPSG:27700 (OSGB36 / British National Grid)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,6 +133,16 @@ pub(super) fn geographic_of_name(plain: &str) -> Option<Geographic> {
     geographic(line.split('\t').nth(1)?.parse().ok()?)
 }
 
+/// Looks up what a system on the datum of `on` is known for by its own name, in letters and digits alone: the geographic system whose shifts it
+/// has, and their order; `None` if they are those that the datum has.
+pub(super) fn named_system(plain: &str, on: &Geographic) -> Option<(Geographic, Option<&'static str>)> {
+    let datum = on.entry.code.to_string();
+    let fields = |line: &'static str| line.split('\t').collect::<Vec<_>>();
+    let row = SYSTEMS.lines().map(fields).find(|row| row.starts_with(&[plain, &datum]))?;
+    let order = row.get(3).copied().filter(|order| !order.is_empty());
+    Some((geographic(row.get(2)?.parse().ok()?)?, order))
+}
+
 /// Looks up a projected system.
 pub(super) fn projected(code: u32) -> Option<Projected> {
     let row = PROJECTED.find(code)?;
@@ -142,6 +156,16 @@ pub(super) fn projected(code: u32) -> Option<Projected> {
 pub(super) fn vertical(code: u32) -> Option<Vertical> {
     let row = VERTICAL.find(code)?;
     Some(Vertical { entry: entry(row, 1), metres_per_unit: row.number(2)?, is_depth: row.field(3) == "d" })
+}
+
+/// Looks up the metres of a unit of length.
+pub(super) fn metres_per_unit(code: u32) -> Option<f64> {
+    UNITS.find(code).filter(|row| row.field(1) == "l")?.number(3)
+}
+
+/// Looks up the degrees of a unit of angles.
+pub(super) fn degrees_per_unit(code: u32) -> Option<f64> {
+    UNITS.find(code).filter(|row| row.field(1) == "a")?.number(3)
 }
 
 /// Looks up a compound system.

@@ -115,6 +115,54 @@ fn esri_strings_decide_with_their_heights() {
     );
 }
 
+/// Codes of EPSG's table of units, of horizontal and of vertical keys.
+#[test]
+fn units_of_keys_are_those_of_the_registry() {
+    let linear = |code: u16| {
+        let keys = [
+            [1024, 0, 1, 1],
+            [2048, 0, 1, 4326],
+            [3072, 0, 1, 32_767],
+            [3074, 0, 1, 16_032],
+            [3076, 0, 1, code],
+        ];
+        parse_geokeys(&directory(&keys), &[], "").map(|keys| keys.crs.expect("a system").metres_per_unit())
+    };
+    let vertical = |code: u16| {
+        let keys = [[1024, 0, 1, 2], [2048, 0, 1, 4326], [4096, 0, 1, 5703], [4099, 0, 1, code]];
+        parse_geokeys(&directory(&keys), &[], "").map(|keys| keys.vertical.metres_per_unit)
+    };
+    let known = [
+        (0, 1.0),
+        (9001, 1.0),
+        (9002, 0.3048),
+        (9003, 1200.0 / 3937.0),
+        (9005, 0.304_797_265_4),
+        (9014, 1.8288),
+        (9031, 1.000_013_596_5),
+        (9041, 0.304_799_471_538_676),
+        (9097, 20.1168),
+        (9098, 0.201_168),
+        (9301, 20.116_756),
+        (1033, 0.01),
+    ];
+    for (code, metres) in known {
+        for found in [linear(code), vertical(code)] {
+            let found = found.expect("a known unit").expect("a unit");
+            assert!((found / metres - 1.0).abs() < 1e-12, "{code}: {found}");
+        }
+    }
+
+    // Centimetres per year, an angle, none, and one without a size.
+    for code in [1034, 9102, 9999, 32_767] {
+        for (refusal, key) in
+            [(linear(code).expect_err("no length"), ""), (vertical(code).expect_err("no length"), "4099")]
+        {
+            assert!(refusal.contains("unit") && refusal.contains(key), "{refusal}");
+        }
+    }
+}
+
 #[test]
 fn vertical_codes_and_units() {
     let geographic = |more: &[[u16; 4]]| {
