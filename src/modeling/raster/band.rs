@@ -19,6 +19,10 @@ pub enum Role {
     Blue,
     /// Opacity.
     Alpha,
+    /// Place in a palette.
+    Palette,
+    /// Part of a colour that is told otherwise: by hue, by inks, by brightness and two differences.
+    OtherColour,
     /// None of these, as is said.
     Other,
 }
@@ -50,6 +54,9 @@ impl Role {
             "green" => Self::Green,
             "blue" => Self::Blue,
             "alpha" => Self::Alpha,
+            "palette" => Self::Palette,
+            "hue" | "saturation" | "lightness" | "cyan" | "magenta" | "yellow" | "black" | "ycbcr_y"
+            | "ycbcr_cb" | "ycbcr_cr" => Self::OtherColour,
             _ => Self::Other,
         }
     }

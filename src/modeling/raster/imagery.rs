@@ -213,6 +213,22 @@ fn unused_scale(info: &RasterInfo, bands: &[u32]) -> Option<String> {
     })
 }
 
+/// Refuses bands that are said to tell colours otherwise than by grey, or red, green and blue.
+fn refuse_other_colours(info: &RasterInfo) -> Result<()> {
+    let has = |role: Role| info.described.iter().any(|band| band.role == role);
+    let (what, remedy) = if has(Role::Palette) {
+        ("has a colour palette", "convert it: gdal_translate -expand rgb IN out.tif")
+    } else if has(Role::OtherColour) && info.stated_colours().is_none() {
+        (
+            "has bands that are said to be hues, inks or differences of colours",
+            "convert it to red, green and blue, or say with --bands R,G,B which bands they are",
+        )
+    } else {
+        return Ok(());
+    };
+    Err(Error::unsupported(&info.path, what, remedy))
+}
+
 /// Zero-based colour bands.
 fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -> Result<Vec<u32>> {
     if let Some(bands) = bands {
@@ -222,6 +238,7 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
         }
         return Ok(bands.iter().map(|band| band - 1).collect());
     }
+    refuse_other_colours(info)?;
     let seen: Vec<u32> = info.seen_bands().collect();
     if let ([], _) | ([_] | [_, _], None) = (&seen[..], info.stated_colours()) {
         let grey = seen.first().copied();
@@ -303,6 +320,17 @@ mod tests {
             notes[0].contains("3, 2 and 1 are taken") && notes[0].contains("as the file says"),
             "{notes:?}"
         );
+
+        for (roles, what) in [
+            (&[Role::Palette][..], "palette"),
+            (&[Role::OtherColour, Role::OtherColour, Role::OtherColour], "hues, inks"),
+        ] {
+            let error =
+                ImageryRaster::new(Box::new(named(roles)), None).err().expect("no colours").to_string();
+            assert!(error.contains(what), "{error}");
+        }
+        let hues = named(&[Role::OtherColour, Role::OtherColour, Role::OtherColour]);
+        assert_eq!(pixels(hues, Some([1, 2, 3])).0, [[1, 2, 3, 255]]);
 
         let alpha_first = named(&[Role::Alpha, Role::Red, Role::Green, Role::Blue]);
         assert_eq!(pixels(alpha_first, None).0, [[2, 3, 4, 1]]);

@@ -42,6 +42,7 @@ mod tag {
     pub const STRIP_BYTE_COUNTS: u16 = 279;
     pub const PLANAR_CONFIGURATION: u16 = 284;
     pub const PREDICTOR: u16 = 317;
+    pub const COLOR_MAP: u16 = 320;
     pub const TILE_WIDTH: u16 = 322;
     pub const TILE_LENGTH: u16 = 323;
     pub const TILE_OFFSETS: u16 = 324;
@@ -126,6 +127,8 @@ struct Layout {
     sample: SampleType,
     /// The first bands are red, green and blue.
     is_rgb: bool,
+    /// Its first band has a colour table, whatever kind of colours it states: GDAL writes such.
+    is_palette: bool,
     /// What the last bands are, as TIFF's tag 338 says.
     extra: Vec<u64>,
     white_is_zero: bool,
@@ -186,6 +189,7 @@ impl Layout {
             bands,
             sample: if packed { SampleType::U8 } else { sample_type(file, directory)? },
             is_rgb: photometric == RGB,
+            is_palette: directory.has(tag::COLOR_MAP),
             extra: extra(directory, bands)?,
             white_is_zero: photometric == 0,
             packed,
@@ -207,6 +211,7 @@ impl Layout {
         let first = self.bands as usize - self.extra.len();
         let role = |band: usize| match (band.checked_sub(first).map(|extra| self.extra[extra]), band) {
             (Some(ASSOCIATED | UNASSOCIATED), _) => Role::Alpha,
+            (None, 0) if self.is_palette => Role::Palette,
             (None, 0) if self.is_rgb => Role::Red,
             (None, 1) if self.is_rgb => Role::Green,
             (None, 2) if self.is_rgb => Role::Blue,

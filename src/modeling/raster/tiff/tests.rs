@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::{ImageryRaster, OpenOptions, Raster, RasterInfo, Window, open};
+use super::super::{ImageryRaster, OpenOptions, Raster, RasterInfo, Role, Window, open};
 use super::tag;
 use crate::error::Result;
 
@@ -128,6 +128,15 @@ fn five_rgb_bands_with_predictor_stay_as_stored() {
     let (info, samples) = read(&tiff(vec![entries]), 1 << 20).unwrap();
     assert_eq!(samples, [1.0, 2.0, 3.0, 4.0, 5.0, 11.0, 12.0, 13.0, 14.0, 15.0]);
     assert_eq!(info.alpha_band, Some(4));
+}
+
+/// Greys with a colour table: colours where they are a picture, values where they are not.
+#[test]
+fn a_colour_table_is_told() {
+    let mut entries = image((2, 1), 1, 1, vec![vec![7, 8]]);
+    set(&mut entries, tag::COLOR_MAP, Short(vec![0; 768]));
+    let (info, samples) = read(&tiff(vec![entries]), 1 << 20).unwrap();
+    assert_eq!((samples, info.described[0].role), (vec![7.0, 8.0], Role::Palette));
 }
 
 #[test]
