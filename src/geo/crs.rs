@@ -10,6 +10,7 @@ use super::geodetic::{Geodetic, in_degrees};
 use super::projection::CONVERT;
 use super::registry::{self, Dimensions, Entry, Geographic};
 use super::shift::{Shift, Shifts};
+use super::transform::is_beyond_shifts;
 use crate::error::{Error, Result};
 
 /// A horizontal coordinate reference system. Coordinates are (east or longitude, north or latitude), whatever order
@@ -80,10 +81,10 @@ impl Crs {
 
     /// A projection (`+proj=…` and its terms) on a datum.
     pub(super) fn of(projection: &str, geodetic: &Geodetic, name: &str) -> Result<Self, String> {
-        let shift = geodetic.shifts.elsewhere().map(|shift| shift.towgs84.as_str());
+        let shift = geodetic.shifts.elsewhere().and_then(|shift| shift.towgs84.as_deref());
         let definition = Definition::loadable(&format!("{projection} {}", geodetic.terms_with(shift)))?;
         let list = geodetic.shifts.list();
-        let is_one = list.iter().all(|other| Some(other.towgs84.as_str()) == shift);
+        let is_one = list.iter().all(|other| other.towgs84.as_deref() == shift);
         Ok(Self {
             name: shortened(name),
             epsg: None,
@@ -191,7 +192,7 @@ impl Crs {
     pub fn settled(&self, longitude: f64, latitude: f64) -> Self {
         let mut settled = Self { shifts: Shifts::default(), ..self.clone() };
         if let (Some(definition), Some(shift)) = (self.definition(), self.shifts.at(longitude, latitude)) {
-            settled.proj = Some(definition.with_shift(Some(&shift.towgs84)).to_string());
+            settled.proj = Some(definition.with_shift(shift.towgs84.as_deref()).to_string());
         }
         settled
     }
@@ -211,9 +212,18 @@ impl Crs {
         self.proj.as_deref()
     }
 
-    /// A sentence about how well its places are known, where that is worth one.
-    pub fn doubt(&self) -> Option<&str> {
-        self.doubt.as_deref()
+    /// A sentence about how well places within bounds (west, south, east, north in its own coordinates) are known, where that is worth one.
+    pub fn doubt(&self, [west, south, east, north]: [f64; 4]) -> Option<String> {
+        let middle = (west.midpoint(east), south.midpoint(north));
+        let places = [middle, (west, south), (east, south), (west, north), (east, north)];
+        if !is_beyond_shifts(self, &places) {
+            return self.doubt.clone();
+        }
+        Some(format!(
+            "for this area no shift of {} to WGS 84 is known: its places are taken as those of WGS 84, and may be hundreds of metres off beside other data \
+             (give the shift with +towgs84=dx,dy,dz in a PROJ definition)",
+            self.name
+        ))
     }
 
     /// Coordinates are degrees.
@@ -265,7 +275,8 @@ impl Crs {
         let is_named_alike = self.epsg.is_some() && self.epsg == other.epsg
             || self.epsg.or(other.epsg).is_none() && self.name == other.name;
         let has = |crs: &Self, shift: Option<&str>| {
-            let is_of = |own: &Shift| Some(own.towgs84.as_str()) == shift && own.towgs84 != "0,0,0";
+            let is_of =
+                |own: &Shift| shift.is_some_and(|shift| shift != "0,0,0") && own.towgs84.as_deref() == shift;
             crs.shifts.list().iter().any(is_of)
         };
         let is_shared = has(self, two.get("towgs84")) || has(other, one.get("towgs84"));

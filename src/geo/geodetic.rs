@@ -31,8 +31,12 @@ impl Geodetic {
             "0" => String::new(),
             degrees => format!(" +pm={degrees}"),
         };
-        let shifts = system.shifts_of(order);
-        let mut geodetic = Self { terms: format!("{}{meridian}", system.ellipsoid), shifts, doubt: None };
+        let terms = format!("{}{meridian}", system.ellipsoid);
+        let mut shifts = system.shifts_of(order);
+        if is_modern(&terms) {
+            shifts.take_unknown_for("0,0,0");
+        }
+        let mut geodetic = Self { terms, shifts, doubt: None };
         on_earth(&geodetic.terms, &system.entry.to_string())?;
         if system.is_offset_by_degrees() {
             return Err(format!(
@@ -50,6 +54,8 @@ impl Geodetic {
                     system.entry, grid.names
                 ));
             }
+        }
+        if geodetic.shifts.list().iter().all(Shift::is_unknown) {
             geodetic.assume(system.entry.name);
         }
         geodetic.doubt = geodetic.doubt.or_else(|| inexact(system, &geodetic.shifts));
@@ -109,15 +115,7 @@ fn inexact(system: &Geographic, shifts: &Shifts) -> Option<String> {
     let better = grid.map_or_else(String::new, |grid| {
         format!("; PROJ's grid {} would place them to {} m", grid.names, grid.accuracy)
     });
-    let beyond = if shifts.list().iter().any(Shift::is_unknown) {
-        "; beyond the areas of its shifts, none is known"
-    } else {
-        ""
-    };
-    Some(format!(
-        "places of {} are good to {good} m, as its shift to WGS 84 is{beyond}{better}",
-        system.entry.name
-    ))
+    Some(format!("places of {} are good to {good} m, as its shift to WGS 84 is{better}", system.entry.name))
 }
 
 /// Degrees, refused where the system counts in another unit.

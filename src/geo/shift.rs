@@ -21,8 +21,8 @@ pub(super) struct Shift {
     pub accuracy: Option<f64>,
     /// Where it holds.
     pub area: Degrees,
-    /// PROJ's `+towgs84`: metres, arc seconds, parts per million.
-    pub towgs84: String,
+    /// PROJ's `+towgs84`: metres, arc seconds, parts per million; `None` where no shift is known, and degrees of the datum are taken for WGS 84's.
+    pub towgs84: Option<String>,
     kind: Kind,
 }
 
@@ -47,7 +47,7 @@ impl Shifts {
         let shift = Shift {
             accuracy: None,
             area: [-180.0, -90.0, 180.0, 90.0],
-            towgs84: towgs84.to_owned(),
+            towgs84: Some(towgs84.to_owned()),
             kind: Kind::Land,
         };
         Self { list: vec![shift] }
@@ -65,6 +65,13 @@ impl Shifts {
         let all = entries(field)?;
         let chosen = order.split(',').map(|index| all.get(index.parse::<usize>().ok()?).cloned());
         Some(Self { list: chosen.collect::<Option<_>>()? })
+    }
+
+    /// Takes a shift where none is known.
+    pub(super) fn take_unknown_for(&mut self, towgs84: &str) {
+        for shift in self.list.iter_mut().filter(|shift| shift.is_unknown()) {
+            shift.towgs84 = Some(towgs84.to_owned());
+        }
     }
 
     pub(super) fn list(&self) -> &[Shift] {
@@ -107,7 +114,8 @@ impl Shift {
         let mut number = || parts.next()?.parse::<f64>().ok();
         let accuracy = Some(number()?).filter(|metres| *metres >= 0.0);
         let area = [number()?, number()?, number()?, number()?];
-        Some(Self { accuracy, area, towgs84: parts.next()?.to_owned(), kind })
+        let towgs84 = Some(parts.next()?.to_owned()).filter(|_| kind != Kind::Unknown);
+        Some(Self { accuracy, area, towgs84, kind })
     }
 
     /// No shift is known in its area, and the datum is taken for WGS 84.
@@ -131,7 +139,10 @@ fn extent([west, south, east, north]: Degrees) -> f64 {
 
 impl fmt::Display for Shift {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "+towgs84={}", self.towgs84)
+        match &self.towgs84 {
+            Some(towgs84) => write!(formatter, "+towgs84={towgs84}"),
+            None => formatter.write_str("none"),
+        }
     }
 }
 
@@ -152,16 +163,16 @@ mod tests {
 
     #[test]
     fn places_take_the_most_exact_shift_that_holds_there() {
-        let field =
-            "2,-10,40,10,50,1,2,3;9,170,-20,-170,0,4,5,6,7,8,9,10;1,0,40,5,50,7,7,7;~0.5,0,40,5,50,8,8,8";
+        let field = "2,-10,40,10,50,1,2,3;9,170,-20,-170,0,4,5,6,7,8,9,10;1,0,40,5,50,7,7,7;~0.5,0,40,5,50,8,8,8;?-1,60,0,80,10,0,0,0";
         let shifts = Shifts::read(field, None).unwrap();
-        let at = |longitude, latitude| shifts.at(longitude, latitude).unwrap().towgs84.as_str();
-        assert_eq!(at(-5.0, 45.0), "1,2,3");
-        assert_eq!(at(355.0, 45.0), "1,2,3");
-        assert_eq!(at(3.0, 45.0), "7,7,7");
-        assert_eq!(at(179.0, -10.0), "4,5,6,7,8,9,10");
-        assert_eq!(at(-179.0, -10.0), "4,5,6,7,8,9,10");
-        assert_eq!(at(100.0, 0.0), "1,2,3");
+        let at = |longitude, latitude| shifts.at(longitude, latitude).unwrap().towgs84.as_deref();
+        assert_eq!(at(-5.0, 45.0), Some("1,2,3"));
+        assert_eq!(at(355.0, 45.0), Some("1,2,3"));
+        assert_eq!(at(3.0, 45.0), Some("7,7,7"));
+        assert_eq!(at(179.0, -10.0), Some("4,5,6,7,8,9,10"));
+        assert_eq!(at(-179.0, -10.0), Some("4,5,6,7,8,9,10"));
+        assert_eq!(at(100.0, 0.0), Some("1,2,3"));
+        assert_eq!(at(70.0, 5.0), None);
         assert!(Shifts::read("2,-10,40,10", None).is_none());
         assert!(Shifts::default().at(0.0, 0.0).is_none());
     }
@@ -169,8 +180,9 @@ mod tests {
     #[test]
     fn maps_have_an_order_of_their_own() {
         let field = "2,-10,40,10,50,1,2,3|2,-10,40,10,50,4,5,6";
-        let at =
-            |order| Shifts::read(field, order).map(|shifts| shifts.at(0.0, 45.0).unwrap().towgs84.clone());
+        let at = |order| {
+            Shifts::read(field, order).map(|shifts| shifts.at(0.0, 45.0).unwrap().towgs84.clone().unwrap())
+        };
         assert_eq!(at(None).unwrap(), "1,2,3");
         assert_eq!(at(Some("1,0")).unwrap(), "4,5,6");
         assert!(at(Some("2")).is_none());

@@ -73,15 +73,19 @@ impl Side {
     }
 
     /// The system as it is computed at a place of its own, in its units or radians.
-    fn at_own(&self, (x, y, _): (f64, f64, f64)) -> &Proj {
-        let Some(shifting) = &self.shifting else { return &self.proj };
+    fn at_own(&self, place: (f64, f64, f64)) -> &Proj {
+        self.shifting.as_ref().map_or(&self.proj, |shifting| &shifting.projs[self.index_at(shifting, place)])
+    }
+
+    /// The index of the shift at such a place.
+    fn index_at(&self, shifting: &Shifting, (x, y, _): (f64, f64, f64)) -> usize {
         if self.degrees {
             return shifting.at((x + self.meridian, y, 0.0));
         }
         let holds = |&[west, south, east, north]: &[f64; 4]| {
             (west..=east).contains(&x) && (south..=north).contains(&y)
         };
-        shifting.chosen(|index| shifting.own_areas[index].iter().any(holds))
+        shifting.shifts.choose(|index| shifting.own_areas[index].iter().any(holds))
     }
 
     /// The system as it is computed at a place of another system.
@@ -89,7 +93,7 @@ impl Side {
         let Some(shifting) = &self.shifting else { return &self.proj };
         let mut place = point;
         match proj4rs::transform::transform(from, wgs84, &mut place) {
-            Ok(()) => shifting.at(place),
+            Ok(()) => &shifting.projs[shifting.at(place)],
             Err(_) => &self.proj,
         }
     }
@@ -103,9 +107,12 @@ impl Shifting {
         let shifts = crs.shifts().clone();
         let degrees = definition.own_degrees()?;
         let map = definition.load()?;
-        let proj = |shift: &Shift| definition.with_shift(Some(&shift.towgs84)).load();
+        let proj = |shift: &Shift| definition.with_shift(shift.towgs84.as_deref()).load();
         let projs = shifts.list().iter().map(proj).collect::<Result<_, String>>()?;
         let boxes = |shift: &Shift| {
+            if shift.is_unknown() {
+                return vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]];
+            }
             let [west, south, east, north] = shift.area;
             let halves = if east < west { vec![(west, 180.0), (-180.0, east)] } else { vec![(west, east)] };
             halves
@@ -117,15 +124,22 @@ impl Shifting {
         Ok(Some(Self { shifts, projs, own_areas }))
     }
 
-    /// The system as it is computed at a place in radians.
-    fn at(&self, (longitude, latitude, _): (f64, f64, f64)) -> &Proj {
+    /// The index of the shift at a place in radians.
+    fn at(&self, (longitude, latitude, _): (f64, f64, f64)) -> usize {
         let (longitude, latitude) = (longitude.to_degrees(), latitude.to_degrees());
-        self.chosen(|index| contains(self.shifts.list()[index].area, longitude, latitude))
+        self.shifts.choose(|index| contains(self.shifts.list()[index].area, longitude, latitude))
     }
+}
 
-    fn chosen(&self, holds: impl Fn(usize) -> bool) -> &Proj {
-        &self.projs[self.shifts.choose(holds)]
-    }
+/// Whether the datum of a system has shifts to WGS 84, but none is known at one of some places in the system's own coordinates.
+pub(super) fn is_beyond_shifts(crs: &Crs, places: &[(f64, f64)]) -> bool {
+    let Ok(side) = Side::new(crs) else { return false };
+    let Some(shifting) = &side.shifting else { return false };
+    let is_unknown = |&(x, y): &(f64, f64)| {
+        let place = if side.degrees { (x.to_radians(), y.to_radians(), 0.0) } else { (x, y, 0.0) };
+        shifting.shifts.list()[side.index_at(shifting, place)].is_unknown()
+    };
+    places.iter().any(is_unknown)
 }
 
 /// Bounds of an area on a map, from the places of its rim that the map has, 20 steps a side as PROJ takes them.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::bare::{self, Canvas, Role, Said, canvas};
 use super::cloud::{self, Cloud};
 use super::features::{self, Layer, LayerOptions};
-use super::footprint::Bounds;
+use super::footprint::{Bounds, corner_bounds};
 use super::kernel::Samples;
 use super::land_cover::{Class, ClassRaster, LandCoverFile};
 use super::object::{self, OpenObject, OpenScatter};
@@ -357,15 +357,15 @@ impl<'a> Opener<'a> {
             };
             self.notes.push(format!("{}: {stated}, taken as {}{because}", file_name(path), crs.name()));
         }
-        self.doubt(path, &crs);
+        self.doubt(path, &crs, corner_bounds(&geo, (info.width, info.height)));
         plausible(info, &geo, &crs, flag)?;
         Ok((geo, crs, vertical))
     }
 
     /// Says how well places of a system are known, once for each system.
-    fn doubt(&mut self, path: &Path, crs: &Crs) {
-        let Some(doubt) = crs.doubt() else { return };
-        if !self.notes.iter().any(|note| note.ends_with(doubt)) {
+    fn doubt(&mut self, path: &Path, crs: &Crs, bounds: [f64; 4]) {
+        let Some(doubt) = crs.doubt(bounds) else { return };
+        if !self.notes.iter().any(|note| note.ends_with(&doubt)) {
             self.notes.push(format!("{}: {doubt}", file_name(path)));
         }
     }

@@ -586,7 +586,9 @@ def system_name_rows(geographic, datums):
                 name, datum = (plain(re.search(rf'{word}\["([^"]*)"', text).group(1)) for word in ("^[A-Z]*", "DATUM"))
                 found = operations_of_text(text)
                 by_datum = known.get(of_datum.get(datum))
-                if by_datum is None or all(one.is_ballpark for one in found):
+                # PROJ does not know every name that it writes; where it has no shift for an area, it has none by the code either.
+                is_unknown = all(one.is_ballpark for one in found)
+                if by_datum is None or is_unknown and not all(one.is_ballpark for one in operations(authority, code)):
                     continue
                 usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and not is_map else "")
                 order = known[base][7].order(found, name)

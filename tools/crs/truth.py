@@ -100,7 +100,7 @@ def cases_of_text(text, crs, count, seed):
         there = Transformer.from_crs(read, WGS84, always_xy=True)
     except pyproj.exceptions.ProjError:
         return
-    for x, y, east, north, _ in cases(crs, count, seed):
+    for x, y, east, north, how in cases(crs, count, seed):
         longitude, latitude = there.transform(x, y)
         if not all(map(math.isfinite, (longitude, latitude))):
             continue
@@ -113,7 +113,10 @@ def cases_of_text(text, crs, count, seed):
             used = there.get_last_used_operation().description
         except pyproj.exceptions.ProjError:
             used = there.description
-        yield x, y, longitude, latitude, "ballpark" if "allpark" in used else "exact"
+        if "allpark" in used and how == "exact":
+            # A name that PROJ does not know, though it wrote it: the place is that of the code.
+            longitude, latitude = east, north
+        yield x, y, longitude, latitude, "ballpark" if "allpark" in used and how != "exact" else "exact"
 
 
 if __name__ == "__main__":

@@ -68,12 +68,6 @@ fn distance(crs: &Crs, case: &[f64]) -> Result<f64, String> {
     Ok(if crs.has_one_shift() { forth.max(again) } else { forth })
 }
 
-/// The distance, or none where PROJ's place is none.
-fn compared(crs: &Crs, case: &[f64], is_ballpark: bool) -> Result<f64, String> {
-    let has_shift = crs.proj().is_some_and(|proj| proj.contains("+towgs84") || proj.contains("+datum"));
-    if is_ballpark && has_shift { Ok(0.0) } else { distance(crs, case) }
-}
-
 #[test]
 fn codes_and_texts_place_as_proj_does() {
     let larger = std::env::var_os("HEDGEHOP_CRS_TRUTH").map(PathBuf::from);
@@ -85,8 +79,6 @@ fn codes_and_texts_place_as_proj_does() {
         (Tally::default(), Tally::default(), Tally::default(), Tally::default());
     for line in table.lines().filter(|line| !line.starts_with('#')) {
         let fields: Vec<&str> = line.split('\t').collect();
-        // Where PROJ knows no shift and leaves places where they are, a shift that holds nearby is better.
-        let is_ballpark = fields.last() == Some(&"ballpark");
         let numbers: Vec<f64> = fields[2..].iter().filter_map(|field| field.parse().ok()).collect();
         match fields[0] {
             "code" => {
@@ -94,11 +86,11 @@ fn codes_and_texts_place_as_proj_does() {
                 let outcome = Crs::from_epsg(code).map_err(|error| error.to_string());
                 let is_epsg = outcome.as_ref().map_or(code < 37_000, |crs| crs.epsg().is_some());
                 let tally = if is_epsg { &mut epsg } else { &mut esri };
-                tally.add(fields[1], outcome.and_then(|crs| compared(&crs, &numbers, is_ballpark)));
+                tally.add(fields[1], outcome.and_then(|crs| distance(&crs, &numbers)));
             }
             "text" => {
                 let outcome = Crs::from_wkt(fields[1]).map_err(|error| error.to_string());
-                texts.add(fields[1], outcome.and_then(|crs| compared(&crs, &numbers, is_ballpark)));
+                texts.add(fields[1], outcome.and_then(|crs| distance(&crs, &numbers)));
             }
             "height" => {
                 let text = match fields[1].parse::<u32>() {

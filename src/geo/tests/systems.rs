@@ -123,3 +123,21 @@ fn areas_find_their_metric_system() {
         assert!(Crs::from_epsg(code).is_ok_and(|crs| crs.is_metric()), "EPSG:{code}");
     }
 }
+
+/// Places where PROJ knows no shift are told, beside those of the same system where it does.
+#[test]
+fn doubts_are_about_places() {
+    let near = |[x, y]: [f64; 2]| [x - 0.1, y - 0.1, x + 0.1, y + 0.1];
+    let table = [
+        ("EPSG:26194", [558_018.0, 374_323.0], "for this area no shift of"),
+        ("EPSG:26191", [500_000.0, 300_000.0], "good to 7 m"),
+        ("EPSG:4214", [108.0, 37.0], "good to 1 to 15 m"),
+        ("EPSG:4214", [79.1, 33.9], "for this area no shift of"),
+        ("EPSG:32632", [500_000.0, 5_000_000.0], ""),
+        ("EPSG:25832", [500_000.0, 5_000_000.0], ""),
+    ];
+    for (code, place, part) in table {
+        let doubt = Crs::from_user(code).expect(code).doubt(near(place)).unwrap_or_default();
+        assert!(doubt.contains(part) && doubt.is_empty() == part.is_empty(), "{code} {place:?}: {doubt}");
+    }
+}

@@ -102,7 +102,8 @@ pub(in crate::modeling) fn open(
             (Crs::local(), VerticalCrs::default())
         }
     };
-    notes.extend(crs.doubt().map(|doubt| format!("{name}: {doubt}")));
+    let bounds = [look.low[0], look.low[1], look.high[0], look.high[1]];
+    notes.extend(crs.doubt(bounds).map(|doubt| format!("{name}: {doubt}")));
     plausible(file, (&head, &look), &crs)?;
     let stated = Stated { name: &name, file: &head.vertical, given, flag: file.datum, crs: &crs };
     let heights = stated.settle(&mut notes);

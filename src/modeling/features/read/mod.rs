@@ -92,8 +92,10 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
             ));
         }
     };
-    notes.extend(crs.doubt().map(|doubt| format!("{file}: {doubt}")));
-    plausible(path, &crs, &found.rows)?;
+    if let Some(bounds) = bounds(found.rows.iter().flat_map(|row| row.geometry.places())) {
+        notes.extend(crs.doubt(bounds).map(|doubt| format!("{file}: {doubt}")));
+        plausible(path, &crs, bounds)?;
+    }
     notes.extend(found.left_out.into_notes(&file));
     Ok(Layer { path: path.to_owned(), crs, rows: found.rows, notes })
 }
@@ -163,10 +165,7 @@ fn whole(path: &Path) -> Result<Vec<u8>> {
 }
 
 /// Refuses coordinates that cannot be what the reference system says.
-fn plausible(path: &Path, crs: &Crs, rows: &[Row]) -> Result<()> {
-    let Some([west, south, east, north]) = bounds(rows.iter().flat_map(|row| row.geometry.places())) else {
-        return Ok(());
-    };
+fn plausible(path: &Path, crs: &Crs, [west, south, east, north]: [f64; 4]) -> Result<()> {
     let extent = format!("its coordinates, {west} … {east} east and {south} … {north} north,");
     let in_degrees = west >= -360.0 && east <= 540.0 && south >= -90.0 && north <= 90.0;
     let name = crs.name();
