@@ -9,6 +9,7 @@ mod geokey_directory;
 mod geokeys;
 mod geokeys_projection;
 mod heights;
+mod notation;
 mod projection;
 mod registry;
 mod shift;

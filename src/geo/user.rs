@@ -1,7 +1,7 @@
 //! Reference systems as people give them.
 //!
 //! ```text
-//! local | +proj=… | +init=epsg:CODE | EPSG:CODE (or a URN, a URL, a bare number, CODE+CODE) | WKT | a file of any
+//! local | +proj=… | +init=epsg:CODE | codes (notation.rs) | WKT | a file of any
 //! ```
 
 use std::fs;
@@ -10,6 +10,7 @@ use std::path::Path;
 use super::crs::{Crs, shortened};
 use super::datum::VerticalCrs;
 use super::definition::Definition;
+use super::notation::{Code, codes};
 use super::{heights, wkt, wkt_system};
 use crate::document::unmarked;
 use crate::error::{Error, Result};
@@ -37,8 +38,8 @@ impl Crs {
         if looks_like_proj(text) {
             return from_proj_or_init(text);
         }
-        if let Some(code) = strip_authority(text) {
-            return from_codes(code).map_err(Error::Configuration);
+        if let Some(codes) = codes(text) {
+            return from_codes(codes).map_err(Error::Configuration);
         }
         if wkt::looks_like_wkt(text) {
             return Self::with_vertical_from_wkt(text);
@@ -55,8 +56,8 @@ impl Crs {
         let text = text.trim_start_matches('\u{feff}').trim();
         if looks_like_proj(text) {
             from_proj_or_init(text).map_err(|error| error.to_string())
-        } else if let Some(code) = strip_authority(text) {
-            from_codes(code)
+        } else if let Some(codes) = codes(text) {
+            from_codes(codes)
         } else {
             wkt_system::read(text)
         }
@@ -69,36 +70,31 @@ fn looks_like_proj(text: &str) -> bool {
 
 fn from_proj_or_init(text: &str) -> Result<(Crs, Option<VerticalCrs>)> {
     let init = Definition::parse(text).map_err(Error::Configuration)?.get("init").map(str::to_owned);
-    match init.as_deref().map(strip_authority) {
+    match init.as_deref().map(codes) {
         None => {
             let vertical = heights::of_definition(text).map_err(Error::Configuration)?;
             Ok((Crs::from_proj(text, text)?, vertical))
         }
-        Some(Some(code)) => from_codes(code).map_err(Error::Configuration),
+        Some(Some(codes)) => from_codes(codes).map_err(Error::Configuration),
         Some(None) => {
             Err(Error::Configuration(format!("'{}' is not +init=epsg:CODE; {EXAMPLES}", shortened(text))))
         }
     }
 }
 
-/// `32633` of `EPSG:32633`, `epsg:32633`, `ESRI:102100`, `urn:ogc:def:crs:EPSG::32633`, `32633`.
-fn strip_authority(text: &str) -> Option<&str> {
-    let lower = text.to_ascii_lowercase();
-    let prefixes = ["urn:ogc:def:crs:epsg::", "http://www.opengis.net/def/crs/epsg/0/", "epsg:", "esri:"];
-    let skip = prefixes.iter().find(|prefix| lower.starts_with(**prefix)).map_or(0, |prefix| prefix.len());
-    let rest = text.get(skip..)?.trim();
-    let code = skip > 0 || rest.starts_with(|c: char| c.is_ascii_digit()) && !rest.contains(['/', '.', '\\']);
-    code.then_some(rest)
-}
-
-/// `32633` or `4326+5773`.
-fn from_codes(text: &str) -> Result<(Crs, Option<VerticalCrs>), String> {
-    let code = |part: &str| {
-        part.trim().parse::<u32>().map_err(|_| format!("'{}' is no EPSG code; {EXAMPLES}", shortened(text)))
-    };
-    let (horizontal, vertical) = match text.split_once('+') {
-        Some((horizontal, vertical)) => (code(horizontal)?, Some(code(vertical)?)),
-        None => (code(text)?, None),
+/// A horizontal system, and perhaps a vertical one.
+fn from_codes(codes: Vec<Code>) -> Result<(Crs, Option<VerticalCrs>), String> {
+    let is_none = |text: String| format!("'{}' is no EPSG code; {EXAMPLES}", shortened(&text));
+    let codes: Vec<u32> = codes.into_iter().collect::<Result<_, _>>().map_err(is_none)?;
+    let (horizontal, vertical) = match codes[..] {
+        [horizontal] => (horizontal, None),
+        [horizontal, vertical] => (horizontal, Some(vertical)),
+        _ => {
+            return Err(format!(
+                "a horizontal and a vertical system are two codes, not {}; {EXAMPLES}",
+                codes.len()
+            ));
+        }
     };
     let vertical = match vertical {
         None => heights::part_of(horizontal),

@@ -571,26 +571,33 @@ def system_name_rows(geographic, datums):
     """Names of systems that PROJ knows, and whose shifts are not those that the name of their datum gives."""
     known = {bare(row): row for row in geographic if isinstance(row[7], Shifts)}
     of_datum = {name: int(code) for name, code in datums}
-    names = {}
+    names, seen = {}, set()
     for kind in (PJType.GEOGRAPHIC_2D_CRS, PJType.PROJECTED_CRS):
         for authority, code, crs in every(kind):
             is_map = kind == PJType.PROJECTED_CRS
             base = own_geographic(crs, known) if is_map else code
             if base not in known or is_map and len(known[base][7].entries) < 2:
                 continue
-            for dialect in ("WKT1_GDAL", "WKT1_ESRI"):
+            for dialect in ("WKT1_GDAL", "WKT1_ESRI", "WKT2_2019"):
                 try:
                     text = CODES.sub("", crs.to_wkt(dialect, pretty=False))
                 except pyproj.exceptions.CRSError:
                     continue
-                name, datum = (plain(re.search(rf'{word}\["([^"]*)"', text).group(1)) for word in ("^[A-Z]*", "DATUM"))
-                found = operations_of_text(text)
+                words = [re.search(rf'{word}\["([^"]*)"', text) for word in ("^[A-Z]*", "DATUM")]
+                if None in words:
+                    continue
+                name, datum = (plain(word.group(1)) for word in words)
                 by_datum = known.get(of_datum.get(datum))
+                if by_datum is None or dialect == "WKT2_2019" and (name, datum) in seen:
+                    continue
+                seen.add((name, datum))
+                found = operations_of_text(text)
                 # PROJ does not know every name that it writes; where it has no shift for an area, it has none by the code either.
                 is_unknown = all(one.is_ballpark for one in found)
-                if by_datum is None or is_unknown and not all(one.is_ballpark for one in operations(authority, code)):
+                if is_unknown and not all(one.is_ballpark for one in operations(authority, code)):
                     continue
-                usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and not is_map else "")
+                is_without_area = not is_map and dialect != "WKT2_2019"
+                usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and is_without_area else "")
                 order = known[base][7].order(found, name)
                 if are_apart(usual, known[base][7].chosen(order), crs):
                     names.setdefault((name, str(bare(by_datum))), (str(base), order))

@@ -58,7 +58,7 @@ fn refusals_say_what_to_do() {
         ("EPSG:5773", "--src-vdatum"),
         ("EPSG:x", "EPSG:32633"),
         ("EPSG:4326+1", "--src-vdatum"),
-        ("WGS 84", "EPSG:32633"),
+        ("WGS 72 of ours", "EPSG:32633"),
         ("", "EPSG:32633"),
         ("+proj=nothing", "gdalwarp"),
         ("+zone=33", "+proj"),

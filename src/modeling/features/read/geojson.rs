@@ -210,10 +210,6 @@ fn system(path: &std::path::Path, stated: Option<&Json>, notes: &mut Vec<String>
             "take \"crs\" out and say the system beside the file",
         ));
     };
-    let upper = name.to_ascii_uppercase();
-    if upper.ends_with("CRS84") || upper.ends_with("CRS84H") {
-        return Ok(Some(Crs::wgs84()));
-    }
     Crs::from_user(name).map(Some).map_err(|error| Error::invalid(path, format!("\"crs\": {error}")))
 }
 
