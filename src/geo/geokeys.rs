@@ -22,6 +22,7 @@ use super::datum::{VerticalCrs, VerticalDatum};
 use super::geodetic::Geodetic;
 use super::geokey_directory::{Keys, REPAIR, USER_DEFINED, key};
 use super::geokeys_projection::{ellipsoid_terms, projection_terms};
+use super::local::LocalSystem;
 use super::{heights, registry, units, wkt, wkt_system};
 
 /// What the geo keys of a TIFF say.
@@ -29,6 +30,8 @@ use super::{heights, registry, units, wkt, wkt_system};
 pub struct GeoKeys {
     /// Horizontal system; `None` where the keys name none (or a local one).
     pub crs: Option<Crs>,
+    /// Local system, where the keys describe one instead.
+    pub local: Option<LocalSystem>,
     /// System of the heights, as far as the keys state one.
     pub vertical: VerticalCrs,
     /// Coordinates of a pixel are those of its centre (post), not of its corner.
@@ -39,11 +42,22 @@ pub struct GeoKeys {
 pub fn parse_geokeys(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<GeoKeys, String> {
     let keys = Keys::read(directory, doubles, ascii)?;
     let (crs, from_text) = horizontal(&keys)?;
+    let local = if crs.is_none() { local(&keys)? } else { None };
     Ok(GeoKeys {
         crs,
+        local,
         vertical: vertical(&keys)?.or(from_text.unwrap_or_default()),
         pixel_is_point: keys.code(key::RASTER_TYPE) == Some(2),
     })
+}
+
+/// The local system of keys that name no other: its citation and its unit.
+fn local(keys: &Keys) -> Result<Option<LocalSystem>, String> {
+    let unit = units::linear_of_keys(keys.code(key::LINEAR_UNITS), keys.number(key::LINEAR_UNIT_SIZE))?;
+    let name = keys.text(key::CITATION).map(shortened);
+    let is_stated = unit.is_some() || keys.code(key::MODEL_TYPE) == Some(USER_DEFINED);
+    Ok(is_stated
+        .then(|| LocalSystem { name: name.unwrap_or_default(), metres_per_unit: unit.unwrap_or(1.0) }))
 }
 
 const BROKEN: &str = "tag 34735 (GeoKeyDirectory) breaks off before the keys that describe the reference system; \

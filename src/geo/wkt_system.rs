@@ -15,6 +15,7 @@ use super::crs::{Crs, entry, shortened};
 use super::datum::{VerticalCrs, VerticalDatum};
 use super::geodetic::{Geodetic, in_degrees, on_earth};
 use super::heights;
+use super::local::LocalSystem;
 use super::projection::{CONVERT, Method, Parameters, proj_terms};
 use super::wkt::{Item, Node, VERTICAL, parse};
 use super::wkt_names::{Kind, method, plain, term};
@@ -69,8 +70,8 @@ fn system(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
             Ok((geographic(root)?, stated_vertical(root)?.or_else(|| third_axis(root))))
         }
         "LOCAL_CS" | "ENGCRS" | "ENGINEERINGCRS" => Err(format!(
-            "the WKT '{}' is a local one and names no reference system; give the right one with --crs or, for plain metres, --local",
-            shortened(root.name())
+            "the WKT is of {} and names no place on Earth; give the right one with --crs or, for plain metres, --local",
+            LocalSystem::of_node(root).map_or_else(|| "a local system".to_owned(), |local| local.words())
         )),
         "GEOCCS" => Err(format!("geocentric coordinates are no map; {CONVERT}")),
         word if VERTICAL.contains(&word) => {
@@ -245,7 +246,7 @@ fn geodetic(node: &Node, role: Role<'_>) -> Result<Geodetic, String> {
         Role::Alone => Some(node.name()).filter(|_| coded.is_none()),
         Role::OfMap(name) => Some(name),
     };
-    let named = || registry::named_system(&plain(own_name?), &by_name()?);
+    let named = || registry::named_system(&plain(own_name?), &by_name()?, flattening(terms.as_deref()?)?);
     // WKT 1 states no area, by which PROJ would leave shifts out.
     let has_no_area = role == Role::Alone && node.word == "GEOGCS";
     let of_datum = || by_name().map(|system| (system, system.text_order.filter(|_| has_no_area)));
@@ -279,6 +280,11 @@ fn ellipsoid(datum: &Node) -> Result<Option<String>, String> {
     let unit = ellipsoid.child(&["LENGTHUNIT", "UNIT"]).and_then(|unit| unit.numbers().next()).unwrap_or(1.0);
     let axis = axis * unit;
     Ok(Some(if flattening == 0.0 { format!("+R={axis}") } else { format!("+a={axis} +rf={flattening}") }))
+}
+
+/// The inverse flattening among PROJ's terms of an ellipsoid.
+fn flattening(terms: &str) -> Option<f64> {
+    terms.split_whitespace().find_map(|word| word.strip_prefix("+rf="))?.parse().ok()
 }
 
 /// PROJ's term of the prime meridian, empty for Greenwich. WKT 1 counts it in the unit of the system, as OGC 01-009 has

@@ -17,7 +17,7 @@ use super::land_cover::{Class, ClassRaster, LandCoverFile};
 use super::object::{self, OpenObject, OpenScatter};
 use super::options::{BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile};
 use super::plan;
-use super::plausible::{no_crs, plausible};
+use super::plausible::{local_in_metres, no_crs, plausible};
 use super::raster::{
     ElevationRaster, GeoTransform, ImageryRaster, OpenOptions, Raster, RasterInfo, Window, open,
 };
@@ -351,11 +351,15 @@ impl<'a> Opener<'a> {
         };
         if info.crs.is_none() {
             let because = if given.is_some() { format!(", as {flag} says") } else { String::new() };
-            let stated = match &info.crs_problem {
-                Some(problem) => format!("states a reference system that is not read ({problem})"),
-                None => "states no reference system".to_owned(),
+            let stated = match (&info.local, &info.crs_problem) {
+                (Some(local), _) => format!("states {}", local.words()),
+                (None, Some(problem)) => format!("states a reference system that is not read ({problem})"),
+                (None, None) => "states no reference system".to_owned(),
             };
             self.notes.push(format!("{}: {stated}, taken as {}{because}", file_name(path), crs.name()));
+        }
+        if crs.is_local() {
+            local_in_metres(info, &geo)?;
         }
         self.doubt(path, &crs, corner_bounds(&geo, (info.width, info.height)));
         plausible(info, &geo, &crs, flag)?;

@@ -15,12 +15,38 @@ pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error 
         return Error::unsupported(&info.path, what, format!("if it states a wrong one, say {flag} EPSG:…"));
     }
 
+    if let Some(local) = &info.local {
+        let what = format!("states {}, which has no place on Earth", local.words());
+        return Error::unsupported(
+            &info.path,
+            what,
+            format!(
+                "say {flag} EPSG:… if you know where it lies, or --local to take its coordinates as plain metres"
+            ),
+        );
+    }
+
     let guess = if looks_like_degrees(&geo, (info.width, info.height)) {
         format!("its coordinates look like degrees: if they are, say {flag} EPSG:4326")
     } else {
         format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
     };
     Error::unsupported(&info.path, "states no coordinate reference system", guess)
+}
+
+/// Refuses a local system whose unit is not the metre, where its coordinates would be taken as plain metres.
+pub(super) fn local_in_metres(info: &RasterInfo, geo: &GeoTransform) -> Result<()> {
+    let Some(local) = info.local.as_ref().filter(|local| !local.is_metric()) else { return Ok(()) };
+    let [west, south, east, north] = corner_bounds(geo, (info.width, info.height))
+        .map(|side| (1e6 * local.metres_per_unit * side).round() / 1e6);
+    let remedy = format!(
+        "bring it to metres: gdal_translate -a_srs 'LOCAL_CS[\"metres\",UNIT[\"metre\",1]]' -a_ullr {west} {north} {east} {south} IN OUT.tif, and remove the .prj beside it"
+    );
+    Err(Error::unsupported(
+        &info.path,
+        format!("states {}, and --local takes plain metres", local.words()),
+        remedy,
+    ))
 }
 
 /// Extents of longitudes and latitudes, and pixels too small for metres from the air or space.

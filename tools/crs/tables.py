@@ -567,50 +567,57 @@ def are_apart(one, other, crs):
     return False
 
 
-def system_name_rows(geographic, datums):
+def system_name_rows(geographic, projected, datums):
     """Names of systems that PROJ knows, and whose shifts are not those that the name of their datum gives."""
     known = {bare(row): row for row in geographic if isinstance(row[7], Shifts)}
     of_datum = {name: int(code) for name, code in datums}
+    # Maps whose shifts are not all those of their geographic system, in its order.
+    ordered = {bare(row) for row in projected if len(row) > 4}
     names, seen = {}, set()
-    for kind in (PJType.GEOGRAPHIC_2D_CRS, PJType.PROJECTED_CRS):
-        for authority, code, crs in every(kind):
-            is_map = kind == PJType.PROJECTED_CRS
-            base = own_geographic(crs, known) if is_map else code
-            if base not in known or is_map and len(known[base][7].entries) < 2:
-                continue
-            for dialect in ("WKT1_GDAL", "WKT1_ESRI", "WKT2_2019"):
-                try:
-                    text = CODES.sub("", crs.to_wkt(dialect, pretty=False))
-                except pyproj.exceptions.CRSError:
+    # Names of WKT 2 leave out what others say of systems that are deprecated, and mean those that are not.
+    for dialects in (("WKT1_GDAL", "WKT1_ESRI"), ("WKT2_2019",)):
+        for kind in (PJType.GEOGRAPHIC_2D_CRS, PJType.PROJECTED_CRS):
+            for authority, code, crs in every(kind):
+                is_map = kind == PJType.PROJECTED_CRS
+                base = own_geographic(crs, known) if is_map else code
+                if base not in known or is_map and len(known[base][7].entries) < 2 and code not in ordered:
                     continue
-                words = [re.search(rf'{word}\["([^"]*)"', text) for word in ("^[A-Z]*", "DATUM")]
-                if None in words:
-                    continue
-                name, datum = (plain(word.group(1)) for word in words)
-                by_datum = known.get(of_datum.get(datum))
-                if by_datum is None or dialect == "WKT2_2019" and (name, datum) in seen:
-                    continue
-                seen.add((name, datum))
-                found = operations_of_text(text)
-                # PROJ does not know every name that it writes; where it has no shift for an area, it has none by the code either.
-                is_unknown = all(one.is_ballpark for one in found)
-                if is_unknown and not all(one.is_ballpark for one in operations(authority, code)):
-                    continue
-                is_without_area = not is_map and dialect != "WKT2_2019"
-                usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and is_without_area else "")
-                order = known[base][7].order(found, name)
-                if are_apart(usual, known[base][7].chosen(order), crs):
-                    names.setdefault((name, str(bare(by_datum))), (str(base), order))
-    for (name, datum), (base, order) in sorted(names.items()):
-        yield [name, datum, base, order]
+                for dialect in dialects:
+                    try:
+                        text = CODES.sub("", crs.to_wkt(dialect, pretty=False))
+                    except pyproj.exceptions.CRSError:
+                        continue
+                    words = [re.search(rf'{word}\["([^"]*)"', text) for word in ("^[A-Z]*", "DATUM")]
+                    if None in words:
+                        continue
+                    name, datum = (plain(word.group(1)) for word in words)
+                    by_datum = known.get(of_datum.get(datum))
+                    # Systems of one name may have two ellipsoids.
+                    key = (name, str(bare(by_datum)), number(crs.ellipsoid.inverse_flattening)) if by_datum else None
+                    if key is None or key in seen:
+                        continue
+                    seen.add(key)
+                    found = operations_of_text(text)
+                    # PROJ does not know every name that it writes; where it has no shift for an area, it has none by the code either.
+                    is_unknown = all(one.is_ballpark for one in found)
+                    if is_unknown and not all(one.is_ballpark for one in operations(authority, code)):
+                        continue
+                    is_without_area = not is_map and dialect != "WKT2_2019"
+                    usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and is_without_area else "")
+                    order = known[base][7].order(found, name)
+                    if are_apart(usual, known[base][7].chosen(order), crs):
+                        names[key] = (str(base), order)
+    for key, (base, order) in sorted(names.items()):
+        yield [*key, base, order]
 
 
 def unit_rows():
     """Lengths in metres and angles in degrees; rates and notations are neither."""
-    for category, kind, size in (("linear", "l", 1.0), ("angular", "a", math.degrees(1.0))):
+    # Radians of angles have 15 digits, of which the last one is rounded.
+    for category, kind, size, digits in (("linear", "l", 1.0, 15), ("angular", "a", math.degrees(1.0), 13)):
         for unit in pyproj.database.get_units_map(auth_name="EPSG", category=category, allow_deprecated=True).values():
             if unit.conv_factor > 0 and " per " not in unit.name:
-                yield [unit.code, kind, one_line(unit.name), f"{unit.conv_factor * size:.15g}"]
+                yield [unit.code, kind, one_line(unit.name), f"{unit.conv_factor * size:.{digits}g}"]
 
 
 def write(name, rows, head):
@@ -630,7 +637,7 @@ def main():
         source, terms, "code, name, geographic system, projection and its terms (or ! and the method that is not served),",
         "indices of its shifts among those of the geographic system, where they are not that one's own"])
     datums = list(name_rows(geographic))
-    systems = list(system_name_rows(geographic, datums))
+    systems = list(system_name_rows(geographic, projected, datums))
     geographic = write("geographic.tsv", with_shared(geographic), [
         source, terms,
         "code (e: Esri's), dimensions (c: geocentric), name, datum's code, ellipsoid, prime meridian (degrees), degrees per unit,",
@@ -648,7 +655,7 @@ def main():
         source, terms, "name of a datum (letters and digits, without D_), a geographic system on it"])
     write("systems.tsv", systems, [
         source, terms, "name of a system (letters and digits) whose text places otherwise than the name of its datum says, the system on that datum,",
-        "the geographic system whose shifts it has, their indices where they are not that one's own"])
+        "inverse flattening, the geographic system whose shifts it has, their indices where they are not that one's own"])
 
 
 if __name__ == "__main__":

@@ -59,7 +59,8 @@ def row(kind, name, case):
 
 
 def texts(crs):
-    for dialect in DIALECTS:
+    # WKT 2 names a deprecated system as the one that stands in its place.
+    for dialect in DIALECTS[:2] if crs.is_deprecated else DIALECTS:
         try:
             yield CODES.sub("", crs.to_wkt(dialect, pretty=False)).replace("\n", " ").replace("\t", " ")
         except pyproj.exceptions.CRSError:

@@ -133,14 +133,24 @@ pub(super) fn geographic_of_name(plain: &str) -> Option<Geographic> {
     geographic(line.split('\t').nth(1)?.parse().ok()?)
 }
 
-/// Looks up what a system on the datum of `on` is known for by its own name, in letters and digits alone: the geographic system whose shifts it
-/// has, and their order; `None` if they are those that the datum has.
-pub(super) fn named_system(plain: &str, on: &Geographic) -> Option<(Geographic, Option<&'static str>)> {
+/// Looks up what a system on the datum of `on` is known for by its own name, in letters and digits alone, and by its inverse flattening: the
+/// geographic system whose shifts it has, and their order; `None` if they are those that the datum has.
+pub(super) fn named_system(
+    plain: &str,
+    on: &Geographic,
+    flattening: f64,
+) -> Option<(Geographic, Option<&'static str>)> {
+    /// Relative difference of flattenings that are the same, in fewer digits.
+    const ROUNDED: f64 = 1e-9;
     let datum = on.entry.code.to_string();
-    let fields = |line: &'static str| line.split('\t').collect::<Vec<_>>();
-    let row = SYSTEMS.lines().map(fields).find(|row| row.starts_with(&[plain, &datum]))?;
-    let order = row.get(3).copied().filter(|order| !order.is_empty());
-    Some((geographic(row.get(2)?.parse().ok()?)?, order))
+    let is_it = |row: &Vec<&str>| {
+        let own = row.get(2).and_then(|number| number.parse::<f64>().ok());
+        row.starts_with(&[plain, &datum])
+            && own.is_some_and(|own| (own - flattening).abs() <= ROUNDED * own.abs())
+    };
+    let row = SYSTEMS.lines().map(|line| line.split('\t').collect::<Vec<_>>()).find(is_it)?;
+    let order = row.get(4).copied().filter(|order| !order.is_empty());
+    Some((geographic(row.get(3)?.parse().ok()?)?, order))
 }
 
 /// Looks up a projected system.

@@ -40,6 +40,14 @@ fn local_files_have_no_system() {
     assert_eq!(parse(&[], &[], "").crs, None);
     assert_eq!(parse(&[[1024, 0, 1, 32_767], [1026, 34_737, 6, 0]], &[], "local|").crs, None);
     assert_eq!(parse(&[[1024, 0, 1, 0]], &[], "").crs, None);
+
+    // They may have names and units.
+    let in_feet = parse(&[[1024, 0, 1, 32_767], [1026, 34_737, 6, 0], [3076, 0, 1, 9002]], &[], "local|")
+        .local
+        .expect("a local system");
+    assert_eq!((in_feet.name.as_str(), in_feet.metres_per_unit), ("local", 0.3048));
+    assert_eq!(parse(&[], &[], "").local, None);
+    assert_eq!(parse(&[[1024, 0, 1, 2], [2048, 0, 1, 4326]], &[], "").local, None);
 }
 
 /// As written by an old GDAL for SIRGAS 2000 / UTM 25 S, and for ETRS89 LAEA from the IGNF registry.

@@ -101,7 +101,7 @@ fn refusals_say_what_to_do() {
     let unknown = ESRI_LAEA.replace("Lambert_Azimuthal_Equal_Area", "Peirce_Quincuncial");
     let parameter = ESRI_WEB.replace("\"Auxiliary_Sphere_Type\",0.0", "\"Auxiliary_Sphere_Type\",3.0");
     for (text, part) in [
-        (LOCAL, "names no reference system"),
+        (LOCAL, "names no place on Earth"),
         ("GEOCCS[\"x\"]", "gdalwarp"),
         ("VERT_CS[\"x\"]", "--src-vdatum"),
         ("PROJCS[\"x\",GEOGCS[\"y\"]]", "no projection"),

@@ -107,6 +107,7 @@ impl Header {
 
     fn set(&mut self, key: &str, value: &str) -> Option<()> {
         let number = || value.parse::<f64>().ok().filter(|number| number.is_finite());
+        let step = || number().filter(|step| *step > 0.0);
         match key {
             "ncols" => self.columns = Some(value.parse().ok()?),
             "nrows" => self.rows = Some(value.parse().ok()?),
@@ -114,9 +115,9 @@ impl Header {
             "xllcenter" | "xllcentre" => self.x = Some((number()?, true)),
             "yllcorner" => self.y = Some((number()?, false)),
             "yllcenter" | "yllcentre" => self.y = Some((number()?, true)),
-            "cellsize" => (self.step_x, self.step_y) = (Some(number()?), Some(number()?)),
-            "dx" => self.step_x = Some(number()?),
-            "dy" => self.step_y = Some(number()?),
+            "cellsize" => (self.step_x, self.step_y) = (Some(step()?), Some(step()?)),
+            "dx" => self.step_x = Some(step()?),
+            "dy" => self.step_y = Some(step()?),
             "nodata_value" | "nodata" => self.nodata = Some(value.to_owned()),
             _ => return None,
         }
@@ -138,7 +139,7 @@ impl Header {
         };
         let (x, y) = (corner(self.x, step_x)?, corner(self.y, step_y)?);
         let geo = [x, step_x, 0.0, y + f64::from(rows) * step_y, 0.0, -step_y];
-        if step_x > 0.0 && step_y > 0.0 && side::is_sound(&geo) { Ok(geo) } else { Err(missing()) }
+        if side::is_sound(&geo) { Ok(geo) } else { Err(missing()) }
     }
 }
 

@@ -44,7 +44,7 @@ mod tiff;
 use std::path::{Path, PathBuf};
 
 use crate::error::Result;
-use crate::geo::{Crs, VerticalCrs};
+use crate::geo::{Crs, LocalSystem, VerticalCrs};
 
 pub use band::{Band, Role};
 pub use elevation::ElevationRaster;
@@ -125,6 +125,8 @@ pub struct RasterInfo {
     pub crs: Option<Crs>,
     /// Why the CRS that the file states is not understood; `crs` is `None` then. A sentence to show where the user is asked for a CRS.
     pub crs_problem: Option<String>,
+    /// Local system, if the file states one.
+    pub local: Option<LocalSystem>,
     /// System of the heights, as far as it is stated.
     pub vertical: VerticalCrs,
     /// Value that means no data, if stated (NaN possible; NaN samples are void always).
@@ -187,6 +189,7 @@ impl RasterInfo {
             geo: None,
             crs: None,
             crs_problem: None,
+            local: None,
             vertical: VerticalCrs::default(),
             nodata: None,
             scale: 1.0,

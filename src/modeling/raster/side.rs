@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::{GeoTransform, RasterInfo, pam};
 use crate::document::unmarked;
 use crate::error::{Error, Result};
-use crate::geo::Crs;
+use crate::geo::{Crs, LocalSystem};
 
 /// Side files are short; anything beyond is not what it claims to be.
 const LONGEST: u64 = 1 << 20;
@@ -53,6 +53,9 @@ pub(super) fn complete(info: &mut RasterInfo) -> Result<()> {
 
 /// Takes the CRS that a text in `source` states, or notes why it cannot be taken.
 pub(super) fn set_crs(info: &mut RasterInfo, source: &Path, wkt: &str) {
+    if info.local.is_none() {
+        info.local = LocalSystem::from_wkt(wkt);
+    }
     match Crs::with_vertical_from_text(wkt) {
         Ok((crs, vertical)) => {
             info.crs = Some(crs);

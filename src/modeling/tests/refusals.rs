@@ -30,7 +30,10 @@ fn refused(options: &BuildOptions) -> String {
     let error = build(options, &Silent).unwrap_err().to_string();
     let files = std::fs::read_dir(options.output.parent().unwrap()).unwrap();
     let left: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
-    assert!(left.iter().all(|name| name.ends_with(".asc") || name.ends_with(".png")), "{left:?}");
+    assert!(
+        left.iter().all(|name| [".asc", ".png", ".prj"].iter().any(|end| name.ends_with(end))),
+        "{left:?}"
+    );
     error
 }
 
@@ -70,6 +73,29 @@ fn metres_are_no_degrees() {
     assert_eq!((area.grid.origin.x, area.grid.spacing), (400_000.0, 10.0));
     // South-west pixel: last row, first column.
     assert!((area.height(0, 0).unwrap() - 57.0).abs() <= area.step());
+}
+
+/// Plain metres are none of feet that a file states.
+#[test]
+fn local_systems_keep_their_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = grid_file(folder.path(), 20, (1000.0, 2000.0), 10.0);
+    let state = |unit: &str| {
+        std::fs::write(folder.path().join("heights.prj"), format!(r#"LOCAL_CS["site",UNIT[{unit}]]"#))
+            .unwrap();
+    };
+    state(r#""foot",0.3048"#);
+    for local in [false, true] {
+        options.local = local;
+        let error = refused(&options);
+        assert!(error.contains("'site', in units of 0.3048 m"), "{error}");
+        assert!(error.contains("-a_ullr 304.8 670.56 365.76 609.6") == local, "{error}");
+    }
+
+    state(r#""metre",1"#);
+    build(&options, &Silent).unwrap();
+    let notes = Area::open(&options.output).unwrap().pages.header().metadata.notes.join("; ");
+    assert!(notes.contains("states a local system, 'site', taken as local"), "{notes}");
 }
 
 #[test]

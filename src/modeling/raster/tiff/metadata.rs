@@ -27,6 +27,7 @@ pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<(
         match parse_geokeys(&keys, &doubles, &ascii) {
             Ok(keys) => {
                 info.crs = keys.crs;
+                info.local = keys.local;
                 info.vertical = keys.vertical;
             }
             Err(problem) => info.crs_problem = Some(problem),
