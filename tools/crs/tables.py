@@ -596,12 +596,12 @@ def system_name_rows(geographic, projected, datums):
                     key = (name, str(bare(by_datum)), number(crs.ellipsoid.inverse_flattening)) if by_datum else None
                     if key is None or key in seen:
                         continue
-                    seen.add(key)
                     found = operations_of_text(text)
                     # PROJ does not know every name that it writes; where it has no shift for an area, it has none by the code either.
                     is_unknown = all(one.is_ballpark for one in found)
                     if is_unknown and not all(one.is_ballpark for one in operations(authority, code)):
                         continue
+                    seen.add(key)
                     is_without_area = not is_map and dialect != "WKT2_2019"
                     usual = by_datum[7].chosen(by_datum[9] if len(by_datum) > 9 and is_without_area else "")
                     order = known[base][7].order(found, name)
