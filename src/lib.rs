@@ -31,50 +31,34 @@
 //!
 //! The folder `examples/` goes on from here. Vectors are those of [`glam`] 0.34.
 //!
-//! # Layers
-//!
-//! Lowest first. A module imports only from those above it in this list, and a test holds them to it.
+//! # The map
 //!
 //! | module | is |
 //! |---|---|
-//! | [`error`] | few kinds of error, each with path, place and remedy |
-//! | [`progress`] | how long work reports, and how it is stopped |
-//! | [`space`] | world, view and screen; poses and cameras |
-//! | [`colour`] | 8-bit sRGB to linear light and back |
-//! | [`earth`] | curvature and refraction: how much lower far ground appears |
-//! | [`simd`] | sixteen lanes in lockstep, on whatever instructions the machine has |
-//! | [`geo`] | coordinate reference systems, vertical datums |
 //! | [`voxel`] | the database: grid, levels, pages, reader, writer; its page describes every byte |
-//! | [`sunlight`] | where the sun stands, and what ground it reaches |
 //! | [`flight`] | path files, interpolation, attitude: a pose for any time |
-//! | [`memory`] | database files, mapped: pages on demand |
+//! | [`space`], [`earth`] | poses, cameras and screens; how much lower far ground appears |
+//! | [`memory`] | database files, mapped: pages on demand, and ahead of need |
 //! | [`raymarch`] | where a ray meets the surface, and what a pixel sees there |
 //! | [`subimage`] | a frame as tasks, and the farm of workers |
-//! | [`query`] | questions about the ground: profiles, lines of sight |
-//! | [`objects`] | bodies that are not the surface, seen by ray |
-//! | [`scene`] | scene files: what is where, when, under which light |
-//! | [`sensor`] | from what is seen to radiance |
+//! | [`scene`], [`objects`] | scene files, and the bodies in them, seen by ray |
+//! | [`sunlight`], [`sensor`] | what ground the sun reaches; from what is seen to radiance |
 //! | [`mod@frame`] | haze and sky; PNG, EXR, y4m, video; what made each frame |
 //! | [`render`] | one frame |
-//! | [`modeling`] | rasters → database; beside the others, on `error` … `voxel` alone |
-//! | [`recipe`] | recipe files: what a database is built from |
+//! | [`error`], [`progress`], [`colour`], [`geo`] | what other crates stand on, too |
+//!
+//! Databases are made by the crate `hedgehop-modeling`, and asked by `hedgehop-query`. ARCHITECTURE.md in the repository
+//! has the layers of all of them.
 //!
 //! Marchers and renderers take any [`voxel::PageSource`]: a mapped file ([`memory::PageFile`]), a database in memory
 //! ([`voxel::MemPages`]), or one of your own.
 
-pub mod colour;
 pub mod earth;
-pub mod error;
 pub mod flight;
 pub mod frame;
-pub mod geo;
 pub mod memory;
-pub mod modeling;
 pub mod objects;
-pub mod progress;
-pub mod query;
 pub mod raymarch;
-pub mod recipe;
 pub mod render;
 pub mod scene;
 pub mod sensor;
@@ -84,12 +68,5 @@ pub mod subimage;
 pub mod sunlight;
 pub mod voxel;
 
-mod document;
-mod model;
-mod picture;
-
-pub use error::{Error, Result};
-
-#[cfg(test)]
-#[path = "../tests/common/realdata.rs"]
-mod realdata;
+pub use hedgehop_base::{Error, Result, colour, error, progress};
+pub use hedgehop_geo as geo;

@@ -1,7 +1,5 @@
 //! Scan planes against the reference marcher: any attitude, field of view, height and screen.
 
-mod random;
-
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
@@ -13,7 +11,7 @@ use hedgehop::space::{Attitude, Camera, Pose, RayTable, Screen};
 use hedgehop::subimage::Farm;
 use hedgehop::voxel::{Grid, MemPages, Metadata, PageSource, build_in_memory};
 
-use random::Random;
+use hedgehop_testing::Random;
 
 /// Posts of a side, and metres between them.
 const SIDE: u32 = 600;
@@ -63,7 +61,7 @@ fn screen(name: &str, fov: f64) -> Screen {
 /// An eye over the area. Every other one looks at a place in it; from high up, others see hardly any ground.
 fn pose(random: &mut Random, looks_at_ground: bool) -> Pose {
     let corner = AREA.header().grid.origin;
-    let mut place = || corner + DVec2::new(random.next(), random.next()) * f64::from(SIDE) * SPACING;
+    let mut place = || corner + DVec2::new(random.share(), random.share()) * f64::from(SIDE) * SPACING;
     let (here, there) = (place(), place());
     let ground = |place: DVec2| place.extend(ground_height(&*AREA, place).unwrap().unwrap());
     let eye = ground(here) + DVec3::Z * SPACING * of_any_size(random, HEIGHTS);
@@ -78,9 +76,9 @@ fn pose(random: &mut Random, looks_at_ground: bool) -> Pose {
         attitude.pitch = ahead.z.atan2(ahead.truncate().length()).to_degrees();
     }
     // The corners of all cases.
-    match (4.0 * random.next()) as u32 {
-        0 => attitude.roll = 90.0 * (4.0 * random.next()).floor(),
-        1 => attitude.pitch = [-90.0, 0.0, 90.0][(3.0 * random.next()) as usize],
+    match (4.0 * random.share()) as u32 {
+        0 => attitude.roll = 90.0 * (4.0 * random.share()).floor(),
+        1 => attitude.pitch = [-90.0, 0.0, 90.0][(3.0 * random.share()) as usize],
         _ => {}
     }
     Pose { eye, attitude, hfov: of_any_size(random, FIELDS_OF_VIEW) }

@@ -1,7 +1,5 @@
 //! Pages that a view may touch, as foreseen, against those that it touches.
 
-mod random;
-
 use std::collections::BTreeSet;
 use std::sync::{LazyLock, Mutex};
 
@@ -17,7 +15,7 @@ use hedgehop::voxel::{
     PageView, SpansView, build_in_memory,
 };
 
-use random::Random;
+use hedgehop_testing::Random;
 
 /// Posts of a side, and metres between them.
 const SIDE: u32 = 3000;
@@ -150,16 +148,16 @@ fn above(pages: &MemPages, place: DVec2, height: f64) -> DVec3 {
 /// An eye, an attitude and a screen, of every kind.
 fn random_camera(random: &mut Random, pages: &MemPages) -> Camera {
     let side = f64::from(SIDE) * SPACING;
-    let beside = if random.next() < 0.1 { 800.0 } else { 0.0 };
+    let beside = if random.share() < 0.1 { 800.0 } else { 0.0 };
     let place =
         DVec2::new(random.between([-beside, side + beside]), random.between([-beside, side + beside]));
     let eye = above(pages, place, (random.between([0.0, 8.5])).exp() - 1.0);
-    let steep = random.next() < 0.3;
+    let steep = random.share() < 0.3;
     let pitch = if steep { random.between([-90.0, 90.0]) } else { random.between([-30.0, 15.0]) };
-    let roll = if random.next() < 0.5 { 0.0 } else { random.between([-180.0, 180.0]) };
+    let roll = if random.share() < 0.5 { 0.0 } else { random.between([-180.0, 180.0]) };
     let attitude = Attitude { yaw: random.between([0.0, 360.0]), pitch, roll };
     let hfov = random.between([3.0, 120.0]);
-    let screen = match (random.next() * 6.0) as u32 {
+    let screen = match (random.share() * 6.0) as u32 {
         0 => Screen::Cylindrical { hfov },
         1 => Screen::Equirectangular { hfov, vfov: 0.6 * hfov },
         2 => Screen::Fisheye { fov: 1.6 * hfov },

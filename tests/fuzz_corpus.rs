@@ -1,13 +1,12 @@
 //! The corpus of the fuzz target (`fuzz/`), replayed, and some random damage with right checksums beside: `HEDGEHOP_COPIES` damaged copies of each file, from `HEDGEHOP_SEED`.
 
 mod fuzzing;
-mod random;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use hedgehop::voxel::MemPages;
-use random::Random;
+use hedgehop_testing::Random;
 
 /// Damaged copies of each file of the corpus, unless told otherwise.
 const COPIES: u64 = 40;

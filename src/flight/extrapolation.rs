@@ -17,8 +17,8 @@ use std::collections::VecDeque;
 use glam::DVec3;
 
 use super::angles::short_way;
-use crate::error::{Error, Result};
 use crate::space::{Attitude, Pose};
+use hedgehop_base::error::{Error, Result};
 
 /// Poses that are looked back at: half as many as are looked ahead.
 const KEPT: usize = 15;

@@ -8,7 +8,7 @@ use super::raw::{RawFix, Reading, Source};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Horizontal};
 use super::xml::{Place, Step, attribute, walk};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// A track point while its element is open.
 struct Point {

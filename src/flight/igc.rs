@@ -13,7 +13,7 @@ use igc::records::{BRecord, FixValid, IRecord};
 
 use super::raw::{RawFix, Reading, Source};
 use super::track::{Altitude, AltitudeMode, Horizontal};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 const DAY: f64 = 86_400.0;
 /// Lines within which the first fix or date must stand.

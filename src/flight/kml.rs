@@ -12,7 +12,7 @@ use super::raw::{RawFix, Reading, Source};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
 use super::xml::{Place, Step, walk};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// The lists of one `gx:Track`.
 #[derive(Default)]

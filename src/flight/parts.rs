@@ -9,7 +9,7 @@ use std::ops::Range;
 use time::OffsetDateTime;
 
 use super::raw::{CLOCK, RawFix, Reading, Source};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Parts that a sentence lists before it only counts them.
 const MOST_LISTED: usize = 20;

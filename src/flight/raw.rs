@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::parts::{self, Part};
 use super::track::{Altitude, Fix, Horizontal, ReadOptions, Track};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Farthest coordinate from the origin, metres. Beyond any projection of the Earth, and small enough that splines
 /// stay finite.

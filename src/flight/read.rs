@@ -6,8 +6,8 @@ use std::path::Path;
 use super::raw::{Reading, Source, assemble};
 use super::track::{ReadOptions, Track};
 use super::{csv, gpx, igc, kml};
-use crate::document::unmarked;
-use crate::error::{Error, Result};
+use hedgehop_base::document::unmarked;
+use hedgehop_base::error::{Error, Result};
 
 /// Reads a path file; the format follows from its content, and from the extension only where the content leaves it
 /// open.

@@ -20,9 +20,9 @@ use super::raw::{CLOCK, COORDINATE_LIMIT};
 use super::spline::Spline;
 use super::track::{AltitudeMode, Fix, Horizontal, Track};
 use super::{ground, smooth};
-use crate::error::{Error, Result};
-use crate::geo::{Crs, GridNorth, Transform, egm96_undulation};
 use crate::space::{Attitude, Pose};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::{Crs, GridNorth, Transform, egm96_undulation};
 
 /// How a track becomes a trajectory.
 #[derive(Debug, Clone, Copy)]

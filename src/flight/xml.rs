@@ -8,7 +8,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::raw::Source;
-use crate::error::Result;
+use hedgehop_base::error::Result;
 
 /// An element opens or closes.
 #[derive(Debug)]

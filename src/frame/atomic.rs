@@ -15,7 +15,7 @@ use std::path::Path;
 
 use tempfile::{Builder, NamedTempFile};
 
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Puts `bytes` into `path`, replacing what is there, whole or not at all. Missing folders are made.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {

@@ -38,9 +38,9 @@ use ::exr::prelude::{
 use super::info::{CAMERA_CONVENTIONS, Value};
 use super::picture::Refusal;
 use super::{Frame, FrameInfo, Matte};
-use crate::colour::linear_from_srgb8;
-use crate::error::{Error, Result};
 use crate::space::{Camera, Ray, Screen};
+use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::error::{Error, Result};
 
 type Channels = AnyChannels<FlatSamples>;
 

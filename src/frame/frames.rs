@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 const EXAMPLE: &str = "write for instance 1-10,20,30-40:2";
 

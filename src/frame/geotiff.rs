@@ -16,9 +16,9 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
 use super::atomic::write_with;
-use crate::error::{Error, Result};
-use crate::geo::WrittenKeys;
-use crate::progress::Observer;
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
+use hedgehop_geo::WrittenKeys;
 
 /// Pixels along the side of a tile.
 pub const TILE: u32 = 512;
@@ -401,7 +401,7 @@ fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Silent;
+    use hedgehop_base::progress::Silent;
     use tiff::decoder::{Decoder, DecodingResult};
     use tiff::tags::Tag;
 

@@ -13,10 +13,10 @@
 
 use std::path::Path;
 
-use crate::colour::srgb8_picture;
-use crate::error::{Error, Result};
 use crate::space::Camera;
 use crate::voxel::{Attributes, Material};
+use hedgehop_base::colour::srgb8_picture;
+use hedgehop_base::error::{Error, Result};
 
 mod atmosphere;
 pub mod atomic;
@@ -215,7 +215,7 @@ pub fn read_regular(path: &Path, action: &'static str) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(failed)
 }
 
-/// Reads a finished frame back as an 8-bit picture; EXR goes through the same [`crate::colour`] as PNG.
+/// Reads a finished frame back as an 8-bit picture; EXR goes through the same [`hedgehop_base::colour`] as PNG.
 pub fn read_picture(path: &Path) -> Result<Picture> {
     let target = Target::of(path)?;
     let bytes = read_regular(path, "read it")?;

@@ -12,10 +12,10 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::Frame;
 use crate::earth::Curvature;
-use crate::error::{Error, Result};
 use crate::objects::Body;
 use crate::space::{Camera, Ray, Screen};
 use crate::subimage::Farm;
+use hedgehop_base::error::{Error, Result};
 
 /// Pixels of the longest vector that is told, as far as halves reach: what passes the eye goes beyond all bounds.
 const LONGEST: f64 = 65_504.0;

@@ -15,7 +15,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Widest padding: more digits than any frame number has, and far below what a file name may hold.
 const WIDEST: usize = 32;

@@ -13,8 +13,8 @@ use std::path::Path;
 use super::FrameInfo;
 use super::info::CAMERA_CONVENTIONS;
 use super::picture::{Picture, Refusal};
-use crate::error::{Error, Result};
 use crate::space::Camera;
+use hedgehop_base::error::{Error, Result};
 
 /// Most bytes that a decoder may take for anything but the picture (text chunks above all).
 const DECODER_BYTES: usize = 16 << 20;
@@ -86,7 +86,7 @@ mod tests {
     use super::super::encode_frame;
     use super::super::testing;
     use super::*;
-    use crate::colour::srgb8_picture;
+    use hedgehop_base::colour::srgb8_picture;
 
     #[test]
     fn pixels_and_entries_come_back() {

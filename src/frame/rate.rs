@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Frames per second, a fraction in lowest terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

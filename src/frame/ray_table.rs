@@ -13,8 +13,8 @@ use ::exr::prelude::{
 
 use super::picture::Refusal;
 use super::{Written, atomic, exr, read_regular};
-use crate::error::{Error, Result};
 use crate::space::RayTable;
+use hedgehop_base::error::{Error, Result};
 
 /// Names that the channels may have.
 const CHANNELS: [[&str; 3]; 2] = [["X", "Y", "Z"], ["R", "G", "B"]];

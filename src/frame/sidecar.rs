@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 
 use super::info::CAMERA_CONVENTIONS;
 use super::{FrameInfo, Written, atomic};
-use crate::error::{Error, Result};
 use crate::memory::Paging;
 use crate::space::{Camera, Screen};
+use hedgehop_base::error::{Error, Result};
 
 /// Name of the manifest in the folder of the frames.
 pub const MANIFEST: &str = "manifest.json";

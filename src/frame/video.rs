@@ -21,8 +21,8 @@ use std::thread::JoinHandle;
 
 use super::rate::FrameRate;
 use super::{Picture, atomic, read_picture};
-use crate::error::{Error, Result};
-use crate::progress::Observer;
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
 
 /// Most bytes of ffmpeg's complaints that are kept.
 const COMPLAINT_BYTES: usize = 1 << 16;

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use super::super::{FrameInfo, testing, write_frame};
 use super::*;
-use crate::progress::Silent;
+use hedgehop_base::progress::Silent;
 
 fn rate() -> FrameRate {
     "24000/1001".parse().unwrap()

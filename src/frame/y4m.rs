@@ -18,7 +18,7 @@ use std::path::Path;
 
 use super::picture::Picture;
 use super::rate::FrameRate;
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// How many pixels share a chroma sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

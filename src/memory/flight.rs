@@ -21,8 +21,8 @@ use super::resident::Sights;
 use super::sync::{self, AtomicBool, AtomicU32, Condvar, Mutex, MutexGuard, Receiver, Sender, bounded};
 use super::tally::Tally;
 use super::{Paging, ResidentPages};
-use crate::error::{Error, Result};
 use crate::voxel::{PageId, PageNeeds};
+use hedgehop_base::error::{Error, Result};
 
 /// Frames that are looked ahead.
 pub const LOOKAHEAD: u32 = 30;

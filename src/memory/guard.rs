@@ -27,7 +27,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering, fence};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Mappings that can be watched at once.
 const SLOTS: usize = 256;

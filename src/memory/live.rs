@@ -20,8 +20,8 @@ use super::flight::{Flight, Foresight, LOOKAHEAD};
 use super::resident::{Need, PresentPages};
 use super::sync::{AtomicU32, Receiver};
 use super::{Paging, ResidentPages};
-use crate::error::Result;
 use crate::voxel::PagePart;
+use hedgehop_base::error::Result;
 
 /// How many frames ahead of the next one are foreseen, in turn.
 const FARTHER: [u32; 2] = [LOOKAHEAD / 4, LOOKAHEAD - 1];

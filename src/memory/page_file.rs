@@ -19,12 +19,12 @@ use memmap2::Mmap;
 
 use super::guard::Watch;
 
-use crate::error::{Error, Result};
-use crate::progress::Observer;
 use crate::voxel::{
     BoundsView, Directory, FileBytes, Header, HeightsView, PageId, PageSource, PageStore, PageView,
     SpansView, Touched, Trust, VerifyReport, open_to_read, verify,
 };
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
 
 /// What to do about a database that changed under its readers.
 const LEAVE_ALONE: &str = "leave a database alone while it is in use (`build --overwrite` and renaming are safe), \

@@ -11,9 +11,9 @@ use std::collections::{HashMap, HashSet};
 use std::time::{Duration, Instant};
 
 use super::{Foresight, LOOKAHEAD, PageFile};
-use crate::error::{Error, Result};
-use crate::progress::Observer;
 use crate::voxel::{PageId, PagePart};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
 
 /// What one frame needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -145,8 +145,8 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::progress::Silent;
     use crate::voxel::{Arrays, Grid, Metadata, PageNeeds, write_arrays};
+    use hedgehop_base::progress::Silent;
 
     /// Frames that need these columns of the finest pages.
     struct Columns(Vec<Vec<u32>>);

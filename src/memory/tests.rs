@@ -8,8 +8,8 @@ use tempfile::TempDir;
 use super::resident::Need;
 use super::sync::{Receiver, Sender, bounded};
 use super::{PageFile, PresentPages, ResidentPages};
-use crate::progress::Silent;
 use crate::voxel::{Arrays, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, write_arrays};
+use hedgehop_base::progress::Silent;
 
 /// Four by four pages of the finest level.
 const SIDE: u32 = 1024;

@@ -1,6 +1,6 @@
 //! Where there is no SIGBUS: mapped files are not watched.
 
-use crate::error::Result;
+use hedgehop_base::error::Result;
 
 /// Watches nothing.
 #[derive(Debug)]

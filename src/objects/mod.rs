@@ -30,9 +30,9 @@ mod shape;
 mod sheet;
 mod view;
 
-pub use crate::model::{Material, Texture, Wrap};
 pub use body::{Body, Form};
 pub use glint::{Glint, Glow, PARTS};
+pub use hedgehop_assets::model::{Material, Texture, Wrap};
 pub use lens::Lens;
 pub use light::{Beam, Below, Cone, Fixture, PointLight};
 pub use mesh::{Mesh, Part};

@@ -3,10 +3,10 @@
 //! What stands on a block is put together from the spans of its page and the objects that are placed there. Neighbours pass through the
 //! same blocks one after the other, so that this is seldom done twice. How high a block reaches is known without it.
 
-use crate::error::Result;
 use crate::voxel::{
     BARE, BLOCK_SIDE, BlockSpans, PAGE_SIDE, PageId, PageSource, SharedObjects, SpanTable, SpansView,
 };
+use hedgehop_base::error::Result;
 
 /// Places in the table.
 const PLACES: usize = 8192;

@@ -1,9 +1,9 @@
 //! One column of the screen, bottom to top, with range coherence where it is exact.
 
 use super::{Contact, Marcher};
-use crate::error::Result;
 use crate::space::Camera;
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Contacts of one screen column, `[height]`, row 0 at the top of the screen; `None` = sky, or no ray.
 pub type Column = Vec<Option<Contact>>;

@@ -3,10 +3,10 @@
 use glam::DVec2;
 
 use super::walk::{Extent, Lattice};
-use crate::error::Result;
 use crate::voxel::{
     APRON, Attributes, BoundsView, Grid, HeightCode, HeightsView, PAGE_SIDE, PageId, PageSource, PageView,
 };
+use hedgehop_base::error::Result;
 
 /// Reads the planes of a [`PageSource`]; looks a page up only when a read leaves the last one.
 pub struct PageCursor<'a, S: PageSource> {

@@ -14,11 +14,11 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Contact, Face, GridRay, PageCursor, SolidHit};
-use crate::colour::linear_from_srgb8;
-use crate::error::Result;
 use crate::space::Footprint;
 use crate::sunlight::{ShadeSampler, Shades};
 use crate::voxel::{Attributes, Grid, PageSource, RADIX};
+use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::error::Result;
 
 /// Most taps along a footprint; one that is longer, in widths, is filtered over this length only.
 const MOST_TAPS: f64 = 8.0;

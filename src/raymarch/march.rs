@@ -6,8 +6,8 @@ use super::surface::{Patch, block_contact};
 use super::walk::Lattice;
 use super::{CellStep, CellWalk, GridRay, LevelBands, PageCursor, SolidHit, Solids, Surface};
 use crate::earth::Curvature;
-use crate::error::Result;
 use crate::voxel::{Grid, PageSource, RADIX};
+use hedgehop_base::error::Result;
 
 /// Where a ray ended.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,8 +17,8 @@ use glam::{DVec2, DVec3};
 
 use super::blocks::{Blocks, corner_on_page};
 use super::{CellStep, CellWalk, GridRay, Lattice, PageCursor};
-use crate::error::Result;
 use crate::voxel::{BLOCK_SIDE, BlockSpans, Cut, HeightCode, PageSource, Span};
+use hedgehop_base::error::Result;
 
 /// Blocks along the side of those that are passed at once.
 const GROUP: u32 = 4;

@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use super::{CellStep, GridRay, PageCursor};
-use crate::error::Result;
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Which surface is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Renderer;
-use crate::error::Result;
 use crate::frame::clouds::{CloudStage, Field, Lattice};
 use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Picture};
@@ -11,6 +10,7 @@ use crate::scene::Clouds;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Bytes of an 8-bit pixel.
 const RGB: usize = 3;

@@ -10,7 +10,6 @@
 use glam::DVec3;
 
 use super::{Account, Rendered, Renderer, StageTimes};
-use crate::error::{Error, Result};
 use crate::frame::finish::{develop, gather, thin};
 use crate::frame::{Aov, Frame, Picture};
 use crate::objects::Body;
@@ -18,6 +17,7 @@ use crate::scene::{Finish, Scenery};
 use crate::space::{Camera, Screen};
 use crate::subimage::Farm;
 use crate::voxel::PageSource;
+use hedgehop_base::error::{Error, Result};
 
 /// Moments of a frame at most: what moves farther than so many pixels while the shutter is open shows steps.
 pub const MOST_MOMENTS: usize = 31;

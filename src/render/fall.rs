@@ -1,13 +1,13 @@
 //! Rain and snow close to the eye, put before all else.
 
 use super::Renderer;
-use crate::error::Result;
 use crate::frame::Fall;
 use crate::frame::stage::Pixels;
 use crate::objects::SQUARE;
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Puts what falls into pixels, which come by [`SQUARE`] rows, before what is `range` metres away there.
 pub fn add<S: PageSource>(

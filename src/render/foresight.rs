@@ -6,13 +6,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use glam::DVec2;
 
 use super::Renderer;
-use crate::error::Result;
 use crate::flight::Extrapolation;
 use crate::memory::Foresight;
 use crate::space::{Camera, Pose};
 use crate::subimage::Farm;
 use crate::sunlight::Shade;
 use crate::voxel::{Grid, PAGE_SIDE, PageId, PageNeeds, PagePart, PageSource};
+use hedgehop_base::error::Result;
 
 /// Foresees the frames that a renderer is to render.
 #[derive(Debug)]

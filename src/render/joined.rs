@@ -6,8 +6,6 @@ use super::lights::Sought;
 use super::merge::{Bodies, rows_of};
 use super::shadows::Shadows;
 use super::{Account, Rendered, Renderer, clouds, fall, matte, planes, puffs, reference};
-use crate::colour::srgb8_picture;
-use crate::error::Result;
 use crate::frame::stage::Pixels;
 use crate::frame::{Frame, Picture};
 use crate::objects::{Body, PointLight, Puff, SQUARE, View};
@@ -15,6 +13,8 @@ use crate::scene::Scenery;
 use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::voxel::PageSource;
+use hedgehop_base::colour::srgb8_picture;
+use hedgehop_base::error::Result;
 
 /// What may join the ground.
 #[derive(Debug, Clone, Copy, Default)]

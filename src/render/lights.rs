@@ -6,7 +6,6 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::merge::Shown;
 use super::{Renderer, reference};
-use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
 use crate::objects::{Body, Glint, Glow, PARTS, PointLight, SQUARE, Surroundings};
@@ -15,6 +14,7 @@ use crate::space::{Camera, Ray, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::{Firmament, Star, starlight_through, stars};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Lamps of a task.
 const CHUNK: usize = 256;

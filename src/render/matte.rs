@@ -7,12 +7,12 @@
 
 use super::merge::{Bodies, Shown};
 use super::{Renderer, reference};
-use crate::error::Result;
 use crate::frame::{Cover, Frame, Matte};
 use crate::objects::SQUARE;
 use crate::simd::Isa;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Least share of the ground behind bodies: less is rounding of theirs.
 const LEAST: f32 = 1.0e-4;

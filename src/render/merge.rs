@@ -6,7 +6,6 @@ use glam::Vec3;
 
 use super::Renderer;
 use super::shadows::{Latest, Shadows};
-use crate::error::Result;
 use crate::frame::stage::Pixels;
 use crate::frame::{Atmosphere, Frame, Picture, Veil};
 use crate::objects::{Ground, Hit, SQUARE, Seen, Square, View};
@@ -15,6 +14,7 @@ use crate::simd::Isa;
 use crate::space::Ray;
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Inverse ranges of neighbouring pixels that differ by more than this share belong to two surfaces.
 const EDGE: f32 = 0.06;

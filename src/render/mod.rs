@@ -41,7 +41,6 @@ use std::time::Duration;
 use glam::DVec3;
 
 use crate::earth::Curvature;
-use crate::error::{Error, Result};
 use crate::frame::{Atmosphere, Frame, Picture};
 use crate::raymarch::Surface;
 use crate::raymarch::scan::{Profile, TurnedPages};
@@ -53,6 +52,7 @@ use crate::space::Camera;
 use crate::subimage::Farm;
 use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::{Header, PageNeeds, PageSource, Used};
+use hedgehop_base::error::{Error, Result};
 
 /// How a frame is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,7 +9,6 @@ use glam::DVec3;
 use super::fan::{DepthsMut, Fan, first_part};
 use super::standing::{self, Stander};
 use super::{Account, Rays, Rendered, Renderer, StageTimes, Unserved, level_bands};
-use crate::error::Result;
 use crate::frame::stage::{Air, Band, Cell, Depths, Light, Painter, Pixels, Planes, Rows, Scale, Sums};
 use crate::frame::{Frame, Picture};
 use crate::raymarch::PageCursor;
@@ -22,6 +21,7 @@ use crate::simd::{LANES, Sixteen};
 use crate::space::Camera;
 use crate::subimage::{Farm, Stage, TaskSize};
 use crate::voxel::{Header, Lent, PageId, PageNeeds, PageSource};
+use hedgehop_base::error::Result;
 
 /// Planes of a march task, and rows of an image task, unless told otherwise: small ones cost nothing, and many workers find
 /// one each.

@@ -3,12 +3,12 @@
 use glam::{DVec2, Vec3};
 
 use super::Renderer;
-use crate::error::Result;
 use crate::frame::stage::Pixels;
 use crate::objects::{Lens, Puff, SQUARE, SeenPuff};
 use crate::space::{Camera, Screen};
 use crate::subimage::{Farm, Stage};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Share of what is behind puffs below which nothing of it is seen.
 const OPAQUE: f32 = 1.0e-3;

@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 
 use super::{Account, Rays, RenderOptions, Rendered, StageTimes, far_limit, level_bands};
-use crate::error::Result;
 use crate::frame::{Atmosphere, Frame};
 use crate::raymarch::{Contact, Marcher, SurfaceFilter, SurfaceSample, march_column};
 use crate::space::Camera;
 use crate::subimage::{Farm, Subimage};
 use crate::sunlight::Shades;
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Pixels of one subimage, `[column][row]`.
 struct SubimagePixels {

@@ -8,7 +8,6 @@ use glam::{DVec2, DVec3, Vec3};
 use super::Renderer;
 use super::merge::Shown;
 use super::sunlit::{Cells, Place, Sunlit};
-use crate::error::Result;
 use crate::frame::Atmosphere;
 use crate::frame::stage::Pixels;
 use crate::objects::{Body, Bounds, Caster, Casters, Hit, Lens, Patch, SQUARE};
@@ -17,6 +16,7 @@ use crate::space::{Camera, Footprint, Ray};
 use crate::subimage::{Farm, Stage};
 use crate::sunlight::Daylight;
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Pixels each way of the blocks of a square whose bodies are found together.
 const BLOCK: usize = 8;

@@ -4,12 +4,12 @@ use glam::DVec3;
 
 use super::Renderer;
 use super::fan::DepthsMut;
-use crate::error::Result;
 use crate::frame::stage::{Air, Cell, Scale, Solids};
 use crate::raymarch::scan::{Cover, Field, Kept, Ladder, PlaneGroup, Profile, Standing, StandingMarch};
 use crate::sensor::ShadedFacets;
 use crate::simd::{Isa, LANES};
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Puts what stands on the ground into rows that show it already; one per worker.
 pub struct Stander<'a> {

@@ -6,12 +6,12 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use glam::DVec3;
 
 use super::Renderer;
-use crate::error::{Error, Result};
 use crate::objects::Body;
 use crate::raymarch::{LevelBands, Marcher, ground_height};
 use crate::space::Footprint;
 use crate::sunlight::{SUN_SEMIDIAMETER, ShadeSampler, Sun};
 use crate::voxel::PageSource;
+use hedgehop_base::error::{Error, Result};
 
 /// Radii above the ground up to which a body sees the sun as the ground below it does.
 const GROUNDED: f64 = 2.0;

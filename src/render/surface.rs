@@ -12,11 +12,11 @@
 use glam::Vec3;
 
 use super::{Renderer, level_bands, reference};
-use crate::error::Result;
 use crate::frame::Frame;
 use crate::raymarch::{Contact, GridRay, LevelBands, Marcher, SolidHit, SurfaceFilter};
 use crate::subimage::{Farm, Stage};
 use crate::voxel::{Attributes, PageSource};
+use hedgehop_base::error::Result;
 
 /// Fills normal, level and id of the pixels that see something. Returns ranges, `[height][width]`, that are right where there may be `outlines`; the frame keeps those
 /// by which things are merged into it as they are into pictures.

@@ -11,11 +11,11 @@ use super::onward::{Onward, Reach};
 use super::plume::PlumeCast;
 use super::slope::Slope;
 use super::{Beyond, Object, Part, Scene};
-use crate::error::{Error, Result};
 use crate::flight::{AltitudeMode, BindOptions, Fix, Track, Trajectory};
-use crate::geo::Crs;
 use crate::objects::{Body, Form, PointLight, Puff};
 use crate::space::{Attitude, Pose};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::Crs;
 
 /// A field of view that nobody looks through, degrees.
 const UNUSED_HFOV: f64 = 60.0;

@@ -16,8 +16,8 @@ use super::precipitation::{GroundTable, PrecipitationTable};
 use super::sun::{NightTable, SunTable};
 use super::weather::{self, CloudsTable, FogTable};
 use super::{Object, Scene, Weather};
-use crate::document::{Kind, Reading, plain};
-use crate::error::{Error, Result};
+use hedgehop_base::document::{Kind, Reading, plain};
+use hedgehop_base::error::{Error, Result};
 
 const SCENE: Kind = Kind { name: "scene", manual: "docs/scene.md" };
 

@@ -7,9 +7,9 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::object::ObjectTable;
-use crate::document::Reading;
-use crate::error::{Error, Result};
 use crate::objects::{Form, Shape};
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::{Error, Result};
 
 /// Pixels of the greatest width that a line or a point is to have at least.
 const MOST_PIXELS: f64 = 100.0;

@@ -10,10 +10,10 @@ use toml::Spanned;
 use super::form::{form, refuse_sizes};
 use super::model::{Cut, Fit, Models, Origin, Rest, Size};
 use super::object::ObjectTable;
-use crate::document::Reading;
-use crate::error::Result;
 use crate::objects::{Form, Level, Model};
 use crate::space::Attitude;
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::Result;
 
 /// Levels of detail of an object.
 const MOST_LEVELS: usize = 16;

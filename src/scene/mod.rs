@@ -44,11 +44,11 @@ pub use weather::{Clouds, Fog, Weather};
 use glam::DVec2;
 use serde::Deserialize;
 
-use crate::error::{Error, Result};
 use crate::flight::Track;
-use crate::geo::Crs;
 use crate::objects::Form;
 use crate::sunlight::{Night, Sky, SunSetting};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::Crs;
 
 /// What a night is like.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,8 +5,8 @@ use std::fs;
 use glam::{DVec2, DVec3};
 
 use super::*;
-use crate::geo::Crs;
 use crate::objects::PointLight;
+use hedgehop_geo::Crs;
 
 fn read(text: &str) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();

@@ -13,10 +13,10 @@ use super::model::{Models, Origin};
 use super::part::{Whole, parts, refuse_keys};
 use super::place::{Above, PLACE_KEYS, Place};
 use super::{Beyond, Object};
-use crate::colour::linear_from_srgb8;
-use crate::document::Reading;
-use crate::error::{Error, Result};
 use crate::flight::{Altitude, AltitudeMode, ReadOptions, Track, read_track};
+use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::{Error, Result};
 
 /// Grey of objects that are given no colour.
 const GREY: [u8; 3] = [150; 3];

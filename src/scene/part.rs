@@ -13,10 +13,10 @@ use super::look::{NodeLook, look};
 use super::model::{Models, Rest};
 use super::object::{ObjectTable, check_name};
 use super::place::finite;
-use crate::document::Reading;
-use crate::error::{Error, Result};
 use crate::flight::{Samples, read_columns};
 use crate::objects::Form;
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::{Error, Result};
 
 /// Parts of an object.
 const MOST_PARTS: usize = 100;

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::document::Reading;
-use crate::error::{Error, Result};
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::{Error, Result};
 
 /// Stops of exposure, either way.
 const MOST_STOPS: f64 = 16.0;

@@ -6,9 +6,9 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::light::Anchor;
-use crate::document::Reading;
-use crate::error::Result;
 use crate::flight::{Altitude, AltitudeMode, Fix, Horizontal, Track};
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::Result;
 
 /// Metres from the origin of a reference system beyond which nothing is.
 const FARTHEST: f64 = 1.0e9;

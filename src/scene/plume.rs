@@ -7,13 +7,13 @@ use toml::Spanned;
 use super::light::Anchor;
 use super::object::srgb;
 use super::place::{Above, PLACE_KEYS, Place, finite};
-use crate::colour::linear_from_srgb8;
-use crate::document::Reading;
-use crate::error::{Error, Result};
 use crate::flight::{BindOptions, Trajectory};
-use crate::geo::Crs;
 use crate::objects::Puff;
 use crate::space::Pose;
+use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::Crs;
 
 /// Puffs of one plume at a time, and of a scene's plumes together.
 const MOST_PUFFS: f64 = 5000.0;

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::document::Reading;
-use crate::error::Result;
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::Result;
 
 /// Heaviest fall, millimetres of water an hour: more than cloudbursts bring.
 const HEAVIEST: f64 = 300.0;

@@ -4,9 +4,9 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{NightSky, SunLines};
-use crate::document::Reading;
-use crate::error::Result;
 use crate::sunlight::{Night, SunSetting, written};
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::Result;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the table [sun]")]

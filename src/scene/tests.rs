@@ -3,8 +3,8 @@ use std::fs;
 use glam::DVec2;
 
 use super::*;
-use crate::geo::Crs;
 use crate::sunlight::{Sun, SunSetting};
+use hedgehop_geo::Crs;
 
 /// Reads a scene from text, with a track `car.csv` beside it.
 fn read(text: &str) -> Result<Scene> {
@@ -198,7 +198,7 @@ fn mistakes_name_line_and_key() {
 fn tracks_that_are_not_there_are_named() {
     let error =
         read("[[object]]\nname = \"t\"\nshape = \"disc\"\nradius_m = 1\ntrack = \"none.csv\"").unwrap_err();
-    assert!(matches!(&error, crate::Error::Io { path, .. } if path.ends_with("none.csv")), "{error}");
+    assert!(matches!(&error, hedgehop_base::Error::Io { path, .. } if path.ends_with("none.csv")), "{error}");
     let message = error.to_string();
     assert!(
         message.contains("the track of object `t` (line 5 of ") && message.contains("scene.toml)"),
@@ -216,10 +216,13 @@ fn models_have_the_size_that_is_asked_for() {
     assert!((high - glam::DVec3::new(4.0, 0.0, 4.0)).length() < 1e-3, "{high}");
     assert!(scene.objects[0].files.iter().all(|file| file.ends_with("roof.obj")));
     let missing = read(&text.replace("roof", "none")).unwrap_err();
-    assert!(matches!(&missing, crate::Error::Io { path, .. } if path.ends_with("none.obj")), "{missing}");
+    assert!(
+        matches!(&missing, hedgehop_base::Error::Io { path, .. } if path.ends_with("none.obj")),
+        "{missing}"
+    );
     assert!(missing.to_string().contains("the model of object `r` (line 3 of "), "{missing}");
     let unknown = read(&text.replace("roof.obj", "car.csv")).unwrap_err();
-    assert!(matches!(unknown, crate::Error::Unsupported { .. }), "{unknown}");
+    assert!(matches!(unknown, hedgehop_base::Error::Unsupported { .. }), "{unknown}");
     assert!(unknown.to_string().contains("scene.toml: line 3: the model of object `r`: "), "{unknown}");
 }
 

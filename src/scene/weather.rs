@@ -6,8 +6,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Cover, Precipitation};
-use crate::document::Reading;
-use crate::error::Result;
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::Result;
 
 /// Metres above or below the datum beyond which there is no weather.
 const HIGHEST: f64 = 100_000.0;

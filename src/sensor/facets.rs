@@ -5,10 +5,10 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::VisualSensor;
-use crate::colour::linear_from_srgb8;
 use crate::raymarch::scan::{Facet, FacetLight};
 use crate::sunlight::{SHADE_APRON, ShadePage, Shades};
 use crate::voxel::{PageId, PageSource, Span};
+use hedgehop_base::colour::linear_from_srgb8;
 
 /// Directions of walls.
 const DIRECTIONS: usize = 256;

@@ -91,8 +91,8 @@ impl VisualSensor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::LUMINANCE;
     use crate::voxel::Attributes;
+    use hedgehop_base::colour::LUMINANCE;
 
     fn sample(normal: Vec3) -> SurfaceSample {
         SurfaceSample {

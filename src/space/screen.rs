@@ -24,7 +24,7 @@ use glam::{DVec2, DVec3};
 
 use super::RayTable;
 use super::distortion::{seen, undistorted};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// What a picture is projected on.
 #[derive(Debug, Clone, PartialEq)]

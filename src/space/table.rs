@@ -4,7 +4,7 @@ use glam::{DVec3, UVec2, Vec3};
 
 use super::Screen;
 use super::screen::Mapping;
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Share of the neighbours whose angle is not wider than [`RayTable::pixel_angle`]; the rest may jump (seams between
 /// projectors, the rim of a mirror).

@@ -85,8 +85,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::progress::Silent;
     use crate::subimage::{Batch, Farm, Stage};
+    use hedgehop_base::progress::Silent;
 
     #[test]
     fn what_is_written_reads_back_and_no_thread_does_two_things_at_a_time() {

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::queue::Queue;
 use super::task::{Stage, Subimage, TaskSize, split};
 use super::trace::Trace;
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// A fixed number of workers. Clones are handles of the same workers.
 #[derive(Debug, Clone)]

@@ -21,8 +21,8 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use super::farm::Farm;
-use crate::error::{Error, Result};
-use crate::progress::Observer;
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
 
 /// Frames in flight if nobody says otherwise, and there is more than one worker. Two are enough to
 /// fill the ends of stages; more take memory.
@@ -238,8 +238,8 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::progress::Silent;
     use crate::subimage::{Stage, Trace};
+    use hedgehop_base::progress::Silent;
 
     /// Twenty frames with numbers that leave gaps.
     fn frames() -> Vec<(u64, usize)> {

@@ -124,8 +124,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::progress::Silent;
     use crate::subimage::{Batch, Farm};
+    use hedgehop_base::progress::Silent;
 
     const MS: Duration = Duration::from_millis(1);
 

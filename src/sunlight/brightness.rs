@@ -81,7 +81,7 @@ impl Brightness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::LUMINANCE;
+    use hedgehop_base::colour::LUMINANCE;
 
     fn at(elevation: f64, night: f64) -> Brightness {
         Brightness::new(Sun { azimuth: 0.0, elevation }, night)

@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::sun::seen_through;
 use super::{Sun, illuminance};
-use crate::colour::LUMINANCE;
 use crate::simd::{Floats, Simd};
+use hedgehop_base::colour::LUMINANCE;
 
 /// Share of the light on level ground that comes from the sky by day, at least.
 const SKY_SHARE: f64 = 0.35;

@@ -21,7 +21,8 @@ mod sun;
 mod sweep;
 #[cfg(test)]
 mod tests;
-pub(crate) mod written;
+#[doc(hidden)]
+pub mod written;
 
 pub use brightness::{Brightness, illuminance};
 pub use course::SUN_SEMIDIAMETER;

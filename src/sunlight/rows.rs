@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::course::Course;
-use crate::error::Result;
 use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId, PageSource, RADIX};
+use hedgehop_base::error::Result;
 
 /// Height of what is not there: below all ground, and far enough from infinity to be calculated with, metres.
 pub(super) const NONE: f32 = -1.0e30;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::shade::{SHADE_APRON, ShadePage, Shades};
-use crate::error::Result;
 use crate::voxel::{Grid, PAGE_SIDE, PageId, PageSource};
+use hedgehop_base::error::Result;
 
 /// The page that was looked up last, and its shares; `None`: it is absent.
 type Latest = Option<(PageId, Option<Arc<ShadePage>>)>;

@@ -9,9 +9,9 @@ use super::Sun;
 use super::course::{Course, Leg};
 use super::rows::{NONE, Rows, mix};
 use super::sweep::{Crossing, Shadow, Step, carry};
-use crate::error::Result;
 use crate::simd::{Isa, Kernel, Simd};
 use crate::voxel::{APRON, Bytes, Derived, Header, PAGE_SIDE, PageId, PageSource, RADIX};
+use hedgehop_base::error::Result;
 
 /// Posts around a page whose share of the sun is told with it.
 pub const SHADE_APRON: u32 = 5;

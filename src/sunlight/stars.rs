@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
-use crate::colour::LUMINANCE;
+use hedgehop_base::colour::LUMINANCE;
 
 /// The bright stars of the Extended Hipparcos Compilation (Anderson and Francis 2012, *Astronomy Letters* 38, 331–346), see `data/README.md`.
 const CATALOGUE: &str = include_str!("../../data/stars.csv");
@@ -111,8 +111,8 @@ mod tests {
     use time::macros::datetime;
 
     use super::*;
-    use crate::geo::Crs;
     use crate::sunlight::SunSetting;
+    use hedgehop_geo::Crs;
 
     #[test]
     fn the_catalogue_is_read_whole() {

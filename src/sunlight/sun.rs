@@ -9,8 +9,8 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use super::Firmament;
-use crate::error::{Error, Result};
-use crate::geo::{Crs, Transform, grid_convergence};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::{Crs, Transform, grid_convergence};
 
 /// Julian date of the second from which the system counts, and seconds of a day.
 const UNIX_EPOCH: f64 = 2_440_587.5;

@@ -2,8 +2,8 @@
 
 use super::course::{Course, Leg};
 use super::rows::{NONE, Rows, mix};
-use crate::error::Result;
 use crate::simd::{Isa, Kernel, Simd};
+use hedgehop_base::error::Result;
 
 /// Shadows by strand.
 #[derive(Debug)]

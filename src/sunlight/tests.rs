@@ -3,12 +3,12 @@ use std::sync::Mutex;
 use glam::DVec2;
 
 use super::*;
-use crate::error::Result;
 use crate::simd::Isa;
 use crate::voxel::{
     BoundsView, Grid, Header, HeightsView, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView,
     SpansView, build_in_memory,
 };
+use hedgehop_base::error::Result;
 
 fn area(side: u32, spacing: f64, height: impl Fn(f64, f64) -> f64) -> MemPages {
     let grid = Grid { nx: side, ny: side, spacing, origin: DVec2::ZERO };

@@ -8,7 +8,7 @@ use toml::Spanned;
 use toml::value::Datetime;
 
 use super::{Sun, SunSetting};
-use crate::document::Reading;
+use hedgehop_base::document::Reading;
 
 /// A date and time, or what may be one.
 #[derive(Debug, Deserialize)]

@@ -9,7 +9,7 @@ use super::{
     APRON, Attributes, ContentHash, Directory, EncodedPage, FinerPages, Grid, HeightCode, MemPages, Metadata,
     PAGE_SIDE, PageBuffer, PageId, PageWriter, Placement, SharedObjects, Span, SpanTable, coarse_page,
 };
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Level 1 of an area. All arrays are `[ny][nx]`, row 0 southernmost.
 #[derive(Debug, Clone, Copy)]

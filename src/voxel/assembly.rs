@@ -14,7 +14,7 @@ use super::{
     AlignedBytes, Attributes, ContentHash, Directory, EncodedPage, Grid, HeightCode, Metadata, PageBuffer,
     PageEntry, PageId, PagePart, PageView, SharedObjects,
 };
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Bytes that are written and read by position, from any thread. What has not been written is zero.
 pub(super) trait Storage: Send + Sync {

@@ -5,7 +5,7 @@ use std::hash::Hash;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{PoisonError, RwLock};
 
-use crate::error::Result;
+use hedgehop_base::error::Result;
 
 /// Something that takes memory.
 pub trait Bytes {

@@ -12,7 +12,7 @@ use super::format::{
 use super::{
     ContentHash, Directory, Grid, Header, HeightCode, Metadata, PAGE_SIDE, SharedObjects, SpanTable,
 };
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// A run of bytes of the file, with its checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -33,6 +33,7 @@ mod trust;
 mod undo;
 mod used;
 mod verify;
+mod version_7;
 mod window;
 mod writer;
 
@@ -63,8 +64,8 @@ pub use trust::{Damaged, Trust, Verify};
 pub use undo::open_to_read;
 pub use used::{Lent, Used};
 
-#[cfg(test)]
-pub use tests::empty::in_full;
 pub use verify::{Problem, VerifyReport, verify};
+#[doc(hidden)]
+pub use version_7::in_full;
 pub use window::{FinerPages, StandIn, VoxelBlock, finer_pages};
 pub use writer::{PageWriter, SealedFile};

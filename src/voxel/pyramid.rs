@@ -21,7 +21,7 @@ use super::relief::{Moments, Relief, half_steps};
 use super::srgb::Averager;
 use super::window::{FinerPages, FinerWindow, Footprint, StandIn, VoxelBlock};
 use super::{APRON, Attributes, Grid, HeightCode, PageBuffer, PageId, RADIX, RELIEF_APRON, SpanTable};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Page `id` (level index ≥ 1) from the up to 36 pages of the next finer level that it depends on. All of
 /// them must be there. `heights` says what their codes mean.

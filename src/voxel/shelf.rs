@@ -21,7 +21,7 @@ use tempfile::TempPath;
 
 use super::assembly::Storage;
 use super::{EarlierPage, EncodedPage, PageEntry, PageId, PageWriter};
-use crate::error::Result;
+use hedgehop_base::error::Result;
 
 /// Pages along the side of a block, a power of two.
 const SIDE: u32 = 8;

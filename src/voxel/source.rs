@@ -1,7 +1,7 @@
 //! Where pages come from.
 
 use super::{BoundsView, Header, HeightsView, PageId, PageView, SpansView};
-use crate::error::Result;
+use hedgehop_base::error::Result;
 
 /// Gives out pages. The marchers are generic over it.
 pub trait PageSource: Sync {

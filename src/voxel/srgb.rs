@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use crate::colour::linear_from_encoded;
+use hedgehop_base::colour::linear_from_encoded;
 
 /// Linear light of each sRGB code, 0…65535.
 static LINEAR: LazyLock<[u16; 256]> =

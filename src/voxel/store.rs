@@ -15,7 +15,7 @@ use super::{
     AlignedBytes, BoundsView, Damaged, Directory, Header, HeightsView, PageEntry, PageId, PagePart,
     PageSource, PageView, SpansView, Trust, Verify,
 };
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// The bytes of a whole file. They begin at a multiple of 64 in memory and do not change.
 pub trait FileBytes: Sync {

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 use super::assembly::Storage;
 use super::format::header as at;
 use super::writer::{folder_of, sync_folder};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// What a journal's name ends in.
 const SUFFIX: &str = ".undo";

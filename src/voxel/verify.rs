@@ -19,8 +19,8 @@ use super::{
     APRON, Directory, FileBytes, Grid, Header, HeightCode, PAGE_SIDE, PageBuffer, PageEntry, PageId,
     PageSource, PageStore, PageView, RELIEF_APRON, Relief, SpanTable, StandIn, VoxelBlock, sparse_page,
 };
-use crate::error::{Error, Result};
-use crate::progress::Observer;
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
 
 /// Something that is wrong with a database.
 #[derive(Debug, Clone, PartialEq, Eq)]

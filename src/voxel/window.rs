@@ -15,7 +15,7 @@ use super::{
     APRON, AlignedBytes, Attributes, FileBytes, Grid, HeightCode, PAGE_SIDE, PageBuffer, PageId,
     PageReadback, PageStore, PageView, RADIX,
 };
-use crate::error::Result;
+use hedgehop_base::error::Result;
 
 /// Where pages of finer levels are found while coarser ones are made.
 pub trait FinerPages {

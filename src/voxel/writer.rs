@@ -16,7 +16,7 @@ use super::{
     ContentHash, EarlierFile, EarlierPage, EncodedPage, Grid, HeightCode, Metadata, PageEntry, PageId,
     SharedObjects,
 };
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 impl Storage for File {
     #[cfg(unix)]

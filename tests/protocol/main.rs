@@ -13,7 +13,7 @@ use glam::DVec2;
 use hedgehop::voxel::{
     AlignedBytes, Grid, Metadata, PageId, PageNeeds, PagePart, PageSource, build_in_memory,
 };
-use hedgehop::{Result, error, progress, voxel};
+use hedgehop::{Result, voxel};
 use memory::{Foresight, PageFile, PresentPages, ResidentPages, sync};
 use shuttle::scheduler::{PctScheduler, RandomScheduler, Scheduler};
 use shuttle::{Config, Runner};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of reference systems in src/geo/registry/ from the EPSG and ESRI registries as PROJ's package has them.
+"""Writes the tables of reference systems in crates/geo/src/registry/ from the EPSG and ESRI registries as PROJ's package has them.
 
     tools/crs/run.sh tables
 
@@ -25,7 +25,7 @@ from proj import operations, operations_of_text
 
 warnings.simplefilter("ignore")
 
-OUT = Path(__file__).resolve().parents[2] / "src" / "geo" / "registry"
+OUT = Path(__file__).resolve().parents[2] / "crates" / "geo" / "src" / "registry"
 AUTHORITIES = ("EPSG", "ESRI")
 WGS84 = CRS.from_epsg(4326)
 # A definition that agrees within this many metres in PROJ means the system.

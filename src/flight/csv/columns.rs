@@ -8,7 +8,7 @@ use csv::StringRecord;
 
 use super::super::raw::Source;
 use super::super::track::AltitudeMode;
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {

@@ -13,7 +13,7 @@ pub(crate) use self::samples::{Wanted, read_columns};
 use super::raw::{RawFix, Reading, Source};
 use super::timestamp::unix_seconds;
 use super::track::{Altitude, AltitudeMode, Fix, Horizontal};
-use crate::error::{Error, Result};
+use hedgehop_base::error::{Error, Result};
 
 /// Numbers above this in a column of seconds are milliseconds or finer since 1970 (seconds reach it in the year 5138).
 const SECONDS_LIMIT: f64 = 1e11;

@@ -5,10 +5,10 @@ use std::path::Path;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::delimiter;
-use crate::document::unmarked;
-use crate::error::{Error, Result};
 use crate::flight::Samples;
 use crate::flight::raw::CLOCK;
+use hedgehop_base::document::unmarked;
+use hedgehop_base::error::{Error, Result};
 
 /// Names of the column of seconds.
 const TIMES: [&str; 3] = ["time_s", "t_s", "time"];

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::super::track::{AltitudeMode, Horizontal};
 use super::super::{BindOptions, Trajectory};
 use super::*;
-use crate::geo::Crs;
+use hedgehop_geo::Crs;
 
 fn parse_with(name: &str, bytes: &[u8], options: &ReadOptions) -> Result<Track> {
     let path = PathBuf::from(name);
@@ -308,7 +308,7 @@ fn deep_xml_is_no_matter() {
 }
 
 fn real_trajectory(name: &str) -> Option<PathBuf> {
-    crate::realdata::realdata().map(|root| root.join("trajectories").join(name))
+    hedgehop_testing::realdata().map(|root| root.join("trajectories").join(name))
 }
 
 #[test]

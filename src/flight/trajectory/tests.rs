@@ -283,7 +283,7 @@ fn what_does_not_fit_is_refused() {
 
 #[test]
 fn a_real_flight_is_smooth_and_near_its_fixes() {
-    let Some(root) = crate::realdata::realdata() else { return };
+    let Some(root) = hedgehop_testing::realdata() else { return };
     let path = root.join("trajectories/DA20-C1_N107TX_KSUS_to_KFYG_2018-10-15_trim.csv");
     let mut track = super::super::read_track(&path, &super::super::ReadOptions::default()).unwrap();
     for fix in &mut track.fixes {

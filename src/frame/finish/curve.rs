@@ -108,7 +108,7 @@ mod tests {
         let curve = Curve::new(Tone::None, None);
         for step in 0..100_000 {
             let light = step as f32 * 1.0e-5;
-            let (own, exact) = (curve.code(light, 0.5), crate::colour::srgb8_from_linear(light));
+            let (own, exact) = (curve.code(light, 0.5), hedgehop_base::colour::srgb8_from_linear(light));
             let is_near = (curve.value(light).fract() - 0.5).abs() < 5e-3;
             assert!(own == exact || is_near, "{light}: {own} {exact}");
         }

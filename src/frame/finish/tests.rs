@@ -12,7 +12,7 @@ fn exposure_doubles_light_by_the_stop() {
     let plain = |light: f32| codes(light, [1, 1], &Finish::default());
     assert_eq!(exposed(2.0), plain(0.4));
     assert_eq!(exposed(-3.0), plain(0.0125));
-    assert_eq!(exposed(0.0), crate::colour::srgb8_picture(&[[0.1, 0.05, 0.0]]));
+    assert_eq!(exposed(0.0), hedgehop_base::colour::srgb8_picture(&[[0.1, 0.05, 0.0]]));
     assert_eq!(exposed(16.0)[..2], [255, 255]);
 }
 

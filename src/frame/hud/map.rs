@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use super::canvas::{Canvas, Ink};
-use crate::error::Result;
 use crate::raymarch::PageCursor;
 use crate::voxel::PageSource;
+use hedgehop_base::error::Result;
 
 /// Samples of the relief along its longer side.
 const SAMPLES: f64 = 256.0;

@@ -5,10 +5,10 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::fan::{LookUp, PanoramaFan, Planes, UprightFan};
-use crate::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
 use crate::raymarch::scan::Shape;
 use crate::simd::math::srgb8;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Mask, Simd, Sixteen};
+use hedgehop_base::colour::{linear_from_srgb8, linear_of_codes, srgb8_from_light};
 
 /// Bytes of an 8-bit pixel.
 const RGB: usize = 3;

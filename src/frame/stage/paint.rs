@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::air::Air;
-use crate::error::Result;
 use crate::raymarch::scan::{Mark, PlaneGroup, Profile};
 use crate::sensor::radiance::{Crossings, Line, LineSampler, Place, Planes};
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::Grid;
+use hedgehop_base::error::Result;
 
 /// Sights from the one that is painted to the one that is fetched, a power of two.
 const AHEAD: usize = 8;

@@ -17,8 +17,8 @@ use std::sync::atomic::Ordering;
 use super::super::leaving::Leaving;
 use super::super::sync::{AtomicU8, AtomicU64, Mutex, MutexGuard, SegQueue, Sender};
 use super::{Claim, Expected, Ledger, ResidentPages, Tally, state};
-use crate::error::Result;
 use crate::voxel::{BoundsView, Header, HeightsView, PageId, PagePart, PageSource, PageView, SpansView};
+use hedgehop_base::error::Result;
 
 /// Pages that are brought together before others may come first.
 const TOGETHER: usize = 4;

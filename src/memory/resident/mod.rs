@@ -29,11 +29,11 @@ use super::clock::{Claim, Clock};
 use super::sync::{self, AtomicU8, Condvar, Mutex, MutexGuard, ThreadId};
 use super::tally::Tally;
 use super::{PageFile, Paging};
-use crate::error::{Error, Result};
-use crate::progress::Observer;
 use crate::voxel::{
     BoundsView, Header, HeightsView, PageId, PageNeeds, PagePart, PageSource, PageView, SpansView,
 };
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
 
 /// Level index from which on pages stay once they are there: voxels of 64 units, and coarser ones. All that is known of what may
 /// be hidden rests on their bounds.

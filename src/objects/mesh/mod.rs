@@ -13,8 +13,8 @@ mod tests;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::model::Material;
 use bvh::Node;
+use hedgehop_assets::model::Material;
 
 pub(super) use facet::{Basis, Bounds, Facet};
 pub(super) use ray::Point;

@@ -6,9 +6,9 @@ use super::lines::Lines;
 use super::march::{Field, Planes};
 use super::profile::{Mark, NO_SLOPE, Post};
 use super::strides::Stride;
-use crate::error::Result;
 use crate::simd::{Floats, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
+use hedgehop_base::error::Result;
 
 /// Parts of a near stretch, times its distance in lines; the error falls with their square.
 pub(super) const NEAR_PARTS: f32 = 64.0;

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::Pages;
-use crate::error::Result;
 use crate::voxel::{PAGE_SIDE, PageId, RADIX};
+use hedgehop_base::error::Result;
 
 /// The greatest of [`highest_code`] for some places along the axis.
 pub fn highest_along(

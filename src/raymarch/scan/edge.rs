@@ -12,9 +12,9 @@ use super::lines::Lines;
 use super::march::Planes;
 use super::profile::{Mark, NO_SLOPE, Post};
 use super::strides::Stride;
-use crate::error::Result;
 use crate::simd::{Floats, Mask, Simd};
 use crate::voxel::{BARE, Grid};
+use hedgehop_base::error::Result;
 
 /// Distances that differ by less than this, in sides of a voxel, are one and the same line.
 const SAME: f64 = 1.0e-3;

@@ -1,9 +1,9 @@
 //! Heights along a line of posts, where sixteen planes cross it.
 
 use super::pages::{Codes, Pages, together};
-use crate::error::Result;
 use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{APRON, HeightCode, PAGE_SIDE, PageId};
+use hedgehop_base::error::Result;
 
 /// Most pages that a block of lines may lie in, side by side; planes are never so far apart that a level
 /// of their footprint needs more.

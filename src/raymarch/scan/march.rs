@@ -9,9 +9,9 @@ use super::lines::{Lines, Posts};
 use super::profile::{NO_SLOPE, Post};
 use super::strides::Stride;
 use super::{Pages, PlaneGroup, Profile, Strides, TurnedPages};
-use crate::error::Result;
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::{BARE, Grid, HeightCode, PageSource};
+use hedgehop_base::error::Result;
 
 /// Lines from the eye within which straight stretches from line to line are too coarse: near the ground,
 /// planes follow the bilinear surface itself there, which bends within a cell.

@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use super::turned::{Columns, STRIP, Strip, TurnedPages};
-use crate::error::Result;
 use crate::voxel::{APRON, BoundsView, HeightsView, PAGE_SIDE, PageId, PageSource};
+use hedgehop_base::error::Result;
 
 /// Slots; a power of two. A task's planes touch some dozens of pages.
 const SLOTS: usize = 64;

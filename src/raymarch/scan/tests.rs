@@ -4,12 +4,12 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::error::Result;
 use crate::raymarch::{GridRay, LevelBands, Marcher, Surface};
 use crate::simd::{Isa, LANES};
 use crate::voxel::{
     BoundsView, Grid, Header, MemPages, Metadata, PageId, PageSource, PageView, SpansView, build_in_memory,
 };
+use hedgehop_base::error::Result;
 
 /// Rows of a test's planes.
 pub(super) const ROWS: usize = 48;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::error::Result;
 use crate::simd::turned;
 use crate::voxel::{APRON, Bytes, Derived, PageId, PageSource};
+use hedgehop_base::error::Result;
 
 /// Bytes of turned pages that are kept.
 const BUDGET: usize = 512 << 20;

@@ -5,11 +5,11 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 
 use super::{Anchor, Flash, Lamp, Layout, Light, MOST_LAMPS};
-use crate::error::{Error, Result};
 use crate::flight::{AltitudeMode, BindOptions, Track, Trajectory};
-use crate::geo::Crs;
 use crate::objects::PointLight;
 use crate::space::{Attitude, Pose};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_geo::Crs;
 
 /// Lamps of a scene over a database.
 #[derive(Debug, Clone, Default)]

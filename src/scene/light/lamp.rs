@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
 
-use crate::colour::{LUMINANCE, linear_from_srgb8};
 use crate::objects::{Beam, Below, Cone, Fixture};
+use hedgehop_base::colour::{LUMINANCE, linear_from_srgb8};
 
 /// Radius of lamps that say nothing of it, metres.
 const RADIUS: f64 = 0.1;

@@ -8,10 +8,10 @@ use toml::Spanned;
 
 use super::lamp::{Colour, around, beam};
 use super::{Anchor, Flash, Lamp, Layout, Light, MOST_LAMPS, Rhythm, kinds};
-use crate::document::Reading;
-use crate::error::Result;
 use crate::objects::Fixture;
 use crate::scene::place::{Above, PLACE_KEYS, Place, finite};
+use hedgehop_base::document::Reading;
+use hedgehop_base::error::Result;
 
 /// Brightest lamp, candela: searchlights have 10⁹.
 const MOST_CANDELA: f64 = 1.0e10;
@@ -166,7 +166,7 @@ impl Entry<'_, '_> {
         })
     }
 
-    fn wrong(&self, what: &str) -> crate::error::Error {
+    fn wrong(&self, what: &str) -> hedgehop_base::error::Error {
         self.reading.wrong(self.span.clone(), what)
     }
 

@@ -1,7 +1,7 @@
 //! Models of dynamic objects: fitted into bodies, and cut into parts that move.
 //!
 //! ```text
-//! file ──crate::model──▶ Model in its own axes ──cut──▶ Mesh in a body's axes, and of each node that moves in its own
+//! file ──hedgehop_assets::model──▶ Model in its own axes ──cut──▶ Mesh in a body's axes, and of each node that moves in its own
 //! ```
 
 mod nodes;
@@ -14,10 +14,10 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use crate::error::{Error, Result};
-use crate::model::{Clause, MOST_TRIANGLES, Model, ModelPart, Read, read};
 use crate::objects::{Mesh, Part};
 use crate::space::Attitude;
+use hedgehop_assets::model::{Clause, MOST_TRIANGLES, Model, ModelPart, Read, read};
+use hedgehop_base::error::{Error, Result};
 pub(super) use nodes::{Cut, Rest};
 
 /// Triangles of all models of a scene.
@@ -126,7 +126,7 @@ impl Models {
             Some((.., cut)) => cut.clone(),
             None => {
                 let wrong = |what: String| Error::invalid(path, what);
-                let cut = Arc::new(read.model.cut(fit, &knife).map_err(wrong)?);
+                let cut = Arc::new(Cut::new(&read.model, fit, &knife).map_err(wrong)?);
                 self.triangles += cut.triangle_count();
                 if self.triangles > MOST_OF_SCENE {
                     return Err(wrong(format!(
@@ -143,14 +143,14 @@ impl Models {
     }
 }
 
-impl Model {
-    /// How it becomes a body.
-    fn fitting(&self, fit: &Fit) -> Clause<Fitting> {
+impl Fitting {
+    /// Fits a model into a body.
+    fn new(model: &Model, fit: &Fit) -> Clause<Self> {
         let turn = fit.turn.world_from_view();
         let turn = DMat3::from_cols(turn.x_axis, turn.z_axis, turn.y_axis);
-        let axes = if fit.is_z_up { DMat3::IDENTITY } else { self.body_from_model };
+        let axes = if fit.is_z_up { DMat3::IDENTITY } else { model.body_from_model };
         let bounds = |turned: DMat3| {
-            let used = self.parts.iter().flat_map(|part| {
+            let used = model.parts.iter().flat_map(|part| {
                 part.triangles.iter().flatten().filter_map(|corner| part.positions.get(*corner as usize))
             });
             used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], place| {
@@ -177,17 +177,12 @@ impl Model {
             Origin::Middle => middle,
         };
         let is_mirrored = axes.determinant() < 0.0;
-        Ok(Fitting { turned, axes, turn, origin, is_mirrored, corners: [low - origin, high - origin] })
+        Ok(Self { turned, axes, turn, origin, is_mirrored, corners: [low - origin, high - origin] })
     }
 
-    /// The mesh of those parts that are `within`, in the axes of a body, or in those of a node at rest.
-    fn mesh(
-        &self,
-        fitting: &Fitting,
-        rest: Option<&Rest>,
-        within: impl Fn(&ModelPart) -> bool,
-    ) -> Clause<Mesh> {
-        let Fitting { turned, turn, axes, origin, is_mirrored, .. } = *fitting;
+    /// Makes the mesh of those parts that are `within`, in the axes of a body, or in those of a node at rest.
+    fn mesh(&self, model: &Model, rest: Option<&Rest>, within: impl Fn(&ModelPart) -> bool) -> Clause<Mesh> {
+        let Self { turned, turn, axes, origin, is_mirrored, .. } = *self;
         let rotation = match rest {
             None => (turn * axes).as_mat3(),
             Some(rest) => (rest.turn.transpose() * turn * axes).as_mat3(),
@@ -208,6 +203,6 @@ impl Model {
                 .collect(),
             material: part.material.clone(),
         };
-        Mesh::new(self.parts.iter().filter(|part| within(part)).map(part).collect())
+        Mesh::new(model.parts.iter().filter(|part| within(part)).map(part).collect())
     }
 }

@@ -13,8 +13,8 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::{Fit, Fitting, Knife};
-use crate::model::{Clause, Model, ModelNode, ModelPart};
 use crate::objects::Mesh;
+use hedgehop_assets::model::{Clause, Model, ModelNode, ModelPart};
 
 /// Names of nodes that are told to who asks for another one.
 const MOST_TOLD: usize = 8;
@@ -51,6 +51,41 @@ pub(in crate::scene) struct Node {
 }
 
 impl Cut {
+    /// Makes one mesh of a model, and another of each node that is cut off.
+    pub(super) fn new(model: &Model, fit: &Fit, knife: &Knife) -> Clause<Self> {
+        let fitting = Fitting::new(model, fit)?;
+        let found: Vec<Clause<usize>> =
+            knife.nodes.iter().map(|name| find_node(model, name.as_deref())).collect();
+        // The cut node that each node goes with; the one above it is known before.
+        let mut goes_with: Vec<Option<usize>> = Vec::with_capacity(model.nodes.len());
+        for (number, node) in model.nodes.iter().enumerate() {
+            let own = found.iter().position(|found| found.as_ref() == Ok(&number));
+            goes_with.push(own.or_else(|| node.above.and_then(|above| goes_with[above])));
+        }
+        let of = |part: &ModelPart| part.node.and_then(|node| goes_with[node]);
+        let node = |(index, found): (usize, Clause<usize>)| -> Clause<Node> {
+            let number = found?;
+            let own = || fitting.rest(&model.nodes[number]);
+            let rest = knife.rests.get(index).copied().unwrap_or_else(own);
+            if !rest.pivot.is_finite() {
+                return Err(format!("has the node {:?} at no finite place", name_of(model, number)));
+            }
+            let mesh = fitting.mesh(model, Some(&rest), |part| of(part) == Some(index));
+            let mesh = mesh.map_err(|_| format!("shows nothing in the node {:?}", name_of(model, number)))?;
+            let above = model.nodes[number].above.and_then(|above| goes_with[above]);
+            Ok(Node { mesh: Arc::new(mesh), rest, above })
+        };
+        let is_cut = found.iter().any(Clause::is_ok);
+        let nodes = found.into_iter().enumerate().map(node).collect();
+        let rest = fitting.mesh(model, None, |part| of(part).is_none());
+        let rest = rest.map_err(|what| {
+            let nothing =
+                "nothing of it is left besides the nodes that are parts; leave the outermost to the object";
+            if is_cut { nothing.to_owned() } else { what }
+        })?;
+        Ok(Self { rest: Arc::new(rest), nodes, corners: fitting.corners })
+    }
+
     /// Triangles of all its meshes.
     pub fn triangle_count(&self) -> usize {
         let nodes = self.nodes.iter().flatten().map(|node| node.mesh.triangle_count());
@@ -58,75 +93,41 @@ impl Cut {
     }
 }
 
-impl Model {
-    /// It as one mesh, and each node that is cut off as another.
-    pub(super) fn cut(&self, fit: &Fit, knife: &Knife) -> Clause<Cut> {
-        let fitting = self.fitting(fit)?;
-        let found: Vec<Clause<usize>> = knife.nodes.iter().map(|name| self.find(name.as_deref())).collect();
-        // The cut node that each node goes with; the one above it is known before.
-        let mut goes_with: Vec<Option<usize>> = Vec::with_capacity(self.nodes.len());
-        for (number, node) in self.nodes.iter().enumerate() {
-            let own = found.iter().position(|found| found.as_ref() == Ok(&number));
-            goes_with.push(own.or_else(|| node.above.and_then(|above| goes_with[above])));
-        }
-        let of = |part: &ModelPart| part.node.and_then(|node| goes_with[node]);
-        let node = |(index, found): (usize, Clause<usize>)| -> Clause<Node> {
-            let number = found?;
-            let own = || self.rest(&fitting, &self.nodes[number]);
-            let rest = knife.rests.get(index).copied().unwrap_or_else(own);
-            if !rest.pivot.is_finite() {
-                return Err(format!("has the node {:?} at no finite place", self.name(number)));
-            }
-            let mesh = self.mesh(&fitting, Some(&rest), |part| of(part) == Some(index));
-            let mesh = mesh.map_err(|_| format!("shows nothing in the node {:?}", self.name(number)))?;
-            let above = self.nodes[number].above.and_then(|above| goes_with[above]);
-            Ok(Node { mesh: Arc::new(mesh), rest, above })
-        };
-        let is_cut = found.iter().any(Clause::is_ok);
-        let nodes = found.into_iter().enumerate().map(node).collect();
-        let rest = self.mesh(&fitting, None, |part| of(part).is_none());
-        let rest = rest.map_err(|what| {
-            let nothing =
-                "nothing of it is left besides the nodes that are parts; leave the outermost to the object";
-            if is_cut { nothing.to_owned() } else { what }
-        })?;
-        Ok(Cut { rest: Arc::new(rest), nodes, corners: fitting.corners })
-    }
-
-    /// The node of a name.
-    fn find(&self, name: Option<&str>) -> Clause<usize> {
-        let Some(name) = name else { return Err("moves nothing there".to_owned()) };
-        let is_it = |node: &ModelNode| node.name.as_deref() == Some(name);
-        let mut found = self.nodes.iter().enumerate().filter(|(_, node)| is_it(node));
-        let others = found.clone().count();
-        match found.next() {
-            Some((number, _)) if others == 1 => Ok(number),
-            Some(_) => Err(format!("has {others} nodes of the name {name:?}; give each its own")),
-            None => {
-                let names: Vec<&str> = self.nodes.iter().filter_map(|node| node.name.as_deref()).collect();
-                let more = if names.len() > MOST_TOLD { ", …" } else { "" };
-                let told = names.iter().take(MOST_TOLD).map(|name| format!("{name:?}")).collect::<Vec<_>>();
-                Err(match told.as_slice() {
-                    [] => format!("has no node {name:?}, nor any other with a name; only glTF has such"),
-                    told => format!("has no node {name:?}; there are {}{more}", told.join(", ")),
-                })
-            }
+/// Finds the one node of a name.
+fn find_node(model: &Model, name: Option<&str>) -> Clause<usize> {
+    let Some(name) = name else { return Err("moves nothing there".to_owned()) };
+    let is_it = |node: &ModelNode| node.name.as_deref() == Some(name);
+    let mut found = model.nodes.iter().enumerate().filter(|(_, node)| is_it(node));
+    let others = found.clone().count();
+    match found.next() {
+        Some((number, _)) if others == 1 => Ok(number),
+        Some(_) => Err(format!("has {others} nodes of the name {name:?}; give each its own")),
+        None => {
+            let names: Vec<&str> = model.nodes.iter().filter_map(|node| node.name.as_deref()).collect();
+            let more = if names.len() > MOST_TOLD { ", …" } else { "" };
+            let told = names.iter().take(MOST_TOLD).map(|name| format!("{name:?}")).collect::<Vec<_>>();
+            Err(match told.as_slice() {
+                [] => format!("has no node {name:?}, nor any other with a name; only glTF has such"),
+                told => format!("has no node {name:?}; there are {}{more}", told.join(", ")),
+            })
         }
     }
+}
 
-    fn name(&self, node: usize) -> &str {
-        self.nodes[node].name.as_deref().unwrap_or_default()
-    }
+fn name_of(model: &Model, node: usize) -> &str {
+    model.nodes[node].name.as_deref().unwrap_or_default()
+}
 
-    /// Where a node's own axes are in a body.
-    fn rest(&self, fitting: &Fitting, node: &ModelNode) -> Rest {
+impl Fitting {
+    /// Places a node's own axes in a body.
+    fn rest(&self, node: &ModelNode) -> Rest {
         let own = DMat3::from_mat4(node.from_node);
         // Y stays, Z and X give way to shear; a mirrored node's X would make left of right.
         let y = own.y_axis.try_normalize().unwrap_or(DVec3::Y);
         let z = (own.z_axis - y * own.z_axis.dot(y)).try_normalize();
         let z = z.unwrap_or_else(|| y.any_orthonormal_vector());
         let model_from_own = DMat3::from_cols(y.cross(z), y, z);
-        let Fitting { turned, axes, turn, origin, .. } = *fitting;
+        let Fitting { turned, axes, turn, origin, .. } = *self;
         let pivot = turned * node.from_node.transform_point3(DVec3::ZERO) - origin;
         Rest { pivot, turn: turn * axes * model_from_own * axes.transpose() }
     }

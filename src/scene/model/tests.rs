@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::{DMat3, Vec3};
 
 use super::*;
-use crate::realdata::realdata;
+use hedgehop_testing::realdata;
 
 const PLAIN: Fit = Fit {
     size: Size::Scale(1.0),

@@ -6,11 +6,11 @@ use super::lines::Loom;
 use super::page::Part;
 use super::posts::Lamp;
 use super::{Facing, LineImage, RadiancePage, Weave};
-use crate::error::Result;
 use crate::sensor::VisualSensor;
 use crate::simd::Isa;
 use crate::sunlight::{ShadePage, Shades};
 use crate::voxel::{Bytes, Derived, Lent, PageId, PageSource, Used};
+use hedgehop_base::error::Result;
 
 /// Bytes of radiance that are kept unless told otherwise.
 const DEFAULT_BUDGET: usize = 1 << 30;

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::tests::{Holey, bake, rough, sensor};
 use super::*;
-use crate::error::Result;
 use crate::voxel::{BoundsView, Header, PageId, PageSource, PageView, SpansView};
+use hedgehop_base::error::Result;
 
 #[test]
 fn what_was_not_used_for_longest_makes_room_and_comes_again() {

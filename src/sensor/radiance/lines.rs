@@ -14,9 +14,9 @@ use super::facing::Facing;
 use super::page::{Baking, Finish, Part, encode};
 use super::posts::Lamp;
 use super::window::{RING, Row, Window};
-use crate::error::Result;
 use crate::simd::{Floats, Isa, LANES, Simd, turned};
 use crate::voxel::{PageId, PageSource};
+use hedgehop_base::error::Result;
 
 /// Which lines of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

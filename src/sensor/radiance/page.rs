@@ -3,9 +3,9 @@
 use super::facing::Facing;
 use super::posts::{Lamp, Posts};
 use super::window::{RING, Window};
-use crate::error::Result;
 use crate::simd::{Floats, Ints, Isa, Kernel, LANES, Simd};
 use crate::voxel::{PAGE_SIDE, PageId, PageSource};
+use hedgehop_base::error::Result;
 
 /// Root of the radiance of the greatest code.
 pub const ROOT_OF_BRIGHTEST: f32 = 1.5;

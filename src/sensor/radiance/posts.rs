@@ -5,13 +5,13 @@ use std::ops::Range;
 use super::facing::{Facing, VOID_WEIGHT};
 use super::page::Part;
 use super::window::LIT;
-use crate::colour::linear_from_srgb8;
 use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Ints, LANES, Mask, Simd};
 use crate::sunlight::{SHADE_APRON, ShadePage};
 use crate::voxel::{
     APRON, Header, HeightCode, PAGE_SIDE, PageId, PageView, RELIEF_APRON, Relief, ReliefLanes, half_steps_of,
 };
+use hedgehop_base::colour::linear_from_srgb8;
 
 /// Numbers of lanes.
 const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];

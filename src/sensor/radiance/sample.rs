@@ -7,9 +7,9 @@ use super::cache::Strip;
 use super::facing::{Facing, STEEPER};
 use super::lines::{LineImage, Weave};
 use super::page::{CODE_LIMIT, ROOT_OF_BRIGHTEST};
-use crate::error::Result;
 use crate::simd::{Floats, Ints, LANES, Simd};
 use crate::voxel::{BARE, Grid, PAGE_SIDE, PageId};
+use hedgehop_base::error::Result;
 
 /// Most pages that lie side by side under sixteen planes.
 const MOST_PAGES: usize = 4;

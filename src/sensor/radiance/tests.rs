@@ -9,8 +9,6 @@ use super::lines::Loom;
 use super::page::{CODE_LIMIT, Part, ROOT_OF_BRIGHTEST};
 use super::posts::Lamp;
 use super::*;
-use crate::colour::linear_from_srgb8;
-use crate::error::Result;
 use crate::raymarch::PageCursor;
 use crate::sensor::VisualSensor;
 use crate::simd::{Floats, Isa, Kernel, LANES, Simd};
@@ -19,6 +17,8 @@ use crate::voxel::{
     BoundsView, Grid, Header, MemPages, Metadata, PAGE_SIDE, PageId, PageSource, PageView, RADIX, SpansView,
     build_in_memory,
 };
+use hedgehop_base::colour::linear_from_srgb8;
+use hedgehop_base::error::Result;
 
 const SPACING: f64 = 10.0;
 

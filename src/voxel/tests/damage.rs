@@ -16,10 +16,10 @@ fn small() -> (MemPages, Vec<u8>) {
 }
 
 /// Everything that can be read from a database.
-fn content(bytes: &[u8]) -> crate::Result<(Header, Vec<Option<PageBuffer>>)> {
+fn content(bytes: &[u8]) -> hedgehop_base::Result<(Header, Vec<Option<PageBuffer>>)> {
     let pages = MemPages::from_bytes("damaged.hop", bytes)?;
     let read = |id| Ok(pages.whole_page(id)?.map(|view| view.to_buffer()));
-    let read = pages.directory().ids().map(read).collect::<crate::Result<_>>()?;
+    let read = pages.directory().ids().map(read).collect::<hedgehop_base::Result<_>>()?;
     Ok((pages.header().clone(), read))
 }
 
@@ -113,7 +113,7 @@ fn hostile_numbers_with_right_checksums_never_panic() {
                     let sound = header.grid.check().is_ok() && header.heights.check().is_ok();
                     assert!(sound, "byte {position}: {:?}", header.grid);
                     let store = MemPages::from_bytes("hostile.hop", &hostile).unwrap();
-                    verify(&store, &crate::progress::Silent).unwrap();
+                    verify(&store, &hedgehop_base::progress::Silent).unwrap();
                 }
                 Err(_) => refused += 1,
             }

@@ -4,37 +4,9 @@ use std::path::Path;
 
 use super::super::fixed_header::{FixedHeader, header_crc};
 use super::super::format::{Field, entry, header as at};
+use super::super::version_7::in_full;
 use super::*;
-use crate::progress::Silent;
-
-/// The database with all of its pages in full, as version 7 has them.
-pub fn in_full(pages: &MemPages) -> MemPages {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("full.hop");
-    let Header { grid, heights, objects, metadata, height_range, .. } = pages.header();
-    let mut writer = PageWriter::create(&path, *grid, *heights, false).unwrap().with_objects(objects.clone());
-    for (id, _) in pages.directory().present() {
-        let page = pages.whole_page(id).unwrap().unwrap().to_buffer();
-        writer.append(&page.encode_in_full(id)).unwrap();
-    }
-    writer.finish(metadata, *height_range).unwrap();
-    let mut bytes = std::fs::read(&path).unwrap();
-    let mut header = FixedHeader::decode(&path, &bytes).unwrap();
-    header.version = 7;
-    let section = |offset: Field, length: Field| {
-        let start = offset.u64(&bytes) as usize;
-        start..start + length.u64(&bytes) as usize
-    };
-    let json = section(at::METADATA_OFFSET, at::METADATA_LENGTH);
-    let directory = MemPages::from_bytes(&path, &bytes).unwrap().directory().clone();
-    header.content_hash = header.identity(&bytes[json], &objects.to_bytes(), &directory);
-    let record = header.encode();
-    bytes[..at::SIZE].copy_from_slice(&record);
-    let full = MemPages::from_bytes(&path, &bytes).unwrap();
-    assert_eq!(full.header().version, 7);
-    assert!(full.directory().present().all(|(_, entry)| entry.empty().is_none()));
-    full
-}
+use hedgehop_base::progress::Silent;
 
 /// Random ground in two corners of an area, 6 x 4 pages of the finest level.
 fn apart() -> MemPages {
@@ -59,7 +31,9 @@ fn has_bytes(id: PageId) -> bool {
 #[test]
 fn readers_see_what_they_see_in_full() {
     let pages = apart();
-    let full = in_full(&pages);
+    let full = in_full(&pages).unwrap();
+    assert_eq!(full.header().version, 7);
+    assert!(full.directory().present().all(|(_, entry)| entry.empty().is_none()));
     let directory = pages.directory();
     let finest = directory.present().filter(|(id, _)| id.level == 0);
     let with_bytes: Vec<_> = finest.filter(|(_, entry)| entry.empty().is_none()).map(|(id, _)| id).collect();

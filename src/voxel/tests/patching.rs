@@ -70,7 +70,7 @@ impl Change {
     }
 
     /// Makes one of the other; an error is one of the writer.
-    fn make(&self) -> Result<(), crate::error::Error> {
+    fn make(&self) -> Result<(), hedgehop_base::error::Error> {
         let header = self.after.header();
         let base = EarlierFile::open(&self.path()).unwrap();
         let mut writer =

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::progress::Silent;
 use crate::voxel::{BLOCK_SIDE, BlockSpans, Standing, Symmetry, build_standing, verify};
+use hedgehop_base::progress::Silent;
 
 const SIDE: u32 = 300;
 const CODE: HeightCode = HeightCode { scale: 0.01, offset: -1.0 };

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::super::assembly::{Assembly, MemoryStorage};
 use super::*;
-use crate::error::Result;
-use crate::progress::Silent;
+use hedgehop_base::error::Result;
+use hedgehop_base::progress::Silent;
 
 /// What sources say at a level: heights that have nothing to do with those of other levels.
 #[derive(Clone, Copy)]

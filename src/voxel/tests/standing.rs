@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::progress::Silent;
 use crate::voxel::{Standing, build_standing, verify};
+use hedgehop_base::progress::Silent;
 
 const SIDE: u32 = 300;
 

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use super::*;
-use crate::progress::{Observer, Silent};
+use hedgehop_base::progress::{Observer, Silent};
 
 /// Whether `change` to page `id` of a sound database, written with right hashes, is found in the words
 /// `expected`.
@@ -106,5 +106,8 @@ fn progress_is_told_and_interruption_obeyed() {
     let observer = Counter { advanced: Mutex::new(0), stop: false };
     verify(&pages, &observer).unwrap();
     assert_eq!(*observer.advanced.lock().unwrap(), pages.directory().len() as u64);
-    assert!(matches!(verify(&pages, &Counter { stop: true, ..observer }), Err(crate::Error::Interrupted(_))));
+    assert!(matches!(
+        verify(&pages, &Counter { stop: true, ..observer }),
+        Err(hedgehop_base::Error::Interrupted(_))
+    ));
 }

@@ -6,11 +6,11 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use hedgehop::Error;
-use hedgehop::recipe::matching;
 use hedgehop::render::Engine;
 use hedgehop::simd::Isa;
 use hedgehop::subimage::TaskSize;
 use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop_modeling::recipe::matching;
 use serde::Serialize;
 
 /// Widest and highest picture, pixels. A frame holds about 40 bytes per pixel.

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use hedgehop::query::{ClassTally, ObjectTally, Tally};
 use hedgehop::voxel::{Grid, Group, Header};
+use hedgehop_query::{ClassTally, ObjectTally, Tally};
 use serde_json::{Value, json};
 
 /// Square metres as square kilometres.

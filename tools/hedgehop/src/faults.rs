@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use clap::ValueEnum;
 use glam::DVec2;
-use hedgehop::query::{ContinuityReport, Fault, Finding, MapExtent};
 use hedgehop::voxel::PageSource;
+use hedgehop_query::{ContinuityReport, Fault, Finding, MapExtent};
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;

@@ -1,7 +1,7 @@
 //! Contour lines on a map: thin and thick ones, with their figures where these fit.
 
 use glam::DVec2;
-use hedgehop::query::{Contour, MapExtent};
+use hedgehop_query::{Contour, MapExtent};
 use image::{Rgb, RgbImage};
 
 use crate::drawing::Mask;

@@ -7,9 +7,9 @@ use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::frame::geotiff::GeoTiff;
 use hedgehop::geo::Crs;
 use hedgehop::progress::Observer;
-use hedgehop::query::MapExtent;
 use hedgehop::voxel::{Grid, Header};
 use hedgehop::{Error, Result};
+use hedgehop_query::MapExtent;
 
 use crate::area;
 use crate::args;

@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 use hedgehop::geo::{Crs, Transform};
-use hedgehop::query::{Sample, footing};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
+use hedgehop_query::{Sample, footing};
 
 use crate::area;
 

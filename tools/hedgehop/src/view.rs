@@ -10,13 +10,13 @@ use hedgehop::flight::{Altitude, BindOptions, Fix, Horizontal, Track, Trajectory
 use hedgehop::frame::{FrameRate, FrameSet};
 use hedgehop::geo::Crs;
 use hedgehop::progress::{Observer, Silent};
-use hedgehop::query::Ground;
 use hedgehop::render::RenderOptions;
 use hedgehop::scene::Scene;
 use hedgehop::space::{Attitude, Camera, Pose};
 use hedgehop::sunlight::{Night, Sun, SunSetting};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
+use hedgehop_query::Ground;
 
 use crate::aov::Partner;
 use crate::area;

@@ -5,7 +5,7 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use hedgehop::modeling::raster::{ImageryRaster, OpenOptions, Window, open};
+use hedgehop_modeling::raster::{ImageryRaster, OpenOptions, Window, open};
 use serde_json::Value;
 use tempfile::TempDir;
 

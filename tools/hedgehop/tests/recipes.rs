@@ -314,7 +314,7 @@ fn airport_rasters() -> Option<PathBuf> {
 #[test]
 fn recipes_that_come_with_it_are_sound() {
     let folder = TempDir::new().expect("a temporary folder");
-    for part in ["data", "docs/gallery", "tests/data/places"] {
+    for part in ["data", "docs/gallery", "crates/modeling/tests/data/places"] {
         copy_files(&repository().join(part), &folder.path().join(part));
     }
     // As docs/modeling.md has it.

@@ -23,8 +23,8 @@ use self::ring::{Ring, Rings, Sides, Wedge, edges_after};
 use self::surface::{Surface, range_on_page};
 use super::march::MOST_VOXELS;
 use super::{Field, PlaneGroup, Strides};
-use crate::error::Result;
 use crate::voxel::{Grid, HeightCode, PageNeeds, PageSource};
+use hedgehop_base::error::Result;
 
 /// Groups of planes that are looked at together: one takes five thirds of the time, and names 4 to 6 % fewer bytes.
 const WEDGE: usize = 2;

@@ -1,7 +1,7 @@
 //! Between which heights the surface lies, told from bounds.
 
-use crate::error::Result;
 use crate::voxel::{BoundsView, PAGE_SIDE, PageId, PageSource, RADIX};
+use hedgehop_base::error::Result;
 
 /// Looks bounds up.
 pub(super) struct Surface<'a> {

@@ -38,10 +38,10 @@ use self::crossing::Crossing;
 use self::voxels::{Course, Passed, Veil};
 use self::walk::{Step, Walk};
 use super::{Field, Ladder, PlaneGroup, Profile};
-use crate::error::Result;
 use crate::raymarch::blocks::{Blocks, corner_on_page};
 use crate::simd::{Isa, Kernel, LANES, Simd, Sixteen};
 use crate::voxel::{BLOCK_SIDE, Cut, Grid, HeightCode, PageId, PageSource, Span, SpanBlock, SpansView};
+use hedgehop_base::error::Result;
 
 /// Least major distance of what is seen, units: tangents stay finite.
 const LEAST_DISTANCE: f64 = 1.0e-6;

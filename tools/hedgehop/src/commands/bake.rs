@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{Baking, bake_shadows};
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
+use hedgehop_modeling::{Baking, bake_shadows};
 
 use crate::area;
 use crate::args;

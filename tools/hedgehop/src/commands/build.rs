@@ -9,14 +9,14 @@ use clap::ValueEnum;
 use hedgehop::Error;
 use hedgehop::geo::VerticalDatum;
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::synthetic::Synthetic;
-use hedgehop::modeling::{
+use hedgehop::sunlight::SunSetting;
+use hedgehop::voxel::PageSource;
+use hedgehop_modeling::recipe::{InKeys, route};
+use hedgehop_modeling::synthetic::Synthetic;
+use hedgehop_modeling::{
     BuildOptions, BuildReport, CloudFile, Corridor, ElevationFile, FeatureFile, ImageryFile, Interpolation,
     LandCoverFile, Materials, NodataFill, Scheme, is_own_work,
 };
-use hedgehop::recipe::{InKeys, route};
-use hedgehop::sunlight::SunSetting;
-use hedgehop::voxel::PageSource;
 
 use crate::area;
 use crate::args;

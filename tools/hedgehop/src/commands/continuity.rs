@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::frame::atomic::{check_writable, write_bytes};
 use hedgehop::memory::PageFile;
-use hedgehop::query::{ContinuityLimits, MapExtent, continuity};
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
+use hedgehop_query::{ContinuityLimits, MapExtent, continuity};
 
 use crate::args;
 use crate::chart;

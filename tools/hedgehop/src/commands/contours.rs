@@ -7,12 +7,12 @@ use hedgehop::frame::atomic::{write_bytes, write_with};
 use hedgehop::frame::geotiff::{TILE, write_full_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::query::{
-    Contour, GroundMap, Hillshade, MapExtent, Sheet, contour_range, contours, fitting_interval,
-};
 use hedgehop::sunlight::Sun;
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
+use hedgehop_query::{
+    Contour, GroundMap, Hillshade, MapExtent, Sheet, contour_range, contours, fitting_interval,
+};
 use image::{Rgb, RgbImage};
 
 use crate::area;

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::geo::{Crs, Transform};
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{Part, extract};
 use hedgehop::progress::Observer;
 use hedgehop::voxel::{Header, PageId, PageSource};
 use hedgehop::{Error, Result};
+use hedgehop_modeling::{Part, extract};
 
 use crate::area;
 use crate::args::{self, check_no_input};

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use hedgehop::Error;
 use hedgehop::memory::PageFile;
-use hedgehop::query::{Ground, Sample};
 use hedgehop::voxel::PageSource;
+use hedgehop_query::{Ground, Sample};
 
 use crate::args;
 use crate::exit::{self, Outcome};

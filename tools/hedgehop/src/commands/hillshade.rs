@@ -8,10 +8,10 @@ use hedgehop::frame::atomic::write_with;
 use hedgehop::frame::geotiff::{NO_DATA, TILE, write_geotiff};
 use hedgehop::memory::PageFile;
 use hedgehop::progress::Observer;
-use hedgehop::query::{GroundMap, Hillshade, Sheet};
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
+use hedgehop_query::{GroundMap, Hillshade, Sheet};
 
 use crate::area;
 use crate::args;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use hedgehop::memory::PageFile;
-use hedgehop::query::{MapExtent, Tally, tally};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
+use hedgehop_query::{MapExtent, Tally, tally};
 use serde_json::json;
 
 use crate::area;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::Merger;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
+use hedgehop_modeling::Merger;
 
 use crate::area;
 use crate::args::{self, check_no_input};

@@ -7,9 +7,9 @@ use glam::DVec2;
 use hedgehop::flight::{BindOptions, Trajectory, read_track};
 use hedgehop::frame::atomic::write_bytes;
 use hedgehop::memory::PageFile;
-use hedgehop::query::{Ground, Sample, profile};
 use hedgehop::voxel::{Header, PageSource};
 use hedgehop::{Error, Result};
+use hedgehop_query::{Ground, Sample, profile};
 
 use crate::area;
 use crate::args::{self, AltitudeMode};

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use hedgehop::Error;
 use hedgehop::frame::atomic::write_new_bytes;
-use hedgehop::modeling::is_own_work;
-use hedgehop::recipe::{Mistake, Recipe, TEMPLATE, in_keys};
+use hedgehop_modeling::is_own_work;
+use hedgehop_modeling::recipe::{Mistake, Recipe, TEMPLATE, in_keys};
 
 use crate::exit::{self, Failure, Outcome};
 use crate::program::program;

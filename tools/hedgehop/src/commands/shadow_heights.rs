@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use hedgehop::Error;
 use hedgehop::frame::atomic::{check_writable, write_bytes};
-use hedgehop::modeling::features::LayerOptions;
-use hedgehop::modeling::shadow_height::{Answer, Origin, ShadowOptions, ShadowReport, shadow_heights};
-use hedgehop::modeling::{ElevationFile, ImageryFile};
 use hedgehop::progress::Observer;
 use hedgehop::sunlight::SunSetting;
+use hedgehop_modeling::features::LayerOptions;
+use hedgehop_modeling::shadow_height::{Answer, Origin, ShadowOptions, ShadowReport, shadow_heights};
+use hedgehop_modeling::{ElevationFile, ImageryFile};
 
 use crate::args::{self, ELEVATION, IMAGERY, Workers};
 use crate::exit::{self, Outcome};

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use hedgehop::Error;
 use hedgehop::memory::PageFile;
-use hedgehop::query::{Matter, Sight, sight};
 use hedgehop::render::RenderOptions;
 use hedgehop::voxel::{Header, PageSource};
+use hedgehop_query::{Matter, Sight, sight};
 use serde_json::{Value, json};
 
 use crate::args;

@@ -11,15 +11,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hedgehop::memory::PageFile;
-use hedgehop::modeling::{
-    Baked, Baking, BuildOptions, BuildReport, bake_shadows, build, check_name, check_output, check_shadows,
-    forget_steps, is_kept_for, outline, take_over,
-};
 use hedgehop::progress::Observer;
-use hedgehop::recipe::Recipe;
 use hedgehop::sunlight::SunSetting;
 use hedgehop::voxel::PageSource;
 use hedgehop::{Error, Result};
+use hedgehop_modeling::recipe::Recipe;
+use hedgehop_modeling::{
+    Baked, Baking, BuildOptions, BuildReport, bake_shadows, build, check_name, check_output, check_shadows,
+    forget_steps, is_kept_for, outline, take_over,
+};
 use tempfile::TempDir;
 
 use crate::area;

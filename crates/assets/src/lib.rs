@@ -1,0 +1,4 @@
+//! Pictures and three-dimensional models, as other programs write them.
+
+pub mod model;
+pub mod picture;

@@ -1,0 +1,73 @@
+//! What points are of, by the classes of ASPRS (LAS Specification 1.4 R15, table 17).
+
+use super::super::features::Paint;
+use hedgehop::voxel::Material;
+
+/// What a point says something about. The numbers are those of records in temporary files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Kind {
+    /// Bare ground, water, surfaces of roads.
+    Ground = 0,
+    /// The highest surface, whatever it is: points of a file that knows no ground.
+    Surface = 1,
+    /// Leaves and branches.
+    Vegetation = 2,
+    /// Roofs and walls.
+    Building = 3,
+    /// Overhead wires.
+    Wire = 4,
+    /// What carries them.
+    Tower = 5,
+    /// Decks of bridges.
+    Deck = 6,
+    /// Not said.
+    Unknown = 7,
+}
+
+/// The kind of a class; `None`: noise.
+pub(super) fn kind(class: u8) -> Option<Kind> {
+    Some(match class {
+        // Ground, key points of models, water, rails, roads.
+        2 | 8..=11 => Kind::Ground,
+        3..=5 => Kind::Vegetation,
+        6 => Kind::Building,
+        7 | 18 => return None,
+        13 | 14 => Kind::Wire,
+        15 => Kind::Tower,
+        17 => Kind::Deck,
+        _ => Kind::Unknown,
+    })
+}
+
+impl Kind {
+    const ALL: [Self; 8] = [
+        Self::Ground,
+        Self::Surface,
+        Self::Vegetation,
+        Self::Building,
+        Self::Wire,
+        Self::Tower,
+        Self::Deck,
+        Self::Unknown,
+    ];
+
+    /// By its number.
+    pub fn of(number: u8) -> Self {
+        Self::ALL.get(usize::from(number)).copied().unwrap_or(Self::Unknown)
+    }
+
+    /// What it looks like where points have no colour.
+    pub fn paint(self) -> Paint {
+        let (colour, material) = match self {
+            Self::Ground | Self::Surface => ([140, 132, 112], Material::Soil),
+            Self::Vegetation => ([82, 106, 56], Material::Broadleaf),
+            Self::Building => ([152, 122, 108], Material::Unknown),
+            Self::Wire => ([64, 66, 70], Material::Metal),
+            Self::Tower => ([128, 132, 136], Material::Metal),
+            Self::Deck => ([150, 148, 142], Material::Concrete),
+            Self::Unknown => ([104, 112, 78], Material::Unknown),
+        };
+        Paint { colour, material }
+    }
+}

@@ -1,0 +1,341 @@
+//! What features are, in SI units.
+
+use glam::DVec2;
+
+use hedgehop::voxel::Material;
+
+/// What a whole layer is, where its rows do not say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// Houses, halls, sheds.
+    Building,
+    /// Ways for wheels and feet.
+    Road,
+    /// Tracks.
+    Railway,
+    /// Runways, taxiways, aprons.
+    Runway,
+    /// Paved areas.
+    Pavement,
+    /// Flowing water.
+    River,
+    /// Standing water.
+    Lake,
+    /// Walls.
+    Wall,
+    /// Fences.
+    Fence,
+    /// Hedges.
+    Hedge,
+    /// Masts, towers, chimneys.
+    Mast,
+    /// Tanks.
+    Tank,
+    /// Silos.
+    Silo,
+    /// Overhead wires.
+    PowerLine,
+    /// What carries them.
+    Pylon,
+    /// Single trees, and rows of them.
+    Tree,
+    /// Areas of trees.
+    Wood,
+    /// Decks of bridges.
+    Bridge,
+    /// Natural or farmed ground.
+    Ground,
+}
+
+impl Class {
+    const NAMES: [(&'static str, Self); 19] = [
+        ("building", Self::Building),
+        ("road", Self::Road),
+        ("railway", Self::Railway),
+        ("runway", Self::Runway),
+        ("pavement", Self::Pavement),
+        ("river", Self::River),
+        ("lake", Self::Lake),
+        ("wall", Self::Wall),
+        ("fence", Self::Fence),
+        ("hedge", Self::Hedge),
+        ("mast", Self::Mast),
+        ("tank", Self::Tank),
+        ("silo", Self::Silo),
+        ("power-line", Self::PowerLine),
+        ("pylon", Self::Pylon),
+        ("tree", Self::Tree),
+        ("wood", Self::Wood),
+        ("bridge", Self::Bridge),
+        ("ground", Self::Ground),
+    ];
+
+    /// By its name in recipes; an error that tells all names.
+    pub fn of(name: &str) -> Result<Self, String> {
+        let found = Self::NAMES.iter().find(|(known, _)| *known == name);
+        found.map(|(_, class)| *class).ok_or_else(|| {
+            let names: Vec<&str> = Self::NAMES.iter().map(|(name, _)| *name).collect();
+            format!("'{name}' is no kind of feature; there are {}", names.join(", "))
+        })
+    }
+}
+
+/// How a surface looks, and what it is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Paint {
+    /// sRGB.
+    pub colour: [u8; 3],
+    /// What correlated sensors take it for.
+    pub material: Material,
+}
+
+/// Form of a roof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RoofShape {
+    /// Level.
+    Flat,
+    /// Two planes that meet in a ridge.
+    Gabled,
+    /// A plane from each wall.
+    Hipped,
+    /// Planes that meet in one point.
+    Pyramidal,
+    /// One plane.
+    Skillion,
+    /// Round.
+    Dome,
+}
+
+/// How high a roof is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rise {
+    /// From eaves to ridge, metres, ≥ 0.
+    Height(f64),
+    /// Angle of its planes from the level, degrees, 0…80.
+    Angle(f64),
+}
+
+/// A roof.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Roof {
+    /// Its form.
+    pub shape: RoofShape,
+    /// How high it is.
+    pub rise: Rise,
+    /// Where its (lower) side looks, degrees clockwise from north; `None`: as the footprint suggests.
+    pub direction: Option<f64>,
+    /// The ridge runs across the longer side.
+    pub across: bool,
+    /// Nothing is said of its shape: large and crooked buildings may have another one.
+    pub is_guess: bool,
+}
+
+impl Roof {
+    /// Whether its ridge lies above its eaves.
+    pub fn rises(&self) -> bool {
+        let (Rise::Height(size) | Rise::Angle(size)) = self.rise;
+        self.shape != RoofShape::Flat && size > 0.0
+    }
+}
+
+/// Up to where a building is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Top {
+    /// Height of the ridge above the ground, metres.
+    Ridge(f64),
+    /// Height of the eaves above the ground, metres.
+    Eaves(f64),
+}
+
+/// A building, or a part of one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Building {
+    /// Its height.
+    pub top: Top,
+    /// Height of its lower end above the ground, metres, ≥ 0.
+    pub min_height_m: f64,
+    /// Its roof.
+    pub roof: Roof,
+    /// Its façades.
+    pub walls: Paint,
+    /// The roof's surface.
+    pub cover: Paint,
+    /// A part of a building that may be there as a whole, too.
+    pub is_part: bool,
+}
+
+/// What runs along a line with a width.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum WayKind {
+    /// For wheels and feet.
+    Road,
+    /// Tracks.
+    Railway,
+    /// Runways and taxiways.
+    Runway,
+}
+
+/// A way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Way {
+    /// What it is.
+    pub kind: WayKind,
+    /// Its width, metres, > 0.
+    pub width_m: f64,
+    /// Its surface.
+    pub paint: Paint,
+    /// Steepest that it is built, rise over run, > 0.
+    pub most_grade: f64,
+    /// It runs over a bridge.
+    pub is_bridge: bool,
+    /// Which of several ways lies above the others: the one with the greatest number.
+    pub layer: i32,
+}
+
+/// What a barrier is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Barrier {
+    /// Its height, metres, > 0.
+    pub height_m: f64,
+    /// Its thickness, metres, > 0.
+    pub thickness_m: f64,
+    /// Share of the light that it hides, 0…1.
+    pub opacity: f64,
+    /// Its surface.
+    pub paint: Paint,
+    /// It fills its areas, and does not run along their outlines.
+    pub is_filled: bool,
+}
+
+/// How something round ends at its top.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cap {
+    /// Level.
+    Flat,
+    /// A flattened half of a ball.
+    Dome,
+    /// A cone.
+    Cone,
+    /// Level, and waisted below: a cooling tower.
+    Waisted,
+}
+
+/// Something round that stands upright: masts, towers, chimneys, tanks, silos, pylons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Upright {
+    /// Its height, metres, > 0.
+    pub height_m: f64,
+    /// Diameter at the ground, metres, > 0; `None`: that of its area.
+    pub diameter_m: Option<f64>,
+    /// Diameter at its top as a share of that at the ground, 0…1.
+    pub taper: f64,
+    /// How it ends.
+    pub cap: Cap,
+    /// Share of the light that it hides, 0…1: lattices are not dense.
+    pub opacity: f64,
+    /// Its surface.
+    pub paint: Paint,
+}
+
+/// A tower, tank or silo that has an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Structure {
+    /// It over an outline that is a circle.
+    pub round: Upright,
+    /// It over any other outline, which is that of its walls.
+    pub walled: Building,
+}
+
+/// A wire of a power line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wire {
+    /// How far it runs to the right of the line, metres.
+    pub offset_m: f64,
+    /// Height of its ends above the ground, metres.
+    pub height_m: f64,
+}
+
+/// A power line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PowerLine {
+    /// Its wires.
+    pub wires: Vec<Wire>,
+    /// Sag per square of a span's length, 1/m: with one tension and one weight the sag grows with the square of the span.
+    pub sag_per_m: f64,
+    /// What stands at its vertices; it has arms as long as wires need.
+    pub pylon: Upright,
+    /// What stands at single ones of them, by rows of their own.
+    pub stated: Vec<(DVec2, Upright)>,
+}
+
+/// What trees are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leaf {
+    /// Oaks, beeches: round crowns.
+    Broad,
+    /// Spruces, pines: pointed crowns.
+    Needle,
+    /// Either.
+    Mixed,
+}
+
+/// A tree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tree {
+    /// Its height, metres, > 0.
+    pub height_m: f64,
+    /// Diameter of its crown, metres, > 0.
+    pub crown_m: f64,
+    /// Its leaves; not [`Leaf::Mixed`].
+    pub leaf: Leaf,
+    /// Its crown.
+    pub paint: Paint,
+}
+
+/// An area of trees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wood {
+    /// Mean height, metres, > 0.
+    pub height_m: f64,
+    /// Trees per hectare, > 0.
+    pub density: f64,
+    /// What grows there.
+    pub leaf: Leaf,
+}
+
+/// What a row means.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Meaning {
+    /// A building.
+    Building(Building),
+    /// A road, railway, runway.
+    Way(Way),
+    /// An area with a surface of its own, level with the ground.
+    Pavement(Paint),
+    /// Natural or farmed ground: its material, and its colour where no imagery shows it.
+    Ground(Paint),
+    /// Flowing water of this width, metres; areas of it are lakes here if they stand still, and rivers if not.
+    River(f64),
+    /// Standing water.
+    Lake,
+    /// A wall, fence or hedge.
+    Barrier(Barrier),
+    /// A mast, tank, tower.
+    Upright(Upright),
+    /// One that has an outline.
+    Structure(Structure),
+    /// What carries wires, and whether its height is stated.
+    Pylon(Upright, bool),
+    /// Overhead wires.
+    PowerLine(PowerLine),
+    /// Trees: at its points, or in a row along its lines, this many metres apart.
+    Trees(Tree, f64),
+    /// A wood.
+    Wood(Wood),
+    /// The deck of a bridge, as an area.
+    Bridge(Paint),
+    /// Nothing that is known here.
+    Unknown,
+    /// Known, but not to be seen, and why.
+    Hidden(&'static str),
+}

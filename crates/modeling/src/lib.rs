@@ -1,0 +1,64 @@
+//! Database modelling: rasters in, voxel pages out.
+
+pub mod features;
+pub mod raster;
+pub mod recipe;
+pub mod shadow_height;
+
+mod bake;
+mod bare;
+mod budget;
+mod build;
+mod census;
+mod cloud;
+mod corridor;
+mod drape;
+mod extract;
+mod feather;
+mod fill;
+mod fineness;
+mod footprint;
+mod groves;
+mod hints;
+mod inputs;
+mod kernel;
+mod land_cover;
+mod materials;
+mod merge;
+mod mosaic;
+pub mod object;
+mod options;
+mod page;
+mod placed;
+mod placing;
+mod plan;
+mod plausible;
+mod reach;
+mod room;
+mod scan;
+mod source_heights;
+mod sources;
+mod standing;
+mod steps;
+pub mod synthetic;
+mod tally;
+#[cfg(test)]
+mod tests;
+mod tint;
+mod vertical;
+mod warp;
+mod workers;
+mod writing;
+
+pub use bake::{Baked, Baking, bake_shadows, check_shadows};
+pub use build::{BuildReport, Outline, build, check_name, check_output, outline};
+pub use corridor::{Corridor, Place, Route};
+pub use extract::{Part, extract};
+pub use inputs::{Input, faults};
+pub use land_cover::{LandCoverFile, Scheme};
+pub use materials::{Finish, Materials};
+pub use merge::{Join, Merged, Merger};
+pub use options::{
+    BuildOptions, CloudFile, ElevationFile, FeatureFile, ImageryFile, Interpolation, NodataFill,
+};
+pub use steps::{forget_steps, is_kept_for, is_own_work, take_over};

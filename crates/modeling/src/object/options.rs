@@ -1,0 +1,93 @@
+//! What is to stand where.
+
+use std::path::PathBuf;
+
+use super::built_in::BuiltIn;
+use super::soup::Stance;
+use hedgehop::voxel::Material;
+
+/// Models that stand on the ground, all of them at each of some places.
+#[derive(Debug, Clone, Default)]
+pub struct ObjectFile {
+    /// The files: glTF, OBJ or MagicaVoxel. They share their origin.
+    pub paths: Vec<PathBuf>,
+    /// Where it stands: metres of the database's system.
+    pub places: Vec<[f64; 2]>,
+    /// How it stands.
+    pub stance: Stance,
+    /// Height of its foot above the ground, metres.
+    pub up_m: f64,
+    /// What all of it is made of.
+    pub material: Material,
+}
+
+/// What is scattered.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Form {
+    /// A file: glTF, OBJ or MagicaVoxel.
+    File(PathBuf),
+    /// One of those that need none.
+    BuiltIn(BuiltIn),
+}
+
+/// The same forms at many places, by chance.
+#[derive(Debug, Clone)]
+pub struct ScatterFile {
+    /// Which; one of them at each place.
+    pub forms: Vec<Form>,
+    /// What those of files are made of; built-in ones have materials of their own.
+    pub material: Material,
+    /// How they stand; headings are by chance, of eight ways to lay them over voxels.
+    pub stance: Stance,
+    /// A file of polygons that they keep to.
+    pub area: Option<PathBuf>,
+    /// Reference system of that file, if it states none.
+    pub crs: Option<String>,
+    /// West, south, east, north that they keep to, metres of the database's system.
+    pub bbox: Option<[f64; 4]>,
+    /// Mean distance, metres, > 0.
+    pub spacing_m: f64,
+    /// Least and greatest factor of their size, > 0.
+    pub scale: [f64; 2],
+    /// Which of all such scatters.
+    pub seed: u64,
+    /// Only where the ground is so high, metres.
+    pub heights_m: Option<[f64; 2]>,
+    /// Only where the ground is so steep, degrees.
+    pub slopes_deg: Option<[f64; 2]>,
+    /// Only where the ground is made of one of these, or of what is like one; empty: of anything.
+    pub grounds: Vec<Material>,
+    /// Not where features stand or lie.
+    pub avoid: bool,
+}
+
+impl ScatterFile {
+    /// The files that it is read from.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        let forms = self.forms.iter().filter_map(|form| match form {
+            Form::File(path) => Some(path),
+            Form::BuiltIn(_) => None,
+        });
+        forms.chain(&self.area)
+    }
+}
+
+impl Default for ScatterFile {
+    fn default() -> Self {
+        Self {
+            forms: Vec::new(),
+            material: Material::Unknown,
+            stance: Stance::default(),
+            area: None,
+            crs: None,
+            bbox: None,
+            spacing_m: 10.0,
+            scale: [1.0; 2],
+            seed: 0,
+            heights_m: None,
+            slopes_deg: None,
+            grounds: Vec::new(),
+            avoid: true,
+        }
+    }
+}

@@ -1,0 +1,402 @@
+//! GeoTIFF and COG (Adobe, *TIFF 6.0*, 1992; OGC 19-008r4 *GeoTIFF 1.1*; GDAL's tags 42112 and 42113).
+//!
+//! ```text
+//! first directory → layout (size, bands, sample type, chunks) or a refusal with the command that converts
+//!                 → place (scale and tie point, or matrix; half a pixel back if pixels are points), CRS, nodata, scale
+//! uncompressed strips  → rows are read from where they lie (raw.rs), so that strips of any size are bounded
+//! anything else        → chunk by chunk through the cache (chunk.rs)
+//! ```
+//! Of the later directories only GDAL's transparency mask is used (mask.rs); overviews are not. Samples come as stored: MinIsWhite is reported, not inverted. What would
+//! give wrong colours without a word (JPEG's YCbCr, palettes, CMYK, Lab) is refused.
+
+mod chunk;
+mod codec;
+mod ifd;
+mod mask;
+mod metadata;
+mod table;
+
+use super::band::{Band, Role};
+use super::blocks::BlockRaster;
+use super::file::InputFile;
+use super::mask::Masked;
+use super::raw::{Placement, RawRaster, RowStarts};
+use super::{OpenOptions, Raster, RasterInfo, SampleType, side};
+use chunk::ChunkedTiff;
+use hedgehop_base::error::{Error, Result};
+use ifd::Directory;
+pub(super) use mask::open_file as open_mask;
+
+/// Tags, by the names of the specification.
+mod tag {
+    pub const NEW_SUBFILE_TYPE: u16 = 254;
+    pub const IMAGE_WIDTH: u16 = 256;
+    pub const IMAGE_LENGTH: u16 = 257;
+    pub const BITS_PER_SAMPLE: u16 = 258;
+    pub const COMPRESSION: u16 = 259;
+    pub const PHOTOMETRIC: u16 = 262;
+    pub const FILL_ORDER: u16 = 266;
+    pub const STRIP_OFFSETS: u16 = 273;
+    pub const SAMPLES_PER_PIXEL: u16 = 277;
+    pub const ROWS_PER_STRIP: u16 = 278;
+    pub const STRIP_BYTE_COUNTS: u16 = 279;
+    pub const PLANAR_CONFIGURATION: u16 = 284;
+    pub const PREDICTOR: u16 = 317;
+    pub const COLOR_MAP: u16 = 320;
+    pub const TILE_WIDTH: u16 = 322;
+    pub const TILE_LENGTH: u16 = 323;
+    pub const TILE_OFFSETS: u16 = 324;
+    pub const TILE_BYTE_COUNTS: u16 = 325;
+    pub const EXTRA_SAMPLES: u16 = 338;
+    pub const SAMPLE_FORMAT: u16 = 339;
+    pub const MODEL_PIXEL_SCALE: u16 = 33550;
+    pub const MODEL_TIEPOINT: u16 = 33922;
+    pub const MODEL_TRANSFORMATION: u16 = 34264;
+    pub const GEO_KEY_DIRECTORY: u16 = 34735;
+    pub const GEO_DOUBLES: u16 = 34736;
+    pub const GEO_ASCII: u16 = 34737;
+    pub const GDAL_METADATA: u16 = 42112;
+    pub const GDAL_NODATA: u16 = 42113;
+}
+
+/// Values of the compression tag that are decoded.
+mod compression {
+    pub const NONE: u32 = 1;
+    pub const LZW: u32 = 5;
+    pub const DEFLATE: u32 = 8;
+    pub const PACK_BITS: u32 = 32773;
+    pub const OLD_DEFLATE: u32 = 32946;
+    pub const ZSTD: u32 = 50000;
+}
+
+const AS_TILES: &str = "gdal_translate -co TILED=YES -co COMPRESS=DEFLATE IN out.tif";
+const AS_DEFLATE: &str = "convert it: gdal_translate -co COMPRESS=DEFLATE IN out.tif";
+
+/// Opens a file.
+pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Raster>> {
+    let directory = Directory::first(&file)?;
+    let layout = Layout::parse(&file, &directory, options, Meaning::Picture)?;
+    let mask = mask::find(&file, &directory, options)?;
+    let mut info = RasterInfo {
+        width: layout.width,
+        height: layout.height,
+        bands: layout.bands,
+        sample: layout.sample,
+        described: layout.described(),
+        white_is_zero: layout.white_is_zero,
+        block: layout.chunk,
+        ..RasterInfo::blank(file.path(), "GeoTIFF")
+    };
+    metadata::fill(&mut info, &directory)?;
+    side::complete(&mut info)?;
+    info.is_premultiplied = info.alpha_band.is_some_and(|band| layout.is_associated(band));
+    let order = directory.order;
+    drop(directory);
+    let raster: Box<dyn Raster> = match layout.placement(order) {
+        Some(placement) => {
+            info.block = (info.width, info.block.1.min(64));
+            Box::new(RawRaster::new(file, info, placement)?)
+        }
+        None => Box::new(BlockRaster::new(
+            ChunkedTiff { file, info, layout, order },
+            options.cache_bytes,
+            AS_TILES,
+        )?),
+    };
+    Ok(match mask {
+        Some(mask) => Box::new(Masked::new(raster, mask)),
+        None => raster,
+    })
+}
+
+/// What a directory is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    /// Heights or colours.
+    Picture,
+    /// Transparency, of 1 or 8 bits.
+    Mask,
+}
+
+/// How pixels are stored.
+#[derive(Debug)]
+struct Layout {
+    width: u32,
+    height: u32,
+    bands: u32,
+    sample: SampleType,
+    /// The first bands are red, green and blue.
+    is_rgb: bool,
+    /// Its first band has a colour table, whatever kind of colours it states: GDAL writes such.
+    is_palette: bool,
+    /// What the last bands are, as TIFF's tag 338 says.
+    extra: Vec<u64>,
+    white_is_zero: bool,
+    /// Samples are single bits, which become 0 and 255.
+    packed: bool,
+    /// Each band in chunks of its own.
+    planar: bool,
+    tiled: bool,
+    /// Columns and rows of a chunk; strips end at the last row of the image, tiles are always whole.
+    chunk: (u32, u32),
+    offsets: Vec<u64>,
+    /// Empty for uncompressed strips of a file that does not state them.
+    byte_counts: Vec<u64>,
+    compression: u32,
+    predictor: u32,
+}
+
+impl Layout {
+    fn parse(
+        file: &InputFile,
+        directory: &Directory<'_>,
+        options: &OpenOptions,
+        meaning: Meaning,
+    ) -> Result<Self> {
+        let size = |tag| match directory.unsigned(tag)? {
+            Some(size) if size > 0 && size <= i32::MAX as u32 => Ok(size),
+            _ => Err(directory.wrong(tag, "states no sound size")),
+        };
+        let (width, height) = (size(tag::IMAGE_WIDTH)?, size(tag::IMAGE_LENGTH)?);
+        let bands = directory.unsigned(tag::SAMPLES_PER_PIXEL)?.unwrap_or(1);
+        if bands == 0 || bands > 65_535 {
+            return Err(directory.wrong(tag::SAMPLES_PER_PIXEL, "states no sound number of bands"));
+        }
+        let compression = directory.unsigned(tag::COMPRESSION)?.unwrap_or(compression::NONE);
+        refuse_compression(file, compression)?;
+        let photometric = directory.unsigned(tag::PHOTOMETRIC)?.unwrap_or(1);
+        let is_palette_of_classes = options.classes && photometric == PALETTE;
+        if meaning == Meaning::Picture && !is_palette_of_classes {
+            refuse_photometric(file, photometric)?;
+        }
+        let packed = meaning == Meaning::Mask && directory.unsigned(tag::BITS_PER_SAMPLE)?.unwrap_or(1) == 1;
+        if directory.unsigned(tag::FILL_ORDER)?.unwrap_or(1) != 1 {
+            return Err(Error::unsupported(file.path(), "has its bits in reverse order", AS_DEFLATE));
+        }
+        let tiled = directory.has(tag::TILE_OFFSETS);
+        let chunk = if tiled {
+            (size(tag::TILE_WIDTH)?, size(tag::TILE_LENGTH)?)
+        } else {
+            let rows = directory.unsigned(tag::ROWS_PER_STRIP)?.unwrap_or(height).min(height);
+            if rows == 0 {
+                return Err(directory.wrong(tag::ROWS_PER_STRIP, "states strips without rows"));
+            }
+            (width, rows)
+        };
+        let mut layout = Self {
+            width,
+            height,
+            bands,
+            sample: if packed { SampleType::U8 } else { sample_type(file, directory)? },
+            is_rgb: photometric == RGB,
+            is_palette: directory.has(tag::COLOR_MAP),
+            extra: extra(directory, bands)?,
+            white_is_zero: photometric == 0,
+            packed,
+            planar: bands > 1 && directory.unsigned(tag::PLANAR_CONFIGURATION)?.unwrap_or(1) == 2,
+            tiled,
+            chunk,
+            offsets: Vec::new(),
+            byte_counts: Vec::new(),
+            compression,
+            predictor: predictor(directory, compression)?,
+        };
+        layout.read_table(file, directory, options)?;
+        layout.check_table(file)?;
+        Ok(layout)
+    }
+
+    /// What each band is; nothing is said of bands where only greys are told, of which satellites have many.
+    fn described(&self) -> Vec<Band> {
+        let first = self.bands as usize - self.extra.len();
+        let role = |band: usize| match (band.checked_sub(first).map(|extra| self.extra[extra]), band) {
+            (Some(ASSOCIATED | UNASSOCIATED), _) => Role::Alpha,
+            (None, 0) if self.is_palette => Role::Palette,
+            (None, 0) if self.is_rgb => Role::Red,
+            (None, 1) if self.is_rgb => Role::Green,
+            (None, 2) if self.is_rgb => Role::Blue,
+            _ => Role::Unknown,
+        };
+        (0..self.bands as usize).map(|band| Band { role: role(band), ..Band::default() }).collect()
+    }
+
+    /// Whether the other bands are multiplied by this one.
+    fn is_associated(&self, band: u32) -> bool {
+        let extra = (band as usize + self.extra.len()).checked_sub(self.bands as usize);
+        extra.and_then(|extra| self.extra.get(extra)) == Some(&ASSOCIATED)
+    }
+
+    /// Chunks across, chunks down.
+    fn grid(&self) -> (u32, u32) {
+        (self.width.div_ceil(self.chunk.0), self.height.div_ceil(self.chunk.1))
+    }
+
+    /// Where chunks lie; the table of a huge file must fit into the cache's budget too.
+    fn read_table(
+        &mut self,
+        file: &InputFile,
+        directory: &Directory<'_>,
+        options: &OpenOptions,
+    ) -> Result<()> {
+        let (across, down) = self.grid();
+        let planes = if self.planar { u64::from(self.bands) } else { 1 };
+        let count = u64::from(across) * u64::from(down);
+        let Some(count) = count.checked_mul(planes).filter(|n| n.saturating_mul(16) <= options.cache_bytes)
+        else {
+            let what = format!(
+                "has chunks of only {} × {} pixels, too many for --memory",
+                self.chunk.0, self.chunk.1
+            );
+            return Err(Error::unsupported(
+                file.path(),
+                what,
+                format!("raise --memory, or convert it: {AS_TILES}"),
+            ));
+        };
+        let (offsets, byte_counts) = if self.tiled {
+            (tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS)
+        } else {
+            (tag::STRIP_OFFSETS, tag::STRIP_BYTE_COUNTS)
+        };
+        let table = |tag| {
+            if directory.count(tag) != count {
+                let what = format!("lists {} chunks where {count} are needed", directory.count(tag));
+                return Err(directory.wrong(tag, what));
+            }
+            Ok(directory.unsigneds(tag, count)?.unwrap_or_default())
+        };
+        self.offsets = table(offsets)?;
+        if directory.has(byte_counts) || self.tiled || self.compression != compression::NONE {
+            self.byte_counts = table(byte_counts)?;
+        }
+        Ok(())
+    }
+
+    /// Where rows lie, if they lie in the file as they are.
+    fn placement(&self, order: super::sample::ByteOrder) -> Option<Placement> {
+        let absent = self.offsets.contains(&0) || self.byte_counts.contains(&0);
+        let separate = self.planar && self.offsets.len() > 1;
+        if self.packed || self.tiled || self.compression != compression::NONE || absent || separate {
+            return None;
+        }
+        let size = self.sample.bytes() as u64;
+        let pixel_bytes = size * u64::from(self.bands);
+        Some(Placement {
+            rows: RowStarts::Strips {
+                offsets: self.offsets.clone(),
+                rows: self.chunk.1,
+                row_bytes: pixel_bytes.checked_mul(u64::from(self.width))?,
+            },
+            pixel_bytes,
+            band_bytes: size,
+            order,
+        })
+    }
+}
+
+fn predictor(directory: &Directory<'_>, compression: u32) -> Result<u32> {
+    // Only these codecs know predictors; with others the tag means nothing.
+    let used = [compression::LZW, compression::DEFLATE, compression::OLD_DEFLATE, compression::ZSTD];
+    if !used.contains(&compression) {
+        return Ok(1);
+    }
+    match directory.unsigned(tag::PREDICTOR)?.unwrap_or(1) {
+        predictor @ 1..=3 => Ok(predictor),
+        other => {
+            Err(directory.wrong(tag::PREDICTOR, format!("names predictor {other}, which does not exist")))
+        }
+    }
+}
+
+fn sample_type(file: &InputFile, directory: &Directory<'_>) -> Result<SampleType> {
+    let same = |tag, default| {
+        let values = directory.unsigneds(tag, 65_535)?.unwrap_or_default();
+        let first = values.first().copied().unwrap_or(default);
+        if values.iter().any(|value| *value != first) {
+            let what = "has bands of different sample types";
+            return Err(Error::unsupported(file.path(), what, "convert it: gdal_translate -b 1 IN out.tif"));
+        }
+        Ok(first)
+    };
+    match (same(tag::SAMPLE_FORMAT, 1)?, same(tag::BITS_PER_SAMPLE, 1)?) {
+        (1 | 4, 8) => Ok(SampleType::U8),
+        (1 | 4, 16) => Ok(SampleType::U16),
+        (1 | 4, 32) => Ok(SampleType::U32),
+        (2, 8) => Ok(SampleType::I8),
+        (2, 16) => Ok(SampleType::I16),
+        (2, 32) => Ok(SampleType::I32),
+        (3, 32) => Ok(SampleType::F32),
+        (3, 64) => Ok(SampleType::F64),
+        (format, bits) => {
+            let kind = match format {
+                1 | 4 => "unsigned integers",
+                2 => "signed integers",
+                3 => "floating-point numbers",
+                _ => "complex numbers",
+            };
+            let remedy = if bits < 8 { "-co NBITS=8 -ot Byte" } else { "-ot Float64" };
+            let what = format!("has samples that are {kind} of {bits} bits");
+            Err(Error::unsupported(
+                file.path(),
+                what,
+                format!("convert it: gdal_translate {remedy} IN out.tif"),
+            ))
+        }
+    }
+}
+
+/// Meanings of the last bands.
+fn extra(directory: &Directory<'_>, bands: u32) -> Result<Vec<u64>> {
+    let extra = directory.unsigneds(tag::EXTRA_SAMPLES, 65_535)?.unwrap_or_default();
+    if extra.len() > bands as usize {
+        return Err(directory.wrong(tag::EXTRA_SAMPLES, "lists more bands than there are"));
+    }
+    Ok(extra)
+}
+
+fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
+    use compression::{DEFLATE, LZW, NONE, OLD_DEFLATE, PACK_BITS, ZSTD};
+    let name = match code {
+        NONE | LZW | DEFLATE | OLD_DEFLATE | PACK_BITS | ZSTD => return Ok(()),
+        2..=4 => "CCITT fax",
+        6 | 7 => "JPEG",
+        34676 | 34677 => "SGI LogLuv",
+        34712 => "JPEG 2000",
+        34887 => "LERC",
+        34925 => "LZMA",
+        50001 => "WebP",
+        50002 | 52546 => "JPEG XL",
+        _ => {
+            return Err(Error::unsupported(
+                file.path(),
+                format!("uses the TIFF compression {code}"),
+                AS_DEFLATE,
+            ));
+        }
+    };
+    Err(Error::unsupported(file.path(), format!("is compressed with {name}"), AS_DEFLATE))
+}
+
+/// Samples are red, green and blue.
+const RGB: u32 = 2;
+/// Samples are places in a palette.
+const PALETTE: u32 = 3;
+/// Extra samples that are alpha: multiplied into the colours, or not.
+const ASSOCIATED: u64 = 1;
+const UNASSOCIATED: u64 = 2;
+
+fn refuse_photometric(file: &InputFile, code: u32) -> Result<()> {
+    let (what, remedy) = match code {
+        0..=2 => return Ok(()),
+        PALETTE => ("has a colour palette", "convert it: gdal_translate -expand rgb IN out.tif"),
+        4 => ("is a transparency mask", "name the raster that it belongs to"),
+        5 => ("has CMYK colours", "convert it: gdal_translate -co PHOTOMETRIC=RGB IN out.tif"),
+        6 => ("has YCbCr colours", AS_DEFLATE),
+        8..=10 => ("has L*a*b* colours", AS_DEFLATE),
+        _ => ("has an unknown kind of colours (TIFF tag 262)", AS_DEFLATE),
+    };
+    Err(Error::unsupported(file.path(), what, remedy))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,125 @@
+//! Heights of buildings from their shadows in a photograph (Hughes 1994, shadows: Z = L·tan A, A the sun's elevation by place, date and time; refined
+//! until computed and photographed shadow agree).
+//!
+//! ```text
+//! each row:   its outline in metres around the layer's middle | the sun over it | the ground it stands on
+//!   states a height:                    stays as it is
+//!   states its shadow's length or tip:  Z = L·tan A on the ground's slope            (stated)
+//!   else, with imagery:                 the height whose computed shadow agrees best  (site, edge)
+//! twice:      first as if neighbours were as high as the building itself, then with what was found of them
+//! at last:    what is much paler than most shadows of the same picture is none
+//! ```
+//! The shadow of a prism with a level roof, on any ground: a place q behind the building is shaded by a roof of height z above the building's foot if
+//!
+//! ```text
+//! ground(q) − foot + t(q)·tan A < z            t: metres from q to the outline towards the sun
+//! ```
+//! The left side does not depend on z. So the computed shadows of all heights are known at once, by one number for each part of a pixel, and what is looked
+//! for is the number at which the picture's brightness jumps.
+
+mod answer;
+mod edge;
+mod index;
+mod notes;
+mod patch;
+mod row;
+mod site;
+mod stated;
+mod sunward;
+mod survey;
+mod table;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+pub use answer::{Answer, Origin, ShadowHeight};
+
+use super::features::{self, Layer, LayerOptions};
+use super::options::{ElevationFile, ImageryFile};
+use hedgehop::sunlight::{Sun, SunSetting};
+use hedgehop_base::error::{Error, Result};
+use hedgehop_base::progress::Observer;
+
+/// What to measure heights from.
+#[derive(Debug, Clone)]
+pub struct ShadowOptions {
+    /// The buildings: GeoJSON, a Shapefile, a GeoPackage, or a table (`.csv`).
+    pub buildings: PathBuf,
+    /// How they are read.
+    pub layer: LayerOptions,
+    /// When the photograph was taken, or where the sun stood then; azimuths from grid north of the buildings' system.
+    pub sun: SunSetting,
+    /// Bare ground, highest priority first; may be empty: the ground is level then.
+    pub elevation: Vec<ElevationFile>,
+    /// Photographs, highest priority first; may be empty: rows state their shadows then.
+    pub imagery: Vec<ImageryFile>,
+    /// Coordinates of rasters without a CRS are metres.
+    pub local: bool,
+    /// Pixel size of rasters that have no georeferencing at all, metres.
+    pub raw_spacing: Option<f64>,
+    /// Highest that a building may be, metres, > 0: so far its shadow is looked for.
+    pub highest_m: f64,
+    /// Rows that state a height are measured, too.
+    pub all: bool,
+    /// Worker threads, ≥ 1.
+    pub threads: usize,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct ShadowReport {
+    /// The buildings.
+    pub layer: Layer,
+    /// What became of each row of the layer, in its order.
+    pub answers: Vec<Answer>,
+    /// The sun over the middle of the layer, its azimuth from true north (of local layers from the y axis).
+    pub sun: Sun,
+    /// What was assumed, and which rows have no height and why.
+    pub notes: Vec<String>,
+}
+
+/// Measures the heights of buildings. What comes out does not depend on the number of threads.
+///
+/// # Errors
+/// Files that cannot be read, or do not lie in systems that go with each other; a sun below the horizon or in the zenith; a request to stop.
+pub fn shadow_heights(options: &ShadowOptions, observer: &dyn Observer) -> Result<ShadowReport> {
+    let most = 2000.0;
+    if !(options.highest_m > 0.0 && options.highest_m <= most) {
+        let what = format!(
+            "the highest building must be above 0 and up to {most} metres, not {}",
+            options.highest_m
+        );
+        return Err(Error::Configuration(what));
+    }
+    let layer = features::read(&options.buildings, &options.layer)?;
+    survey::survey(layer, options, observer).map_err(|error| match error {
+        Error::Interrupted(_) => Error::Interrupted("no heights were written".into()),
+        other => other,
+    })
+}
+
+impl ShadowReport {
+    /// The buildings with their heights, as GeoJSON. Of GeoJSON all members and properties stay as they were, to the letter; `height`, `height_error`,
+    /// `shadow_length` (metres), and `shadow_note` where a row has no height, are put in their place or added.
+    ///
+    /// # Errors
+    /// A file that has changed since it was read, or cannot be read again.
+    pub fn geojson(&self) -> Result<String> {
+        write::geojson(self)
+    }
+
+    /// The same as a table: attributes, the outline as well-known text, and the columns of [`Self::geojson`].
+    ///
+    /// # Errors
+    /// As of [`Self::geojson`].
+    pub fn csv(&self) -> Result<String> {
+        table::write(self)
+    }
+
+    /// Whether the file is written as a table by its name.
+    pub fn is_table(path: &Path) -> bool {
+        table::is_table(path)
+    }
+}

@@ -1,0 +1,161 @@
+//! Holds the layers of ARCHITECTURE.md against the code: who may import whom, and who may know what.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hedgehop_house::imports::outward;
+use hedgehop_house::sources::{SourceFile, Target, targets};
+
+/// What database modelling may use of the engine: it makes what the rest flies over, and renders nothing.
+const MODELING_MAY_USE: [&str; 6] =
+    ["src/space", "src/earth", "src/simd", "src/voxel", "src/sunlight", "src/flight"];
+
+/// The only files with unsafe code; each says why.
+const UNSAFE_FILES: [&str; 4] =
+    ["src/memory/guard.rs", "src/memory/page_file.rs", "src/simd/avx2.rs", "src/simd/avx512.rs"];
+
+/// Lines of a file beyond which a test warns: by then it mostly holds more than one concept.
+const MANY_LINES: usize = 500;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The layers, lowest first, each of one room or several: the block after "## Layers" in ARCHITECTURE.md.
+fn layers() -> Vec<Vec<String>> {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    let section = text.split("## Layers").nth(1).expect("a section on layers");
+    let block = section.split("```").nth(1).expect("a block of layers");
+    let rooms = |line: &str| {
+        let names = line.split("  ").next().unwrap_or_default();
+        names.split(", ").map(|name| name.trim().to_owned()).collect()
+    };
+    block.lines().skip(1).filter(|line| !line.trim().is_empty()).map(rooms).collect()
+}
+
+/// The room of a file: a folder of `src`, or a crate.
+fn room_of(path: &Path) -> String {
+    let mut parts = path.components().map(|part| part.as_os_str().to_string_lossy().into_owned());
+    let (first, second) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    format!("{first}/{}", second.trim_end_matches(".rs"))
+}
+
+/// The room that a path leads to, from a file of the engine or from outside; `None` where it is none of a layer's.
+fn room_meant(path: &[String], is_engine: bool) -> Option<String> {
+    let second = path.get(1).map(String::as_str).unwrap_or_default();
+    match path[0].as_str() {
+        "crate" if is_engine => Some(format!("src/{second}")),
+        "hedgehop" => Some(format!("src/{second}")),
+        own => own.strip_prefix("hedgehop_").map(|name| format!("crates/{name}")),
+    }
+}
+
+fn library_files() -> Vec<(Target, bool)> {
+    let is_library =
+        |target: &Target| target.folder.as_os_str().is_empty() || target.folder.starts_with("crates");
+    let ours = targets(&root()).into_iter().filter(is_library);
+    ours.map(|target| (target.folder.as_os_str().is_empty(), target))
+        .map(|(is, target)| (target, is))
+        .collect()
+}
+
+#[test]
+fn imports_point_downward() {
+    let layers = layers();
+    let layer = |room: &str| layers.iter().position(|rooms| rooms.iter().any(|name| name == room));
+    assert!(layer("src/voxel") < layer("src/render") && layer("crates/base") == Some(0), "{layers:?}");
+    for (target, is_engine) in library_files() {
+        for (number, paths) in outward(&target) {
+            let file = &target.files[number];
+            let room = room_of(&file.path);
+            if file.path == Path::new("src/lib.rs") || room == "crates/testing" {
+                continue;
+            }
+            let own =
+                layer(&room).unwrap_or_else(|| panic!("{}: give `{room}` a layer", file.path.display()));
+            for path in paths {
+                let Some(meant) = room_meant(&path, is_engine) else { continue };
+                let Some(other) = layer(&meant).filter(|_| meant != room) else { continue };
+                let is_ours = room != "crates/modeling"
+                    || !meant.starts_with("src/")
+                    || MODELING_MAY_USE.contains(&meant.as_str());
+                assert!(
+                    other < own && is_ours,
+                    "{}: `{room}` must not import `{meant}` ({})",
+                    file.path.display(),
+                    path.join("::")
+                );
+            }
+        }
+    }
+}
+
+/// Source without comments: what is said about code is not code.
+fn code(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+}
+
+/// Source before its unit tests, if they stand in the same file.
+fn without_tests(file: &SourceFile) -> String {
+    let code = code(&file.text);
+    code.split("#[cfg(test)]\nmod tests {").next().unwrap_or(&code).to_owned()
+}
+
+#[test]
+fn only_subimage_knows_rayon() {
+    for (target, _) in library_files() {
+        for file in &target.files {
+            assert!(
+                room_of(&file.path) == "src/subimage" || !code(&file.text).contains("rayon"),
+                "{}: rayon belongs in src/subimage alone",
+                file.path.display()
+            );
+        }
+    }
+}
+
+#[test]
+fn the_library_neither_prints_nor_exits_nor_parses_arguments() {
+    let forbidden =
+        ["println!", "eprintln!", "print!(", "eprint!(", "dbg!(", "process::exit", "clap", "indicatif"];
+    for (target, _) in library_files().into_iter().filter(|(target, _)| target.name != "hedgehop_testing") {
+        for file in target.files.iter().filter(|file| !file.is_test) {
+            for word in forbidden {
+                let is_there = without_tests(file).contains(word);
+                assert!(!is_there, "{}: `{word}` belongs in tools/", file.path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn unsafe_stands_only_in_the_files_that_declare_why() {
+    for file in targets(&root()).iter().flat_map(|target| &target.files) {
+        let name = file.path.to_string_lossy().replace('\\', "/");
+        let code = code(&file.text);
+        if UNSAFE_FILES.contains(&name.as_str()) {
+            let squeezed: String = code.split_whitespace().collect();
+            assert!(squeezed.contains("expect(unsafe_code,reason="), "{name}: say why it is unsafe");
+            assert!(file.text.contains("SAFETY"), "{name}: write the contract down");
+        } else {
+            let words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            assert!(
+                words.into_iter().all(|word| word != "unsafe"),
+                "{name}: unsafe code outside {UNSAFE_FILES:?}"
+            );
+        }
+    }
+}
+
+/// A long file is no fault, but a place to look whether it holds one concept.
+#[test]
+fn long_files_are_told() {
+    use std::io::Write;
+    for file in targets(&root()).iter().flat_map(|target| &target.files) {
+        let lines = file.text.lines().count();
+        if lines > MANY_LINES {
+            // Written past the test harness, which swallows what passing tests print.
+            let _ = writeln!(std::io::stderr(), "{}: {lines} lines; one concept?", file.path.display());
+        }
+    }
+}
