@@ -10,7 +10,7 @@
 //! surveyors, about 1/7 in standard air. Both together are a sphere of the radius R′, 7/6 of the Earth's.
 //! The parabola stands for the circle: at 100 km it is 3 cm off, at 500 km 19 m.
 
-/// How fast heights drop with ground distance.
+/// Curvature of the ground: how fast heights drop with distance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Curvature {
     /// `1 / 2R′`, 1/metres, finite, ≥ 0; 0 is flat.
@@ -40,7 +40,7 @@ impl Curvature {
         (self.inverse_diameter > 0.0).then(|| 0.5 / self.inverse_diameter)
     }
 
-    /// How much lower ground at this horizontal distance (metres) appears, metres.
+    /// Returns how much lower ground at this horizontal distance (metres) appears, metres.
     pub fn drop_at(&self, ground_distance: f64) -> f64 {
         ground_distance * ground_distance * self.inverse_diameter
     }

@@ -1,4 +1,4 @@
-//! Where a flight will be, from where it was: what a simulator knows, whose pilot decides as it flies.
+//! Extrapolation of a flight from its last poses: all that a simulator knows, whose pilot decides as it flies.
 //!
 //! ```text
 //! poses of the last half second, first, middle and last of them:
@@ -74,7 +74,7 @@ impl Extrapolation {
         self.seen.back().map(|seen| seen.seconds)
     }
 
-    /// Where the flight will be at a time not before the last pose; `None` if no pose is known. Of one pose it stays there, of two it goes
+    /// Predicts the pose at a time not before the last pose; `None` if no pose is known. Of one pose it stays there, of two it goes
     /// straight on. Where numbers end, at poses without any sense, it stays at the last one.
     pub fn pose_at(&self, seconds: f64) -> Option<Pose> {
         let last = self.seen.back()?;

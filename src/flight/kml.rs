@@ -29,7 +29,7 @@ struct Lists {
 struct Tracks {
     open: Option<Lists>,
     fixes: Vec<RawFix>,
-    /// What the placemark around is called.
+    /// Name of the placemark around.
     name: Option<String>,
     tracks: Vec<Part>,
     lines_without_time: bool,

@@ -20,7 +20,7 @@ const MOST_LETTERS: usize = 40;
 /// A recording within a file.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
-    /// As the file calls it.
+    /// Name in the file.
     pub name: Option<String>,
     /// Index of its first fix among those of the whole file; it ends where the next one begins.
     pub start: usize,
@@ -87,7 +87,7 @@ fn sort(source: &Source<'_>, reading: &mut Reading) -> Result<()> {
     Ok(())
 }
 
-/// What helps against times that go back, in this file.
+/// Names what helps against times that go back, in this file.
 pub(super) fn remedy(reading: &Reading) -> String {
     match spans(reading).len() {
         0 | 1 => "--sort puts the fixes in the order of their times".to_owned(),

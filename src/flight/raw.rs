@@ -9,7 +9,7 @@ use hedgehop_base::error::{Error, Result};
 /// Farthest coordinate from the origin, metres. Beyond any projection of the Earth, and small enough that splines
 /// stay finite.
 pub(super) const COORDINATE_LIMIT: f64 = 1e9;
-/// What clocks of path files are good to, seconds: none is finer than a microsecond, and seconds since 1970 in a double
+/// Resolution of clocks in path files, seconds: none is finer than a microsecond, and seconds since 1970 in a double
 /// are good to a quarter of one. Fixes that are closer have the same time.
 pub(super) const CLOCK: f64 = 1e-6;
 /// Longest flight, seconds (about thirty years): catches a damaged date.
@@ -46,7 +46,7 @@ impl Source<'_> {
     }
 }
 
-/// What a reader found.
+/// Everything that a reader found in a path file.
 #[derive(Debug)]
 pub(super) struct Reading {
     pub format: &'static str,

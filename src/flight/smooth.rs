@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 const REACH: f64 = 3.0;
 /// Recordings with longer intervals, in seconds, are waypoints and stay as they are.
 const DENSE: f64 = 2.0;
-/// Of the weights, in fix intervals.
+/// Standard deviation of the weights, in fix intervals.
 const SIGMA_INTERVALS: f64 = 1.5;
 /// Fewer fixes lie on a parabola anyway.
 const ENOUGH: usize = 4;

@@ -1,4 +1,4 @@
-//! What a path file says, before it is bound to a database.
+//! Tracks: the content of path files, before it is bound to a database.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ pub enum Horizontal {
     Xy(f64, f64),
 }
 
-/// What an altitude is measured from.
+/// Level that an altitude is measured from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AltitudeMode {
     /// Mean sea level (the database's datum).
@@ -27,7 +27,7 @@ pub enum AltitudeMode {
 pub struct Altitude {
     /// Metres.
     pub metres: f64,
-    /// From what.
+    /// Level that it is measured from.
     pub mode: AltitudeMode,
 }
 
@@ -36,9 +36,9 @@ pub struct Altitude {
 pub struct Fix {
     /// Seconds since the first fix, increasing.
     pub time: f64,
-    /// Where.
+    /// Horizontal position.
     pub horizontal: Horizontal,
-    /// How high.
+    /// Altitude and its level.
     pub altitude: Altitude,
     /// Clockwise from true north, degrees, if the file gives it.
     pub yaw: Option<f64>,
@@ -59,11 +59,11 @@ pub struct Track {
     pub format: &'static str,
     /// At least one fix, times strictly increasing.
     pub fixes: Vec<Fix>,
-    /// What was assumed or dropped, as sentences.
+    /// Assumptions made and data dropped, as sentences.
     pub notes: Vec<String>,
 }
 
-/// What the user says about columns that a file leaves open.
+/// Answers of the user to what a file leaves open.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
     /// Altitude mode where the file does not state one.

@@ -24,7 +24,7 @@ use crate::space::{Attitude, Pose};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::{Crs, GridNorth, Transform, egm96_undulation};
 
-/// How a track becomes a trajectory.
+/// Options by which a track becomes a trajectory.
 #[derive(Debug, Clone, Copy)]
 pub struct BindOptions {
     /// Derived attitude is without bank.
@@ -47,7 +47,7 @@ pub struct Trajectory {
     raised: f64,
 }
 
-/// Where attitude comes from.
+/// Source of a trajectory's attitude.
 #[derive(Debug, Clone)]
 enum AttitudeSource {
     /// All three angles are in the file.
@@ -143,12 +143,12 @@ impl Trajectory {
         }
     }
 
-    /// How far the path was raised over the ground at most, metres.
+    /// Returns how far the path was raised over the ground at most, metres.
     pub fn raised(&self) -> f64 {
         self.raised
     }
 
-    /// What was derived or assumed, as sentences.
+    /// Lists what was derived or assumed, as sentences.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -211,7 +211,7 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
 struct Placement<'a> {
     track: &'a Track,
     crs: &'a Crs,
-    /// From and to WGS 84; `None` in a local system.
+    /// Transformations from and to WGS 84; `None` in a local system.
     earth: Option<(Transform, Transform)>,
 }
 

@@ -19,7 +19,7 @@ pub(super) enum Step<'a> {
     Close(&'a str),
 }
 
-/// Where the walk stands.
+/// Position of a walk through a document.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place<'a> {
     /// Name of the element, without prefix.

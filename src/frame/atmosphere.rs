@@ -10,7 +10,7 @@ use crate::sunlight::Sun;
 /// Contrast at which an object is taken to vanish: meteorological optical range is defined by 5 %.
 pub(super) const VANISHING_CONTRAST: f32 = 0.05;
 
-/// What the air before a surface does to what is seen of it.
+/// Effect of the air before a surface on what is seen of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Veil {
     /// Light of the air itself, linear Rec. 709, 1 for white.
@@ -25,7 +25,7 @@ impl Veil {
         self.light + radiance * self.through
     }
 
-    /// What is left with haze of unit `colour` before it, of which a share `through` of light comes through.
+    /// Puts haze of unit `colour` before it, of which a share `through` of light comes through.
     fn behind(self, colour: Vec3, through: f32) -> Self {
         Self { light: colour.lerp(self.light, through), through: self.through * through }
     }
@@ -44,7 +44,7 @@ pub(super) const HORIZON: Vec3 = Vec3::new(0.62, 0.71, 0.80);
 /// Visibility to which the colours of the sky belong, metres: they hold that much haze already.
 const CLEAR_VISIBILITY: f32 = 40_000.0;
 
-/// How fast the sky turns from the horizon's haze to blue, per sine of elevation; it begins
+/// Rate at which the sky turns from the horizon's haze to blue, per sine of elevation; it begins
 /// gently, over sines up to `SKY_ONSET`, so that no line shows at the horizon.
 pub(super) const SKY_DEPTH: f32 = 5.0;
 pub(super) const SKY_ONSET: f32 = 0.12;
@@ -80,7 +80,7 @@ impl Atmosphere {
         Self { glow: Glow::new(weather.glow, sun), fog, ..self }
     }
 
-    /// What glows, if anything does.
+    /// Returns the glow of the air, if it glows.
     pub(super) fn glow(&self) -> Option<&Glow> {
         self.glow.as_ref()
     }
@@ -142,7 +142,7 @@ impl Atmosphere {
         horizon.lerp(light, (-self.optical_depth(eye, direction.z, before)).exp())
     }
 
-    /// What an eye at height `eye` (metres above the datum) sees of a surface at `range` metres in unit `direction`, world axes: what the air between lets
+    /// Computes the veil before a surface at `range` metres in unit `direction`, world axes, for an eye at height `eye` (metres above the datum): what the air between lets
     /// through, and what it adds (Koschmieder 1924). Seen from above, haze lies before the fog, and from inside behind it.
     pub fn veil(&self, eye: f64, direction: Vec3, range: f32) -> Veil {
         let (up, clear) = (direction.z, Veil { light: Vec3::ZERO, through: 1.0 });

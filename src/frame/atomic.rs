@@ -22,7 +22,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_with(path, |file| file.write_all(bytes))
 }
 
-/// As [`write_bytes`], but what is there stays.
+/// Writes as [`write_bytes`] does, but leaves what is there already.
 ///
 /// # Errors
 /// [`Error::Configuration`]: there is something already.
@@ -46,7 +46,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     temporary_for(path).map(drop)
 }
 
-/// As [`write_bytes`], for a writer that fills the file itself.
+/// Writes as [`write_bytes`] does, with a writer that fills the file itself.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> Result<()> {
     let mut temporary = temporary_for(path)?;
     let file = temporary.as_file_mut();
@@ -87,7 +87,7 @@ pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
     builder.tempfile_in(folder).map_err(|source| write_error(path, own_words(source)))
 }
 
-/// What the system said, without the name of a temporary file, which nobody gave.
+/// Drops the name of a temporary file, which nobody gave, from what the system said.
 fn own_words(error: io::Error) -> io::Error {
     // The library that makes these files appends it, and keeps what is before it to itself.
     match error.to_string().rsplit_once(" at path \"") {

@@ -66,7 +66,7 @@ pub fn digest_of_whole(path: &Path) -> Result<String, String> {
     Ok(blake3::hash(&bytes).to_hex().to_string())
 }
 
-/// What the file says about itself, once it is decoded as a whole; of any size unless one is wanted.
+/// Decodes a file as a whole and reads its entries about itself; of any size unless one is wanted.
 fn entries(
     path: &Path,
     bytes: &[u8],

@@ -31,14 +31,14 @@ const LONGEST: f32 = 0.5;
 /// Streaks that are too faint to be seen, as a share of the pixel's light.
 const UNSEEN: f32 = 0.004;
 
-/// How drops and flakes are.
+/// Nature of drops and flakes.
 struct Nature {
     /// Points in the cube, for 1 mm/h, and the power by which there are more of them if more falls.
     count: f64,
     power: f64,
-    /// How fast they fall, metres per second, and how much that differs.
+    /// Speed of falling, metres per second, and how much that differs.
     speed: [f64; 2],
-    /// How wide they are, metres.
+    /// Width of one, metres.
     width: f64,
     /// Share of a pixel's light that they take where they cover it.
     share: f32,
@@ -61,7 +61,7 @@ struct Streak {
     range: f32,
 }
 
-/// What falls before a screen.
+/// Precipitation before a screen.
 #[derive(Debug)]
 pub struct Fall {
     streaks: Vec<Streak>,
@@ -71,7 +71,7 @@ pub struct Fall {
 }
 
 impl Fall {
-    /// What `falls` before `camera`, which moves at `velocity` metres per second (x east, y north, z up), so many `seconds` into a flight, and sends `light`. `None` on
+    /// Makes `falls` fall before `camera`, which moves at `velocity` metres per second (x east, y north, z up), so many `seconds` into a flight, and sends `light`. `None` on
     /// orthographic screens, which have no eye.
     pub fn new(
         falls: &Precipitation,

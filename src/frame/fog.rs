@@ -32,7 +32,7 @@ impl FogLayer {
         Self { extinction, ceiling: fog.top + 0.5 * fog.soft, soft: fog.soft as f32 }
     }
 
-    /// How far a height (metres above the datum) lies below all that is clear, metres.
+    /// Returns how far a height (metres above the datum) lies below all that is clear, metres.
     pub fn below(&self, height: f64) -> f32 {
         (self.ceiling - height) as f32
     }

@@ -1,4 +1,4 @@
-//! Which frames of a flight: `1-10,20,30-40:2`.
+//! Selection of a flight's frames: `1-10,20,30-40:2`.
 //!
 //! A set is kept as its ranges, never as a list of numbers, so `1-18446744073709551615` costs nothing.
 //! Iteration is the k-way merge of the ranges (Knuth, The Art of Computer Programming 3, 5.4.1) with

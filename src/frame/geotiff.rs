@@ -29,7 +29,7 @@ pub const NO_DATA: u8 = 0;
 /// Beyond this, offsets take 64 bits; what lies before the tiles has room below.
 const MOST_SMALL: u64 = 4_000_000_000;
 
-/// What a map is. Pixels are 8-bit.
+/// Description of a map. Pixels are 8-bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeoTiff {
     /// Pixels in a row, ≥ 1.
@@ -172,7 +172,7 @@ impl Maker<'_> {
         Ok(samples)
     }
 
-    /// What lies beside the map must not change overviews: it has no data, or is as the map's edge where all is data.
+    /// Fills the pixels beside the map, which must not change overviews: without data, or as the map's edge where all is data.
     fn fill_beside(&self, samples: &mut [u8], layer: usize, [column, row]: [u32; 2]) {
         let Layer { width, height, .. } = self.layers[layer];
         let inside = |size: u32, at: u32| (size - at * TILE).min(TILE) as usize;

@@ -18,7 +18,7 @@ pub(super) const PHASE: [f32; 2] = [1.0 + ASYMMETRY * ASYMMETRY, 2.0 * ASYMMETRY
 /// The sun's elevation at which twilight ends, degrees.
 const DARK: f64 = -18.0;
 
-/// How air glows.
+/// Glow of the air about the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Glow {
     /// Unit vector to the sun.

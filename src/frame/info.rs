@@ -1,10 +1,10 @@
-//! What made a frame, as it is written into every file: one list of entries for all formats.
+//! Record of what made a frame, as it is written into every file: one list of entries for all formats.
 
 use std::collections::BTreeMap;
 
 use crate::space::{Camera, Screen};
 
-/// What made a frame.
+/// Record of what made a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameInfo {
     /// Number of the frame, absolute, from 1.
@@ -17,7 +17,7 @@ pub struct FrameInfo {
     pub database_file: String,
     /// Coordinate reference system of the eye and the normals.
     pub crs_name: String,
-    /// What heights count from.
+    /// Datum that heights count from.
     pub vertical_datum: String,
     /// Digest of everything else that decides the picture ([`settings_digest`](super::sidecar::settings_digest)).
     pub settings_digest: String,

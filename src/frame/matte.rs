@@ -23,17 +23,17 @@ const RANKS: usize = 6;
 /// Parts of a layer, in the order of ids and shares.
 const PARTS: [&str; 4] = ["R", "G", "B", "A"];
 
-/// What share of each pixel of a frame bodies and ground have.
+/// Shares that bodies and ground have of each pixel of a frame.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Matte {
     /// Names of bodies by their ids; a body without one is called `object` and its id. Bodies of one name are one thing.
     pub names: Vec<String>,
-    /// Of pixels that bodies are in, and along the skyline; by pixel, and of each the most first. Other pixels show ground alone, or sky, as the
+    /// Shares in pixels that bodies are in, and along the skyline; by pixel, and of each the most first. Other pixels show ground alone, or sky, as the
     /// frame's `level` says.
     pub covers: Vec<Cover>,
 }
 
-/// What something has of a pixel.
+/// Share of one thing in a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cover {
     /// Column, plus row times the picture's width.
@@ -107,7 +107,7 @@ impl Matte {
         bodies.max().map_or(0, |id| id + 1).max(self.names.len() as u32)
     }
 
-    /// What a body or the ground is called.
+    /// Names a body, or the ground.
     fn name(&self, number: u32) -> String {
         if number == Cover::GROUND {
             // Ids are those of names: the ground's must be its own.

@@ -59,7 +59,7 @@ pub use ray_table::{read_ray_table, write_ray_table};
 /// One rendered frame. All planes are `[height][width]`, row 0 at the top of the screen.
 #[derive(Debug, Clone)]
 pub struct Frame {
-    /// What looked.
+    /// Camera that looked.
     pub camera: Camera,
     /// Linear Rec. 709 radiance, display-referred: 1 is display white.
     pub colour: Vec<[f32; 3]>,
@@ -72,16 +72,16 @@ pub struct Frame {
     pub level: Vec<u8>,
     /// `source << 16 | material << 8 | flags` of the voxel; [`Frame::SKY_ID`] for the sky, [`Frame::body_id`] for bodies.
     pub id: Vec<u32>,
-    /// What else was asked for.
+    /// Further channels that were asked for.
     pub aov: Aov,
 }
 
 /// Further values of a frame's pixels, which EXR files hold if they are there. The field calls them arbitrary output variables.
 #[derive(Debug, Clone, Default)]
 pub struct Aov {
-    /// What share of each pixel bodies and ground have.
+    /// Share that bodies and ground have of each pixel.
     pub matte: Option<Matte>,
-    /// How many pixels what is seen moves to the right and up until the next frame, `[height][width]`; see [`motion()`].
+    /// Motion vectors: pixels to the right and up until the next frame, `[height][width]`; see [`motion()`].
     pub motion: Option<Vec<[f32; 2]>>,
     /// Colours that tell materials apart: [`Material::mark`] of each pixel's `id`.
     pub material: bool,
@@ -119,7 +119,7 @@ impl Frame {
         (id >> 31 == 0).then(|| Material::of_code((id >> 8) as u8))
     }
 
-    /// How a voxel's attributes are packed into [`Self::id`].
+    /// Packs a voxel's attributes as they stand in [`Self::id`].
     pub fn pixel_id(attributes: Attributes) -> u32 {
         u32::from(attributes.source) << 16 | u32::from(attributes.material) << 8 | u32::from(attributes.flags)
     }
@@ -144,7 +144,7 @@ impl Frame {
     }
 }
 
-/// What [`write_frame`] put on the disk.
+/// Files that [`write_frame`] put on the disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// Length of the file, bytes.

@@ -20,27 +20,27 @@ use hedgehop_base::error::{Error, Result};
 /// Pixels of the longest vector that is told, as far as halves reach: what passes the eye goes beyond all bounds.
 const LONGEST: f64 = 65_504.0;
 
-/// From one moment to another.
+/// Step from one moment to another.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'s> {
-    /// What looks at the other moment, through the same screen.
+    /// Camera of the other moment, with the same screen.
     pub camera: &'s Camera,
     /// Bodies of the frame, and the same at the other moment, in any order.
     pub bodies: [&'s [Body]; 2],
-    /// How much lower far ground appears.
+    /// Curvature of the ground.
     pub curvature: Curvature,
     /// Whether the other moment is the earlier one.
     pub is_backward: bool,
 }
 
-/// How a body goes from one moment to another, as an eye sees it: `turn · point + shift`.
+/// Movement of a body from one moment to another, as an eye sees it: `turn · point + shift`.
 struct Moved {
     id: u32,
     turn: DMat3,
     shift: DVec3,
 }
 
-/// How many pixels what `frame` shows moves to the right and up until the other moment of `step` (from then on, if that is the earlier one): of a
+/// Computes how many pixels what `frame` shows moves to the right and up until the other moment of `step` (from then on, if that is the earlier one): of a
 /// flight from one frame to the next, per frame. `[height][width]`, each component at most 65504 either way; 0 where the screen has no picture and
 /// where it has none of the point at the other moment, as behind the eye.
 ///
@@ -67,7 +67,7 @@ pub fn motion(frame: &Frame, step: &Step<'_>, farm: &Farm) -> Result<Vec<[f32; 2
     Ok(vectors)
 }
 
-/// Where a pixel's point is on the screen at the other moment.
+/// Finds a pixel's point on the screen at the other moment.
 fn position(frame: &Frame, step: &Step<'_>, moved: &[Moved], pixel: usize, place: DVec2) -> Option<DVec2> {
     let ray = frame.camera.ray(place.x, place.y)?;
     let (range, eye) = (f64::from(frame.range[pixel]), step.camera.pose.eye);
@@ -92,12 +92,12 @@ fn raised(point: DVec3, ray: &Ray, curvature: Curvature) -> DVec3 {
     point + DVec3::Z * curvature.drop_at((point - ray.origin).truncate().length())
 }
 
-/// Where an eye finds a point of the database.
+/// Lowers a point of the database to where an eye finds it.
 fn lowered(point: DVec3, eye: DVec3, curvature: Curvature) -> DVec3 {
     point - DVec3::Z * curvature.drop_at((point - eye).truncate().length())
 }
 
-/// How each body moves, by id. One that is not there at the other moment stays.
+/// Lists the movement of each body, by id. One that is not there at the other moment stays.
 fn moved(frame: &Frame, step: &Step<'_>) -> Vec<Moved> {
     let [now, then] = step.bodies;
     let mut by_id: Vec<&Body> = then.iter().collect();

@@ -22,7 +22,7 @@ const WIDEST: usize = 32;
 /// Padding of a pattern that has no placeholder.
 const DEFAULT_WIDTH: usize = 4;
 
-/// What is written; the extension decides.
+/// Kind of file that is written; the extension decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// 8-bit sRGB, one file per frame.
@@ -59,7 +59,7 @@ impl Target {
     }
 }
 
-/// Where frames go.
+/// Pattern of the names of frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FramePattern {
     target: Target,
@@ -123,7 +123,7 @@ impl FramePattern {
         Ok(Self { target, name })
     }
 
-    /// What is written there.
+    /// Returns the kind of file that is written there.
     pub fn target(&self) -> Target {
         self.target
     }

@@ -43,7 +43,7 @@ const MOST_CLAUSES: usize = 3;
 /// Version of the manifest's layout.
 const LAYOUT: u32 = 1;
 
-/// What made a folder of frames.
+/// Record of what made a folder of frames.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     layout: u32,
@@ -75,11 +75,11 @@ pub struct DamagedRecord {
     pub px: u32,
     /// Page row.
     pub py: u32,
-    /// Its first byte in the database.
+    /// First byte of the page in the database.
     pub byte: u64,
 }
 
-/// Which database.
+/// Identity of a database.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DatabaseRecord {
     /// File name.
@@ -88,11 +88,11 @@ pub struct DatabaseRecord {
     pub content_hash: String,
     /// Coordinate reference system.
     pub crs: String,
-    /// What heights count from.
+    /// Datum that heights count from.
     pub vertical_datum: String,
 }
 
-/// Which flight.
+/// Identity of a flight.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlightRecord {
     /// File name of the path.
@@ -129,7 +129,7 @@ pub struct FrameRecord {
     pub hfov_deg: Option<f64>,
     /// Pixels: width, height.
     pub size_px: [u32; 2],
-    /// What paging cost from the delivery of the frame before to that of this one; absent if it was not rendered now.
+    /// Cost of paging from the delivery of the frame before to that of this one; absent if it was not rendered now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paging: Option<Paging>,
     /// Share of the rays that see ground which is stored more coarsely than they ask for, 0…1; absent if it was not rendered now.

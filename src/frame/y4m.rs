@@ -20,7 +20,7 @@ use super::picture::Picture;
 use super::rate::FrameRate;
 use hedgehop_base::error::{Error, Result};
 
-/// How many pixels share a chroma sample.
+/// Number of pixels that share a chroma sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Chroma {
     /// 4:2:0, what players decode.

@@ -1,6 +1,6 @@
-//! Which page makes room: second chance, over pages that nobody is known to need.
+//! Eviction by second chance, over pages that nobody is known to need.
 
-/// What speaks for keeping a page.
+/// Reason to keep a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Claim {
     /// Frames in flight or ahead need it, or it is kept always.

@@ -27,7 +27,7 @@ use hedgehop_base::error::{Error, Result};
 /// Frames that are looked ahead.
 pub const LOOKAHEAD: u32 = 30;
 
-/// What a flight's frames need.
+/// Pages that a flight's frames need.
 pub trait Foresight: Sync {
     /// Parts of pages that a frame may touch. Bounds of coarse pages may be read for it.
     ///
@@ -56,7 +56,7 @@ pub struct Flight<'p> {
     pub(super) stopped: AtomicBool,
     /// One of these changed; full if the memory thread has not looked since.
     pub(super) news: Sender<()>,
-    /// By frame, in the order of delivery: what was counted since the one before.
+    /// Paging of each frame, in the order of delivery, counted since the one before.
     frames: Mutex<(Paging, Vec<Paging>)>,
 }
 
@@ -103,7 +103,7 @@ impl Flight<'_> {
         let _ = self.news.try_send(());
     }
 
-    /// By frame, in the order of delivery: what was counted since the one before it was delivered.
+    /// Lists the paging of each frame, in the order of delivery, counted since the one before it was delivered.
     pub fn frames(&self) -> Vec<Paging> {
         self.frames.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
     }

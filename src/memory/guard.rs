@@ -1,4 +1,4 @@
-//! What happens when a mapped file cannot be read any more: it was cut short, or the disk failed.
+//! Guard against mapped files that cannot be read any more: one was cut short, or the disk failed.
 //!
 //! ```text
 //! a thread reads a mapped byte that the file does not give ──▶ SIGBUS ──▶ is the address in a watched mapping?
@@ -121,7 +121,7 @@ impl Drop for Watch {
     }
 }
 
-/// Who was told of the signal before.
+/// Handler of the signal before this one.
 static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
 /// Has databases that cannot be read any more, because their file was cut short or the disk failed, end what is rendered from them with an

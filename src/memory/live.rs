@@ -23,7 +23,7 @@ use super::{Paging, ResidentPages};
 use crate::voxel::PagePart;
 use hedgehop_base::error::Result;
 
-/// How many frames ahead of the next one are foreseen, in turn.
+/// Frames ahead of the next one that are foreseen in turn.
 const FARTHER: [u32; 2] = [LOOKAHEAD / 4, LOOKAHEAD - 1];
 
 /// A flight on its way whose frames never wait, as those see it who render.
@@ -48,18 +48,18 @@ impl LiveFlight<'_, '_> {
         self.flight.deliver(frame);
     }
 
-    /// By frame, in the order of delivery: what was counted since the one before it was delivered.
+    /// Lists the paging of each frame, in the order of delivery, counted since the one before it was delivered.
     pub fn frames(&self) -> Vec<Paging> {
         self.flight.frames()
     }
 }
 
-/// Which frames farther ahead are foreseen when.
+/// Order in which frames farther ahead are foreseen.
 #[derive(Debug, Default)]
 struct Agenda {
     /// Frames below this number have begun.
     begun: u32,
-    /// Those of [`FARTHER`] that are due, and the place of the first one.
+    /// Index into [`FARTHER`] of the next frame that is due.
     farther_due: usize,
     place: usize,
 }
@@ -97,7 +97,7 @@ struct Thread<'a> {
     foresight: &'a dyn Foresight,
     agenda: Agenda,
     wanted: VecDeque<PagePart>,
-    /// For the next frame, and for one farther ahead.
+    /// Errands for the next frame, and for one farther ahead.
     next: Option<Errand>,
     farther: Option<Errand>,
 }

@@ -1,4 +1,4 @@
-//! Which pages are in memory, and how they come there in time.
+//! Memory management: pages that are resident, and their coming in time.
 //!
 //! ```text
 //! poses ──foresight──▶ pages of frames I+1 … I+30 ──memory thread──▶ resident ──▶ marchers, as a PageSource

@@ -26,7 +26,7 @@ use crate::voxel::{
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
-/// What to do about a database that changed under its readers.
+/// Advice about a database that changed under its readers.
 const LEAVE_ALONE: &str = "leave a database alone while it is in use (`build --overwrite` and renaming are safe), \
                            and repeat the command";
 
@@ -37,7 +37,7 @@ struct Mapping {
     watch: Watch,
     map: Mmap,
     file: File,
-    /// When it was last changed before it was opened, if the system tells.
+    /// Time of the last change before it was opened, if the system tells.
     modified: Option<SystemTime>,
 }
 
@@ -142,7 +142,7 @@ impl PageFile {
         Self::open_trusting(path, Trust::default())
     }
 
-    /// As [`Self::open`], with pages checked otherwise, or with damaged ones left out.
+    /// Opens a database with pages checked otherwise than by [`Self::open`], or with damaged ones left out.
     pub fn open_trusting(path: &Path, trust: Trust) -> Result<Self> {
         // Asked for before opening: to open a pipe would wait for its other end.
         let metadata = fs::metadata(path).map_err(|error| Error::io(path, "open it as a database", error))?;
@@ -174,7 +174,7 @@ impl PageFile {
         verify(&self.store, observer)
     }
 
-    /// Its pages, and where they lie.
+    /// Returns the pages, and where they lie.
     pub(super) fn store(&self) -> &PageStore<impl FileBytes + std::fmt::Debug> {
         &self.store
     }
@@ -184,7 +184,7 @@ impl PageFile {
         self.store.damaged()
     }
 
-    /// Where each page lies, and which ones are absent.
+    /// Returns the directory of pages: where each lies, and which ones are absent.
     pub fn directory(&self) -> &Directory {
         self.store.directory()
     }

@@ -1,4 +1,4 @@
-//! What a flight needs of a database, before it is flown.
+//! Page plan: a flight's needs of a database, before it is flown.
 //!
 //! ```text
 //! for each frame:  which pages does it need?             told by the foresight
@@ -15,7 +15,7 @@ use crate::voxel::{PageId, PagePart};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
-/// What one frame needs.
+/// Needs of one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct FrameNeeds {
     /// Pages that it may touch.
@@ -24,7 +24,7 @@ pub struct FrameNeeds {
     pub bytes: u64,
     /// Bytes that are read for what no frame before needed: of pages of which nothing was, all.
     pub first_bytes: u64,
-    /// Those, and the bytes of what none of the frames looked ahead from the one before needed: what is read for it if nothing else
+    /// Bytes that none of the frames looked ahead from the one before needed: what is read for it if nothing else
     /// is kept.
     pub read_bytes: u64,
     /// Bytes that it and those up to [`LOOKAHEAD`] frames later need together.
@@ -34,7 +34,7 @@ pub struct FrameNeeds {
 /// The needs of a flight.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct PagePlan {
-    /// By frame, in order.
+    /// Needs of each frame, in order.
     pub frames: Vec<FrameNeeds>,
     /// Each part of a page that some frame needs, with the index of the first one, in the order of need.
     pub first_use: Vec<(PagePart, u32)>,

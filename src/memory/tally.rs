@@ -1,4 +1,4 @@
-//! What paging costs, counted.
+//! Counts of what paging costs.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -40,7 +40,7 @@ pub struct Paging {
 }
 
 impl Paging {
-    /// What was counted since `before`; bytes in memory are those of now.
+    /// Subtracts what was counted by `before`; bytes in memory are those of now.
     pub fn since(&self, before: &Self) -> Self {
         Self {
             demand_misses: self.demand_misses - before.demand_misses,

@@ -1,4 +1,4 @@
-//! Where there is no SIGBUS: mapped files are not watched.
+//! Stand-in for the guard on systems without SIGBUS: mapped files are not watched.
 
 use hedgehop_base::error::Result;
 

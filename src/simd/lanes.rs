@@ -1,4 +1,4 @@
-//! What sixteen lanes can do.
+//! Operations on sixteen lanes.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
@@ -23,11 +23,11 @@ pub trait Simd: Copy {
     fn splat(self, value: f32) -> Self::F;
     /// All lanes the same.
     fn splat_int(self, value: i32) -> Self::I;
-    /// From memory, lane 0 first.
+    /// Loads floats from memory, lane 0 first.
     fn load(self, values: &[f32; LANES]) -> Self::F;
-    /// From memory, lane 0 first.
+    /// Loads integers from memory, lane 0 first.
     fn load_ints(self, values: &[i32; LANES]) -> Self::I;
-    /// From memory, lane 0 first.
+    /// Loads 16-bit integers from memory, lane 0 first.
     fn load_shorts(self, values: &[u16; LANES]) -> Self::I;
     /// Three bytes a lane from memory, lane 0 first; the first is the lowest, and the highest byte is 0.
     fn load_triples(self, values: &[u8; 3 * LANES]) -> Self::I;
@@ -98,7 +98,7 @@ pub trait Floats:
     fn greatest(self) -> f32;
     /// The bits.
     fn to_bits(self) -> Self::I;
-    /// To memory, lane 0 first.
+    /// Stores to memory, lane 0 first.
     fn store(self, target: &mut [f32; LANES]);
     /// Lanes of the mask to memory; the others stay.
     fn store_masked(self, mask: Self::M, target: &mut [f32; LANES]);
@@ -137,7 +137,7 @@ pub trait Ints:
     fn select(self, mask: Self::M, other: Self) -> Self;
     /// Least lane among those of the mask; i32::MAX if there is none.
     fn least(self, mask: Self::M) -> i32;
-    /// To memory, lane 0 first.
+    /// Stores to memory, lane 0 first.
     fn store(self, target: &mut [i32; LANES]);
 }
 

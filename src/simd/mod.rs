@@ -34,7 +34,7 @@ use std::str::FromStr;
 
 /// Work that is written for any instruction set.
 pub trait Kernel {
-    /// What it yields.
+    /// Type of the result.
     type Output;
     /// Does it. Implementations are `#[inline(always)]`, or the set's instructions are not used.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
@@ -57,7 +57,7 @@ impl Isa {
     /// Any processor's.
     pub const PORTABLE: Self = Self(Set::Portable);
 
-    /// Those that this machine has, the fastest first.
+    /// Lists the sets that this machine has, the fastest first.
     pub fn available() -> Vec<Self> {
         let mut sets = Vec::new();
         #[cfg(target_arch = "x86_64")]
@@ -120,7 +120,7 @@ impl std::fmt::Display for Isa {
 impl FromStr for Isa {
     type Err = String;
 
-    /// From a [name](Self::name), if this machine has the set.
+    /// Parses a [name](Self::name), if this machine has the set.
     fn from_str(name: &str) -> Result<Self, String> {
         let available = Self::available();
         available.iter().copied().find(|isa| isa.name() == name).ok_or_else(|| {

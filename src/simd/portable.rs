@@ -56,7 +56,7 @@ fn halve(mut lanes: [f32; LANES], f: impl Fn(f32, f32) -> f32) -> f32 {
     lanes[0]
 }
 
-/// What is added to a number takes its whole part to the lowest bits, if it is less than [`LARGEST`]. Rust's own
+/// Summand that brings the whole part of a number into the lowest bits, if it is less than [`LARGEST`]. Rust's own
 /// conversion saturates, for which the oldest x86 needs several instructions an element.
 const WHOLE: f32 = 1.5 * 8_388_608.0;
 const LARGEST: f32 = 4_194_304.0;

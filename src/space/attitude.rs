@@ -1,4 +1,4 @@
-//! How an eye is turned.
+//! Attitude of an eye.
 
 use glam::{DMat3, DVec3};
 
@@ -78,7 +78,7 @@ impl Attitude {
     }
 }
 
-/// Where the eye is, how it is turned and how wide it sees.
+/// Place of the eye, its attitude, and how wide it sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Eye in world space, metres.

@@ -8,9 +8,9 @@ use super::{Attitude, Footprint, Pose, Screen};
 /// A ray in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// Where it starts, metres: the eye, but on an orthographic screen.
+    /// Start of the ray, metres: the eye, but on an orthographic screen.
     pub origin: DVec3,
-    /// Where it goes, of unit length.
+    /// Direction of unit length.
     pub direction: DVec3,
 }
 
@@ -84,7 +84,7 @@ impl Camera {
         Self { width, height, mapping: self.mapping.enlarged(times), ..self.clone() }
     }
 
-    /// What the picture is projected on.
+    /// Returns the screen that the picture is projected on.
     pub fn screen(&self) -> &Screen {
         &self.mapping.screen
     }
@@ -95,7 +95,7 @@ impl Camera {
         self.mapping.scale
     }
 
-    /// How wide a pixel is where its ray ends: what levels and filters go by.
+    /// Returns how wide a pixel is where its ray ends: what levels and filters go by.
     pub fn footprint(&self) -> Footprint {
         self.mapping.footprint()
     }

@@ -19,13 +19,13 @@ const STEPS: usize = 80;
 /// Relative error of a root.
 const CLOSE: f64 = 1.0e-14;
 
-/// Where a point of the ideal plane is seen, focal lengths; `None` from where on the lens folds.
+/// Maps a point of the ideal plane to where it is seen, focal lengths; `None` from where on the lens folds.
 pub(super) fn seen([k1, k2]: [f64; 2], undistorted: DVec2) -> Option<DVec2> {
     let square = undistorted.length_squared();
     (square <= fold([k1, k2]).powi(2)).then(|| undistorted * (1.0 + square * (k1 + square * k2)))
 }
 
-/// What point of the ideal plane is seen at a place, focal lengths; `None` where there is none.
+/// Maps a place of the picture to its point of the ideal plane, focal lengths; `None` where there is none.
 pub(super) fn undistorted([k1, k2]: [f64; 2], seen: DVec2) -> Option<DVec2> {
     let radius = seen.length();
     if radius == 0.0 {

@@ -26,7 +26,7 @@ use super::RayTable;
 use super::distortion::{seen, undistorted};
 use hedgehop_base::error::{Error, Result};
 
-/// What a picture is projected on.
+/// Surface that a picture is projected on.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Screen {
     /// A plane; square pixels.
@@ -67,15 +67,15 @@ pub enum Screen {
     Table(Arc<RayTable>),
     /// Parallel rays along the optical axis, square pixels: the God's-eye view when it looks straight down.
     Orthographic {
-        /// What the picture's width covers, metres, > 0.
+        /// Ground that the picture's width covers, metres, > 0.
         width: f64,
     },
 }
 
-/// How wide a pixel is where its ray ends, across the ray.
+/// Width of a pixel where its ray ends, across the ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Footprint {
-    /// It grows with range: the angle between neighbouring pixels, radians.
+    /// Width that grows with range: the angle between neighbouring pixels, radians.
     Angle(f64),
     /// The same at any range, metres.
     Width(f64),
@@ -105,7 +105,7 @@ pub(super) struct Mapping {
 }
 
 impl Screen {
-    /// What users call it.
+    /// Returns the name that users call it by.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Planar { .. } => "planar",
@@ -227,7 +227,7 @@ impl Mapping {
         same && (self.size, self.shift) == (other.size, other.shift)
     }
 
-    /// How wide pixels are, at the widest.
+    /// Returns how wide pixels are, at the widest.
     pub fn footprint(&self) -> Footprint {
         match self.screen {
             Screen::Orthographic { .. } => Footprint::Width(1.0 / self.scale),

@@ -63,12 +63,12 @@ impl Farm {
         self.pool.as_ref().map_or(1, |pool| pool.current_num_threads())
     }
 
-    /// How large tasks should be: what was asked for, or else the default.
+    /// Returns how large tasks should be: what was asked for, or else the default.
     pub fn task_size(&self) -> TaskSize {
         self.task_size_or(TaskSize::default())
     }
 
-    /// What was asked for, or else what suits the work.
+    /// Returns how large tasks should be: what was asked for, or else what suits the work.
     pub fn task_size_or(&self, suitable: TaskSize) -> TaskSize {
         self.task_size.unwrap_or(suitable)
     }

@@ -35,12 +35,12 @@ pub struct Batch<'a, C> {
     pub frames: &'a [(u64, C)],
     /// Frames that may exist at once, ≥ 1; see [`Farm::in_flight`].
     pub in_flight: usize,
-    /// Who may stop the work.
+    /// Observer who may stop the work.
     pub observer: &'a dyn Observer,
 }
 
 impl Farm {
-    /// How many frames are in flight at once if `asked` frames are wanted, or nothing in particular: 2. One worker
+    /// Returns how many frames are in flight at once if `asked` frames are wanted, or nothing in particular: 2. One worker
     /// gets one, since it is never out of tasks.
     pub fn in_flight(&self, asked: Option<usize>) -> usize {
         if self.workers() == 1 { 1 } else { asked.unwrap_or(DEFAULT_IN_FLIGHT).max(1) }
@@ -125,7 +125,7 @@ fn interrupted() -> Error {
     Error::Interrupted("frames written so far are whole".into())
 }
 
-/// Which frames are in flight.
+/// Frames in flight.
 struct Window<R> {
     count: usize,
     in_flight: usize,

@@ -16,7 +16,7 @@ pub struct Queue<T> {
 }
 
 impl<T> Queue<T> {
-    /// In a share for each of `workers`.
+    /// Deals tasks out, a share for each of `workers`.
     pub fn new(tasks: Vec<T>, workers: usize) -> Self {
         let (count, workers) = (tasks.len(), workers.max(1));
         let share = |worker| Share::of(worker * count / workers..(worker + 1) * count / workers);

@@ -1,4 +1,4 @@
-//! How long frames would take with other numbers of workers: a list scheduler over measured tasks.
+//! Prediction of frame times with other numbers of workers: a list scheduler over measured tasks.
 //!
 //! ```text
 //! frame n may begin once frames 0..=n − k have been delivered              (k frames in flight)
@@ -19,10 +19,10 @@ use super::queue::Queue;
 use super::task::Stage;
 use super::trace::Trace;
 
-/// What one frame asks of the farm.
+/// Work of one frame for the farm.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FrameWork {
-    /// What no second worker helps with.
+    /// Time outside of tasks, with which no second worker helps.
     pub serial: Duration,
     /// The tasks of each stage in order; a stage begins when the one before has ended.
     pub stages: Vec<Vec<Duration>>,
@@ -99,7 +99,7 @@ pub fn makespan(frames: &[FrameWork], workers: usize, in_flight: usize) -> Durat
     now
 }
 
-/// When each worker is free, the first of them on top.
+/// Times when workers are free, the first of them on top.
 type Workers = BinaryHeap<Reverse<(Duration, usize)>>;
 
 /// Has workers do tasks as a farm's do, not before `ready`; returns when the last ends.

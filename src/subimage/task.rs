@@ -1,6 +1,6 @@
-//! What a task is: its stage and its size.
+//! Tasks: their stages and sizes.
 
-/// Which half of a frame a task belongs to. The second begins when the first has ended.
+/// Half of a frame that a task belongs to. The second begins when the first has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
     /// Vertical planes: what each ray meets.
@@ -22,7 +22,7 @@ impl Stage {
     }
 }
 
-/// How much of a frame one task works on. Frames have the same bits for any size.
+/// Part of a frame that one task works on. Frames have the same bits for any size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSize {
     /// Adjacent scan lines, or vertical planes, of a march task (the patent's NV), ≥ 1.

@@ -1,4 +1,4 @@
-//! When each task ran, and on which worker.
+//! Trace of tasks: when each ran, and on which worker.
 //!
 //! Each worker has a list of its own, so that noting a task costs two looks at the clock and a lock
 //! that nobody else holds. A farm without a trace pays one branch per task.
@@ -11,17 +11,17 @@ use super::task::Stage;
 /// One task that ran. Times are since the trace was begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSpan {
-    /// Who ran it, `0..workers`.
+    /// Worker that ran it, `0..workers`.
     pub worker: usize,
-    /// What it was for.
+    /// Stage that it was for.
     pub stage: Stage,
     /// Number of the frame.
     pub frame: u64,
-    /// Its place among the tasks of its frame and stage, 0….
+    /// Number among the tasks of its frame and stage, 0….
     pub task: usize,
-    /// When it started.
+    /// Start of the task.
     pub start: Duration,
-    /// When it ended.
+    /// End of the task.
     pub end: Duration,
 }
 
@@ -30,11 +30,11 @@ pub struct TaskSpan {
 pub struct FrameSpan {
     /// Number of the frame.
     pub frame: u64,
-    /// Which of the frames in flight it was, 0….
+    /// Number among the frames in flight, 0….
     pub driver: usize,
-    /// When it started.
+    /// Start of the frame.
     pub start: Duration,
-    /// When it ended.
+    /// End of the frame.
     pub end: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! How bright a picture is at an hour, and which luminance its light stands for.
+//! Brightness of a picture at an hour, and the luminance that its light stands for.
 //!
 //! By day level ground keeps the light of its photograph, whatever the sun's elevation: eyes and cameras adapt. Under a low sun they do
 //! so in part only. A picture grows darker by a power of the illuminance, and at dusk bluer, as eyes see by night; and since it is known which illuminance
@@ -22,7 +22,7 @@ const ILLUMINANCE: [(f64, [f64; 4]); 6] = [
 /// Elevation of the sun, degrees, from which pictures are as bright as by day.
 const DAY: f64 = 10.0;
 
-/// How much of a fall of illuminance a picture shows, as the power to which it is taken: five magnitudes from day to moonlight
+/// Part of a fall of illuminance that a picture shows, as the power to which it is taken: five magnitudes from day to moonlight
 /// become one and a third. Chosen so that ground in moonlight is dark, and can be seen.
 const SHOWN: f64 = 0.27;
 
@@ -48,7 +48,7 @@ pub fn illuminance(elevation: f64) -> f64 {
 }
 
 impl Brightness {
-    /// That under `sun` where moon and lamps about give level ground `night` lx, ≥ 0.
+    /// Computes brightness under `sun` where moon and lamps about give level ground `night` lx, ≥ 0.
     pub fn new(sun: Sun, night: f64) -> Self {
         let lux = illuminance(sun.elevation) + night;
         if sun.elevation >= DAY {

@@ -1,4 +1,4 @@
-//! How the sun's rays run over the posts of a level.
+//! Course of the sun's rays over the posts of a level.
 
 use std::ops::Range;
 
@@ -29,11 +29,11 @@ pub(super) struct Course {
     pub lean: f64,
     /// Length of a strand from row to row, voxels.
     stride: f64,
-    /// How fast rays of the sun's upper and lower rim fall, metres per metre.
+    /// Falls of rays from the sun's upper and lower rim, metres per metre.
     falls: [f64; 2],
-    /// That of its middle.
+    /// Fall of rays from the sun's middle.
     fall: f64,
-    /// From the lowest to the highest ground, metres.
+    /// Height of the highest ground above the lowest, metres.
     relief: f64,
 }
 
@@ -43,10 +43,10 @@ pub(super) struct Leg {
     pub level: u8,
     /// Row, also between two, at which it ends.
     pub end: f64,
-    /// Its rows: the first is the farthest from the sun.
+    /// Nearest of its rows; the first is the farthest from the sun.
     pub near: i64,
     pub count: i64,
-    /// Its strands.
+    /// First of its strands.
     pub first: i64,
     pub strands: usize,
 }
@@ -81,7 +81,7 @@ impl Course {
         (self.stride * self.grid.side(level)) as f32
     }
 
-    /// How much more a ray of the sun's upper rim falls than one of its lower, metres per metre.
+    /// Returns how much more a ray of the sun's upper rim falls than one of its lower, metres per metre.
     pub fn spread(&self) -> f32 {
         (self.falls[0] - self.falls[1]) as f32
     }
@@ -137,7 +137,7 @@ impl Course {
         }
     }
 
-    /// Where the stretch before `leg` ends, one level coarser.
+    /// Finds where the stretch before `leg` ends, one level coarser.
     fn coarser(&self, leg: &Leg) -> Leg {
         let end = coarser_post(leg.begin(self.towards));
         let strand = |number: i64| self.coarser_strand(leg, number).floor() as i64;
@@ -190,7 +190,7 @@ impl Leg {
     }
 }
 
-/// Where a place, counted in posts of a level, lies among those of the next coarser one.
+/// Converts a place in posts of a level to posts of the next coarser one.
 fn coarser_post(post: f64) -> f64 {
     (post + 0.5) / f64::from(RADIX) - 0.5
 }

@@ -1,4 +1,4 @@
-//! How bright ground is under sun and sky.
+//! Light of sun and sky on the ground.
 
 use glam::Vec3;
 
@@ -38,7 +38,7 @@ pub struct Daylight {
 }
 
 impl Daylight {
-    /// That of a day on which the sun stands there.
+    /// Computes the light of a day on which the sun stands there.
     pub fn new(sun: Sun) -> Self {
         let sine = sun.elevation.to_radians().sin().max(0.0);
         let mass = sun.air_mass();
@@ -49,7 +49,7 @@ impl Daylight {
         Self { to_sun: sun.direction(), beam: colour * (direct as f32 / colour.dot(LUMINANCE)), sky }
     }
 
-    /// How much sun there is on the ground against a high one's, 0…1: less from some ten degrees of elevation down, none on the horizon.
+    /// Returns how much sun there is on the ground against a high one's, 0…1: less from some ten degrees of elevation down, none on the horizon.
     pub fn strength(&self) -> f32 {
         (1.0 - self.sky) / (1.0 - SKY_SHARE as f32)
     }

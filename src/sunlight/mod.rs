@@ -1,4 +1,4 @@
-//! Where the sun stands, and what ground it reaches.
+//! Sunlight: where the sun stands, and what ground it reaches.
 //!
 //! ```text
 //! sun ──▶ course: along which posts its rays run, and how fast they fall

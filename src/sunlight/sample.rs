@@ -15,7 +15,7 @@ type Latest = Option<(PageId, Option<Arc<ShadePage>>)>;
 #[derive(Debug)]
 pub struct ShadeSampler<'a> {
     shades: &'a Shades,
-    /// By level.
+    /// Latest page of each level.
     latest: Vec<Latest>,
 }
 

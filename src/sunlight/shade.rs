@@ -1,4 +1,4 @@
-//! What share of the sun the posts of a page see.
+//! Shares of the sun's disc that the posts of a page see.
 
 use std::collections::BTreeSet;
 use std::fmt::Debug;
@@ -23,14 +23,14 @@ const SOFT: f32 = 0.5;
 /// Greatest share, as it is stored.
 const ALL: f32 = 255.0;
 
-/// How the sun falls on a database's ground.
+/// Fall of the sun on a database's ground.
 #[derive(Debug, Clone)]
 pub struct Shade {
     course: Course,
     isa: Isa,
 }
 
-/// What share of the sun's disc the posts of a page see.
+/// Share of the sun's disc that each post of a page sees.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ShadePage {
     /// Shares in 1/255, `[height + 10][width + 10]`, rows from south to north; 255 beside the area.
@@ -132,7 +132,7 @@ impl Shade {
         }
     }
 
-    /// What the posts of a page see of the sun; `None` where the page is absent.
+    /// Computes what the posts of a page see of the sun; `None` where the page is absent.
     ///
     /// # Errors
     /// A page, this one or one towards the sun, that is damaged.
@@ -203,7 +203,7 @@ fn put(
 /// Shares of the sun along a row.
 struct Lighting<'s> {
     shadow: &'s Shadow,
-    /// How much wider a half-shadow gets per metre, metres of height.
+    /// Widening of a half-shadow per metre, metres of height.
     spread: f32,
     /// The strand before the first post, and how far from it to the next one the posts lie.
     strand: usize,
@@ -251,7 +251,7 @@ impl Shades {
         Self { shade, pages: Derived::new(budget) }
     }
 
-    /// How the sun falls.
+    /// Returns how the sun falls.
     pub fn shade(&self) -> &Shade {
         &self.shade
     }
@@ -271,7 +271,7 @@ impl Shades {
         self.pages.begin_frame();
     }
 
-    /// What the posts of a page see of the sun; `None` where the page is absent.
+    /// Returns what the posts of a page see of the sun; `None` where the page is absent.
     ///
     /// # Errors
     /// As of [`Shade::page`].

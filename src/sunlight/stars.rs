@@ -20,12 +20,12 @@ const MOST_AIR: f64 = 38.0;
 const WAVELENGTHS: [f64; 3] = [0.61, 0.55, 0.465];
 const RADIATION: f64 = 14_387.8;
 
-/// How the sphere of the stars stands over a place.
+/// Stand of the sphere of the stars over a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Firmament {
     /// Hour angle of the equinox: right ascension of what culminates, degrees.
     pub sidereal: f64,
-    /// Of the place, degrees north.
+    /// Latitude of the place, degrees north.
     pub latitude: f64,
     /// Azimuth of true north from grid north, clockwise, degrees.
     pub convergence: f64,
@@ -56,7 +56,7 @@ pub fn stars() -> &'static [Star] {
 }
 
 impl Star {
-    /// From right ascension and declination (degrees), visual magnitude and B − V.
+    /// Reads right ascension and declination (degrees), visual magnitude and B − V.
     fn read(line: &str) -> Option<Self> {
         let mut numbers = line.split(',').map(|field| field.parse::<f64>().ok());
         let mut next = || numbers.next().flatten();

@@ -1,4 +1,4 @@
-//! Where the sun stands.
+//! Position of the sun.
 
 use std::ops::RangeInclusive;
 
@@ -21,7 +21,7 @@ const J2000: f64 = 2_451_545.0;
 const SIDEREAL_AT_J2000: f64 = 280.460_618_37;
 const SIDEREAL_PER_DAY: f64 = 360.985_647_366_29;
 
-/// For which the Earth's turning is estimated; the algorithm itself holds longer.
+/// Years for which the Earth's turning is estimated; the algorithm itself holds longer.
 const YEARS: RangeInclusive<i32> = -500..=2999;
 
 /// Direction to the sun.
@@ -77,7 +77,7 @@ impl Sun {
     }
 }
 
-/// What stands over a place.
+/// Sun, stars and lamps over a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sky {
     /// The sun.
@@ -91,7 +91,7 @@ pub struct Sky {
 pub struct Night {
     /// Illuminance of level ground by moon, and by the lamps of the land about, lx, 0…1000.
     pub lux: f64,
-    /// How the stars stand; `None`: there are none.
+    /// Stand of the stars; `None`: there are none.
     pub stars: Option<Firmament>,
 }
 
@@ -114,12 +114,12 @@ impl Night {
     }
 }
 
-/// How a sun is asked for.
+/// Request for a sun, by angles or by time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SunSetting {
-    /// Where it stands.
+    /// Sun at these angles.
     At(Sun),
-    /// When.
+    /// Sun of a moment.
     Time(OffsetDateTime),
 }
 
@@ -135,7 +135,7 @@ impl SunSetting {
         parse(text).or_else(|| with_seconds(text))
     }
 
-    /// Where sun and stars stand over a place of `crs` (its metres or degrees): by time as the Solar Position Algorithm says (Reda and Andreas 2004), lifted by
+    /// Finds sun and stars over a place of `crs` (its metres or degrees): by time as the Solar Position Algorithm says (Reda and Andreas 2004), lifted by
     /// refraction, its azimuth from grid north.
     ///
     /// # Errors

@@ -12,33 +12,33 @@ pub(super) struct Shadow {
     pub full: Vec<f32>,
     /// Height from which on all of it is seen, metres.
     pub half: Vec<f32>,
-    /// How far what throws the half-shadow is away, metres.
+    /// Distance to what throws the half-shadow, metres.
     pub way: Vec<f32>,
 }
 
-/// From one row to the next.
+/// Step from one row to the next.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     /// Metres along the ground.
     way: f32,
-    /// How much rays of the sun's upper and lower rim fall, metres.
+    /// Falls of rays from the sun's upper and lower rim, metres.
     falls: [f32; 2],
 }
 
-/// What a row does to the strands that cross it.
+/// Effect of a row on the strands that cross it.
 pub(super) struct Crossing<'s> {
     /// Just before the row; just before the next one afterwards.
     pub shadow: &'s mut Shadow,
     /// Heights of the row's posts from the first strand on.
     pub row: &'s [f32],
-    /// From a post to the next one.
+    /// Share of the way from a post to the next one.
     pub share: f32,
     /// Until the next row.
     pub step: Step,
 }
 
 impl Step {
-    /// From row to row of a level.
+    /// Computes the step from row to row of a level.
     pub fn of(course: &Course, level: u8) -> Self {
         Self { way: course.way(level), falls: course.falls(level) }
     }
@@ -66,7 +66,7 @@ impl Kernel for Crossing<'_> {
 }
 
 impl Shadow {
-    /// That of nothing.
+    /// Makes a shadow of nothing.
     fn none(strands: usize) -> Self {
         Self { full: vec![NONE; strands], half: vec![NONE; strands], way: vec![0.0; strands] }
     }
@@ -78,7 +78,7 @@ impl Shadow {
         self.way.iter_mut().for_each(|way| *way += step.way);
     }
 
-    /// What a coarser leg, the one `before`, brings to the strands of `leg`.
+    /// Brings the shadow of a coarser leg, the one `before`, to the strands of `leg`.
     fn on_finer(&self, course: &Course, leg: &Leg, before: &Leg) -> Self {
         let finer = |coarse: &Vec<f32>| {
             let strand = |index: usize| {

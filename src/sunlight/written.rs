@@ -14,16 +14,16 @@ use hedgehop_base::document::Reading;
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "time must be a date and time with an offset from UTC, 2026-06-21T09:30:00Z")]
 pub enum Time {
-    /// As TOML has them.
+    /// Date as TOML has it.
     Date(Datetime),
-    /// In quotation marks.
+    /// Date in quotation marks.
     Text(String),
 }
 
-/// What is wrong with a value, and where that stands.
+/// Fault of a value, and where that stands.
 type Wrong = (Range<usize>, String);
 
-/// Where a table says that the sun stands, by angles (degrees) or by a time; `None`: it does not.
+/// Reads where a table says that the sun stands, by angles (degrees) or by a time; `None`: it does not.
 ///
 /// # Errors
 /// Both, half of the angles, or values that make no sense.

@@ -1,4 +1,4 @@
-//! What the numbers of a database may be: a build is held to it, and so is a file when it is opened.
+//! Limits of the numbers in a database: a build is held to them, and so is a file when it is opened.
 //!
 //! A right checksum says that a file is as somebody wrote it, not that it was written by a build. All arithmetic behind the reader is
 //! safe within these limits, which leave room for worlds much larger than the Earth and for voxels of a millimetre.

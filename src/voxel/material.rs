@@ -1,4 +1,4 @@
-//! What surfaces are made of: the one table of materials, from which every sensor takes its quantities.
+//! Materials of surfaces: the one table, from which every sensor takes its quantities.
 //!
 //! A voxel and a span hold the number of a class. Numbers are never given anew: a database keeps its meaning. What a place adds of its own
 //! has numbers that this table leaves free, and stands in the database's [metadata](super::Metadata::materials).
@@ -122,7 +122,7 @@ materials! {
 }
 
 impl Material {
-    /// By the name that the table gives it.
+    /// Finds a material by the name that the table gives it.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|material| material.name() == Some(name))
     }
@@ -145,7 +145,7 @@ impl Material {
         [channel(0.0), channel(4.0), channel(2.0)]
     }
 
-    /// What it belongs to in reports on what stands and lies there.
+    /// Returns the group that it belongs to in reports on what stands and lies there.
     pub fn group(self) -> Group {
         match self {
             Self::Water | Self::Wetland | Self::Snow | Self::Ice => Group::Water,
@@ -171,7 +171,7 @@ impl Material {
     }
 }
 
-/// What materials have in common.
+/// Group of materials that have something in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Group {
     /// Water, wet ground, snow and ice.
@@ -192,7 +192,7 @@ impl Group {
     /// All of them.
     pub const ALL: [Self; 6] = [Self::Water, Self::Woods, Self::Low, Self::Bare, Self::Built, Self::Other];
 
-    /// What it is called.
+    /// Returns the group's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Water => "water, snow and ice",

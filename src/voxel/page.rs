@@ -8,10 +8,10 @@ use super::{BARE, PageEntry, PageId, Relief, SpanTable, SpansView, empty};
 /// Samples around a page's voxels that repeat the neighbours' (or, at the edge of the area, the
 /// page's own), so that whatever is made of a page, its filtered light too, is made of it alone.
 pub const APRON: u32 = 6;
-/// Those of the relief: slopes need heights one further out.
+/// Apron of the relief: slopes need heights one further out.
 pub const RELIEF_APRON: u32 = APRON - 1;
 
-/// What a voxel is made of and where it comes from.
+/// Material and origin of a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Attributes {
@@ -51,18 +51,18 @@ pub struct PageBuffer {
     pub relief: Vec<Relief>,
     /// Attributes, `[height][width]`.
     pub attributes: Vec<Attributes>,
-    /// What stands on the voxels; empty but for bare ground.
+    /// Spans that stand on the voxels; empty but for bare ground.
     pub spans: SpanTable,
 }
 
 /// A page's bytes as they go to disk, with their checksums.
 #[derive(Debug, Clone)]
 pub struct EncodedPage {
-    /// Which page.
+    /// Number of the page.
     pub id: PageId,
     /// Bytes as stored; none of a page without any surface, of which the directory says all.
     pub bytes: Vec<u8>,
-    /// Those of them that are spans.
+    /// Bytes among them that are spans.
     pub spans: u32,
     /// CRC-32 of each part of them, in the order of [numbers](PagePart::number); without bytes, as [`PageEntry`] has them.
     pub crc: [u32; PagePart::COUNT],
@@ -116,13 +116,13 @@ pub struct BoundsView<'a> {
 /// Planes of a page that are read by the same readers, and are in memory together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PagePart {
-    /// Where a surface is.
+    /// Heights of a surface.
     Heights(PageId),
-    /// What it looks like and is made of: colours, relief and attributes.
+    /// Looks of a surface and its materials: colours, relief and attributes.
     Paint(PageId),
-    /// What tells where it cannot be seen. Pages of level index 0 and of bare ground have none.
+    /// Bounds that tell where it cannot be seen. Pages of level index 0 and of bare ground have none.
     Bounds(PageId),
-    /// What stands on it: of bare ground alone.
+    /// Spans that stand on it: of bare ground alone.
     Spans(PageId),
 }
 
@@ -130,14 +130,14 @@ impl PagePart {
     /// Parts that a page has at most.
     pub const COUNT: usize = 3;
 
-    /// Of which page.
+    /// Returns the page that it is a part of.
     pub fn page(self) -> PageId {
         match self {
             Self::Heights(page) | Self::Paint(page) | Self::Bounds(page) | Self::Spans(page) => page,
         }
     }
 
-    /// Which of a page's parts, 0 to 2, in the order in which they lie in the file.
+    /// Returns the number of the part, 0 to 2, in the order in which they lie in the file.
     #[inline]
     pub fn number(self) -> usize {
         match self {
@@ -164,12 +164,12 @@ impl PagePart {
         [Self::Heights(page), Self::Paint(page), third].into_iter().take(if page.level == 0 { 2 } else { 3 })
     }
 
-    /// What is seen of a page's surface.
+    /// Lists the parts that show a page's surface.
     pub fn posts(page: PageId) -> [Self; 2] {
         [Self::Heights(page), Self::Paint(page)]
     }
 
-    /// Where it lies in the `length` bytes of its page, of `width` × `height` voxels, of which `spans` are spans.
+    /// Finds the part in the `length` bytes of its page, of `width` × `height` voxels, of which `spans` are spans.
     pub(super) fn range(self, size: (u32, u32), [length, spans]: [usize; 2]) -> Range<usize> {
         let layout = PageLayout::new(size, bounds_flag(self.page().level), spans);
         match self {
@@ -185,7 +185,7 @@ impl PagePart {
 pub struct PageNeeds {
     /// First those that are likely to be read, then the others that may be.
     pub parts: Vec<PagePart>,
-    /// How many are likely.
+    /// Number of those that are likely needed.
     pub likely: usize,
 }
 
@@ -207,7 +207,7 @@ impl From<Vec<PagePart>> for PageNeeds {
     }
 }
 
-/// Where the planes lie in a page's bytes.
+/// Positions of the planes in a page's bytes.
 struct PageLayout {
     heights: Range<usize>,
     low: Range<usize>,
@@ -219,7 +219,7 @@ struct PageLayout {
 }
 
 impl PageLayout {
-    /// Of a page of `width` × `height` voxels (both at most PAGE_SIDE), with so many bytes of spans.
+    /// Lays out a page of `width` × `height` voxels (both at most PAGE_SIDE), with so many bytes of spans.
     fn new((width, height): (u32, u32), flags: u32, spans: usize) -> Self {
         let voxels = width as usize * height as usize;
         let with_apron = |apron: u32| (width + 2 * apron) as usize * (height + 2 * apron) as usize;
@@ -245,7 +245,7 @@ impl PageLayout {
         }
     }
 
-    /// Of a page of `length` bytes; `None`: no page is so long.
+    /// Lays out a page of `length` bytes; `None`: no page is so long.
     fn of_length(level: u8, size: (u32, u32), [length, spans]: [usize; 2]) -> Option<Self> {
         if spans > length || (level != BARE && spans > 0) {
             return None;
@@ -273,7 +273,7 @@ fn bounds_flag(level: u8) -> u32 {
     if level > 0 && level != BARE { at::FLAG_BOUNDS } else { 0 }
 }
 
-/// Where the planes lie in a page's bytes, which begin at a multiple of 64 in memory.
+/// Positions of the planes in a page's bytes, which begin at a multiple of 64 in memory.
 pub(super) struct Planes<'a> {
     bytes: &'a [u8],
     size: (u32, u32),
@@ -284,7 +284,7 @@ pub(super) struct Planes<'a> {
 }
 
 impl<'a> Planes<'a> {
-    /// Of a page of a level and of `size` voxels, as the grid says, with so many bytes of spans, as the directory says. An error says why
+    /// Finds the planes of a page of a level and of `size` voxels, as the grid says, with so many bytes of spans, as the directory says. An error says why
     /// there is no such page.
     pub fn new(bytes: &'a [u8], level: u8, size: (u32, u32), spans: u32) -> Result<Self, String> {
         let spans = spans as usize;
@@ -293,7 +293,7 @@ impl<'a> Planes<'a> {
         Ok(Self { bytes, size, spans, layout, empty: None })
     }
 
-    /// Of a page without any surface.
+    /// Makes the planes of a page without any surface.
     pub fn empty(level: u8, size: (u32, u32), attributes: &'a Attributes) -> Self {
         let layout = PageLayout::new(size, bounds_flag(level) | at::FLAG_UNIFORM, 0);
         Self { bytes: &[], size, spans: 0, layout, empty: Some(attributes) }

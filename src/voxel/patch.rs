@@ -27,10 +27,10 @@ use super::undo::{
 
 /// Bytes that are compared, and overwritten, at once.
 const BLOCK: u64 = 4096;
-/// What lies between pages.
+/// Bytes between pages.
 static GAP: [u8; PAGE_ALIGNMENT as usize] = [0; PAGE_ALIGNMENT as usize];
 
-/// Where the bytes of a database go that is being written: to a file of its own, or for the time being nowhere.
+/// Destination of a database that is being written: a file of its own, or for the time being nowhere.
 #[derive(Debug)]
 pub(super) struct Part {
     file: File,
@@ -42,7 +42,7 @@ pub(super) struct Part {
 #[derive(Debug)]
 struct Patch {
     base: EarlierFile,
-    /// What it was when it was opened.
+    /// State of the file when it was opened.
     known: Known,
     /// Ranges that stay, in the order of their coming.
     kept: Vec<Range>,
@@ -52,7 +52,7 @@ struct Patch {
     most: u64,
 }
 
-/// What tells whether somebody changed a file.
+/// Signs by which one tells whether somebody changed a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Known {
     length: u64,
@@ -256,7 +256,7 @@ impl Patch {
         changed.map(|()| true)
     }
 
-    /// What the file does not have yet, but for the header; `None` if pages lie otherwise than they can.
+    /// Lists the pieces that the file does not have yet, but for the header; `None` if pages lie otherwise than they can.
     fn pieces(&self, length: u64) -> io::Result<Option<Vec<Piece<'_>>>> {
         let mut all: Vec<(Range, Option<&[u8]>)> = self.kept.iter().map(|range| (*range, None)).collect();
         all.extend(self.held.iter().map(|(offset, bytes)| {
@@ -351,7 +351,7 @@ impl Patch {
             && !named.permissions().readonly()
     }
 
-    /// How many names a file has is not known.
+    /// Answers that it is not known how many names a file has.
     #[cfg(not(unix))]
     fn is_alone(&self, _: &Path) -> bool {
         false

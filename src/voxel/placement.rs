@@ -22,7 +22,7 @@ pub struct SharedObject {
     /// Codes above the foot that its spans do not leave, slopes and all; 0 if one of them stands on the ground.
     low: u16,
     high: u16,
-    /// Where the spans of each voxel begin, and the last one's end.
+    /// First span of each voxel, and the last one's end.
     starts: Vec<u32>,
     spans: Vec<Span>,
 }
@@ -31,7 +31,7 @@ pub struct SharedObject {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SharedObjects(Vec<SharedObject>);
 
-/// Where an object stands on a page.
+/// Place of an object on a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Placement {
@@ -52,7 +52,7 @@ impl Symmetry {
     /// All of them.
     pub const COUNT: u16 = 8;
 
-    /// By its lower three bits.
+    /// Makes a symmetry from the lower three bits.
     pub fn new(bits: u64) -> Self {
         Self((bits & 7) as u8)
     }
@@ -69,7 +69,7 @@ impl Symmetry {
         self.0 & 4 != 0
     }
 
-    /// Where a direction, or a voxel counted from the one in the middle, goes: (east, north).
+    /// Turns a direction, or a voxel counted from the one in the middle: (east, north).
     #[inline]
     pub fn turn<T: Copy + Neg<Output = T>>(self, [x, y]: [T; 2]) -> [T; 2] {
         let x = if self.is_mirrored() { -x } else { x };
@@ -81,7 +81,7 @@ impl Symmetry {
         }
     }
 
-    /// Where it comes from.
+    /// Turns it back to where it came from.
     #[inline]
     pub fn turn_back<T: Copy + Neg<Output = T>>(self, [x, y]: [T; 2]) -> [T; 2] {
         let [x, y] = match self.turns() {
@@ -99,7 +99,7 @@ impl Symmetry {
         if self.turns().is_multiple_of(2) { [width, depth] } else { [depth, width] }
     }
 
-    /// Which voxel of an object of `size` lies at a voxel of the turned one.
+    /// Finds the voxel of an object of `size` that lies at a voxel of the turned one.
     #[inline]
     fn source(self, voxel: [u16; 2], size: [u16; 2]) -> [u16; 2] {
         let (turned, [width, depth]) = (self.size(size), size.map(i32::from));
@@ -144,7 +144,7 @@ impl SharedObject {
     /// Voxels along a side at most: it reaches no further than the pages beside its own.
     pub const MOST_VOXELS: u16 = super::PAGE_SIDE as u16;
 
-    /// Of `width` × `depth` voxels, 1 to [`Self::MOST_VOXELS`] each: `spans_of` tells those of a voxel (x, y), codes from the foot. `rise` as for
+    /// Makes an object of `width` × `depth` voxels, 1 to [`Self::MOST_VOXELS`] each: `spans_of` tells those of a voxel (x, y), codes from the foot. `rise` as for
     /// [`super::SpanTable::new`].
     pub fn new(size: [u16; 2], rise: f64, mut spans_of: impl FnMut(u16, u16, &mut Vec<Span>)) -> Self {
         let (mut starts, mut spans) = (vec![0], Vec::new());
@@ -202,7 +202,7 @@ impl SharedObject {
         [low, foot.saturating_add(self.high)]
     }
 
-    /// How many spans a placed object has over a voxel, (x, y) from the placement's south-west one.
+    /// Counts the spans that a placed object has over a voxel, (x, y) from the placement's south-west one.
     #[inline]
     pub(super) fn count_at(&self, placement: Placement, voxel: [u16; 2]) -> u32 {
         self.of(placement.symmetry().source(voxel, self.size)).len() as u32
@@ -218,7 +218,7 @@ impl SharedObject {
         })
     }
 
-    /// What is wrong with it.
+    /// Says what is wrong with it, if something is.
     fn check(&self, rise: f64) -> Option<String> {
         let (low, high) = self.reach(rise);
         if low < self.low || high > self.high {
@@ -243,7 +243,7 @@ impl SharedObjects {
         self.0.is_empty()
     }
 
-    /// How many.
+    /// Counts the objects.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -259,7 +259,7 @@ impl SharedObjects {
         self.0.get(placement.number())
     }
 
-    /// As stored: nothing if there are none.
+    /// Encodes the objects as they are stored: nothing if there are none.
     pub fn to_bytes(&self) -> Vec<u8> {
         if self.is_empty() {
             return Vec::new();
@@ -282,7 +282,7 @@ impl SharedObjects {
         bytes
     }
 
-    /// From what is stored, or what is wrong with it; `rise` as for [`super::SpanTable::new`].
+    /// Decodes what is stored, or says what is wrong with it; `rise` as for [`super::SpanTable::new`].
     pub(super) fn decode(bytes: &[u8], rise: f64) -> Result<Self, String> {
         if bytes.is_empty() {
             return Ok(Self::default());

@@ -1,4 +1,4 @@
-//! From a level to the next coarser one.
+//! Pyramid of levels: from each to the next coarser one.
 //!
 //! ```text
 //! coarse page ← finer voxels of its own voxels, of its apron, and a ring around its own ones

@@ -1,4 +1,4 @@
-//! What a coarse voxel keeps of the slopes under it.
+//! Relief: the part of finer slopes that a coarse voxel keeps.
 //!
 //! Light on rough ground is not the light on its mean slope, and an eye near the ground sees more of what faces it.
 //! So a coarse voxel keeps mean and covariance of the slopes of its finer posts (moments of slopes
@@ -32,7 +32,7 @@ pub struct Relief {
 }
 
 impl Relief {
-    /// Of the finer slopes that `moments` has gathered, `own` being those of the level; nothing where there are none.
+    /// Sums up the finer slopes that `moments` has gathered, `own` being those of the level; nothing where there are none.
     pub fn new(moments: &Moments, own: [f32; 2]) -> Self {
         if moments.count == 0 {
             return Self::default();
@@ -72,7 +72,7 @@ pub struct ReliefLanes<F> {
 }
 
 impl<F: Floats> ReliefLanes<F> {
-    /// From memory.
+    /// Loads relief from memory.
     #[inline(always)]
     pub fn load<V: Simd<F = F>>(simd: V, bytes: &[u8; RELIEFS]) -> Self {
         let [four, fifth] = simd.load_fives(bytes);
@@ -112,7 +112,7 @@ pub struct Moments {
     pub step: f64,
     count: i64,
     sum: [i64; 2],
-    /// Of the products east × east, east × north, north × north.
+    /// Sums of the products east × east, east × north, north × north.
     products: [i64; 3],
 }
 

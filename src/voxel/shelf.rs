@@ -29,7 +29,7 @@ const SIDE: u32 = 8;
 /// A page that waits for its turn.
 #[derive(Debug)]
 enum Kept {
-    /// It was set aside, and lies there.
+    /// Set aside, lying there.
     Aside(PageId, PageEntry),
     /// Another file has it.
     Earlier(EarlierPage),
@@ -121,12 +121,12 @@ fn band_of(id: PageId) -> (u8, u32) {
     (if id.is_bare() { 0 } else { id.level }, id.py / SIDE)
 }
 
-/// Where a page comes in its band: bare ground after its surface.
+/// Returns the place of a page in its band: bare ground after its surface.
 fn place(id: PageId) -> (u32, u32, bool) {
     (id.px / SIDE, along_curve(id.px % SIDE, id.py % SIDE), id.is_bare())
 }
 
-/// How far along Hilbert's curve through a block a page lies: it begins in the south-west, and ends in the south-east.
+/// Returns how far along Hilbert's curve through a block a page lies: it begins in the south-west, and ends in the south-east.
 fn along_curve(mut x: u32, mut y: u32) -> u32 {
     let (mut along, mut side) = (0, SIDE / 2);
     while side > 0 {

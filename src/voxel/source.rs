@@ -1,11 +1,11 @@
-//! Where pages come from.
+//! Sources of pages.
 
 use super::{BoundsView, Header, HeightsView, PageId, PageView, SpansView};
 use hedgehop_base::error::Result;
 
 /// Gives out pages. The marchers are generic over it.
 pub trait PageSource: Sync {
-    /// What the database is.
+    /// Returns the header: what the database is.
     fn header(&self) -> &Header;
 
     /// The page, `None` where it is absent (stored at a coarser level only, or outside the area).
@@ -24,7 +24,7 @@ pub trait PageSource: Sync {
     /// else of a page, and who looks at what is seen, not them.
     fn bounds(&self, id: PageId) -> Result<Option<BoundsView<'_>>>;
 
-    /// What stands on a page of bare ground, as [`Self::page`]; nothing on others. Nobody asks for bare ground unless the header says that
+    /// Returns what stands on a page of bare ground, as [`Self::page`]; nothing on others. Nobody asks for bare ground unless the header says that
     /// [something stands](Header::is_built), and who gives out such an area must tell what.
     fn spans(&self, id: PageId) -> Result<Option<SpansView<'_>>> {
         let _ = id;

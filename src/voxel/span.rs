@@ -32,7 +32,7 @@ pub struct Span {
     pub high: u16,
     /// Slope of the upper end, eastward and northward: rise over run in [`Self::SLOPE_STEPS`] steps.
     pub slope: [i8; 2],
-    /// It lies within all. One behind none, and a second or third one that is round, make no sense.
+    /// Cuts, within all of which it lies. One behind none, and a second or third one that is round, make no sense.
     pub cuts: [Cut; 3],
     /// Colour of the upper end, sRGB.
     pub top: [u8; 3],
@@ -78,7 +78,7 @@ impl Span {
         f32::from(self.state & Self::OPACITY) / f32::from(Self::OPAQUE)
     }
 
-    /// How many height codes thick a strip is, ≥ 1; it is as wide as that.
+    /// Returns how many height codes thick a strip is, ≥ 1; it is as wide as that.
     pub fn thickness(&self) -> u16 {
         self.high.saturating_sub(self.low).max(1)
     }
@@ -99,7 +99,7 @@ impl Span {
         self.slope.map(|slope| f32::from(slope) / Self::SLOPE_STEPS)
     }
 
-    /// Its walls: normals (east, north) and their distances from the voxel's centre, sides of the voxel; none where it fills the voxel.
+    /// Lists its walls: normals (east, north) and their distances from the voxel's centre, sides of the voxel; none where it fills the voxel.
     pub fn walls(&self) -> impl Iterator<Item = ([f32; 2], f32)> {
         self.cuts.into_iter().filter(|cut| cut.is_wall()).map(|cut| (cut.normal(), cut.distance()))
     }
@@ -122,7 +122,7 @@ impl Span {
         [low, self.high.saturating_add(room)]
     }
 
-    /// What is wrong with it by itself.
+    /// Says what is wrong with the span by itself, if something is.
     pub(super) fn check(&self) -> Option<String> {
         let is_sound = self.state & Self::OPACITY != 0
             && self.low <= self.high

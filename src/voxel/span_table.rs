@@ -18,13 +18,13 @@ use super::{HeightCode, Placement, SharedObjects, Span};
 /// Voxels along the side of a block.
 pub const BLOCK_SIDE: u32 = 8;
 
-/// What stands on 8 × 8 voxels.
+/// Spans on 8 × 8 voxels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct SpanBlock {
     /// Voxels with spans: bit `8·y + x` is that of the voxel in column x and row y of the block.
     pub occupied: u64,
-    /// How many voxels of the blocks before it have spans.
+    /// Number of voxels with spans in the blocks before.
     pub first: u32,
     /// Height code that nothing reaches below, where all of it hangs in the air; else [`Span::GROUND`]. Placed objects count.
     pub low: u16,
@@ -38,7 +38,7 @@ pub struct SpanTable {
     blocks: Vec<SpanBlock>,
     starts: Vec<u32>,
     spans: Vec<Span>,
-    /// Where the placements of each block begin, and the last one's end; empty if there are none.
+    /// First placement of each block, and the last one's end; empty if there are none.
     placed: Vec<u32>,
     placements: Vec<Placement>,
 }
@@ -55,7 +55,7 @@ pub struct SpansView<'a> {
 }
 
 impl SpanTable {
-    /// Of a page of `width` × `height` voxels: `spans_of` appends those of a voxel (x, y), lowest first. `rise` is how many steps of height the
+    /// Makes the table of a page of `width` × `height` voxels: `spans_of` appends those of a voxel (x, y), lowest first. `rise` is how many steps of height the
     /// steepest slope of one step rises over half a voxel's diagonal, see [`Self::rise`].
     pub fn new(
         (width, height): (u32, u32),
@@ -151,7 +151,7 @@ impl SpanTable {
         self
     }
 
-    /// How many codes a slope of one step rises or falls over half a voxel's diagonal, if a step of height is `scale` metres and a voxel
+    /// Returns how many codes a slope of one step rises or falls over half a voxel's diagonal, if a step of height is `scale` metres and a voxel
     /// `spacing` metres wide.
     pub fn rise(code: HeightCode, spacing: f64) -> f64 {
         0.5 * spacing / f64::from(Span::SLOPE_STEPS) / code.scale
@@ -208,7 +208,7 @@ impl SpanTable {
     }
 }
 
-/// Where the parts of a table lie in its bytes.
+/// Positions of a table's parts in its bytes.
 struct Layout {
     blocks: Range<usize>,
     starts: Range<usize>,
@@ -251,7 +251,7 @@ impl<'a> SpansView<'a> {
     pub const NONE: Self =
         Self { blocks_across: 0, blocks: &[], starts: &[], spans: &[], placed: &[], placements: &[] };
 
-    /// Of a page of `width` × `height` voxels, from the bytes of its table.
+    /// Views the bytes of a table as that of a page of `width` × `height` voxels.
     pub(super) fn new(bytes: &'a [u8], (width, height): (u32, u32)) -> Result<Self, String> {
         if bytes.is_empty() {
             return Ok(Self::NONE);
@@ -294,7 +294,7 @@ impl<'a> SpansView<'a> {
         self.placements
     }
 
-    /// Those that reach the block of voxel (x, y).
+    /// Lists the placements that reach the block of voxel (x, y).
     #[inline]
     pub fn placements_at(&self, x: u32, y: u32) -> &'a [Placement] {
         self.placements_of((y / BLOCK_SIDE * self.blocks_across + x / BLOCK_SIDE) as usize)
@@ -346,7 +346,7 @@ impl<'a> SpansView<'a> {
         self.of(&self.block(x, y), x, y)
     }
 
-    /// What contradicts itself, if something does; `rise` as for [`SpanTable::new`].
+    /// Says what contradicts itself, if something does; `rise` as for [`SpanTable::new`].
     pub(super) fn check(&self, rise: f64, objects: &SharedObjects) -> Option<String> {
         let mut first = 0;
         for block in self.blocks {

@@ -22,12 +22,12 @@ pub trait FileBytes: Sync {
     /// All of them.
     fn bytes(&self) -> &[u8];
 
-    /// These will all be read soon.
+    /// Announces that these bytes will all be read soon.
     fn will_need(&self, range: Range<usize>) {
         let _ = range;
     }
 
-    /// These will not be read for a while: their memory may go.
+    /// Announces that these bytes will not be read for a while: their memory may go.
     fn forget(&self, range: Range<usize>) {
         let _ = range;
     }
@@ -56,7 +56,7 @@ impl FileBytes for AlignedBytes {
 /// Bytes that memory comes in, at least.
 const LEAST_MAPPED: usize = 4096;
 
-/// What has been touched so far.
+/// Counts of what has been touched so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Touched {
     /// Pages of which a part was asked for at least once and found good.
@@ -65,11 +65,11 @@ pub struct Touched {
     pub bytes: u64,
 }
 
-/// What is known of a page's part.
+/// Knowledge of a page's part.
 mod state {
     /// Nothing yet.
     pub const UNCHECKED: u8 = 0;
-    /// It was checked, and is good.
+    /// Checked, and good.
     pub const GOOD: u8 = 1;
     /// The page is damaged, and left out.
     pub const DAMAGED: u8 = 2;
@@ -83,7 +83,7 @@ pub struct PageStore<B> {
     header: Header,
     directory: Directory,
     trust: Trust,
-    /// By [part](Directory::part_index). Nothing is published through these, the bytes never change:
+    /// State of each [part](Directory::part_index). Nothing is published through these, the bytes never change:
     /// relaxed order is enough, and two threads that check the same part at once find the same.
     states: Box<[AtomicU8]>,
 }
@@ -143,12 +143,12 @@ impl<B: FileBytes> PageStore<B> {
         self.bytes.bytes()
     }
 
-    /// Where each page lies.
+    /// Returns the directory: where each page lies.
     pub fn directory(&self) -> &Directory {
         &self.directory
     }
 
-    /// What was touched since the database was opened.
+    /// Counts what was touched since the database was opened.
     pub fn touched(&self) -> Touched {
         let mut touched = Touched::default();
         for (id, _) in self.directory.present() {
@@ -160,12 +160,12 @@ impl<B: FileBytes> PageStore<B> {
         touched
     }
 
-    /// Where a page lies in the file, bytes; `None` if it is absent, or has no bytes because it has no surface.
+    /// Finds a page in the file, bytes; `None` if it is absent, or has no bytes because it has no surface.
     pub fn extent(&self, id: PageId) -> Option<Range<usize>> {
         self.directory.get(id).filter(|entry| entry.empty().is_none()).and_then(extent_of)
     }
 
-    /// Where a part of a page lies in the file, bytes; empty if the page is absent, or has none.
+    /// Finds a part of a page in the file, bytes; empty if the page is absent, or has none.
     pub fn stretch(&self, part: PagePart) -> Range<usize> {
         let Some((_, entry, size)) = self.directory.locate(part.page()) else { return 0..0 };
         if entry.empty().is_some() {
@@ -180,7 +180,7 @@ impl<B: FileBytes> PageStore<B> {
         self.stretch(part).len() as u64
     }
 
-    /// What must be read of the file to have a part of a page, bytes: all of a page that may be left out is checked at once.
+    /// Returns the bytes of the file that must be read to have a part of a page: all of a page that may be left out is checked at once.
     pub fn needed_for(&self, part: PagePart) -> Range<usize> {
         let is_whole = self.trust.damaged == Damaged::Coarser && self.is_to_be_checked(part);
         self.extent(part.page()).filter(|_| is_whole).unwrap_or_else(|| self.stretch(part))
@@ -306,7 +306,7 @@ impl<B: FileBytes> PageStore<B> {
         found.or_else(|what| self.leave_out(id, &what).map(|()| None))
     }
 
-    /// What becomes of a page with which something is wrong: nothing if another level is to stand in for it.
+    /// Decides about a page with which something is wrong: nothing if another level is to stand in for it.
     #[cold]
     fn leave_out(&self, id: PageId, what: &str) -> Result<()> {
         if self.is_damaged(id) {
@@ -326,7 +326,7 @@ impl<B: FileBytes> PageStore<B> {
     }
 }
 
-/// Where a page lies in the file, bytes.
+/// Finds a page in the file, bytes.
 fn extent_of(entry: &PageEntry) -> Option<Range<usize>> {
     let start = usize::try_from(entry.offset).ok()?;
     Some(start..start.checked_add(entry.length as usize)?)

@@ -1,6 +1,6 @@
-//! How far a database's bytes are trusted, and what becomes of pages that are damaged.
+//! Trust in a database's bytes, and the fate of damaged pages.
 
-/// When pages are checked against their checksums.
+/// Time at which pages are checked against their checksums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Verify {
     /// Once, when they are first touched.
@@ -10,23 +10,23 @@ pub enum Verify {
     Never,
 }
 
-/// What becomes of a page that is damaged.
+/// Fate of a damaged page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Damaged {
     /// Whoever touches it is told so.
     #[default]
     Fail,
-    /// It is left out as if it were absent: the next coarser level stands in. Nothing stands in for the coarsest one, so that a
+    /// Left out as if it were absent: the next coarser level stands in. Nothing stands in for the coarsest one, so that a
     /// damaged page there is an error still. Which pages are damaged is a property of the file, so that pictures are the same for any
     /// number of workers and under any budget.
     Coarser,
 }
 
-/// How a database is read.
+/// Trust with which a database is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Trust {
-    /// When pages are checked.
+    /// Time at which pages are checked.
     pub verify: Verify,
-    /// What becomes of those that are damaged.
+    /// Fate of damaged ones.
     pub damaged: Damaged,
 }

@@ -21,7 +21,7 @@ use super::format::header as at;
 use super::writer::{folder_of, sync_folder};
 use hedgehop_base::error::{Error, Result};
 
-/// What a journal's name ends in.
+/// Ending of a journal's name.
 const SUFFIX: &str = ".undo";
 const MAGIC: [u8; 8] = *b"HOPUNDO1";
 /// Bytes before the table of ranges, of an entry of it, and of the checksum.
@@ -30,7 +30,7 @@ const ENTRY: u64 = 16;
 const HASH: u64 = 32;
 /// Bytes that are copied at a time.
 const CHUNK: usize = 1 << 16;
-/// How long to wait for one who changes a database: for its disk, that is.
+/// Longest wait for one who changes a database: for its disk, that is.
 const PATIENCE: Duration = Duration::from_secs(30);
 const PAUSE: Duration = Duration::from_millis(5);
 
@@ -44,19 +44,19 @@ pub(super) struct Range {
     pub length: u64,
 }
 
-/// What changes of a file besides its ranges.
+/// Changes of a file besides its ranges.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Ends {
     /// Bytes of the file, before and after.
     pub lengths: [u64; 2],
-    /// Its header, before and after.
+    /// Headers before and after.
     pub headers: [Record; 2],
 }
 
-/// What a file is by its header.
+/// State of a file by its header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// As it was before the change, or as it is after it.
+    /// Whole: as it was before the change, or as it is after it.
     Whole,
     /// The change was stopped.
     Half,

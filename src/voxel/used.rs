@@ -17,7 +17,7 @@ impl<T: Default> Used<T> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
     }
 
-    /// It is not used any more.
+    /// Takes back memory that is not used any more.
     pub fn give_back(&self, memory: T) {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if waiting.len() < MOST {
@@ -25,7 +25,7 @@ impl<T: Default> Used<T> {
         }
     }
 
-    /// As [`Self::take`], until it is dropped.
+    /// Lends memory as [`Self::take`] does, until the loan is dropped.
     pub fn lend(&self) -> Lent<'_, T> {
         Lent { memory: self.take(), owner: self }
     }

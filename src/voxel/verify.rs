@@ -27,9 +27,9 @@ use hedgehop_base::progress::Observer;
 pub struct Problem {
     /// The page, where it is one page's.
     pub page: Option<PageId>,
-    /// Where in the file: the page's first byte, or the place itself.
+    /// Byte in the file: the page's first, or the place itself.
     pub byte: u64,
-    /// What is wrong there.
+    /// Description of what is wrong there.
     pub what: String,
 }
 
@@ -42,20 +42,20 @@ impl std::fmt::Display for Problem {
     }
 }
 
-/// What was checked, and what was found.
+/// Report of what was checked, and what was found.
 #[derive(Debug, Clone)]
 pub struct VerifyReport {
     /// The file.
     pub path: PathBuf,
     /// Pages that are present.
     pub pages: u64,
-    /// Those of them that have no surface, and no bytes in the file.
+    /// Pages among them that have no surface, and no bytes in the file.
     pub empty: u64,
     /// Pages that the file does not store.
     pub absent: u64,
     /// Bytes of the file.
     pub bytes: u64,
-    /// In the order of the directory, problems of the file as a whole last; empty for a sound database.
+    /// Problems in the order of the directory, those of the file as a whole last; empty for a sound database.
     pub problems: Vec<Problem>,
 }
 
@@ -122,7 +122,7 @@ fn check_pages<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> R
     Ok(found)
 }
 
-/// What is wrong with a page; nothing if it is absent.
+/// Lists what is wrong with a page; nothing if it is absent.
 fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
     let view = match store.checked_page(id) {
         Ok(Some(view)) => view,
@@ -238,7 +238,7 @@ fn check_spans<B: FileBytes>(store: &PageStore<B>, view: &PageView<'_>) -> Optio
     view.spans.check(SpanTable::rise(*heights, grid.spacing), objects)
 }
 
-/// What stands in for absent pages while a page is checked: itself, so that only its bounds are.
+/// Stand-in for absent pages while a page is checked: itself, so that only its bounds are.
 struct Itself<'p>(&'p PageView<'p>);
 
 impl StandIn for Itself<'_> {

@@ -17,7 +17,7 @@ use super::{
 };
 use hedgehop_base::error::Result;
 
-/// Where pages of finer levels are found while coarser ones are made.
+/// Source of finer levels' pages while coarser ones are made.
 pub trait FinerPages {
     /// The page, in place or read into `scratch`; `None` if it is absent.
     fn finer_page<'a>(&'a self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>>;
@@ -64,9 +64,9 @@ pub struct VoxelBlock {
     pub attributes: Vec<Attributes>,
 }
 
-/// What a coarse page is made of where finer ones are absent.
+/// Source of a coarse page where finer ones are absent.
 pub trait StandIn {
-    /// What the absent page `id` would say in columns `x` and rows `y` of its level; `None` where that is no more than
+    /// Makes what the absent page `id` would say in columns `x` and rows `y` of its level; `None` where that is no more than
     /// [`Self::page`] says.
     fn finer(&mut self, id: PageId, x: Range<u32>, y: Range<u32>) -> Result<Option<VoxelBlock>>;
 
@@ -80,24 +80,24 @@ pub fn finer_pages(grid: &Grid, id: PageId) -> impl Iterator<Item = PageId> + us
     Footprint::new(grid, id).into_iter().flat_map(|footprint| footprint.finer_pages().collect::<Vec<_>>())
 }
 
-/// What is known of the voxels of one finer page.
+/// Knowledge of the voxels of one finer page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Stored,
-    /// By the stand-in.
+    /// Made by the stand-in.
     Made,
     /// Nothing: the stand-in's coarse page holds.
     Unknown,
 }
 
-/// Which coarse and which finer voxels a coarse page is made from and of. Ranges count over the whole level.
+/// Coarse and finer voxels that a coarse page is made of and from. Ranges count over the whole level.
 #[derive(Debug, Clone)]
 pub(super) struct Footprint {
     pub finer_level: u8,
     /// The page's own voxels.
     pub own_x: Range<u32>,
     pub own_y: Range<u32>,
-    /// They and their apron, clamped to the area.
+    /// Coarse columns with their apron, clamped to the area.
     pub coarse_x: Range<u32>,
     pub coarse_y: Range<u32>,
     /// The finer voxels of these.
@@ -159,7 +159,7 @@ pub(super) struct FinerWindow {
     high: Vec<u16>,
     pub colours: Vec<[u8; 3]>,
     pub attributes: Vec<Attributes>,
-    /// By finer page, in the order of [`Footprint::finer_pages`].
+    /// Parts by finer page, in the order of [`Footprint::finer_pages`].
     parts: Vec<Part>,
     parts_across: u32,
     /// The stand-in's page, if some part needs it.

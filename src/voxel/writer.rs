@@ -121,7 +121,7 @@ impl PageWriter {
         &self.temporary
     }
 
-    /// With objects that pages place.
+    /// Adds objects that pages place.
     pub fn with_objects(self, objects: Arc<SharedObjects>) -> Self {
         Self { objects, ..self }
     }
@@ -175,7 +175,7 @@ impl PageWriter {
         temporary_beside(&self.target)
     }
 
-    /// What to say if the disk refuses something.
+    /// Makes the error of a disk that refuses something.
     pub(super) fn error(&self, action: &str, error: io::Error) -> Error {
         self.assembly.storage_error(action, error)
     }
@@ -228,7 +228,7 @@ impl PageWriter {
 #[derive(Debug)]
 pub struct SealedFile {
     writer: PageWriter,
-    /// What it is.
+    /// Hash of the content.
     pub content_hash: ContentHash,
     /// Bytes of the file.
     pub bytes: u64,

@@ -1,4 +1,4 @@
-//! What the columns of a table mean, from their names.
+//! Meaning of a table's columns, from their names.
 //!
 //! A name is a quantity, then perhaps qualifiers (a datum, `true`) and a unit, in any case and with any separators:
 //! `alt_msl_m`, `Altitude ASL (ft)`, `true_heading_deg`. A unit that is known but not read here is an error, never a
@@ -17,7 +17,7 @@ pub(super) enum Quantity {
     Latitude,
     X,
     Y,
-    /// With the mode that the name states.
+    /// Altitude, with the mode that the name states.
     Altitude(Option<AltitudeMode>),
     Yaw,
     Pitch,
@@ -41,7 +41,7 @@ impl Quantity {
         }
     }
 
-    /// What to call such a column.
+    /// Lists spellings of such a column, for messages.
     fn spellings(self) -> &'static str {
         match self {
             Self::Time => "t, time_s, unix_time_s, time_ms, or time with ISO 8601 dates",
@@ -170,7 +170,7 @@ pub(super) struct Column {
     pub scale: f64,
     /// The name states no unit.
     pub plain: bool,
-    /// Of several columns for one quantity the lowest is read.
+    /// Rank among several columns for one quantity, of which the lowest is read.
     rank: usize,
 }
 

@@ -19,9 +19,9 @@ const LATEST: f64 = 1.0e9;
 /// A column that a table may have.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wanted {
-    /// Its name in the header.
+    /// Name in the header.
     pub name: &'static str,
-    /// It holds degrees, which go the shorter way round from one to the next.
+    /// Whether values are degrees, which go the shorter way round from one to the next.
     pub is_angle: bool,
     /// Greatest number either way.
     pub most: f64,
@@ -94,10 +94,10 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
     Ok(cells.into_iter().zip(wanted).map(samples).collect())
 }
 
-/// Where columns are.
+/// Positions of the columns in a row.
 struct Columns {
     time: usize,
-    /// Of each that is wanted.
+    /// Position of each column that is wanted, if there.
     wanted: Vec<Option<usize>>,
 }
 

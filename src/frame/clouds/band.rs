@@ -29,7 +29,7 @@ pub(super) struct Filling<'b, 'c> {
 #[derive(Debug, Default)]
 pub struct Lattice {
     groups: usize,
-    /// Where each row stands in memory, downward.
+    /// Start of each row in memory, downward.
     rows: Vec<usize>,
     /// Pixels from row to row.
     spacing: f32,
@@ -193,7 +193,7 @@ struct Places<'l> {
     lattice: &'l Lattice,
     profiles: &'l [f32],
     line: &'l [Vec<f32>; 3 + VALUES],
-    /// Where the rows of the lattice above it and below it stand, and how far it lies from the one to the other.
+    /// Starts of the lattice's rows above and below it, and the way from the one to the other.
     between: [usize; 2],
     down: f32,
 }
@@ -328,7 +328,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
 }
 
 impl Places<'_> {
-    /// What lies before pixels that end within the layer, so many metres after their rays have entered it.
+    /// Computes the veil before pixels that end within the layer, so many metres after their rays have entered it.
     #[inline(always)]
     fn within<V: Simd>(&self, simd: V, columns: [V::I; 2], across: V::F, gone: V::F) -> Veil<V> {
         let zero = simd.splat(0.0);

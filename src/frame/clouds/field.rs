@@ -24,7 +24,7 @@ pub const LEVELS: usize = 5;
 /// Words in a row of the finest level: the first one again at the end, as in every level.
 pub const ROW: usize = SIDE + 1;
 
-/// Where each level's words begin.
+/// First word of each level.
 pub const FIRST: [u32; LEVELS] = {
     let mut first = [0; LEVELS];
     let mut level = 1;
@@ -85,7 +85,7 @@ impl Field {
         Self { words, shadow: shadow.collect(), voxel }
     }
 
-    /// Where a place (metres) lies among the voxels, when wind has blown for so many seconds: 0…`SIDE`.
+    /// Finds a place (metres) among the voxels, when wind has blown for so many seconds: 0…`SIDE`.
     pub fn place(&self, at: DVec2, clouds: &Clouds, seconds: f64) -> DVec2 {
         let still = at - DVec2::from_array(clouds.wind) * seconds;
         (still / self.voxel).map(|place| place.rem_euclid(SIDE as f64))
@@ -117,14 +117,14 @@ fn pack([densities, lights]: &[Vec<f32>; 2], side: usize, words: &mut Vec<u32>) 
     }
 }
 
-/// What densities follow from.
+/// Shapes that densities follow from.
 struct Shapes<'c> {
     clouds: &'c Clouds,
-    /// How cloudy each place is, `[SIDE][SIDE]`.
+    /// Cloudiness of each place, `[SIDE][SIDE]`.
     cover: Vec<f32>,
-    /// What finer noise and the dome add to a voxel, `[LAYERS][SIDE][SIDE]`.
+    /// Finer noise and the dome, added to a voxel, `[LAYERS][SIDE][SIDE]`.
     detail: Vec<f32>,
-    /// What all places have besides: where clouds are closing no thin places are left.
+    /// Density added everywhere: where clouds are closing no thin places are left.
     closed: f32,
     /// Less than 1 where hardly a cloud is left.
     few: f32,

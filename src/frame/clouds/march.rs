@@ -15,7 +15,7 @@ const THINS: f32 = 30_000.0;
 /// ray that leaves the layer a little later would meet all clouds at other places, and rows near the horizon would differ.
 const ONSET: f32 = 200.0;
 
-/// Where between the widths of a level's voxels and the next one's steps begin to read both.
+/// Share of the way from a level's voxels to the next one's from which on steps read both.
 const BLENDS: f32 = 0.5;
 
 /// Transmittance below which nothing more is added.
@@ -38,7 +38,7 @@ pub struct Rays<V: Simd> {
     pub pace: Pace<V>,
 }
 
-/// How rays stride through the layer: `steps = rate · log₂(1 + metres · per_onset)`.
+/// Stride of rays through the layer: `steps = rate · log₂(1 + metres · per_onset)`.
 #[derive(Clone, Copy)]
 pub struct Pace<V: Simd> {
     /// 1/metres.
@@ -220,7 +220,7 @@ impl<V: Simd> Rays<V> {
 }
 
 impl<V: Simd> Pace<V> {
-    /// That of rays that enter the layer after `near` metres and go `span` metres there.
+    /// Computes the pace of rays that enter the layer after `near` metres and go `span` metres there.
     #[inline(always)]
     fn new(simd: V, near: V::F, span: V::F) -> Self {
         let per_onset = (near + simd.splat(ONSET)).recip();

@@ -54,14 +54,14 @@ const BAND_CELLS: usize = 8;
 /// The layer about an eye.
 struct Cover<'c> {
     field: &'c Field,
-    /// Where the eye is among the voxels, eastward and northward.
+    /// Place of the eye among the voxels, eastward and northward.
     eye: [f32; 2],
     /// Base and top above the eye, metres.
     heights: [f32; 2],
     /// Voxels per metre eastward and northward, and layers' depths per metre upward.
     per_voxel: f32,
     per_depth: f32,
-    /// Where clouds are densest, 1/metres.
+    /// Extinction where clouds are densest, 1/metres.
     extinction: f32,
     /// Linear Rec. 709, 1 for white; 0 by night.
     sunlight: [f32; 3],

@@ -1,4 +1,4 @@
-//! From light to codes, by table.
+//! Conversion of light to codes, by table.
 //!
 //! A power for each sample would take longer than to render it. The curve is smooth, so that lines between values at 128 places of each octave are within
 //! 0.003 of a code of it.
@@ -19,7 +19,7 @@ const WHITE: f64 = 255.0;
 /// A curve from light, ≥ 0, to 0…255.
 #[derive(Debug)]
 pub struct Curve {
-    /// Of each bucket the value at its start, and how much that at its end is more.
+    /// Value at the start of each bucket, and how much more it is at the end.
     buckets: Vec<[f32; 2]>,
 }
 
@@ -52,7 +52,7 @@ impl Curve {
     }
 }
 
-/// What a tone's curve makes of light ≥ 0, 0…1.
+/// Applies a tone's curve to light ≥ 0, giving 0…1.
 fn toned(light: f64, tone: Tone) -> f64 {
     let toned = match tone {
         Tone::None => light,

@@ -58,7 +58,7 @@ pub fn gather(
     });
 }
 
-/// What is seen by the ray below and right of each pixel's middle; for ranges, normals and numbers, whose means are of nothing.
+/// Keeps the ray below and right of each pixel's middle; for ranges, normals and numbers, whose means are of nothing.
 pub fn thin<T: Copy>(rays: &[T], side: usize, width: usize) -> Vec<T> {
     let columns = width * side;
     let rows = rays.chunks_exact(columns.max(1)).skip(side / 2).step_by(side);

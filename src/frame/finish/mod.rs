@@ -56,7 +56,7 @@ pub fn develop(light: &[[f32; 3]], [width, height]: [u32; 2], finish: &Finish, f
     Picture { width, height, rgb }
 }
 
-/// What is added to a code before it is cut off, 0…1: each of 64 values once in every square of 8 × 8 pixels, neighbours far apart (Bayer 1973).
+/// Returns the threshold added to a code before it is cut off, 0…1: each of 64 values once in every square of 8 × 8 pixels, neighbours far apart (Bayer 1973).
 fn threshold(column: usize, row: usize) -> f32 {
     let (mut differ, mut down, mut rank) = (column ^ row, row, 0);
     for _ in 0..SQUARE.ilog2() {

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::font::{ADVANCE, HEIGHT, WIDTH, rows};
 use crate::frame::Picture;
 
-/// What is drawn with, and what surrounds it so that it is seen before anything: 8-bit sRGB, and the share of it that counts.
+/// Colour that is drawn with, and the halo that sets it off from anything: 8-bit sRGB, and the share of it that counts.
 #[derive(Debug, Clone, Copy)]
 pub struct Ink {
     pub colour: [u8; 3],

@@ -13,7 +13,7 @@ pub fn rows(letter: char) -> [u8; HEIGHT] {
     place.map_or([0; HEIGHT], |place| LETTERS[place].1)
 }
 
-/// In rising order.
+/// Letters in rising order, with their rows.
 const LETTERS: [(char, [u8; HEIGHT]); 47] = [
     ('+', [0b00000, 0b00100, 0b00100, 0b11111, 0b00100, 0b00100, 0b00000]),
     ('-', [0b00000, 0b00000, 0b00000, 0b11111, 0b00000, 0b00000, 0b00000]),

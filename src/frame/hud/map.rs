@@ -13,7 +13,7 @@ const SAMPLES: f64 = 256.0;
 /// Voxels along the longer side that a level must have to be drawn; the finest is, if none has.
 const ENOUGH: i64 = 96;
 
-/// How much steeper slopes are drawn than they are: those of coarse voxels are gentle.
+/// Factor by which slopes are drawn steeper than they are: those of coarse voxels are gentle.
 const STEEPER: f64 = 3.0;
 
 /// Light from the north-west, as maps have it.
@@ -41,7 +41,7 @@ pub struct MiniMap {
 }
 
 impl MiniMap {
-    /// That of a database, with a path of places in its reference system, metres; the coarsest level that has enough voxels for a map is read.
+    /// Draws the map of a database, with a path of places in its reference system, metres; the coarsest level that has enough voxels for a map is read.
     ///
     /// # Errors
     /// A page that is damaged.

@@ -23,7 +23,7 @@ use crate::scene::Hud;
 use crate::space::Camera;
 use canvas::{Canvas, Ink};
 
-/// What instruments are drawn with.
+/// Ink of the instruments.
 const INK: Ink = Ink { colour: [120, 255, 150], halo: 0.4 };
 
 /// Rows of a picture for each pixel of a line's width.
@@ -35,10 +35,10 @@ const TAPE: [i32; 3] = [60, 5, 10];
 /// Degrees from point to point of the horizon.
 const HORIZON_STEP: f64 = 1.0;
 
-/// What instruments show.
+/// Readings that instruments show.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Readings {
-    /// Where the aircraft's nose points, degrees clockwise from grid north.
+    /// Heading of the aircraft's nose, degrees clockwise from grid north.
     pub heading: f64,
     /// Above the database's datum, metres.
     pub altitude: f64,
@@ -50,12 +50,12 @@ pub struct Readings {
     pub frame: u64,
     /// Since the flight's first fix, seconds.
     pub seconds: f64,
-    /// Where the eye is, metres.
+    /// Place of the eye, metres.
     pub place: DVec2,
 }
 
 impl Readings {
-    /// What is written at the left, from the top.
+    /// Lists the lines written at the left, from the top.
     fn left(&self, hud: &Hud) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some([level, up]) = self.speed.filter(|_| hud.speed) {
@@ -69,7 +69,7 @@ impl Readings {
         lines
     }
 
-    /// What is written at the right, from the top.
+    /// Lists the lines written at the right, from the top.
     fn right(&self, hud: &Hud) -> Vec<String> {
         let mut lines = Vec::new();
         if hud.altitude {
@@ -173,7 +173,7 @@ fn heading(canvas: &mut Canvas<'_>, readings: &Readings, margin: f64) {
     }
 }
 
-/// What stands at a mark of the tape: the quarter of the wind, or tens of degrees.
+/// Labels a mark of the tape: the quarter of the wind, or tens of degrees.
 fn mark_text(degrees: i32) -> String {
     match degrees.rem_euclid(360) {
         0 => "N".to_owned(),

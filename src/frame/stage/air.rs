@@ -30,11 +30,11 @@ pub struct Air {
     /// the rise down, which counts from `middle` in scale heights; `None`: rises are too different for one.
     series: Option<[f32; TERMS]>,
     middle: f32,
-    /// What is in the air besides haze; most air has nothing.
+    /// Contents of the air besides haze; most air has nothing.
     weather: Option<Weather>,
 }
 
-/// What is in the air besides haze.
+/// Contents of the air besides haze.
 #[derive(Debug, Clone, Copy)]
 struct Weather {
     glow: Option<Glow>,
@@ -47,7 +47,7 @@ struct Weather {
 #[derive(Debug, Clone, Copy)]
 struct Fog {
     layer: FogLayer,
-    /// How far the eye lies below all that is clear, metres, and the fog above it, metres of full density.
+    /// Depth of the eye below all that is clear, metres, and the fog above it, metres of full density.
     below: f32,
     column: f32,
     /// But for its glow.
@@ -318,7 +318,7 @@ impl Fog {
     }
 }
 
-/// From one light to another, by the share of the latter.
+/// Mixes two lights, by the share of the latter.
 #[inline(always)]
 fn mixed<V: Simd>(from: [V::F; 3], to: [V::F; 3], share: V::F) -> [V::F; 3] {
     let mut mixed = from;

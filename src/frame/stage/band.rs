@@ -18,17 +18,17 @@ const AHEAD: usize = 192;
 
 /// Pixels of some rows, from the top.
 pub struct Band<'b> {
-    /// What is seen.
+    /// Light that is seen.
     pub light: Pixels<'b>,
     /// Range, metres, `[rows][width]`; infinite: sky. Empty if nobody asks.
     pub range: &'b mut [f32],
-    /// Of which parts of rows, [`LANES`] pixels wide, the range is asked for, `[rows][parts of a row]`; the others keep what they hold. Empty: of all.
+    /// Parts of rows, [`LANES`] pixels wide, whose range is asked for, `[rows][parts of a row]`; the others keep what they hold. Empty: of all.
     pub parts: &'b [bool],
     /// Whether there may be an outline in each pixel, where its range is asked for, `[rows][width]`. Empty if nobody asks.
     pub outlines: &'b mut [bool],
 }
 
-/// What pixels hold of light.
+/// Pixels, by the form in which they hold light.
 pub enum Pixels<'b> {
     /// 8-bit sRGB, `[rows][width][3]`.
     Srgb8(&'b mut [u8]),
@@ -55,7 +55,7 @@ impl Pixels<'_> {
         }
     }
 
-    /// How many there are.
+    /// Counts the pixels.
     pub fn count(&self) -> usize {
         match self {
             Self::Srgb8(bytes) => bytes.len() / RGB,

@@ -13,13 +13,13 @@ pub type Cell = Sixteen;
 /// Largest codes.
 const LIMITS: [f32; 3] = [2047.0, 2047.0, 1023.0];
 
-/// Where green begins in a word.
+/// First value of green in a word.
 const GREEN: f32 = 2048.0;
 
 /// Least light of which a root is taken: that of 0 has no particular value.
 const LEAST: f32 = 1.0e-12;
 
-/// Which light the largest codes stand for; what is brighter is clipped.
+/// Light that the largest codes stand for; what is brighter is clipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     root_of_brightest: f32,

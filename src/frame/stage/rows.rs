@@ -31,7 +31,7 @@ pub struct Rows<'r> {
     pub first: usize,
     /// Light.
     pub cells: &'r mut [Cell],
-    /// What the cells' codes stand for.
+    /// Light that the cells' codes stand for.
     pub scale: Scale,
     /// Inverse depth in the rows' middles, 1/metres, 0 for the sky; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
@@ -59,7 +59,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Of edges that are counted from the fan's lowest, those of these rows, counted from theirs.
+    /// Picks these rows' own edges of those that are counted from the fan's lowest, and counts them from theirs.
     #[inline(always)]
     fn own(&self, edges: Range<usize>) -> Range<usize> {
         let own = |edge: usize| edge.saturating_sub(self.first).min(self.cells.len() + 1);
@@ -167,7 +167,7 @@ struct Stretch<'s, V: Simd> {
 struct Covering<'r, V: Simd> {
     simd: V,
     rows: Rows<'r>,
-    /// Of these rows.
+    /// Edges of these rows.
     edges: &'r [f32],
     sums: &'r mut [Light],
     /// Tangent up to which each plane is covered, and light up to there: light times tangent.

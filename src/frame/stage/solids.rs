@@ -1,4 +1,4 @@
-//! What stands on the ground, put before it in the fan.
+//! Spans put before the ground in the plane image.
 
 use super::air::Air;
 use super::cell::{Cell, Scale};
@@ -19,14 +19,14 @@ pub struct Solids<'r> {
     pub first: usize,
     /// Light of the rows.
     pub cells: &'r mut [Cell],
-    /// What the cells' codes stand for.
+    /// Light that the cells' codes stand for.
     pub scale: Scale,
     /// Inverse depth in the rows' middles, 1/metres; empty if nobody asks.
     pub inverse: &'r mut [Sixteen],
-    /// How it goes on from there where something stands: to the next plane, and for each unit of the tangent; infinite where nothing does. Empty if nobody
+    /// Slopes of distance where something stands: to the next plane, and for each unit of the tangent; infinite where nothing does. Empty if nobody
     /// asks.
     pub tilts: [&'r mut [Sixteen]; 2],
-    /// What stands before them.
+    /// Coverage of what stands before them.
     pub cover: &'r Cover,
     /// Haze.
     pub air: &'r Air,

@@ -23,7 +23,7 @@ use hedgehop_base::error::Result;
 /// Pages that are brought together before others may come first.
 const TOGETHER: usize = 4;
 
-/// What frames that never wait hold and want.
+/// Holdings and wants of frames that never wait.
 #[derive(Debug, Default)]
 pub(super) struct Late {
     leaving: Mutex<Leaving>,
@@ -43,11 +43,11 @@ impl Late {
 #[derive(Debug)]
 pub struct PresentPages<'f> {
     pages: &'f ResidentPages,
-    /// By part, 64 to a word.
+    /// Parts that are present, 64 to a word.
     here: Box<[u64]>,
-    /// In the same way, those that this frame asked for in vain.
+    /// Parts that this frame asked for in vain, in the same way.
     missed: Box<[AtomicU64]>,
-    /// What it holds of [`Leaving`].
+    /// Number that it holds of [`Leaving`].
     number: u64,
     /// Wakes the memory thread.
     news: &'f Sender<()>,
@@ -154,7 +154,7 @@ impl PageSource for PresentPages<'_> {
     }
 }
 
-/// For whom pages are brought, and what may go for them.
+/// Frame for which pages are brought, and what may go for them.
 #[derive(Clone, Copy)]
 pub(in crate::memory) enum Need<'a> {
     /// A frame that has begun or is about to: all that no such frame needs may go.
@@ -164,7 +164,7 @@ pub(in crate::memory) enum Need<'a> {
 }
 
 impl Need<'_> {
-    /// What the place of a page speaks for when room is made.
+    /// Returns the claim that the place of a page makes when room is made.
     fn against(&self, page: PageId) -> Claim {
         match self {
             Self::Now(_, is_behind) | Self::Ahead(_, is_behind) if is_behind(page) => Claim::None,
@@ -175,7 +175,7 @@ impl Need<'_> {
 }
 
 impl ResidentPages {
-    /// What is in memory now, for a frame that begins.
+    /// Takes what is in memory now, for a frame that begins.
     pub(in crate::memory) fn present<'f>(&'f self, news: &'f Sender<()>) -> PresentPages<'f> {
         // First: what leaves from now on stays for this frame.
         let number = self.late.leaving().begin();
@@ -208,7 +208,7 @@ impl ResidentPages {
         }
     }
 
-    /// What `frame` needs stays until it is delivered.
+    /// Keeps what `frame` needs until it is delivered.
     pub(in crate::memory) fn keep_for(&self, frame: u32, needs: &VecDeque<PagePart>) {
         let mut ledger = self.ledger();
         for index in needs.iter().filter_map(|part| self.index(*part)) {

@@ -1,4 +1,4 @@
-//! Which pages are in memory, within a budget.
+//! Resident pages within a budget.
 //!
 //! ```text
 //!                     the memory thread, ahead of need
@@ -52,30 +52,30 @@ pub(super) type Expected = (PagePart, usize);
 
 /// Bits of the state of a page's part.
 mod state {
-    /// It is in memory.
+    /// Resident in memory.
     pub const RESIDENT: u8 = 1;
     /// Some thread brings it there.
     pub const COMING: u8 = 2;
-    /// It was touched since the clock's hand passed.
+    /// Touched since the clock's hand passed.
     pub const USED: u8 = 4;
-    /// It was touched since it came.
+    /// Touched since it came.
     pub const TOUCHED: u8 = 8;
     /// A frame that does not wait asked for it.
     pub const WANTED: u8 = 32;
-    /// It was read, and is damaged.
+    /// Read, and damaged.
     pub const FAILED: u8 = 64;
 }
 
-/// What is decided under one lock.
+/// State that is decided under one lock.
 #[derive(Debug, Default)]
 struct Ledger {
     clock: Clock,
     /// Bytes that are resident or coming.
     bytes: u64,
     most: u64,
-    /// By part: the number of the first frame that is not known to need it any more.
+    /// Number of the first frame that is not known to need a part any more, by part.
     needed_until: Vec<u32>,
-    /// By part: the number of the first frame that needed it; `None` if none did.
+    /// Number of the first frame that needed a part, by part; `None` if none did.
     needed_from: Vec<Option<u32>>,
     /// Frames below this number have been delivered.
     delivered: u32,
@@ -88,7 +88,7 @@ struct Ledger {
 pub struct ResidentPages {
     file: PageFile,
     budget: u64,
-    /// By [part](crate::voxel::Directory::part_index).
+    /// State of each [part](crate::voxel::Directory::part_index).
     states: Box<[AtomicU8]>,
     ledger: Mutex<Ledger>,
     came: Condvar,
@@ -126,7 +126,7 @@ impl ResidentPages {
         self.budget
     }
 
-    /// What paging cost so far.
+    /// Returns what paging cost so far.
     pub fn paging(&self) -> Paging {
         let ledger = self.ledger();
         Paging { resident_bytes: ledger.bytes, resident_bytes_most: ledger.most, ..self.tally.read() }

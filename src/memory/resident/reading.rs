@@ -1,4 +1,4 @@
-//! What was expected, read in the order of need and in long stretches.
+//! Reading of expected pages, in the order of need and in long stretches.
 
 use super::{Expected, MIB, ResidentPages};
 

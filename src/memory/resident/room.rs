@@ -10,7 +10,7 @@ use super::super::tally::Tally;
 use super::{Expected, KEPT_LEVEL, Ledger, ResidentPages, SOON, state};
 use crate::voxel::{PageId, PageNeeds, PagePart};
 
-/// Of the budget, what frames ahead need may take so many parts of a hundred where their paint is brought once it is in sight; that has the others.
+/// Parts of a hundred of the budget that frames ahead may take where their paint is brought once it is in sight, which has the others.
 const AHEAD_SHARE: u64 = 50;
 
 /// Paint that frames which are not delivered yet may have in sight, with their numbers.

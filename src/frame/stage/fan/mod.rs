@@ -1,4 +1,4 @@
-//! What pixels see of a fan of planes: light and range between planes and rows.
+//! Reading of the plane image: light and range of pixels between planes and rows.
 
 mod panorama;
 mod upright;
@@ -20,14 +20,14 @@ const FLAT: f32 = 0.003;
 /// Inverse depth from which on the surface is at the eye, 1/metres.
 const AT_EYE: f32 = 1.0e20;
 
-/// What the planes saw.
+/// Plane image that pixels are read from.
 #[derive(Clone, Copy)]
 pub struct Planes<'a> {
-    /// How they lie before the screen.
+    /// Layout of the planes before the screen.
     pub shape: &'a Shape,
     /// Light, group by group, of each the rows that the shape keeps.
     pub cells: &'a [Cell],
-    /// What the cells' codes stand for.
+    /// Light that the cells' codes stand for.
     pub scale: Scale,
     /// Factor on the light that a screen shows, by channel: how bright the hour is.
     pub tint: [f32; 3],
@@ -40,11 +40,11 @@ pub struct Planes<'a> {
 pub struct Depths<'a> {
     /// Inverse depth, or what the shape makes of it.
     pub inverse: &'a [Sixteen],
-    /// How that of what stands goes on, to the next plane and to the next row; infinite where nothing does. Empty if all is ground.
+    /// Slopes of what stands, to the next plane and to the next row; infinite where nothing does. Empty if all is ground.
     pub tilts: [&'a [Sixteen]; 2],
 }
 
-/// Where pixels lie among four words: left and right of the row below and of the row above.
+/// Shares of pixels among four words: left and right of the row below and of the row above.
 struct Among<V: Simd> {
     words: [[V::I; 2]; 2],
     /// Share of the way to the right, and up.
@@ -86,14 +86,14 @@ impl Depths<'_> {
 
 /// Looks pixels up in a fan.
 pub trait LookUp<V: Simd> {
-    /// Where sixteen pixels lie in it.
+    /// Place of sixteen pixels in it.
     type Place;
 
-    /// Where sixteen pixels from `column` (a multiple of sixteen) of a screen's `row` on lie.
+    /// Places sixteen pixels from `column` (a multiple of sixteen) of a screen's `row` on.
     fn place(&self, column: usize, row: usize) -> Self::Place;
-    /// Their linear light, in units of the cells' [scale](Scale::units).
+    /// Reads their linear light, in units of the cells' [scale](Scale::units).
     fn light(&self, place: &Self::Place) -> [V::F; 3];
-    /// Their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And where there may be an outline: an edge, or
+    /// Reads their range, metres: 0 at the eye, infinite for the sky. Across an edge the nearest plane and row count. And where there may be an outline: an edge, or
     /// something that stands.
     fn range(&self, place: &Self::Place) -> (V::F, V::M);
 }

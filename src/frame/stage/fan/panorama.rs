@@ -1,4 +1,4 @@
-//! What pixels of any screen see of planes at equal steps of azimuth and elevation.
+//! Reading of planes at equal steps of azimuth and elevation, for pixels of any screen.
 
 use super::super::cell::{Cell, add};
 use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
@@ -15,7 +15,7 @@ pub struct PanoramaFan<'a, V: Simd> {
     pub depths: Depths<'a>,
 }
 
-/// Where sixteen pixels lie among planes and rows.
+/// Place of sixteen pixels among planes and rows.
 pub struct Place<V: Simd> {
     gaze: Gaze<V>,
     /// Row below each pixel, and share of the way to the next.

@@ -1,4 +1,4 @@
-//! What pixels of a planar screen see of the planes along it: light and inverse depth between planes and rows.
+//! Reading of the planes along a planar screen: light and inverse depth between planes and rows.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::{AT_EYE, Among, Depths, LookUp, along_surface, cubic};
 use crate::raymarch::scan::{LevelRow, Upright};
 use crate::simd::{Floats, Ints, LANES, Simd};
 
-/// Where sixteen pixels lie among planes and rows.
+/// Place of sixteen pixels among planes and rows.
 pub struct Place<V: Simd> {
     plane: V::F,
     row: V::F,
@@ -20,7 +20,7 @@ pub struct Place<V: Simd> {
 /// Looks planes up for rows of a screen.
 pub struct UprightFan<'a, V: Simd> {
     simd: V,
-    /// How the screen lies in them.
+    /// Layout of the screen in them.
     upright: &'a Upright,
     /// Light, `[group][row]`.
     cells: &'a [Cell],
@@ -34,7 +34,7 @@ pub struct UprightFan<'a, V: Simd> {
 }
 
 impl<'a, V: Simd> UprightFan<'a, V> {
-    /// For some rows of the screen.
+    /// Reads for some rows of the screen.
     #[inline(always)]
     pub fn new(
         simd: V,
@@ -56,7 +56,7 @@ impl<'a, V: Simd> UprightFan<'a, V> {
         self.simd.gather_words(bytemuck::cast_slice(self.cells), self.index(plane, row))
     }
 
-    /// Where a plane's row is among words.
+    /// Returns the index of a plane's row among words.
     #[inline(always)]
     fn index(&self, plane: V::I, row: V::I) -> V::I {
         let simd = self.simd;
