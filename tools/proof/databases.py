@@ -91,7 +91,13 @@ def derived(_data, _realdata, work):
     return [
         Step("bake", ["bake", "db/rmnp.hop", "--sun", "250,12", "-o", "db/rmnp-baked.hop", "--overwrite"], ["db/rmnp-baked.hop"]),
         Step("extract", ["extract", "db/sba.hop", "--bbox", half, "-o", "db/sba-west.hop", "--overwrite"], ["db/sba-west.hop"]),
-        Step("merge", ["merge", "db/sba.hop", "db/sba.hop", "--feather", "50", "-o", "db/sba-merged.hop", "--overwrite"], ["db/sba-merged.hop"]),
+    ]
+
+
+def merged(_data, _realdata, _work):
+    """A database of a part and of the whole around it."""
+    return [
+        Step("merge", ["merge", "db/sba-west.hop", "db/sba.hop", "--feather", "50", "-o", "db/sba-merged.hop", "--overwrite"], ["db/sba-merged.hop"]),
     ]
 
 
@@ -113,7 +119,7 @@ def conformance(folder):
 
 
 def damage(sound, damaged):
-    """Copies a database with one byte changed in the heights of its finest pages."""
+    """Copies a database with one byte changed, a third of the way through the file: in its finest pages."""
     content = bytearray(sound.read_bytes())
     content[len(content) // 3] ^= 0x55
     damaged.write_bytes(content)

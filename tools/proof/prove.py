@@ -62,9 +62,11 @@ def parse_arguments():
 def run_all(arguments, work):
     """Runs stage after stage; the steps of one stage run side by side."""
     lines, failures = {}, []
-    for stage in (databases.first, databases.derived, pictures.all, questions.all):
+    for stage in (databases.first, databases.derived, databases.merged, pictures.all, questions.all):
+        if failures and stage.__module__ == databases.__name__:
+            break
         steps = stage(ROOT / "data", arguments.realdata, work)
-        if stage not in (databases.first, databases.derived):
+        if stage.__module__ != databases.__name__:
             steps = [step for step in steps if arguments.only in step.name]
         with ThreadPoolExecutor(arguments.jobs) as pool:
             results = pool.map(lambda step: run(arguments.program, step, work), steps)
@@ -79,15 +81,15 @@ def run(program, step: Step, work):
     """Runs a step, and hashes what it made."""
     command = [program, *step.arguments]
     done = subprocess.run(command, cwd=work, stdin=subprocess.DEVNULL, capture_output=True, check=False)
-    if done.returncode != 0 and step.may_refuse:
-        return {f"{step.name}/refused": hashlib.sha256(str(done.returncode).encode()).hexdigest()}, None
-    if done.returncode != 0:
+    if done.returncode != 0 and not step.may_refuse:
         said = done.stderr.decode(errors="replace").strip()
         words = " ".join(str(word) for word in step.arguments)
         return {}, f"{step.name}: code {done.returncode}: {words}\n    {said}"
     hashes = {}
     if step.hashes_output:
         hashes[f"{step.name}/stdout"] = hashlib.sha256(done.stdout).hexdigest()
+    if done.returncode != 0:
+        return hashes | {f"{step.name}/refused": hashlib.sha256(str(done.returncode).encode()).hexdigest()}, None
     for pattern in step.files:
         made = sorted(work.glob(pattern))
         if not made:

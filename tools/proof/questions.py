@@ -11,9 +11,9 @@ def all(data, _realdata, _work):
     buildings = data / "valley-map.geojson"
     return steps + [
         made("heights-of-shadows", ["shadow-heights", buildings, "--sun", "231,28.5", "--imagery", data / "valley-imagery.tif",
-                                    "--elevation", data / "valley-elevation.tif", "--all"], "shadow-heights.csv"),
+                                    "--elevation", data / "valley-elevation.tif", "--all", "--overwrite"], "shadow-heights.csv"),
         Step("corridor/info", ["info", "--json", "--classes", "db/corridor.hop"], hashes_output=True),
-        Step("damaged/verify", ["verify", "--json", "db/sba-damaged.hop"], may_refuse=True),
+        Step("damaged/verify", ["verify", "--json", "db/sba-damaged.hop"], hashes_output=True, may_refuse=True),
         made("frames/sheet", ["contact-sheet", "frames/sba/planes"], "sheet.png"),
         made("frames/compare", ["compare", "frames/sba/planes/0001.png", "frames/sba/planes/0002.png"], "compare.png"),
     ]
@@ -42,5 +42,4 @@ def about(place):
 
 
 def made(name, arguments, output):
-    return Step(name, [*arguments, "-o", f"answers/{output}", "--overwrite"] if arguments[0] == "shadow-heights" else
-                [*arguments, "-o", f"answers/{output}"], [f"answers/{output}"])
+    return Step(name, [*arguments, "-o", f"answers/{output}"], [f"answers/{output}"])
