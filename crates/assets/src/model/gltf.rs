@@ -147,6 +147,7 @@ impl Reader<'_> {
         let document = self.document;
         let scene = document.default_scene().or_else(|| document.scenes().next());
         let scene = scene.ok_or_else(|| files.wrong("it has no scene, so that nothing of it is seen"))?;
+
         let mut met = vec![false; document.nodes().count()];
         let mut waiting: Vec<(Node<'_>, DMat4, Option<usize>)> =
             scene.nodes().map(|node| (node, DMat4::IDENTITY, None)).collect();
@@ -155,10 +156,14 @@ impl Reader<'_> {
                 let what = format!("its node {} is met twice; nodes must be a tree", node.index());
                 return Err(files.wrong(what));
             }
+
+            // Nodes come after those above them, whose axes they are in.
             let own = glam::Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
             let from_node = from_parent * own;
             let number = self.raw.nodes.len();
             self.raw.nodes.push(ModelNode { name: node.name().map(str::to_owned), above, from_node });
+
+            // A node's mesh is parts of the model, one for each material.
             for primitive in node.mesh().into_iter().flat_map(|mesh| mesh.primitives()) {
                 let part = self.part(&primitive, from_node, files);
                 let place = |what: String| {
@@ -174,8 +179,10 @@ impl Reader<'_> {
                     Err(Wrong::Elsewhere(error)) => return Err(error),
                 }
             }
+
             waiting.extend(node.children().map(|child| (child, from_node, Some(number))));
         }
+
         if self.raw.parts.is_empty() {
             return Err(files.wrong("it shows no triangles"));
         }
@@ -191,6 +198,8 @@ impl Reader<'_> {
     ) -> std::result::Result<Option<ModelPart>, Wrong> {
         let Some(material) = self.material(primitive, files)? else { return Ok(None) };
         let (material, transform, set) = material;
+
+        // Refuses or leaves out what has no triangles, before anything large is read.
         if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             self.note("its points and lines are not shown");
             return Ok(None);
@@ -203,6 +212,8 @@ impl Reader<'_> {
         }
         let count = primitive.indices().map_or(place.count(), |indices| indices.count());
         self.raw.check(count / 3, place.count())?;
+
+        // Corners and the triangles between them; a mirrored node turns these inside out.
         let buffers = &self.buffers;
         let positions = accessor::vectors::<3>(&place, &Semantic::Positions, buffers, MOST_CORNERS)?;
         let turn = DMat3::from_mat4(from_node);
@@ -221,6 +232,8 @@ impl Reader<'_> {
             }
         }
         self.raw.check(triangles.len(), positions.len())?;
+
+        // What corners have besides their places.
         let vectors = |semantic: Semantic| {
             let found = primitive.get(&semantic);
             found.map(|found| accessor::vectors::<3>(&found, &semantic, buffers, MOST_CORNERS)).transpose()
@@ -234,6 +247,8 @@ impl Reader<'_> {
             }
             _ => Vec::new(),
         };
+
+        // All of it in the model's axes.
         let placed = |place: &[f32; 3]| from_node.transform_point3(Vec3::from_array(*place).as_dvec3());
         let is_sound = normal_turn.is_finite();
         Ok(Some(ModelPart {
@@ -271,6 +286,8 @@ impl Reader<'_> {
                 Some(SEEN_THROUGH)
             }
         };
+
+        // The texture, and which places in it corners have.
         let (mut transform, mut set, mut texture) = (Mat3::IDENTITY, 0, None);
         if let Some(info) = surface.base_color_texture() {
             set = info.tex_coord();
@@ -285,6 +302,8 @@ impl Reader<'_> {
             }
             texture = Some(self.texture(&info.texture(), files)?);
         }
+
+        // Without a texture, alpha is the same everywhere: all is seen, or nothing.
         if texture.is_none()
             && let Some(least) = cutoff.take()
             && alpha < least
@@ -312,6 +331,7 @@ impl Reader<'_> {
         if let Some(known) = &self.textures[texture.index()] {
             return Ok(known.clone());
         }
+
         let image = texture.source().index();
         let image = &self.document.as_json().images[image];
         let wrap = [texture.sampler().wrap_s(), texture.sampler().wrap_t()].map(|mode| match mode {
@@ -319,6 +339,8 @@ impl Reader<'_> {
             WrappingMode::MirroredRepeat => Wrap::Mirror,
             WrappingMode::Repeat => Wrap::Repeat,
         });
+
+        // The picture lies in a buffer, in an address, or in a file beside.
         let read;
         let bytes = match (&image.buffer_view, &image.uri) {
             (Some(view), _) => {
@@ -338,6 +360,7 @@ impl Reader<'_> {
             }
             (None, None) => return Err(Wrong::Here("its texture has no image".to_owned())),
         };
+
         let decoded = self.pictures.decode(bytes, wrap);
         let decoded = decoded.map_err(|what| format!("texture {}: {what}", texture.index()))?;
         self.textures[texture.index()] = Some(decoded.clone());

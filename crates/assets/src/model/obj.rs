@@ -56,6 +56,7 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
         let mut words = line.split_whitespace();
         let Some(word) = words.next() else { continue };
         let rest: Vec<&str> = words.collect();
+
         let done = match word {
             "v" => reader.position(&rest),
             "vt" => numbers::<2>(&rest).map(|[x, y]| reader.places.push(Vec2::new(x as f32, 1.0 - y as f32))),
@@ -85,6 +86,8 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
         };
         done.map_err(|what| files.wrong(wrong(what)))?;
     }
+
+    // Parts are faces of one material each.
     let parts: Vec<_> = reader.parts.into_iter().map(Building::done).collect();
     if parts.is_empty() {
         return Err(files.wrong("it has no faces"));
@@ -203,6 +206,8 @@ impl Reader {
                     Some((line["newmtl".len()..].trim().to_owned(), Material::of(Some(Vec3::splat(0.8)))));
                 continue;
             }
+
+            // Other lines say more of the material that was named last.
             let Some((_, material)) = &mut current else { continue };
             let opacity = |value: f64, material: &mut Material| {
                 material.alpha = value as f32;
@@ -227,6 +232,7 @@ impl Reader {
             };
             done.map_err(|what| files.wrong(wrong(what)))?;
         }
+
         self.materials.extend(current);
         Ok(())
     }

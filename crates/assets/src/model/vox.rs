@@ -76,6 +76,8 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
     if data.scenes.is_empty() {
         return Ok(data.models.iter().map(|model| (model, DMat3::IDENTITY, IVec3::ZERO)).collect());
     }
+
+    // Walks down the graph, turning and shifting what lies below each node.
     let mut found = Vec::new();
     let mut met = vec![false; data.scenes.len()];
     let mut waiting = vec![(0_u32, DMat3::IDENTITY, IVec3::ZERO)];
@@ -84,6 +86,8 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
         if std::mem::replace(&mut met[index as usize], true) {
             return Err(format!("its node {index} is met twice; nodes must be a tree"));
         }
+
+        // Hidden nodes and layers end the walk; shapes are its leaves.
         match node {
             SceneNode::Transform { attributes, frames, child, layer_id } => {
                 let layer = data.layers.get(*layer_id as usize);
@@ -116,6 +120,7 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
                 }
             }
         }
+
         within("instances", found.len().max(waiting.len()), MOST_INSTANCES)?;
     }
     Ok(found)
@@ -148,6 +153,8 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut M
     if size.iter().any(|side| *side == 0 || *side > MOST_SIDE) {
         return Err(format!("it has a model of {size:?} voxels; each side may have {MOST_SIDE}"));
     }
+
+    // Cells that are filled, by number.
     let [nx, ny, nz] = size.map(|side| side as i32);
     let index = |cell: IVec3| {
         let inside = cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::new(nx, ny, nz)).all();
@@ -164,6 +171,8 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut M
     // The middle of a model is where its node is; whole cells, as MagicaVoxel rounds it.
     let middle = IVec3::new(nx, ny, nz) / 2;
     let placed = |corner: IVec3| turn * (corner - middle).as_dvec3() + shift.as_dvec3();
+
+    // A face for each side of a filled cell behind which there is none.
     let is_mirrored = turn.determinant() < 0.0;
     for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1), (axis, -1)]) {
         let [out, along, across] = [0, 1, 2].map(|step| IVec3::AXES[(axis + step) % 3]);
