@@ -9,7 +9,7 @@ use super::{Header, MemPages, PageSource, PageWriter};
 /// Writes all pages in full, as version 7 does, also those without any surface.
 ///
 /// # Errors
-/// Those of a writer of pages in the folder for temporary files.
+/// Errors of a writer of pages in the folder for temporary files.
 pub fn in_full(pages: &MemPages) -> Result<MemPages> {
     let folder = tempfile::tempdir().map_err(|source| Error::io("full.hop", "create", source))?;
     let path = folder.path().join("full.hop");

@@ -71,7 +71,7 @@ struct Part {
 }
 
 impl<'s, S: PageSource> PostReader<'s, S> {
-    /// Of a level index below [`hedgehop::voxel::Header::level_count`]. Coarser levels know only one sheet, the surface.
+    /// Reads posts of a level index below [`hedgehop::voxel::Header::level_count`]. Coarser levels know only one sheet, the surface.
     pub fn new(source: &'s S, level: u8, sheet: Sheet) -> Self {
         Self { source, level, sheet }
     }

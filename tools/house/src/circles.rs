@@ -11,7 +11,7 @@ use crate::sources::Target;
 pub struct Circle {
     /// Paths from the workspace's root.
     pub rooms: Vec<PathBuf>,
-    /// Who takes what from whom inside of it.
+    /// Imports inside of it: the room that takes, the room that gives, and the names.
     pub ties: Vec<(PathBuf, PathBuf, BTreeSet<String>)>,
 }
 
@@ -40,7 +40,7 @@ pub fn of_folders(target: &Target, arrows: &Arrows) -> Vec<Circle> {
     circles
 }
 
-/// Finds strongly connected rooms of more than one (Tarjan 1972, without recursion limits to fear: depths are those of imports).
+/// Finds strongly connected rooms of more than one (Tarjan 1972).
 fn find(ties: impl Iterator<Item = (PathBuf, PathBuf, BTreeSet<String>)>) -> Vec<Circle> {
     let mut all: BTreeMap<(PathBuf, PathBuf), BTreeSet<String>> = BTreeMap::new();
     for (from, to, names) in ties {

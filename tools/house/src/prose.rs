@@ -22,17 +22,17 @@ const LEANING: [&str; 34] = [
 pub struct Prose {
     /// Doc comments.
     pub docs: usize,
-    /// Those of which the first line cannot be understood alone: file, line and text.
+    /// Doc comments whose first line cannot be understood alone: file, line and text.
     pub leaning: Vec<(String, usize, String)>,
-    /// Functions, methods and closures' owners.
+    /// Functions and methods with a body.
     pub functions: usize,
     /// Functions with bodies of more than 30 lines.
     pub large: usize,
-    /// Those without a blank line inside.
+    /// Large functions without a blank line inside: file, line and name.
     pub walls: Vec<(String, usize, String)>,
-    /// Functions with bodies of more than 60 lines.
+    /// Functions with bodies of more than 60 lines: file, line and name.
     pub long: Vec<(String, usize, String)>,
-    /// Functions with a parameter that is a tuple.
+    /// Functions with a parameter that is a tuple: file, line and name.
     pub tuples: Vec<(String, usize, String)>,
     /// Lines inside of bodies.
     pub body_lines: usize,

@@ -139,7 +139,7 @@ fn load(root: &Path, path: &Path, module: Vec<String>, is_test: bool, files: &mu
     }
 }
 
-/// What `#[path = "…"]` says.
+/// Reads the path that `#[path = "…"]` states.
 fn stated_path(module: &ItemMod) -> Option<String> {
     module.attrs.iter().find_map(|attribute| match &attribute.meta {
         Meta::NameValue(pair) if pair.path.is_ident("path") => match &pair.value {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hedgehop_house::imports::outward;
 use hedgehop_house::sources::{SourceFile, Target, targets};
 
-/// What database modelling may use of the engine: it makes what the rest flies over, and renders nothing.
+/// Rooms of the engine that database modelling may use: it makes what the rest flies over, and renders nothing.
 const MODELING_MAY_USE: [&str; 6] =
     ["src/space", "src/earth", "src/simd", "src/voxel", "src/sunlight", "src/flight"];
 
