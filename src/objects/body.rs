@@ -12,7 +12,7 @@ use crate::space::{Attitude, Footprint};
 
 use super::lens::Line;
 
-/// What a body looks like from all sides.
+/// Appearance of a body from all sides.
 #[derive(Debug, Clone)]
 pub enum Form {
     /// Something with a closed form.
@@ -25,14 +25,14 @@ pub enum Form {
         length: f64,
         /// Metres, > 0.
         width: f64,
-        /// How wide it is on the screen at least, pixels, ≥ 0.
+        /// Least width on the screen, pixels, ≥ 0.
         pixels: f64,
     },
     /// A small ball around the origin.
     Point {
         /// Metres, > 0.
         width: f64,
-        /// How wide it is on the screen at least, pixels, ≥ 0.
+        /// Least width on the screen, pixels, ≥ 0.
         pixels: f64,
     },
 }
@@ -43,7 +43,7 @@ const FORWARD: DMat3 = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
 /// Most parts of a line that grow wider with their distance.
 const MOST_PARTS: f64 = 40.0;
 
-/// How much farther away the end of such a part is than its beginning, at least.
+/// Least ratio of the distances of such a part's end and beginning.
 const PART: f64 = 1.2;
 
 /// A shape or a model somewhere in the world.
@@ -51,17 +51,17 @@ const PART: f64 = 1.2;
 pub struct Body {
     /// Number that pictures carry; of two at the same range the lower one is seen. No two have the same.
     pub id: u32,
-    /// What it looks like from all sides.
+    /// Appearance from all sides.
     pub form: Form,
     /// The form's origin, metres (x east, y north, z above the datum).
     pub position: DVec3,
-    /// Where its forward axis points (yaw, pitch), and how its up axis leans (roll), degrees.
+    /// Direction of the forward axis (yaw, pitch), and lean of the up axis (roll), degrees.
     pub attitude: Attitude,
     /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: Vec3,
 }
 
-/// What an eye sees of a form.
+/// Appearance of a form to one eye.
 #[derive(Debug, Clone)]
 pub(super) enum Sight {
     Shape(Shape),
@@ -80,12 +80,12 @@ pub(super) struct Placed {
     eye: DVec3,
     /// Corners of the box around it, in its axes, metres.
     corners: [DVec3; 2],
-    /// Of the sphere around that, in the world, metres.
+    /// Centre of the sphere around it, in the world, metres.
     pub centre: DVec3,
     pub radius: f64,
-    /// It is one of several parts of a line, which go on at its ends.
+    /// Whether the body is one of several parts of a line, which go on at its ends.
     pub is_part: bool,
-    /// Its least extent, metres: two of the three sides of its box are longer.
+    /// Least extent, metres: two of the three sides of its box are longer.
     pub thickness: f64,
 }
 
@@ -115,7 +115,7 @@ impl Form {
         }
     }
 
-    /// Its closed form, and the axes of that in its own; `None`: it has none.
+    /// Returns the closed form, and the axes of that in the form's own; `None`: it has none.
     pub(super) fn shape(&self) -> Option<(Shape, DMat3)> {
         match *self {
             Self::Shape(shape) => Some((shape, DMat3::IDENTITY)),
@@ -163,7 +163,7 @@ impl Body {
 }
 
 impl Placed {
-    /// Where `eye` finds `body`, which the Earth's curvature lowers with the ground that it stands on: in one part, or a line in several.
+    /// Places `body` as `eye` sees it, lowered by the Earth's curvature with the ground that it stands on: in one part, or a line in several.
     pub fn parts(body: &Body, eye: DVec3, footprint: Footprint, curvature: Curvature) -> Vec<Self> {
         let distance = (body.position - eye).truncate().length();
         let position = body.position - DVec3::Z * curvature.drop_at(distance);
@@ -230,7 +230,7 @@ impl Placed {
         }
     }
 
-    /// Where a ray meets it first, and what colour it has there, over `footprint` of it; the normal is of unit length and in world axes.
+    /// Finds where a ray meets the body first, and its colour there, over `footprint` of it; the normal is of unit length and in world axes.
     pub fn touch(&self, line: &Line, footprint: Footprint) -> Option<(Touch, Vec3)> {
         let (origin, direction) = (self.origin(line), self.body_from_world * line.direction);
         let (range, normal, albedo) = match &self.sight {
@@ -250,7 +250,7 @@ impl Placed {
         Some((Touch { range, normal }, albedo))
     }
 
-    /// Its axes (right, forward, up) in the world.
+    /// Returns the axes (right, forward, up) in the world.
     pub fn axes(&self) -> [Vec3; 3] {
         let world_from_body = self.body_from_world.transpose();
         [world_from_body.x_axis, world_from_body.y_axis, world_from_body.z_axis].map(DVec3::as_vec3)
@@ -275,7 +275,7 @@ impl Placed {
         })
     }
 
-    /// Where a ray starts, in the body's axes.
+    /// Returns the ray's start in the body's axes.
     fn origin(&self, line: &Line) -> DVec3 {
         match line.origin {
             None => self.eye,
@@ -299,7 +299,7 @@ impl Placed {
     }
 }
 
-/// Where a line from the origin along `forward`, so long and wide (metres) and at least so many pixels wide, begins, where its parts meet, and where it ends: each has one
+/// Divides a line from the origin along `forward`, so long and wide (metres) and at least so many pixels wide, into parts: its beginning, where its parts meet, and its end. Each has one
 /// width, in steps of a fifth or so with the distance from `eye`.
 fn line_parts(eye: DVec3, forward: DVec3, line: [f64; 3], footprint: Footprint) -> Vec<f64> {
     let [length, width, pixels] = line;

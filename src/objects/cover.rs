@@ -1,4 +1,4 @@
-//! How many rays of a pixel meet which body: the twin of [`super::shape`]'s closed forms, for sixteen rays at a time.
+//! Coverage of a pixel by bodies, in rays that meet them: the twin of [`super::shape`]'s closed forms, for sixteen rays at a time.
 //!
 //! Rays start beside the body that they are held against, not at the eye, so that single precision is enough. Where a ray lies in a pixel it differs from
 //! the middle one by a multiple of what a pixel to the right and one down add to it. Loops stand for `map`: its closures are not inlined into
@@ -29,7 +29,7 @@ const STEP: usize = 43;
 /// Least cosine between normals of one face, which are lit alike: one of them may stand for all.
 pub(super) const ONE_FACE: f32 = 0.96;
 
-/// What is farther than all, and slower than any direction.
+/// Distance beyond all others, and slowness beyond any direction's.
 const FAR: f32 = 1.0e30;
 const SLOW: f32 = 1.0e-12;
 
@@ -41,7 +41,7 @@ type Bundle = [Vec3; 3];
 pub(super) struct Pencil {
     /// Metres in the world.
     origin: [DVec3; 3],
-    /// Of any length, about 1.
+    /// Direction, of any length, about 1.
     direction: [DVec3; 3],
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Pencil {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Aim {
     shape: Shape,
-    /// In the body's axes, `begin` away from where rays start.
+    /// Origin in the body's axes, `begin` away from where rays start.
     origin: Bundle,
     direction: Bundle,
     /// Multiples of the direction.
@@ -78,14 +78,14 @@ pub(super) struct Count<'a> {
     pub aims: &'a [Aim],
     pub pencil: &'a Pencil,
     pub ground: &'a Ground,
-    /// What is seen is put here.
+    /// Output for the faces that are seen.
     pub faces: &'a mut Vec<Face>,
 }
 
 /// Sixteen vectors.
 type Lanes<F> = [F; 3];
 
-/// What sixteen rays see first.
+/// First hits of sixteen rays.
 #[derive(Clone, Copy)]
 struct Seen<V: Simd> {
     /// Multiples of the direction.
@@ -97,9 +97,9 @@ struct Seen<V: Simd> {
     metres: V::F,
 }
 
-/// Where rays are inside of a shape.
+/// Stretches of rays inside of a shape.
 struct Inside<V: Simd> {
-    /// Of its round or slanting side, and of what bounds it above and below.
+    /// Stretch inside its round or slanting side, and between its bounds above and below.
     side: [V::F; 2],
     caps: [V::F; 2],
     /// The line meets the side at all.
@@ -151,7 +151,7 @@ impl Pencil {
     }
 }
 
-/// Where sixteen rays go at a time, from the middle of a pixel, pixels to the right and down.
+/// Offsets of the rays, sixteen at a time, from the middle of a pixel, pixels to the right and down.
 pub(super) const ALL: [[[f32; LANES]; 2]; RAYS / LANES] = {
     let mut offsets = [[[0.0; LANES]; 2]; RAYS / LANES];
     let mut ray = 0;
@@ -186,7 +186,7 @@ impl Kernel for Count<'_> {
     }
 }
 
-/// What sixteen rays see where there is nothing but the ground.
+/// Begins sixteen rays, which see nothing but the ground as yet.
 #[inline(always)]
 fn begin_rays<V: Simd>(simd: V, pencil: &Pencil, ground: &Ground, offsets: [V::F; 2]) -> Seen<V> {
     let zero = simd.splat(0.0);
@@ -300,7 +300,7 @@ fn roots<V: Simd>(simd: V, a: V::F, b: V::F, c: V::F) -> ([V::F; 2], V::M) {
     ([first.min(second), first.max(second)], zero.le(square))
 }
 
-/// What is divided by, away from 0.
+/// Keeps a divisor away from 0.
 #[inline(always)]
 fn not_zero<V: Simd>(simd: V, value: V::F) -> V::F {
     let slow = simd.splat(SLOW);
@@ -315,7 +315,7 @@ fn between<V: Simd>(simd: V, at: V::F, speed: V::F, low: f32, high: f32) -> [V::
     [first.min(second), first.max(second)]
 }
 
-/// Where sixteen rays are in a shape.
+/// Finds the stretches of sixteen rays in a shape.
 #[inline(always)]
 fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes<V::F>) -> Inside<V> {
     let all = [simd.splat(-FAR), simd.splat(FAR)];

@@ -134,7 +134,7 @@ impl Glint {
 pub struct Glow {
     /// The square's first column and row.
     corner: [usize; 2],
-    /// By row, part of a row, and channel.
+    /// Sums by row, part of a row, and channel.
     sums: Vec<[Sixteen; 3]>,
     /// Rows that were added to.
     rows: Range<usize>,

@@ -9,22 +9,22 @@ use crate::space::{Camera, Ray, Screen};
 pub(super) struct Line {
     /// Metres; `None`: the eye.
     pub origin: Option<DVec3>,
-    /// Of any length but 0.
+    /// Direction, of any length but 0.
     pub direction: DVec3,
 }
 
-/// What rays a camera has.
+/// Rays of a camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Lens<'c> {
     pub(super) camera: &'c Camera,
     /// Planar screens: direction of the upper left corner, and what a pixel to the right and a pixel down add to it.
     planar: Option<[DVec3; 3]>,
-    /// Their inverse: world directions to columns and rows, times how far they go.
+    /// Inverse of the rays: world directions to columns and rows, times how far they go.
     projection: Option<DMat3>,
 }
 
 impl<'c> Lens<'c> {
-    /// Those of `camera`.
+    /// Builds the rays of `camera`.
     pub fn new(camera: &'c Camera) -> Self {
         let at = |column: f64, row: f64| {
             camera.mapped(column, row).map(|direction| camera.world_from_mapping() * direction)
@@ -83,7 +83,7 @@ impl<'c> Lens<'c> {
 }
 
 impl Line {
-    /// Where it starts.
+    /// Returns the start of the line.
     pub fn origin(&self, camera: &Camera) -> DVec3 {
         self.origin.unwrap_or(camera.pose.eye)
     }

@@ -19,9 +19,9 @@ pub struct Beam {
     pub candela: f64,
     /// Linear Rec. 709 of luminance 1.
     pub colour: Vec3,
-    /// Its middle and width; `None`: all around alike.
+    /// Middle and width of the beam; `None`: all around alike.
     pub cone: Option<Cone>,
-    /// What it looks like from below.
+    /// Appearance from below; `None`: as from above.
     pub below: Option<Below>,
 }
 
@@ -47,12 +47,12 @@ pub struct Below {
     pub share: f32,
 }
 
-/// What lamps of one kind have in common.
+/// Properties that lamps of one kind share.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fixture {
     /// Radius of what shines, metres, ≥ 0.
     pub radius: f64,
-    /// Its beams.
+    /// Beams of the lamp.
     pub beams: Vec<Beam>,
 }
 
@@ -61,9 +61,9 @@ pub struct Fixture {
 pub struct PointLight {
     /// Metres (x east, y north, z above the datum).
     pub position: DVec3,
-    /// How its front is turned.
+    /// Attitude of the front.
     pub attitude: Attitude,
-    /// Its kind.
+    /// Kind of lamp.
     pub fixture: Arc<Fixture>,
     /// Share of its intensity, 0…1: lamps flash.
     pub level: f32,

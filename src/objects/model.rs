@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::mesh::Mesh;
 
-/// What a thing looks like near and far.
+/// Levels of detail of a thing's mesh.
 #[derive(Debug)]
 pub struct Model {
     /// The finest first.
@@ -20,7 +20,7 @@ pub struct Model {
 /// A mesh, for sizes on the screen.
 #[derive(Debug, Clone)]
 pub struct Level {
-    /// What is seen.
+    /// Mesh of the level.
     pub mesh: Arc<Mesh>,
     /// Pixels, the diameter of a sphere around the finest mesh's box, below which this one is seen; of the finest infinite.
     pub below: f64,
@@ -47,12 +47,12 @@ impl Model {
         Self { size: Some(metres), ..self }
     }
 
-    /// Its meshes, the finest first.
+    /// Returns the meshes, the finest first.
     pub fn levels(&self) -> &[Level] {
         &self.levels
     }
 
-    /// What it looks like where it is so many pixels large; `None`: it is not seen.
+    /// Chooses the mesh for where the thing is so many pixels large; `None`: it is not seen.
     pub fn at(&self, pixels: f64) -> Option<&Arc<Mesh>> {
         let finest = &self.levels[0];
         let level = self.levels.iter().rev().find(|level| pixels < level.below).unwrap_or(finest);

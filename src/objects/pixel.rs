@@ -1,4 +1,4 @@
-//! How much of a pixel bodies cover, and what they look like.
+//! Coverage of a pixel by bodies, and their light there.
 
 mod meshes;
 mod shares;
@@ -31,18 +31,18 @@ const HALF_DIAGONAL: f64 = 0.8;
 pub struct Ground {
     /// One over its range in the middle of the pixel, 1/metres; 0: sky.
     pub inverse: f32,
-    /// How much that grows per pixel to the right, and per pixel down.
+    /// Growth of that per pixel to the right, and per pixel down.
     pub slope: [f32; 2],
 }
 
-/// What bodies add to a pixel.
+/// Contribution of bodies to a pixel.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
     /// Share of the pixel that they cover, 0…1, more than 0.
     pub share: f32,
     /// Sum of colours times shares.
     pub colour: Vec3,
-    /// Where the body that covers most of it is seen: in the pixel's middle, or in the mean of what is seen of one face of it.
+    /// Hit on the body that covers most of the pixel: in the pixel's middle, or in the mean of what is seen of one face of it.
     pub hit: Hit,
 }
 
@@ -111,15 +111,15 @@ impl Square<'_> {
     }
 }
 
-/// What is known of a square while its pixels are looked at.
+/// State of a square while its pixels are looked at.
 #[derive(Debug)]
 struct Looking<'v> {
     square: &'v Square<'v>,
     /// Bodies that may be in the row, by id.
     row: Vec<&'v Shown>,
-    /// Those that the pixel's ray comes near.
+    /// Bodies that the pixel's ray comes near.
     near: Vec<&'v Placed>,
-    /// What the pixels' corners see, row by row, as far as it was asked for.
+    /// Hits at the pixels' corners, row by row, as far as they were asked for.
     corners: Vec<Option<Option<Hit>>>,
     isa: Isa,
     /// Memory for what rays see.
@@ -152,7 +152,7 @@ impl<'v> Looking<'v> {
         first.max(self.square.columns.start)..end.min(self.square.columns.end)
     }
 
-    /// What its bodies add to the pixel at `column` and `row` of the screen, before `ground`, which is asked for if there may be some; `None`: nothing.
+    /// Returns what bodies add to the pixel at `column` and `row` of the screen, before `ground`, which is asked for if there may be some; `None`: nothing.
     /// `shade` tells the colour of a hit on a ray.
     fn pixel(
         &mut self,
@@ -229,7 +229,7 @@ impl<'v> Looking<'v> {
         self.sum(&ray, shade)
     }
 
-    /// What faces look like together.
+    /// Sums the light of the faces.
     fn sum(&self, ray: &Ray, shade: impl Fn(&Hit, &Ray) -> Vec3) -> Option<Seen> {
         let each = 1.0 / RAYS as f32;
         let hit = |face: &Face| Hit {
@@ -246,7 +246,7 @@ impl<'v> Looking<'v> {
         Some(Seen { share: rays as f32 * each, colour, hit: Hit { normal, ..hit(most) } })
     }
 
-    /// What the corners of a pixel see, and where they lie from its middle.
+    /// Returns the hits at the corners of a pixel, and their offsets from its middle.
     fn corners_of(&mut self, column: usize, row: usize) -> [Option<(Hit, DVec2)>; 4] {
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[right, down]| {
             let hit = self.corner(column + right, row + down)?;
@@ -254,7 +254,7 @@ impl<'v> Looking<'v> {
         })
     }
 
-    /// What the upper left corner of a pixel sees, whichever of the four around asks.
+    /// Returns the hit at the upper left corner of a pixel, whichever of the four around asks.
     fn corner(&mut self, column: usize, row: usize) -> Option<Hit> {
         let Square { lens, bodies, columns, rows } = self.square;
         let index = (row - rows.start) * (columns.len() + 1) + column - columns.start;

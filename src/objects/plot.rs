@@ -25,10 +25,10 @@ use crate::space::Ray;
 /// Share of a pixel below which a shape is not in it, and what is missing at most where it fills it.
 const LEAST: f32 = 1.0e-4;
 
-/// Where those go: parts of the way from the middle of what is left to its corners.
+/// Offsets of the samples in it: parts of the way from the middle of what is left to its corners.
 const WAYS: [f64; 2] = [0.45, 0.85];
 
-/// Who is seen in a pixel: nobody, a body by its index, or it is left to be looked at ray by ray. A number, since squares have many, of which few are claimed.
+/// Owner of a pixel: nobody, a body by its index, or it is left to be looked at ray by ray. A number, since squares have many, of which few are claimed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Zeroable)]
 #[repr(transparent)]
 struct Claim(u32);
@@ -52,17 +52,17 @@ struct Run<'p> {
     place: &'p Place,
     /// Number of the first pixel in the square.
     first: usize,
-    /// Its middle, pixels from that of the square.
+    /// Offset of its middle, pixels from that of the square.
     offset: [f32; 2],
 }
 
-/// Where a body claimed pixels.
+/// Pixels that a body claimed.
 #[derive(Debug, Clone)]
 struct Place {
     body: usize,
-    /// Of the square.
+    /// Rows of the square.
     rows: Range<usize>,
-    /// Of its outline, among all.
+    /// Points of its outline, among all.
     points: Range<usize>,
 }
 
@@ -77,10 +77,10 @@ pub(super) struct Plot<'v> {
     grounds: Vec<Ground>,
     coverage: Coverage,
     outline: Outline,
-    /// Of all outlines, pixels from the square's upper left corner.
+    /// Points of all outlines, pixels from the square's upper left corner.
     points: Vec<DVec2>,
     faces: Vec<Face>,
-    /// What of an outline is in a pixel, and memory for it.
+    /// Part of an outline within the pixel, as reused memory.
     part: Vec<DVec2>,
     spare: Vec<DVec2>,
 }
@@ -240,14 +240,14 @@ impl<'v> Plot<'v> {
         Some(())
     }
 
-    /// How far the next pixel of a row is that a body has claimed.
+    /// Returns the next pixel of a row that a body has claimed.
     fn next_of(&self, body: usize, row: usize, first: usize) -> Option<usize> {
         let end = self.square.columns.len();
         let line = self.claims.get(row * SQUARE + first.min(end)..row * SQUARE + end)?;
         line.iter().position(|claim| *claim == Claim::by(body))
     }
 
-    /// What middles and corners of a run see, and which of its pixels, `width` at most, are the body's, bit by bit.
+    /// Returns what middles and corners of a run see, and which of its pixels, `width` at most, are the body's, bit by bit.
     fn middles(&self, aim: &Aim, run: &Run<'_>, width: usize) -> (u16, Middles) {
         let (mut ground, mut middles) = (Grounds::default(), Middles::default());
         let mut columns = [0.0; LANES];
@@ -268,7 +268,7 @@ impl<'v> Plot<'v> {
         (own, middles)
     }
 
-    /// What is seen of `placed` in a pixel of a run; `None`: nothing, or it is left.
+    /// Returns what is seen of `placed` in a pixel of a run; `None`: nothing, or it is left.
     fn pixel(
         &mut self,
         aim: &Aim,

@@ -22,7 +22,7 @@ const ENDS: f64 = 3.2;
 /// A ball of hazy air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Puff {
-    /// Its middle, metres (x east, y north, z above the datum).
+    /// Centre, metres (x east, y north, z above the datum).
     pub centre: DVec3,
     /// Standard deviation of its density, metres, > 0.
     pub radius: f64,
@@ -36,7 +36,7 @@ pub struct Puff {
 #[derive(Debug, Clone)]
 pub struct SeenPuff {
     puff: Puff,
-    /// From the eye to its middle, metres.
+    /// Offset from the eye to the centre, metres.
     offset: DVec3,
     columns: Range<usize>,
     rows: Range<usize>,
@@ -74,7 +74,7 @@ impl SeenPuff {
         self.offset.normalize_or(DVec3::Z)
     }
 
-    /// What it is made of.
+    /// Returns the albedo of its matter.
     pub fn albedo(&self) -> Vec3 {
         self.puff.albedo
     }

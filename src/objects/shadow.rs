@@ -23,13 +23,13 @@ const SUN: f64 = SUN_SEMIDIAMETER * std::f64::consts::PI / 180.0;
 /// Times as thick as a patch and half-shadow together that bodies must be for what all four corners say to hold in between.
 const THICK: f64 = 4.0;
 
-/// How far from its own surface a body's ray starts, pixels: of a pixel with an edge in it means are known, not a point of the surface.
+/// Distance from a body's own surface at which its ray starts, pixels: of a pixel with an edge in it means are known, not a point of the surface.
 const STEP: f64 = 1.0;
 
 /// Bodies under a sun.
 #[derive(Debug)]
 pub struct Casters {
-    /// By place on the first axis of the plane across the sun's rays.
+    /// Casters in the order of their place on the first axis of the plane across the sun's rays.
     casters: Vec<Caster>,
     /// Rows: two axes across the sun's rays, and the direction to it.
     sun_from_world: DMat3,
@@ -57,9 +57,9 @@ pub struct Caster {
     /// Metres in the world.
     position: DVec3,
     body_from_world: DMat3,
-    /// In its axes: to the sun's middle, of unit length, and what half of the sun to the right adds, and half of it up.
+    /// Direction to the sun's middle in its axes, of unit length, and what half of the sun to the right adds, and half of it up.
     to_sun: [DVec3; 3],
-    /// Those that may hide the sun from some part of it, by their number among all; found when it is asked for first.
+    /// Casters that may hide the sun from some part of it, by their number among all; found when it is asked for first.
     above: OnceLock<Vec<usize>>,
     /// Middle of the sphere around it: place across the sun's rays, and how near it is to the sun, metres.
     place: DVec3,
@@ -69,12 +69,12 @@ pub struct Caster {
     thickness: f64,
 }
 
-/// What a pixel holds of a surface.
+/// Surface within a pixel.
 #[derive(Debug, Clone, Copy)]
 pub struct Patch {
     /// Metres in the world.
     pub middle: DVec3,
-    /// From its middle to half a pixel to the right, and down, metres.
+    /// Step from its middle to half a pixel to the right, and down, metres.
     pub right: DVec3,
     /// See [`Self::right`].
     pub down: DVec3,
@@ -107,7 +107,7 @@ impl Casters {
         bounds.reduce(|bounds, own| bounds.with(&own)).map(|bounds| bounds.grown(margin))
     }
 
-    /// Those that may hide the sun from something in a box.
+    /// Returns the casters that may hide the sun from something in a box.
     pub fn over(&self, bounds: &Bounds) -> Vec<&Caster> {
         self.between(bounds).map(|number| &self.casters[number]).collect()
     }
@@ -170,7 +170,7 @@ impl Casters {
         blocked.count_zeros() as f32 / LANES as f32
     }
 
-    /// Which of sixteen rays models hold up.
+    /// Returns which of sixteen rays are held up by models.
     fn blocked_by(&self, models: &[&Caster], place: DVec3, size: f64, patch: &Patch) -> u16 {
         let blocked = |on_patch: DVec2, on_sun: DVec2| {
             let origin = patch.middle + patch.right * on_patch.x + patch.down * on_patch.y;
@@ -197,7 +197,7 @@ impl Bounds {
         Self { low: place - margin, high: place + margin }
     }
 
-    /// That of both.
+    /// Returns the box around both.
     pub fn with(&self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
@@ -234,7 +234,7 @@ impl Caster {
         }
     }
 
-    /// How far beside it light may be missing for something `size` metres large at a place, metres.
+    /// Returns how far beside the caster light may be missing for something `size` metres large at a place, metres.
     fn blur(&self, place: DVec3, size: f64) -> f64 {
         size + SUN * (self.place.z - place.z).max(0.0)
     }

@@ -24,7 +24,7 @@ pub enum Shape {
     },
     /// Upright on the origin, its tip up.
     Cone {
-        /// Of the base, metres, > 0.
+        /// Radius of the base, metres, > 0.
         radius: f64,
         /// Metres, > 0.
         height: f64,
@@ -36,7 +36,7 @@ pub enum Shape {
     },
 }
 
-/// Where a ray meets a shape.
+/// Hit of a ray on a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
     /// Multiples of the ray's direction, ≥ 0.
@@ -88,7 +88,7 @@ impl Shape {
         }
     }
 
-    /// Where the ray from `origin` in `direction` (of any length but 0) first meets it; from inside, its inner side.
+    /// Finds where the ray from `origin` in `direction` (of any length but 0) first meets the shape; from inside, its inner side.
     pub(super) fn touch(&self, origin: DVec3, direction: DVec3) -> Option<Touch> {
         if let Self::Disc { radius } = *self {
             let range = -origin.z / direction.z;
@@ -154,7 +154,7 @@ impl Shape {
     }
 }
 
-/// Where `a²(t + b/a)²` is `limit − offset`, the lesser first; `None` where that is negative.
+/// Solves `a²(t + b/a)² = limit − offset`, the lesser root first; `None` where that is negative.
 fn roots(a: f64, b: f64, offset: f64, limit: f64) -> Option<[f64; 2]> {
     let half = (limit - offset).sqrt();
     (limit >= offset).then(|| [(-b - half) / a, (-b + half) / a])

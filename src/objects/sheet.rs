@@ -15,12 +15,12 @@ use crate::space::Footprint;
 /// Pixels from the middle of a pixel to its sides.
 const HALF: f32 = 0.5;
 
-/// What a square knows of the meshes before it.
+/// Meshes before a square.
 #[derive(Debug, Default)]
 pub(super) struct Sheets {
     /// On screens where they serve all of a square.
     known: Vec<Sheet>,
-    /// Those of the pixel that is looked at, around its middle.
+    /// Facets of the pixel that is looked at, around its middle.
     pub facets: Vec<Facet>,
 }
 
@@ -73,7 +73,7 @@ impl Sheet {
 }
 
 impl Sheets {
-    /// What `pencil` at a position of the screen may meet of `body`, a pixel of the square of `columns` and `rows`; `None`: nothing.
+    /// Returns what `pencil` at a position of the screen may meet of `body`, a pixel of the square of `columns` and `rows`; `None`: nothing.
     pub fn item<'b>(
         &mut self,
         lens: &Lens<'_>,

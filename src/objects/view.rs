@@ -1,4 +1,4 @@
-//! What bodies a camera sees, square by square of its pixels.
+//! Bodies that a camera sees, square by square of its pixels.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ const WIDE: f64 = 1.2;
 #[derive(Debug)]
 pub struct View<'c> {
     lens: Lens<'c>,
-    /// By id.
+    /// Bodies by id.
     bodies: Vec<Shown>,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Shown {
     pub placed: Placed,
     pub columns: Range<usize>,
     pub rows: Range<usize>,
-    /// These are known to hold it, and not just all of the screen.
+    /// Whether these are known to hold it, and not just all of the screen.
     pub is_bounded: bool,
 }
 
@@ -45,7 +45,7 @@ pub struct Surroundings {
     footprint: Footprint,
 }
 
-/// Where a ray meets a body.
+/// Hit of a ray on a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Hit {
     /// The body's number.
@@ -62,7 +62,7 @@ pub struct Hit {
 #[derive(Debug)]
 pub struct Square<'v> {
     pub(super) lens: Lens<'v>,
-    /// Those that may be in it, by id.
+    /// Bodies that may be in it, by id.
     pub(super) bodies: Vec<&'v Shown>,
     /// Columns and rows of the screen.
     pub(super) columns: Range<usize>,
@@ -85,7 +85,7 @@ impl Surroundings {
         Self { placed, footprint }
     }
 
-    /// How far the nearest body is along a ray from the eye, metres.
+    /// Returns the range of the nearest body along a ray from the eye, metres.
     pub fn range(&self, ray: &Ray) -> Option<f64> {
         let line = Line { origin: None, direction: ray.direction };
         nearest(self.placed.iter(), &line, self.footprint).map(|hit| hit.range)
@@ -110,7 +110,7 @@ impl<'c> View<'c> {
         self.bodies.is_empty()
     }
 
-    /// Which parts of rows, [`LANES`] pixels wide, bodies may be in or beside, `[rows][parts of a row]`; empty if there are no bodies.
+    /// Tells in which parts of rows, [`LANES`] pixels wide, bodies may be, or beside which, `[rows][parts of a row]`; empty if there are no bodies.
     pub fn parts(&self) -> Vec<bool> {
         if self.is_empty() {
             return Vec::new();
@@ -185,7 +185,7 @@ pub(super) fn nearest<'p>(
 }
 
 impl Cone {
-    /// That of a square's rays; `None` where none of them has one.
+    /// Builds the cone of a square's rays; `None` where none of them has one.
     fn of(camera: &Camera, columns: &Range<usize>, rows: &Range<usize>) -> Option<Self> {
         let ends = |range: &Range<usize>| {
             (range.start..range.end)

@@ -1,4 +1,4 @@
-//! Which level is seen at which distance.
+//! Levels of the database by the distance at which they are seen.
 
 use crate::voxel::Grid;
 

@@ -14,7 +14,7 @@ const PLACES: usize = 8192;
 /// Blocks with the same place lie 96 blocks apart at least: planes seldom have two of them (the densest lattice of this many points).
 const PER_ROW: i64 = 1307;
 
-/// What stands on a block.
+/// Spans of a block that is kept.
 struct Slot {
     at: [i64; 2],
     spans: BlockSpans,
@@ -24,7 +24,7 @@ struct Slot {
 pub(super) struct Blocks<'a, S: ?Sized> {
     source: &'a S,
     objects: &'a SharedObjects,
-    /// As for [`SpanTable::new`].
+    /// Rise of spans, as for [`SpanTable::new`].
     rise: f64,
     /// The page that was looked up last.
     page: Option<(PageId, SpansView<'a>)>,
@@ -72,7 +72,7 @@ impl<'a, S: PageSource + ?Sized> Blocks<'a, S> {
         Ok((id, view))
     }
 
-    /// What stands on a block of the page `view`.
+    /// Returns the spans of a block of the page `view`.
     pub fn get(&mut self, block: [i64; 2], view: &SpansView<'_>) -> &BlockSpans {
         let place = block[0].wrapping_add(block[1].wrapping_mul(PER_ROW)) as usize % PLACES;
         let known = self.table[place] as usize;

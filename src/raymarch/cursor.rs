@@ -22,10 +22,10 @@ pub struct PageCursor<'a, S: PageSource> {
 struct Slot<'a> {
     /// Voxels (eastward, northward) of the level.
     dims: [i64; 2],
-    /// Them as a lattice, and the cells between their posts.
+    /// Lattice of the page's voxels, and the cells between their posts.
     voxels: Lattice,
     cells: Lattice,
-    /// Whose heights, whose posts with all that is seen of them, and whose bounds.
+    /// Latest pages' heights, posts with all that is seen of them, and bounds.
     heights: Latest<HeightsView<'a>>,
     posts: Latest<PageView<'a>>,
     bounds: Latest<BoundsView<'a>>,
@@ -38,9 +38,9 @@ fn sheet<S: PageSource>(source: &S, is_wanted: bool, id: PageId) -> PageId {
 
 /// The page that was read last.
 struct Latest<V> {
-    /// Its first voxel; before the area while no page has been read.
+    /// First voxel of the page; before the area while no page has been read.
     first: [i64; 2],
-    /// Its voxels (eastward, northward); 0 while no page has been read.
+    /// Voxels of the page (eastward, northward); 0 while no page has been read.
     size: [i64; 2],
     view: Option<V>,
 }

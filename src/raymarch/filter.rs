@@ -1,4 +1,4 @@
-//! What a pixel sees of the surface: colour and normal, filtered over the pixel's footprint.
+//! Colour and normal of the surface under a pixel, filtered over the pixel's footprint.
 //!
 //! ```text
 //! width  = range · pixel angle, or constant            footprint across the ray
@@ -23,7 +23,7 @@ use hedgehop_base::error::Result;
 /// Most taps along a footprint; one that is longer, in widths, is filtered over this length only.
 const MOST_TAPS: f64 = 8.0;
 
-/// What a pixel sees where its ray ended.
+/// Surface sample of a pixel at the end of its ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceSample {
     /// Range, metres.
@@ -60,7 +60,7 @@ struct LevelBlend {
     share: f64,
 }
 
-/// Where a ray ended, and what of the sun is there.
+/// End of a ray, and the sunlight there.
 struct Lit {
     blend: LevelBlend,
     /// Place, units.
@@ -96,7 +96,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Self { cursor: self.cursor.endless(), bare: self.bare.endless(), ..self }
     }
 
-    /// What `ray` sees where it ended.
+    /// Samples the surface where `ray` ended.
     pub fn sample(&mut self, ray: &GridRay, contact: &Contact) -> Result<SurfaceSample> {
         self.on_ground_of(contact, |filter| filter.sample_here(ray, contact))
     }
@@ -148,7 +148,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         }
     }
 
-    /// What `ray` sees of what stands on the ground.
+    /// Samples the spans that `ray` hit above the ground.
     ///
     /// The share of the sun is that of the surface, which the highest of it is.
     pub fn sample_solid(&mut self, ray: &GridRay, hit: &SolidHit) -> Result<SurfaceSample> {
@@ -206,7 +206,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         Ok(Contact { level, ..contact })
     }
 
-    /// How far above the surface a ray is at a contact, metres; `None` where there is none.
+    /// Returns how far above the surface a ray is at a contact, metres; `None` where there is none.
     pub fn clearance(&mut self, ray: &GridRay, contact: &Contact) -> Result<Option<f64>> {
         let units = ray.at(contact.range).truncate();
         let height =

@@ -9,7 +9,7 @@ use crate::earth::Curvature;
 use crate::voxel::{Grid, PageSource, RADIX};
 use hedgehop_base::error::Result;
 
-/// Where a ray ended.
+/// Contact of a ray with the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Range, metres, ≥ 0.
@@ -20,7 +20,7 @@ pub struct Contact {
     pub wanted: u8,
     /// Normal of the voxel's face, for [`Surface::Blocks`].
     pub face: Option<DVec3>,
-    /// It is bare ground.
+    /// Whether the surface is bare ground.
     pub bare: bool,
 }
 
@@ -33,7 +33,7 @@ pub struct Marcher<'a, S: PageSource> {
     /// Ground distance up to which that is seen, metres.
     bare_until: f64,
     grid: Grid,
-    /// What is seen of the ground, nearest first.
+    /// Bands in which ground is seen, nearest first.
     bands: Vec<Band>,
     surface: Surface,
     /// Voxels of level 1 eastward and northward.
@@ -58,7 +58,7 @@ const NOTHING_LEFT: f64 = 1.0 / 512.0;
 /// Share at which what stands is what is seen.
 const HALF: f64 = 0.5;
 
-/// What is seen between two ground distances, metres.
+/// Ground distances, metres, between which one level is seen.
 #[derive(Debug, Clone, Copy)]
 struct Band {
     level: u8,
@@ -71,7 +71,7 @@ struct Band {
 struct Search<'r> {
     ray: &'r GridRay,
     level: u8,
-    /// For bare ground.
+    /// Whether bare ground alone is sought.
     bare: bool,
 }
 
@@ -187,7 +187,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Ok(if left <= NOTHING_LEFT { 0.0 } else { left })
     }
 
-    /// Of what stands before a ray's first contact, that behind which half of the light or less is left: what a ray is said to see. `hits` is memory for what
+    /// Finds, of the spans before a ray's first contact, the one behind which half of the light or less is left: the range that a ray is said to see. `hits` is memory for what
     /// stands before it.
     ///
     /// # Errors
@@ -256,7 +256,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Ok(None)
     }
 
-    /// Where the ground is read.
+    /// Returns the cursor of the search's ground.
     fn on(&mut self, search: &Search<'_>) -> &mut PageCursor<'a, S> {
         if search.bare { &mut self.bare } else { &mut self.cursor }
     }
@@ -282,7 +282,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
         Ok(None)
     }
 
-    /// Where the ray first is on or under the surface within one cell. Where its page is absent, the next
+    /// Finds where the ray first is on or under the surface within one cell. Where its page is absent, the next
     /// coarser level stands in.
     fn cell_contact(
         &mut self,

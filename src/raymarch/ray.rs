@@ -21,7 +21,7 @@ pub struct GridRay {
     pub range_per_unit: DVec2,
     /// Ground distance per range: cosine of the elevation angle, 0…1.
     pub ground_cosine: f64,
-    /// What the height over the database gains per square of range, 1/metres, ≥ 0.
+    /// Height over the database gained per square of range, 1/metres, ≥ 0.
     pub bend: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What a ray meets that stands on bare ground: spans, voxel by voxel, exactly.
+//! Exact intersection of a ray with spans on bare ground, voxel by voxel.
 //!
 //! ```text
 //! walk groups of 4 × 4 blocks along the ray, as far as bare ground is seen; in them blocks of 8 × 8 voxels, in these voxels:
@@ -23,18 +23,18 @@ use hedgehop_base::error::Result;
 /// Blocks along the side of those that are passed at once.
 const GROUP: u32 = 4;
 
-/// How far walls and upper ends of neighbours that are one may be apart, for being stored in steps, sides of a voxel: what shows in between is
+/// Distance of walls and upper ends of neighbours that are taken for one, for being stored in steps, sides of a voxel: what shows in between is
 /// lit as they are.
 const SEAM: f64 = Cut::BESIDE;
 
-/// Where a stretch of a ray enters a span.
+/// Face at which a stretch of a ray enters a span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Face {
-    /// Its upper end.
+    /// Upper end of the span.
     Top,
-    /// Its wall, or a side of its voxel.
+    /// Wall of the span, or a side of its voxel.
     Side,
-    /// Its lower end.
+    /// Lower end of the span.
     Bottom,
 }
 
@@ -61,7 +61,7 @@ pub struct Solids<'a, S: PageSource> {
     blocks: Blocks<'a, S>,
 }
 
-/// What places and heights of spans come to.
+/// Metric values of the places and heights of spans.
 #[derive(Debug, Clone, Copy)]
 struct Measure {
     /// Level index 0 as a lattice.
@@ -118,7 +118,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
         Ok(left)
     }
 
-    /// How high what stands at a place in the area (units) rises, if it hides at least a share `dense` of the light through a voxel's side, metres above the
+    /// Returns the height of the highest span at a place in the area (units) that hides at least a share `dense` of the light through a voxel's side, metres above the
     /// datum; `None`: no such thing stands there.
     ///
     /// # Errors
@@ -250,7 +250,7 @@ impl Measure {
         self.code.offset + self.code.scale * f64::from(code)
     }
 
-    /// What a ray meets of a span on its way through a voxel.
+    /// Intersects a ray with a span on its way through a voxel.
     fn hit(&self, ray: &GridRay, passage: &Passage, span: &Span) -> Option<SolidHit> {
         let (high, low) = (self.height(span.high), self.height(span.low));
         // Most spans of a wood are passed above or below.
@@ -342,9 +342,9 @@ impl Measure {
 struct Passage {
     /// Ranges of its ends, metres.
     ranges: [f64; 2],
-    /// Where these lie, east and north of the voxel's centre, sides of the voxel.
+    /// Places of these ends, east and north of the voxel's centre, sides of the voxel.
     at: [DVec2; 2],
-    /// Their heights, metres above the datum.
+    /// Heights of these ends, metres above the datum.
     heights: [f64; 2],
     /// The voxel's centre, units.
     centre: DVec2,
@@ -352,11 +352,11 @@ struct Passage {
     side: DVec3,
 }
 
-/// What is left of a ray's way through a voxel.
+/// Stretch of a ray's way through a voxel that is left.
 struct Stretch {
     enter: f64,
     leave: f64,
-    /// Where the ray is at the voxel's ends: east and north of its centre, and above a span's upper end.
+    /// Ray at the stretch's ends: east and north of the voxel's centre, and above a span's upper end.
     ends: [(DVec2, f64); 2],
     /// Ranges there, metres.
     ranges: [f64; 2],

@@ -6,7 +6,7 @@ use super::{CellStep, GridRay, PageCursor};
 use crate::voxel::PageSource;
 use hedgehop_base::error::Result;
 
-/// Which surface is seen.
+/// Kind of surface that is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Surface {
     /// Bilinear between the posts.
@@ -27,7 +27,7 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// From heights south-west, south-east, north-west, north-east, metres.
+    /// Builds the patch from heights south-west, south-east, north-west, north-east, metres.
     pub fn new([sw, se, nw, ne]: [f64; 4]) -> Self {
         Self { base: sw, east: se - sw, north: nw - sw, twist: ne - se - nw + sw }
     }

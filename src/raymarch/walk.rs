@@ -57,7 +57,7 @@ pub struct Lattice {
     pub spans: [Extent; 2],
 }
 
-/// Which cells a lattice has along one axis.
+/// Extent of a lattice's cells along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     /// First cell; 0 where they repeat.
@@ -81,7 +81,7 @@ impl Extent {
         self.period.is_finite()
     }
 
-    /// This span in the copy of the area that holds `position`, and the cell there, clamped into the span.
+    /// Moves to this span in the copy of the area that holds `position`, and the cell there, clamped into the span.
     #[inline]
     fn locate(mut self, position: f64, side: f64, shift: f64) -> (Self, i64) {
         if self.repeats() {
@@ -131,7 +131,7 @@ impl Lattice {
         }
     }
 
-    /// Those of these cells that lie in one of [the wider ones](Self::grouped), where a walk along these is.
+    /// Returns the lattice of these cells that lie in one of [the wider ones](Self::grouped), where a walk along those is.
     pub fn inside(self, step: &CellStep, count: u32) -> Self {
         let spans = [0, 1].map(|axis| {
             let first = step.cell[axis] * i64::from(count);

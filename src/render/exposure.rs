@@ -34,29 +34,29 @@ const GLANCE: f64 = 1.0 / 64.0;
 /// Metres at which the sky is taken to be.
 const SKY: f64 = 1.0e8;
 
-/// What is where at one time.
+/// State of the scene at one time.
 #[derive(Debug, Clone)]
 pub struct Moment {
     /// The camera; at all moments of a frame of the same screen and size.
     pub camera: Camera,
-    /// What joins the ground; at all moments of a frame the same bodies in the same order.
+    /// Overlays of the ground; at all moments of a frame the same bodies in the same order.
     pub scenery: Scenery,
     /// Since the flight's first fix, seconds.
     pub seconds: f64,
 }
 
-/// How a frame is exposed.
+/// Exposure of one frame: shutter, interval, samples, and the scene over time.
 pub struct Exposure<'m> {
     /// Rays per pixel, the shutter, and what is made of light.
     pub finish: &'m Finish,
-    /// From frame to frame, seconds, > 0.
+    /// Time from frame to frame, seconds, > 0.
     pub interval: f64,
-    /// What is where so many seconds before (less than 0) or after the frame's own time.
+    /// Scene so many seconds before (less than 0) or after the frame's own time.
     pub moment: &'m dyn Fn(f64) -> Moment,
 }
 
 impl<S: PageSource> Renderer<'_, S> {
-    /// What is seen while the shutter is open, in linear light: colour is the mean of all rays and moments; ranges, normals, levels and ids are
+    /// Renders the light seen while the shutter is open: colour is the mean of all rays and moments; ranges, normals, levels and ids are
     /// those of one ray of each pixel at the frame's own time. Nothing is exposed or toned. The same bits for any number of workers.
     ///
     /// The number of moments is odd and, up to [`MOST_MOMENTS`], as large as the number of pixels that the screen moves by while the shutter is open,
@@ -153,7 +153,7 @@ fn moments(moved: f64) -> usize {
     count | 1
 }
 
-/// How far the screen moves between two moments, pixels, where it moves fastest: what is seen at some places of the frame's own time, whose rays are `side` × `side` a
+/// Returns how far the screen moves between two moments, pixels, where it moves fastest: points seen at the frame's own time, whose rays are `side` × `side` a
 /// pixel and have the ranges `range` (metres), and the middles of bodies in sight.
 fn motion(own: &Moment, ends: [&Moment; 2], range: &[f32], side: u32) -> f64 {
     let camera = &own.camera;
@@ -177,7 +177,7 @@ fn motion(own: &Moment, ends: [&Moment; 2], range: &[f32], side: u32) -> f64 {
     seen.chain(bodies).fold(0.0, f64::max)
 }
 
-/// How far corners of the boxes around parts move on the screen between two moments, pixels, where they move fastest: middles of rotors stand still.
+/// Returns how far corners of the boxes around parts move on the screen between two moments, pixels, where they move fastest: middles of rotors stand still.
 fn turning(ends: [&Moment; 2]) -> f64 {
     let parts = ends.map(|end| {
         let Scenery { bodies, parts, .. } = &end.scenery;

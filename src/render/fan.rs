@@ -1,11 +1,11 @@
-//! What planes saw, and its parts for tasks.
+//! Light and depths that scan planes saw, and their parts for tasks.
 
 use std::ops::Range;
 
 use crate::frame::stage::Cell;
 use crate::simd::Sixteen;
 
-/// What planes saw, before it is taken to a screen: light; distances and how they go on, as of [`Depths`](crate::frame::stage::Depths).
+/// Picture of the scan planes before it is resampled to a screen: light; distances and how they go on, as of [`Depths`](crate::frame::stage::Depths).
 #[derive(Debug, Default)]
 pub struct Fan {
     pub cells: Vec<Cell>,
@@ -30,7 +30,7 @@ impl<'f> DepthsMut<'f> {
         }
     }
 
-    /// Those of some rows, if anybody asks.
+    /// Takes the depths of some rows, if anybody asks for them.
     pub fn of(&mut self, rows: Range<usize>) -> DepthsMut<'_> {
         DepthsMut {
             inverse: self.inverse.get_mut(rows.clone()).unwrap_or_default(),

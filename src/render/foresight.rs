@@ -1,4 +1,4 @@
-//! What the frames of a flight need, for whoever keeps pages in memory.
+//! Pages that the frames of a flight need, for the thread that keeps pages in memory.
 
 use std::collections::HashSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -90,7 +90,7 @@ pub struct LivePlan<'a, S> {
     seen: Mutex<Seen>,
 }
 
-/// What is known of a live flight.
+/// Latest pose and motion of a live flight.
 #[derive(Debug, Default)]
 struct Seen {
     motion: Extrapolation,
@@ -134,7 +134,7 @@ impl<'a, S: PageSource> LivePlan<'a, S> {
         Ok(())
     }
 
-    /// What will see a frame, as predicted; `None` if no frame is known.
+    /// Returns the camera that will see a frame, as predicted; `None` if no frame is known.
     pub fn predict(&self, frame: u32) -> Option<Camera> {
         let seen = self.seen();
         let pose = seen.pose_of(frame)?;

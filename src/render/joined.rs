@@ -16,7 +16,7 @@ use crate::voxel::PageSource;
 use hedgehop_base::colour::srgb8_picture;
 use hedgehop_base::error::Result;
 
-/// What may join the ground.
+/// Overlays that may be merged with the ground.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Things<'t> {
     /// Bodies, no two with the same id.
@@ -52,7 +52,7 @@ impl<'t, const COUNT: usize> From<&'t [Body; COUNT]> for Things<'t> {
 }
 
 impl<S: PageSource> Renderer<'_, S> {
-    /// What `camera` sees, as linear light with range, normals, levels and ids. The frame has the same bits for
+    /// Renders the view of `camera` as linear light with range, normals, levels and ids. The frame has the same bits for
     /// any number of workers.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl<S: PageSource> Renderer<'_, S> {
         Ok(rendered)
     }
 
-    /// What `camera` sees, as an 8-bit picture: the same light as [`Self::frame`]'s, without the rest.
+    /// Renders the view of `camera` as an 8-bit picture: the same light as [`Self::frame`]'s, without the other channels.
     ///
     /// # Errors
     /// As of [`Self::frame`].

@@ -19,12 +19,12 @@ use hedgehop_base::error::Result;
 /// Lamps of a task.
 const CHUNK: usize = 256;
 
-/// How far above its place a lamp is asked for, metres and pixels: the ground it stands on is seen more coarsely than it was built, and lies a little higher
+/// Height above its place at which a lamp is tested for occlusion, metres and pixels: the ground it stands on is seen more coarsely than it was built, and lies a little higher
 /// or lower.
 const LIFT: f64 = 0.3;
 const LIFT_PIXELS: f64 = 1.0;
 
-/// How much farther than what is in sight a lamp may be and still be seen, as a share of its range.
+/// Share of a lamp's range by which it may lie behind the visible surface and still be seen.
 const BEHIND: f64 = 0.01;
 
 /// Range under which a lamp grows no brighter, metres: the eye is inside of it.
@@ -36,7 +36,7 @@ const EYE_ANGLE: f64 = 4.0e-4;
 /// Range at which stars are seen through haze, metres.
 const BEYOND: f32 = 1.0e6;
 
-/// Who looks, and through what.
+/// Observer of the lights: the renderer and its camera.
 struct Eye<'c, 'r, 'a, S> {
     renderer: &'r Renderer<'a, S>,
     camera: &'c Camera,
@@ -55,9 +55,9 @@ pub struct Sought<'c> {
 
 /// One of them.
 struct Point {
-    /// Where the screen shows it, pixels.
+    /// Position on the screen, pixels.
     position: DVec2,
-    /// Where the screen is asked whether something hides it; `None`: nothing does.
+    /// Screen position whose range decides whether the light is hidden; `None`: nothing hides it.
     asked: Option<DVec2>,
     /// Inverse range of the nearest that does not hide it, 1/metres.
     inverse: f64,
@@ -77,7 +77,7 @@ pub struct Glints<'c> {
 }
 
 impl<'c> Sought<'c> {
-    /// Those of `lights` and of the stars that `camera` may see.
+    /// Finds the lights of `lights` and the stars that `camera` may see.
     pub fn find<S: PageSource>(
         renderer: &Renderer<'_, S>,
         camera: &'c Camera,
@@ -134,7 +134,7 @@ impl<'c> Sought<'c> {
         }
     }
 
-    /// What is seen of them where `range` (metres) tells how far is what else is seen.
+    /// Returns the lights that are visible where `range` (metres) is the range of the rest of the picture.
     pub fn seen(self, range: &[f32], farm: &Farm) -> Result<Glints<'c>> {
         let size = [self.camera.width as usize, self.camera.height as usize];
         let shown = Shown { range, width: size[0] };
@@ -366,7 +366,7 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
 /// Finds where a screen shows points of the world.
 struct Finder<'c> {
     camera: &'c Camera,
-    /// Of a table, which has no inverse: directions of every [`STRIDE`]th position.
+    /// Directions of every [`STRIDE`]th position of a table lens, which has no inverse.
     samples: Vec<(DVec3, DVec2)>,
 }
 

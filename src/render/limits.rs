@@ -1,4 +1,4 @@
-//! How far each level is seen, and how far ground is.
+//! Ranges up to which each level, and ground at all, is seen.
 
 use super::RenderOptions;
 use crate::raymarch::LevelBands;

@@ -1,4 +1,4 @@
-//! What share of each pixel bodies and ground have, for mattes.
+//! Coverage of each pixel by bodies and ground, for mattes.
 //!
 //! ```text
 //! pixels beside which ground becomes sky: 16 rays each → the ground's share

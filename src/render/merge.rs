@@ -19,7 +19,7 @@ use hedgehop_base::error::Result;
 /// Inverse ranges of neighbouring pixels that differ by more than this share belong to two surfaces.
 const EDGE: f32 = 0.06;
 
-/// How far apart hits of a body may be that have the same air before them: a part of their range, at which transmittance differs by 0.2 % at most whatever the haze,
+/// Distance between hits of a body that have the same air before them: a part of their range, at which transmittance differs by 0.2 % at most whatever the haze,
 /// and an angle, radians.
 const ALONG: f64 = 0.005;
 const ASIDE: f32 = 0.004;
@@ -32,7 +32,7 @@ pub struct Bodies<'v> {
     pub(super) rows: Vec<Vec<Square<'v>>>,
 }
 
-/// How bodies look.
+/// Shading of bodies: light, haze and shadows.
 struct Look<'s, 'r, 'a, S> {
     isa: Isa,
     sensor: VisualSensor,
@@ -50,7 +50,7 @@ struct Before {
     id: u32,
     /// Metres.
     range: f64,
-    /// Of unit length.
+    /// Direction of the ray, of unit length.
     direction: Vec3,
     veil: Veil,
 }

@@ -54,35 +54,35 @@ use crate::sunlight::{Brightness, Night, Shade, Shades, Sun};
 use crate::voxel::{Header, PageNeeds, PageSource, Used};
 use hedgehop_base::error::{Error, Result};
 
-/// How a frame is rendered.
+/// Settings of a rendering: surface, sun, light, weather, haze, engine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderOptions {
-    /// Which surface is seen.
+    /// Kind of surface that is drawn.
     pub surface: Surface,
     /// Meteorological visibility at the lowest ground of the area, metres, > 0.
     pub visibility: f64,
-    /// Where the sun stands.
+    /// Position of the sun.
     pub sun: Sun,
-    /// What light there is besides that of the sun.
+    /// Light besides that of the sun.
     pub night: Night,
     /// Ground lies in the shadow of ground.
     pub shadows: bool,
-    /// What lies in the air besides haze.
+    /// Matter in the air besides haze.
     pub weather: Weather,
     /// Factor on the range thresholds, > 0: 1 changes level where a voxel fills a pixel. Scan planes also look the closer
     /// at steep ground.
     pub detail: f64,
-    /// How fast heights drop with ground distance; flat by default. [`Self::of`] chooses by the database.
+    /// Drop of heights with ground distance; flat by default. [`Self::of`] chooses by the database.
     pub curvature: Curvature,
     /// The area repeats without end, eastward and northward.
     pub tile_world: bool,
-    /// What marches.
+    /// Marcher of the rays.
     pub engine: Engine,
     /// Frames say what share of each pixel bodies have ([`crate::frame::Aov::matte`]).
     pub matte: bool,
 }
 
-/// What finds the surface that a pixel sees.
+/// Algorithm that finds the surface a pixel sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Engine {
     /// The reference marcher: ray by ray, exact, any screen and surface.
@@ -137,17 +137,17 @@ impl RenderOptions {
         self.shadows && self.sun.is_up()
     }
 
-    /// What sees the ground.
+    /// Returns the sensor that turns ground into light.
     fn sensor(&self) -> VisualSensor {
         VisualSensor::new(self.sun).covered(self.weather.ground)
     }
 
-    /// How bright the light of the hour is.
+    /// Returns the brightness of the hour's light.
     pub fn brightness(&self) -> Brightness {
         Brightness::new(self.sun, self.night.lux)
     }
 
-    /// What lies in shadow over a database with this header, within a budget in bytes; `None`: nothing does.
+    /// Returns the shadows over a database with this header, within a budget in bytes; `None`: nothing lies in shadow.
     fn shades(&self, header: &Header, budget: usize) -> Option<Shades> {
         self.has_shadows().then(|| Shades::new(Shade::new(header, self.sun), budget))
     }
@@ -195,14 +195,14 @@ pub struct StageTimes {
     pub image: Duration,
 }
 
-/// How many rays of a picture see ground that is stored more coarsely than they ask for.
+/// Counts of a picture's rays that see ground stored more coarsely than they ask for.
 ///
 /// Rays are the pixels of the reference marcher, and of scan planes the rows of each plane, before these are taken to the screen.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Rays {
     /// All of them, those to the sky too.
     pub all: u64,
-    /// Those that meet a level that stands in for a finer one, whose page is absent.
+    /// Rays that meet a level that stands in for a finer one, whose page is absent.
     pub coarser: u64,
 }
 
@@ -219,12 +219,12 @@ impl std::ops::AddAssign for Rays {
     }
 }
 
-/// What a picture took, and what it saw.
+/// Times and counts of one picture.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Account {
-    /// What each stage took.
+    /// Time of each stage.
     pub times: StageTimes,
-    /// How finely ground was seen.
+    /// Fineness of the ground that was seen.
     pub rays: Rays,
 }
 
@@ -233,7 +233,7 @@ pub struct Account {
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
-    /// What it took.
+    /// Times and counts of the frame.
     pub account: Account,
 }
 
@@ -247,12 +247,12 @@ pub struct Renderer<'a, S> {
     isa: Isa,
     /// Since the flight's first fix, seconds.
     seconds: f64,
-    /// Of the eye, metres per second.
+    /// Velocity of the eye, metres per second.
     velocity: DVec3,
     shared: Arc<Shared>,
 }
 
-/// What frames of one database share.
+/// State that frames of one database share.
 #[derive(Debug)]
 struct Shared {
     radiance: Radiance,
@@ -386,7 +386,7 @@ impl<'a, S: PageSource> Renderer<'a, S> {
         self.options.engine == Engine::Planes && Unserved::of(&self.options).is_none()
     }
 
-    /// How scan planes see what the camera sees; `None` where they do not serve.
+    /// Chooses how scan planes see what the camera sees; `None` where they do not serve.
     fn planes<'c>(&self, camera: &'c Camera, farm: &Farm) -> Result<Option<planes::View<'c>>> {
         if !self.takes_planes() {
             return Ok(None);

@@ -30,7 +30,7 @@ const SUITABLE: TaskSize = TaskSize { lines: 32, rows: 18 };
 /// Level whose surface the height above ground is counted from.
 const COARSE_LEVEL: u8 = 3;
 
-/// What planes need to know of a view.
+/// View of a camera as scan planes take it.
 pub struct View<'c> {
     camera: &'c Camera,
     shape: Shape,
@@ -221,11 +221,11 @@ fn render<S: PageSource>(
     Ok(Account { times, rays })
 }
 
-/// What groups of planes see.
+/// Groups of planes with the cells that they see.
 struct Seen<'f> {
-    /// What is kept of each group.
+    /// Segments kept of each group.
     groups: &'f [Kept],
-    /// What the cells' codes stand for.
+    /// Scale of the cells' codes.
     scale: Scale,
     /// Memory for it.
     fan: &'f mut Fan,
@@ -241,7 +241,7 @@ struct Task<'f> {
 }
 
 impl<'f> Task<'f> {
-    /// Its groups that see something.
+    /// Iterates over the task's groups that see something.
     fn looks(self) -> impl Iterator<Item = Look<'f>> {
         let Self { first, groups, mut cells, mut depths } = self;
         let looks = (first..).zip(groups).map(move |(index, kept)| {
@@ -285,7 +285,7 @@ fn height_above_ground<S: PageSource>(source: &S, eye: DVec3) -> Result<f64> {
     Ok((eye.z - ground.unwrap_or(header.height_range.0)).max(0.0))
 }
 
-/// How far apart lines are read, and the height of the eye above the ground, metres.
+/// Returns the distance between rows, and the height of the eye above the ground, metres.
 fn strides<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> Result<(Strides, f64)> {
     let header = renderer.source.header();
     let height = height_above_ground(renderer.source, view.eye)?;
@@ -314,28 +314,28 @@ pub fn footprint<S: PageSource>(renderer: &Renderer<'_, S>, view: &View<'_>) -> 
     Ok(footprint.into_needs())
 }
 
-/// What a group of planes is to see.
+/// Returns the field that a group of planes is to see.
 fn field<S>(renderer: &Renderer<'_, S>, ladder: &Ladder, kept: &Kept) -> Field {
     let rows = kept.first..kept.first + kept.filled.len();
     let tangents = [ladder.edges[rows.start], ladder.edges[rows.end]];
     Field { tangents, row: ladder.least_row, detail: renderer.options.detail as f32 }
 }
 
-/// What a worker uses for one group after the other.
+/// Scratch that a worker uses for one group after the other.
 struct Worker<'a> {
     march: PlaneMarch<'a>,
     paint: Paint<'a>,
     profile: Lent<'a, Profile>,
 }
 
-/// What it paints with.
+/// Scratch of painting.
 struct Paint<'a> {
     painter: Painter<'a>,
     light: Lent<'a, Lighting>,
     stander: Option<Stander<'a>>,
 }
 
-/// What light is computed in.
+/// Scratch of lighting.
 #[derive(Debug, Default)]
 pub struct Lighting {
     lights: Vec<Light>,
@@ -356,7 +356,7 @@ struct Look<'f> {
 #[derive(Default)]
 struct Unpainted<'f> {
     looks: Vec<(Look<'f>, Profile)>,
-    /// What must be brought for them.
+    /// Pages that must be brought to paint them.
     pages: BTreeSet<PageId>,
 }
 

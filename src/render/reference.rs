@@ -21,12 +21,12 @@ struct SubimagePixels {
     shade: Duration,
 }
 
-/// What a pixel sees.
+/// Surface, layers and light of a pixel.
 #[derive(Default)]
 struct Pixel {
     /// The ground, and its radiance; `None` = sky, or no ray.
     ground: Option<(SurfaceSample, Vec3)>,
-    /// What stands before it, nearest first.
+    /// Layers before the surface, nearest first.
     front: Vec<Layer>,
 }
 
@@ -117,7 +117,7 @@ fn render_subimage<S: PageSource>(
     Ok(SubimagePixels { pixels, rays, march: marched - started, shade: marched.elapsed() })
 }
 
-/// What finds the ground that a camera sees.
+/// Builds the marcher of the ground that a camera sees.
 pub(super) fn marcher<'a, S: PageSource>(
     source: &'a S,
     camera: &Camera,

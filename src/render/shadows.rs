@@ -39,10 +39,10 @@ struct Lit<'s> {
     lens: Lens<'s>,
 }
 
-/// What a ray half a pixel beside another differs by from it, about a part of the screen.
+/// Difference between a ray and one half a pixel beside it, about a part of the screen.
 #[derive(Clone, Copy)]
 struct Aside {
-    /// From its middle, pixels.
+    /// Offset from the part's middle, pixels.
     offset: DVec2,
     /// Metres; nothing but for parallel rays.
     origin: DVec3,
@@ -56,10 +56,10 @@ struct Block {
     bounds: Bounds,
 }
 
-/// What the ground of a cell has of the sun.
+/// Sunlight on the ground of a cell.
 #[derive(Clone, Copy)]
 struct Light {
-    /// Of the pixel that asked, metres.
+    /// Range of the pixel that asked, metres.
     range: f64,
     normal: Vec3,
     sun: f32,
@@ -79,7 +79,7 @@ const CORNERS: usize = SQUARE / CELL + 1;
 
 /// Light of the ground at the corners of a square's cells, as far as it was asked for; `None` of it: there is sky.
 struct Lights {
-    /// Of unit length.
+    /// Direction to the sun, of unit length.
     to_sun: Vec3,
     /// First column and row of the square, last ones of the picture.
     first: [usize; 2],
@@ -192,14 +192,14 @@ fn pixels(columns: &Range<usize>, rows: &Range<usize>) -> impl Iterator<Item = [
 #[derive(Default)]
 pub struct Latest<'s>(Cell<Option<Known<'s>>>);
 
-/// What is known of a body.
+/// State kept for one body.
 #[derive(Clone, Copy)]
 struct Known<'s> {
     id: u32,
     place: Option<&'s Place>,
-    /// Where the ground's shadow was looked at last.
+    /// Cells in which the ground's shadow was last computed.
     cells: Cells,
-    /// What hides it from the sun.
+    /// Terrain that hides the body from the sun.
     caster: Option<&'s Caster>,
 }
 
@@ -215,7 +215,7 @@ pub struct Shadows<'r, 'a, S> {
 }
 
 impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
-    /// Those of `bodies` as `camera` finds them; `None` without shadows.
+    /// Finds the shadows of `bodies` that `camera` may see; `None` without shadows.
     pub fn of(renderer: &'r Renderer<'a, S>, camera: &Camera, bodies: &[Body]) -> Option<Self> {
         let options = &renderer.options;
         if !options.has_shadows() || bodies.is_empty() {
@@ -230,7 +230,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Some(Self { renderer, casters, sunlit, footprint, daylight, to_sun: to_sun.as_vec3(), atmosphere })
     }
 
-    /// What samples the ground.
+    /// Builds the filter that samples the ground.
     fn filter(&self, camera: &Camera) -> SurfaceFilter<'r, S> {
         let Renderer { source, options, shared, .. } = self.renderer;
         let filter = SurfaceFilter::new(*source, camera.footprint()).shaded(shared.radiance.shades());
@@ -292,7 +292,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         parts.filter_map(|(columns, rows)| self.block(ground, columns, rows)).collect()
     }
 
-    /// Where the ground of a block lies; `None`: it is all sky.
+    /// Returns the extent of a block's ground; `None`: it is all sky.
     fn block(&self, ground: &Lit<'_>, columns: Range<usize>, rows: Range<usize>) -> Option<Block> {
         let Shown { range, width } = ground.shown;
         let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
@@ -323,7 +323,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Some(Block { columns, rows, bounds })
     }
 
-    /// Which part of a pixel's light is left, by channel, where bodies `among` some hide the sun, and the light of the air before it; `None`: all is. `asides` tell how
+    /// Returns the share of a pixel's light that is left, by channel, where bodies `among` some hide the sun, and the light of the air before it; `None`: all is. `asides` tell how
     /// rays change about it.
     fn left(
         &self,
@@ -365,7 +365,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Ok(Some((left, air)))
     }
 
-    /// What the ground of a pixel has of the sun; `None`: it is sky.
+    /// Returns the sunlight on a pixel's ground; `None`: it is sky.
     fn light(
         &self,
         Lit { shown, lens }: &Lit<'_>,
@@ -384,7 +384,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         Ok(Some(Light { range, normal, sun, air: veil.light }))
     }
 
-    /// What went wrong with what was asked of it.
+    /// Returns the first error of what was computed.
     ///
     /// # Errors
     /// A page that is damaged.

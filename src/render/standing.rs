@@ -1,4 +1,4 @@
-//! What stands on the ground, before what planes see of that.
+//! Spans above the ground, drawn before what planes see of it.
 
 use glam::DVec3;
 
@@ -35,7 +35,7 @@ pub struct Seen<'s> {
 }
 
 impl<'a> Stander<'a> {
-    /// For pictures from `eye` (units, units, metres); `None` where nothing stands.
+    /// Builds the drawing of spans for pictures from `eye` (units, units, metres); `None` where there are none.
     pub fn new<S: PageSource>(renderer: &'a Renderer<'_, S>, eye: DVec3) -> Option<Self> {
         let source = renderer.source;
         source.header().is_built.then(|| Self {

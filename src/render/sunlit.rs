@@ -1,4 +1,4 @@
-//! What sun the ground leaves to bodies.
+//! Sunlight that terrain leaves to bodies.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -16,7 +16,7 @@ use hedgehop_base::error::{Error, Result};
 /// Radii above the ground up to which a body sees the sun as the ground below it does.
 const GROUNDED: f64 = 2.0;
 
-/// Where rays of a flying body start: radii above its middle.
+/// Starts of a flying body's rays: radii above its middle.
 const STARTS: [f64; 3] = [-0.7, 0.0, 0.7];
 
 /// Side of a lattice's cells at least, in voxels of the finest level and in pixels, and in parts of a body's radius.
@@ -37,30 +37,30 @@ pub struct Sunlit<'r, 'a, S> {
     failed: Mutex<Option<Error>>,
 }
 
-/// Where a body is, and what it sees of the sun once that was asked.
+/// Position of a body, and its sunlight once that was asked for.
 pub struct Place {
     middle: DVec3,
     radius: f64,
-    /// Of all of it.
+    /// Share of the whole body in the sun.
     share: OnceLock<f32>,
-    /// Of its places, if one value is not enough for all of it.
+    /// Shares at places of the body, if one value is not enough for all of it.
     lattice: Option<Lattice>,
 }
 
-/// What places of the world see of the sun, on lattices whose sides are the finest voxel's times powers of two.
+/// Sunlight at places of the world, on lattices whose sides are the finest voxel's times powers of two.
 struct Lattice {
     /// Power of the finer of two lattices, of which it is blended.
     fine: i32,
     /// Share of the coarser one, 0…1: as the eye comes near nothing jumps.
     coarse: f32,
-    /// How much it counts against one value for all of the body, 0…1.
+    /// Weight against one value for all of the body, 0…1.
     weight: f32,
-    /// What corners see that were asked for, by power and place, in sides.
+    /// Sunlight of corners that were asked for, by power and place, in sides.
     corners: Mutex<HashMap<(i32, [i64; 3]), f32>>,
 }
 
 impl Lattice {
-    /// That of a body with this radius, whose cells are to be about `side` wide, both in voxels; `None`: it is too small.
+    /// Builds the lattice of a body with this radius, whose cells are to be about `side` wide, both in voxels; `None`: it is too small.
     fn new(radius: f64, side: f64) -> Option<Self> {
         let weight = (radius / side - LARGE[0]) / (LARGE[1] - LARGE[0]);
         let power = side.log2();
@@ -148,7 +148,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         corners.at((cell - cell.floor()).as_vec3().to_array())
     }
 
-    /// What went wrong so far.
+    /// Returns the first error so far.
     pub fn check(self) -> Result<()> {
         self.failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
     }

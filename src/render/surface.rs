@@ -1,4 +1,4 @@
-//! What a frame says of each pixel's surface besides its light: normal, level, id; and its range at outlines.
+//! Channels of each pixel's surface besides its light: normal, level, id; and its range at outlines.
 //!
 //! Planes and rows lie up to half a pixel beside a pixel's own ray. Of what stands there is an outline in every second pixel of a wood; the surface ends at ridges,
 //! and at buildings and trees that are part of it further away. There the own ray is followed:
@@ -69,7 +69,7 @@ struct Sight<'a, S: PageSource> {
     hits: Vec<SolidHit>,
 }
 
-/// What a pixel sees.
+/// Surface that a pixel sees.
 struct Seen {
     /// Metres.
     range: f32,
@@ -81,7 +81,7 @@ struct Seen {
 }
 
 impl<S: PageSource> Sight<'_, S> {
-    /// What a ray sees, of which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
+    /// Looks along a ray for which planes found a range (metres; infinite: the sky), which is in doubt at outlines; `None`: the sky.
     fn look(&mut self, ray: &GridRay, range: f32, is_outline: bool) -> Result<Option<Seen>> {
         if !is_outline {
             let found = if range.is_finite() { Some(self.contact(ray, f64::from(range))?) } else { None };
@@ -117,7 +117,7 @@ impl<S: PageSource> Sight<'_, S> {
         Ok(self.marcher.half_hidden(ray, found, &mut self.hits)?.is_none())
     }
 
-    /// Where a ray meets the surface that is to be seen at a range.
+    /// Finds where a ray meets the surface that is to be seen at a range.
     fn contact(&mut self, ray: &GridRay, range: f64) -> Result<Contact> {
         let distance = range * ray.ground_cosine;
         let (level, bare) = (self.bands.level_at(distance), self.bands.is_bare_at(distance));

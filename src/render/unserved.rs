@@ -1,4 +1,4 @@
-//! What scan planes leave to the reference marcher.
+//! Views that scan planes leave to the reference marcher.
 
 use std::fmt;
 

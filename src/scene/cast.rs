@@ -29,9 +29,9 @@ const STEP: f64 = 0.1;
 /// Objects of a scene in a database's reference system: where each is at any time.
 #[derive(Debug, Clone)]
 pub struct Cast {
-    /// By name.
+    /// Actors by name.
     actors: Vec<Actor>,
-    /// Of all bodies, by their ids.
+    /// Names of all bodies, by their ids.
     names: Vec<String>,
     /// The actors of those that are parts: the ids of these follow on those of actors.
     owners: Vec<usize>,
@@ -50,7 +50,7 @@ struct Actor {
     beyond: Beyond,
     /// The ground below, if it leans as that does.
     slope: Option<Slope>,
-    /// How it goes on before its track and behind it, if it keeps to the ground there.
+    /// Course before its track and behind it, if it keeps to the ground there.
     onward: Option<[Onward; 2]>,
     parts: Vec<Part>,
     /// Id of the first part's body.
@@ -127,12 +127,12 @@ fn keeps_to_ground(object: &Object) -> bool {
     object.beyond == Beyond::DeadReckoning && (object.leans || object.track.fixes.iter().all(is_above))
 }
 
-/// What is where at some moment.
+/// Bodies, lights and plumes at some moment.
 #[derive(Debug, Clone, Default)]
 pub struct Scenery {
     /// All objects, and then their parts.
     pub bodies: Vec<Body>,
-    /// How many of the bodies, at the end, are parts, which may turn fast.
+    /// Number of the bodies, at the end, that are parts, which may turn fast.
     pub parts: usize,
     /// The lamps that shine.
     pub lights: Vec<PointLight>,
@@ -141,7 +141,7 @@ pub struct Scenery {
 }
 
 impl Actor {
-    /// Where it is, so many seconds after the flight's first fix; `None`: it is not there.
+    /// Returns the pose so many seconds after the flight's first fix; `None`: it is not there.
     fn pose_at(&self, seconds: f64) -> Option<Pose> {
         let seconds = seconds - self.start;
         let duration = self.trajectory.duration();
@@ -159,14 +159,14 @@ impl Actor {
         Some(pose)
     }
 
-    /// How fast it is at an end of its track, metres a second.
+    /// Returns the velocity at an end of its track, metres a second.
     fn velocity(&self, end: f64) -> DVec3 {
         let step = STEP.min(self.trajectory.duration());
         let before = (end - step).max(0.0);
         (self.on_track(before + step).eye - self.on_track(before).eye) / step
     }
 
-    /// How it goes on before its track and behind it, keeping to the ground.
+    /// Finds its course before its track and behind it, keeping to the ground.
     fn onward(&self, reach: Reach, ground: &dyn Fn(DVec2) -> Option<f64>) -> [Onward; 2] {
         [(0.0, -1.0), (self.trajectory.duration(), 1.0)].map(|(end, way)| {
             let velocity = way * self.velocity(end).truncate();
@@ -175,13 +175,13 @@ impl Actor {
         })
     }
 
-    /// Where it is that many seconds after its track has begun.
+    /// Returns the pose that many seconds after its track has begun.
     fn on_track(&self, seconds: f64) -> Pose {
         let pose = self.trajectory.pose_at(seconds);
         self.slope.as_ref().map_or(pose, |slope| slope.stand(pose, seconds))
     }
 
-    /// Its body, which has that id and is at `pose`.
+    /// Builds its body, which has that id and is at `pose`.
     fn body(&self, id: u32, pose: Pose) -> Body {
         let (mut form, mut attitude) = (self.form.clone(), pose.attitude);
         if let (Some(to), Form::Line { length, .. }) = (self.to, &mut form) {
@@ -193,7 +193,7 @@ impl Actor {
         Body { id, form, position: pose.eye, attitude, albedo: self.albedo }
     }
 
-    /// Where its parts are while it is at `pose`, so many seconds after the flight's first fix.
+    /// Returns the axes of its parts while it is at `pose`, so many seconds after the flight's first fix.
     fn parts_at(&self, pose: Pose, seconds: f64) -> Vec<Axes> {
         let own = Axes { origin: pose.eye, turn: pose.attitude.world_from_body() };
         let mut all: Vec<Axes> = Vec::with_capacity(self.parts.len());
@@ -248,7 +248,7 @@ impl Cast {
         (bodies, count)
     }
 
-    /// Where the body of that id is, so many seconds after the flight's first fix; `None`: it is not there.
+    /// Returns the pose of the body of that id, so many seconds after the flight's first fix; `None`: it is not there.
     fn pose_at(&self, id: usize, seconds: f64) -> Option<Pose> {
         let Some(part) = id.checked_sub(self.actors.len()) else { return self.actors[id].pose_at(seconds) };
         let actor = &self.actors[self.owners[part]];

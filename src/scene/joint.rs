@@ -1,4 +1,4 @@
-//! How a part is turned and moved on what it goes with.
+//! Motion of a part on what it goes with.
 //!
 //! ```text
 //! axes of the part = axes of what it goes with · at rest · (yaw, pitch, roll) · turn about its axis
@@ -16,7 +16,7 @@ use crate::space::Attitude;
 /// Parts of a turn that are told apart: a rotor stands after whole turns as it stood before, though seconds are rounded.
 const STEPS: f64 = (1_u64 << 32) as f64;
 
-/// What a table of angles may hold, in this order.
+/// Columns that a table of angles may hold, in this order.
 pub(super) const COLUMNS: [Wanted; 7] = [
     Wanted { name: "yaw_deg", is_angle: true, most: 3600.0 },
     Wanted { name: "pitch_deg", is_angle: true, most: 3600.0 },
@@ -43,20 +43,20 @@ impl Course {
     }
 }
 
-/// How a part moves.
+/// Motion of a part.
 #[derive(Debug, Clone)]
 pub(super) struct Joint {
-    /// Where it is at rest.
+    /// Place at rest.
     pub rest: Rest,
-    /// By [`COLUMNS`].
+    /// Courses by [`COLUMNS`].
     pub courses: [Course; 7],
-    /// What it turns about, in its own axes, of unit length.
+    /// Axis of its turn, in its own axes, of unit length.
     pub axis: DVec3,
     /// Turns per second.
     pub turns: f64,
-    /// When its table begins, seconds after the flight's first fix.
+    /// Begin of its table, seconds after the flight's first fix.
     pub start: f64,
-    /// It turns from then on only, not long before too.
+    /// Whether it turns from then on only, not long before too.
     pub waits: bool,
 }
 
@@ -69,12 +69,12 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// What stands at `inner` of these, where these stand.
+    /// Returns the axes in the world of what stands at `inner` of these.
     pub fn with(&self, inner: &Self) -> Self {
         Self { origin: self.origin + self.turn * inner.origin, turn: self.turn * inner.turn }
     }
 
-    /// Where `other` is as seen from here.
+    /// Returns `other` as seen from here.
     pub fn to(&self, other: &Self) -> Self {
         let back = self.turn.transpose();
         Self { origin: back * (other.origin - self.origin), turn: back * other.turn }
@@ -88,7 +88,7 @@ impl From<Rest> for Axes {
 }
 
 impl Joint {
-    /// Where the part is then, on what it goes with.
+    /// Returns the part's axes then, on what it goes with.
     pub fn at(&self, seconds: f64) -> Axes {
         let seconds = seconds - self.start;
         let of = |index: usize| self.courses[index].at(seconds);

@@ -1,4 +1,4 @@
-//! What objects and their parts look like: shapes, and models with levels and nodes.
+//! Appearance of objects and their parts: shapes, and models with levels and nodes.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use hedgehop_base::error::Result;
 /// Levels of detail of an object.
 const MOST_LEVELS: usize = 16;
 
-/// What points up in a model.
+/// Axis that points up in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Up {
@@ -33,7 +33,7 @@ pub(super) struct LevelTable {
     below_px: Spanned<f64>,
 }
 
-/// What an object or a part looks like, and what that was read from.
+/// Appearance of an object or a part, and what that was read from.
 #[derive(Debug)]
 pub(super) struct Look {
     pub form: Form,
@@ -228,7 +228,7 @@ fn fit(reading: &Reading<'_>, table: &ObjectTable) -> Result<Fit> {
     Ok(Fit { size, is_z_up, turn, origin })
 }
 
-/// Where a model's file is: a relative name counts from the scene's folder.
+/// Finds a model's file: a relative name counts from the scene's folder.
 fn place(reading: &Reading<'_>, path: &Spanned<PathBuf>) -> Result<PathBuf> {
     let name = path.get_ref();
     if name.as_os_str().is_empty() || name.to_string_lossy().chars().any(char::is_control) {

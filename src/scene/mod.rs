@@ -50,7 +50,7 @@ use crate::sunlight::{Night, Sky, SunSetting};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
-/// What a night is like.
+/// Light of a night sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NightSky {
     /// Illuminance of level ground by moon, and by the lamps of the land about, lx, 0…1000.
@@ -66,28 +66,28 @@ impl Default for NightSky {
     }
 }
 
-/// What a scene file says.
+/// Contents of a scene file.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// The file.
     pub path: PathBuf,
     /// Hexadecimal BLAKE3 of the file and of all files that it names.
     pub digest: String,
-    /// Where the sun stands, if it is given: from 90 degrees below the horizon to 90 above it.
+    /// Position of the sun, if it is given: from 90 degrees below the horizon to 90 above it.
     pub sun: Option<SunSetting>,
     /// Whether ground lies in the shadow of ground, if it says so.
     pub shadows: Option<bool>,
     /// Light besides the sun's.
     pub night: NightSky,
-    /// Where the file says when the sun stands, and that ground lies in shadow.
+    /// Lines of the file that say when the sun stands, and that ground lies in shadow.
     pub lines: SunLines,
     /// Meteorological visibility at the lowest ground, metres, > 0, if it is given.
     pub visibility: Option<f64>,
-    /// What lies in the air besides haze.
+    /// Matter in the air besides haze.
     pub weather: Weather,
-    /// How light becomes a picture.
+    /// Steps from light to a picture.
     pub finish: Finish,
-    /// What is drawn over pictures.
+    /// Symbols that are drawn over pictures.
     pub hud: Hud,
     /// Objects, by name.
     pub objects: Vec<Object>,
@@ -100,22 +100,22 @@ pub struct Scene {
 /// Lines of a scene file, from 1 on, for what is wrong with a sun over some database; `None`: it says nothing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SunLines {
-    /// That of `time`.
+    /// Line of `time`.
     pub time: Option<usize>,
-    /// That of `shadows`.
+    /// Line of `shadows`.
     pub shadows: Option<usize>,
 }
 
-/// What an object does before its track begins and after it has ended.
+/// Behaviour of an object before its track begins and after it has ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Beyond {
-    /// It stands at the track's first and last fix.
+    /// Stands at the track's first and last fix.
     #[default]
     Hold,
-    /// It is not there.
+    /// Is not there.
     Hide,
-    /// It goes straight on as fast as it does there, and turned as it is there (IEEE 1278.1, dead reckoning model 2). With heights above ground it keeps to
+    /// Goes straight on as fast as it does there, and turned as it is there (IEEE 1278.1, dead reckoning model 2). With heights above ground it keeps to
     /// the ground for ten minutes at most, and goes on level where that ends.
     DeadReckoning,
 }
@@ -127,27 +127,27 @@ pub struct Object {
     pub name: String,
     /// Line of the scene file, from 1 on.
     pub line: usize,
-    /// What it looks like from all sides.
+    /// Appearance from all sides.
     pub form: Form,
     /// Files that its models, and its parts' models and angles were read from.
     pub files: Vec<PathBuf>,
-    /// What of its models is not shown, as clauses.
+    /// Parts of its models that are not shown, as clauses.
     pub notes: Vec<String>,
     /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: [f32; 3],
-    /// Where it goes; one fix if it stands.
+    /// Track of the object; one fix if it stands.
     pub track: Track,
-    /// Where a line ends, if its place and not its length is given.
+    /// End of a line, if its place and not its length is given.
     pub to: Option<Track>,
     /// Seconds after the flight's first fix at which the track's first fix is.
     pub start: f64,
-    /// What it does beyond its track.
+    /// Behaviour beyond its track.
     pub beyond: Beyond,
-    /// It banks in turns where its track says nothing of roll.
+    /// Whether it banks in turns where its track says nothing of roll.
     pub banks: bool,
-    /// It leans as the ground below it does.
+    /// Whether it leans as the ground below it does.
     pub leans: bool,
-    /// What moves on it; each after what it goes with.
+    /// Moving parts; each after what it goes with.
     pub parts: Vec<Part>,
 }
 
@@ -170,7 +170,7 @@ impl Scene {
         self.objects.iter().map(|object| object.name.clone()).chain(parts)
     }
 
-    /// Where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.
+    /// Finds where sun and stars of the scene stand over a place of `crs` (its metres or degrees), if it says so.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the line: what [`SunSetting::over`] says of its time.

@@ -82,7 +82,7 @@ impl ObjectTable {
         self.slope.as_ref().is_some_and(|slope| *slope.get_ref())
     }
 
-    /// Its linear colour, if it says any.
+    /// Returns the linear colour, if it says any.
     pub fn albedo(&self, reading: &Reading<'_>) -> Result<Option<[f32; 3]>> {
         let Some(colour) = &self.colour else { return Ok(None) };
         let albedo = srgb(colour.get_ref()).ok_or_else(|| {
@@ -218,7 +218,7 @@ fn standing(reading: &Reading<'_>, table: &ObjectTable, object: Range<usize>) ->
     place(table, &format!("object `{}`", table.name), object).track(reading)
 }
 
-/// Where its table says that it stands.
+/// Returns the place that its table gives.
 fn place<'t>(table: &'t ObjectTable, whose: &'t str, span: Range<usize>) -> Place<'t> {
     Place {
         whose,
@@ -233,7 +233,7 @@ fn place<'t>(table: &'t ObjectTable, whose: &'t str, span: Range<usize>) -> Plac
     }
 }
 
-/// Where a line ends.
+/// Reads the end of a line.
 fn end(reading: &Reading<'_>, table: &ObjectTable, to: &Spanned<Vec<f64>>) -> Result<Track> {
     if table.track.is_some() {
         let what = "to is where a line ends that stands; one with a track has length_m";
@@ -286,7 +286,7 @@ fn moving(
     Ok(read)
 }
 
-/// What is said of a track in flags, in the keys of an object.
+/// Turns what is said of a track in flags into the keys of an object.
 fn of_track(said: &str) -> String {
     said.replace("--track ", "track_number = ").replace("--sort ", "sort = true ")
 }

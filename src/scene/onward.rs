@@ -1,4 +1,4 @@
-//! Where objects go that go on beyond an end of their track, and keep to the ground there.
+//! Courses of objects that go on beyond an end of their track, and keep to the ground there.
 
 use glam::DVec2;
 
@@ -13,18 +13,18 @@ const APART: f64 = 10.0;
 const LONGEST: f64 = 600.0;
 const MOST_ASKED: u32 = 4_000_000;
 
-/// How often one place of an object asks for the ground, and of one that leans.
+/// Number of questions about the ground that one place of an object asks, and one that leans.
 const ASKED: u32 = 1;
 const ASKED_LEANING: u32 = 26;
 
-/// How far all objects of a scene know their ways.
+/// Reach up to which all objects of a scene know their ways.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Reach {
     asked: u32,
 }
 
 impl Reach {
-    /// With one more object that goes on.
+    /// Adds one more object that goes on.
     pub fn with(self, leans: bool) -> Self {
         Self { asked: self.asked + if leans { ASKED_LEANING } else { ASKED } }
     }
@@ -35,7 +35,7 @@ impl Reach {
     }
 }
 
-/// How an object lies at a place.
+/// Height and lean of an object at a place.
 #[derive(Debug, Clone, Copy)]
 struct Lie {
     height: f64,
@@ -55,7 +55,7 @@ impl Lie {
 pub(super) struct Onward {
     /// At the track's end.
     end: Pose,
-    /// From there on.
+    /// Heights and leans from there on.
     lies: Vec<Lie>,
     /// Time from one to the next, seconds.
     every: f64,

@@ -37,7 +37,7 @@ pub struct Part {
     pub name: String,
     /// Line of the scene file, from 1 on.
     pub line: usize,
-    /// What it looks like from all sides, about where it turns.
+    /// Appearance from all sides, about its pivot.
     pub form: Form,
     /// Linear Rec. 709 reflectance, 0…1; of a model that of what has no colour of its own.
     pub albedo: [f32; 3],
@@ -50,7 +50,7 @@ pub struct Part {
     pub(super) joint: Joint,
 }
 
-/// What a table is of.
+/// Object or part that a table is of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Whole {
     Object,
@@ -125,7 +125,7 @@ fn refuse_looks(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
 struct Entry<'t> {
     table: &'t ObjectTable,
     span: Range<usize>,
-    /// What it is called in messages.
+    /// Name in messages.
     whose: String,
     /// Number of the node of the model that it is.
     node: Option<usize>,
@@ -239,7 +239,7 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
     Ok(entries)
 }
 
-/// How many others a part goes with, one on the other.
+/// Counts the parts that a part goes with, one on the other.
 fn depth(reading: &Reading<'_>, entries: &[Entry<'_>], entry: &Entry<'_>) -> Result<usize> {
     let above = std::iter::successors(entry.parent, |parent| entries[*parent].parent);
     let depth = above.take(entries.len() + 1).count();
@@ -251,7 +251,7 @@ fn depth(reading: &Reading<'_>, entries: &[Entry<'_>], entry: &Entry<'_>) -> Res
     Ok(depth)
 }
 
-/// How a part moves that is so at rest, with what its table of angles says.
+/// Builds the motion of a part that is so at rest, with what its table of angles says.
 fn joint(
     reading: &Reading<'_>,
     table: &ObjectTable,

@@ -18,16 +18,16 @@ const MOST_VIGNETTE: f64 = 0.95;
 /// Coefficients of distortion, either way: lenses have less.
 const MOST_DISTORTION: f64 = 10.0;
 
-/// How light becomes a picture. The default changes nothing: 8-bit sRGB of the light as it is.
+/// Steps from light to a picture. The default changes nothing: 8-bit sRGB of the light as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finish {
     /// Factor on light, as a power of two, −16…16.
     pub exposure: f64,
-    /// What is made of bright light.
+    /// Tone mapping of bright light.
     pub tone: Tone,
     /// Codes are the 1/gamma-th power of light, 1…4; `None`: the curve of sRGB.
     pub gamma: Option<f64>,
-    /// How codes are rounded.
+    /// Rounding of codes.
     pub dither: Dither,
     /// Share of their light that the picture's corners lose, 0…0.95.
     pub vignette: f64,
@@ -35,7 +35,7 @@ pub struct Finish {
     pub distortion: [f64; 2],
     /// Rays per pixel along each side: 1, 2 or 4.
     pub antialias: u32,
-    /// How long the shutter is open: degrees of a turn that takes from frame to frame, 0…360.
+    /// Time for which the shutter is open: degrees of a turn that takes from frame to frame, 0…360.
     pub shutter: f64,
 }
 
@@ -53,7 +53,7 @@ pub enum Tone {
 /// Ways to round codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dither {
-    /// To the nearest.
+    /// Rounds to the nearest.
     #[default]
     None,
     /// Up or down by the thresholds of Bayer (1973) in squares of 8 × 8 pixels, so that slow gradients show no bands.
@@ -258,7 +258,7 @@ impl PictureTable {
     }
 }
 
-/// What a word stands for; nothing where it is not given.
+/// Returns the value that a word stands for; nothing where it is not given.
 fn choice<T>(reading: &Reading<'_>, key: &str, given: Option<&Spanned<String>>) -> Result<T>
 where
     T: Default + std::str::FromStr<Err = &'static str>,

@@ -13,10 +13,10 @@ use hedgehop_base::error::Result;
 /// Metres from the origin of a reference system beyond which nothing is.
 const FARTHEST: f64 = 1.0e9;
 
-/// What the keys of a place are called.
+/// Keys of a place.
 pub(super) const PLACE_KEYS: [&str; 2] = ["at", "at_lonlat"];
 
-/// What altitudes are measured from.
+/// Surface that altitudes are measured from.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Above {
@@ -35,11 +35,11 @@ impl From<Above> for AltitudeMode {
     }
 }
 
-/// Where something stands, as its table says.
+/// Place of something, as its table says.
 pub(super) struct Place<'t> {
-    /// What stands there, as a clause.
+    /// Owner of the place, as a clause.
     pub whose: &'t str,
-    /// What the keys of its two places are called: metres of the database's reference system, and degrees.
+    /// Keys of its two places: metres of the database's reference system, and degrees.
     pub keys: [&'t str; 2],
     pub at: Option<&'t Spanned<Vec<f64>>>,
     pub at_lonlat: Option<&'t Spanned<Vec<f64>>>,
@@ -47,12 +47,12 @@ pub(super) struct Place<'t> {
     pub yaw: Option<&'t Spanned<f64>>,
     pub pitch: Option<&'t Spanned<f64>>,
     pub roll: Option<&'t Spanned<f64>>,
-    /// Of its table.
+    /// Span of its table.
     pub span: Range<usize>,
 }
 
 impl Place<'_> {
-    /// It, or the object that what stands there goes with.
+    /// Anchors a light here, or to the object that it goes with.
     pub fn anchor(&self, reading: &Reading<'_>, object: Option<&Spanned<String>>) -> Result<Anchor> {
         let Some(object) = object else { return self.track(reading).map(Anchor::At) };
         let places = [self.at, self.at_lonlat].into_iter().flatten().map(Spanned::span);
@@ -65,7 +65,7 @@ impl Place<'_> {
         }
     }
 
-    /// It as a track of one fix.
+    /// Converts to a track of one fix.
     pub fn track(&self, reading: &Reading<'_>) -> Result<Track> {
         let (horizontal, metres) = match (self.at, self.at_lonlat) {
             (Some(at), None) => {

@@ -27,7 +27,7 @@ const STEP: f64 = 0.1;
 const COMES: f64 = 0.05;
 const GOES: f64 = 0.5;
 
-/// How far puffs stray from the middle of a plume, and how much they differ in size, in radii.
+/// Distance by which puffs stray from the middle of a plume, and by which they differ in size, in radii.
 const STRAYS: f64 = 0.6;
 const DIFFERS: f64 = 0.35;
 
@@ -52,7 +52,7 @@ pub(super) struct PlumeTable {
     start_s: Option<Spanned<f64>>,
 }
 
-/// What a plume is.
+/// Matter of a plume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -67,15 +67,15 @@ pub enum Kind {
 /// Something that puffs come from, one after the other.
 #[derive(Debug, Clone)]
 pub struct Plume {
-    /// What it is called in messages.
+    /// Name in messages.
     pub name: String,
     /// Line of the scene file, from 1 on.
     pub line: usize,
-    /// Where they come from.
+    /// Place that they come from.
     pub anchor: Anchor,
-    /// From there, right, forward and up, metres.
+    /// Offset from there, right, forward and up, metres.
     pub offset: DVec3,
-    /// What it is.
+    /// Matter of the plume.
     pub kind: Kind,
     /// Linear Rec. 709 reflectance, 0…1.
     pub albedo: Vec3,
@@ -83,9 +83,9 @@ pub struct Plume {
     pub opacity: f64,
     /// Width of a fresh puff, metres: four standard deviations of its density.
     pub size: f64,
-    /// How fast it grows wider, metres per second.
+    /// Growth of the radius, metres per second.
     pub growth: f64,
-    /// How fast it rises, metres per second.
+    /// Speed of its rise, metres per second.
     pub rise: f64,
     /// Seconds after which it is gone.
     pub life: f64,
@@ -93,7 +93,7 @@ pub struct Plume {
     pub rate: f64,
     /// Eastward and northward, metres per second.
     pub wind: [f64; 2],
-    /// When the first comes, seconds after the flight's first fix; `None`: long before.
+    /// Time of the first, seconds after the flight's first fix; `None`: long before.
     pub start: Option<f64>,
 }
 
@@ -197,7 +197,7 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
 #[derive(Debug, Clone, Default)]
 pub(super) struct PlumeCast(Vec<(Plume, Source)>);
 
-/// Where puffs come from.
+/// Source of puffs.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Actor(usize),

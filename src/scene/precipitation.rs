@@ -12,7 +12,7 @@ const HEAVIEST: f64 = 300.0;
 /// Strongest wind, metres per second.
 const FASTEST: f64 = 100.0;
 
-/// What falls.
+/// Kind of precipitation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -25,7 +25,7 @@ pub enum Kind {
 /// Rain or snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Precipitation {
-    /// What falls.
+    /// Kind of precipitation.
     pub kind: Kind,
     /// Millimetres of water an hour, more than 0 and at most 300.
     pub rate: f64,
@@ -33,12 +33,12 @@ pub struct Precipitation {
     pub wind: [f64; 2],
 }
 
-/// What lies on the ground.
+/// Cover of the ground by water and snow.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cover {
-    /// How wet it is, 0…1.
+    /// Wetness, 0…1.
     pub wet: f64,
-    /// How much of what is not too steep is white, 0…1.
+    /// Share of ground that is not too steep which is white, 0…1.
     pub snow: f64,
 }
 
@@ -117,7 +117,7 @@ impl PrecipitationTable {
 }
 
 impl GroundTable {
-    /// What is not said follows from what falls.
+    /// Reads the table; what it leaves out follows from the precipitation.
     pub fn read(&self, reading: &Reading<'_>, falls: Option<&Precipitation>) -> Result<Cover> {
         let share = |key: &str, value: &Option<Spanned<f64>>, kind: Kind| match value {
             Some(value) => reading.number(key, value, is_share, "must be 0 to 1"),

@@ -34,7 +34,7 @@ pub(super) struct Slope {
     base: Base,
     times: Vec<f64>,
     planes: Vec<Option<Plane>>,
-    /// How high it is above the ground, metres.
+    /// Height above the ground, metres.
     above: Option<Samples>,
 }
 
@@ -54,7 +54,7 @@ impl Plane {
     }
 }
 
-/// What an object stands on: the middle (right, forward) and half the sides of its length and width, metres.
+/// Base of an object: the middle (right, forward) and half the sides of its length and width, metres.
 #[derive(Debug, Clone, Copy)]
 struct Base {
     middle: DVec2,
@@ -107,7 +107,7 @@ impl Slope {
         Self { base, times, planes, above: Samples::new(above) }
     }
 
-    /// How high the object is above the ground so many seconds after its track begins, metres.
+    /// Returns the object's height above the ground so many seconds after its track begins, metres.
     pub fn above(&self, seconds: f64) -> f64 {
         self.above.as_ref().map_or(0.0, |above| above.at(seconds))
     }
@@ -139,7 +139,7 @@ impl Slope {
     }
 }
 
-/// When planes are found: at the fixes, and between them where they are farther apart than `spacing` metres, or it turns.
+/// Returns the times at which planes are found: at the fixes, and between them where they are farther apart than `spacing` metres, or it turns.
 fn times(track: &Track, trajectory: &Trajectory, spacing: f64) -> Vec<f64> {
     let poses: Vec<Pose> = track.fixes.iter().map(|fix| trajectory.pose_at(fix.time)).collect();
     let way = |pair: &[Pose]| (pair[1].eye - pair[0].eye).truncate().length();

@@ -43,7 +43,7 @@ impl SunTable {
         self.shadows.as_ref().map(|shadows| *shadows.get_ref())
     }
 
-    /// Where the file says so.
+    /// Returns the lines of the file that say so.
     pub fn lines(&self, reading: &Reading<'_>) -> SunLines {
         SunLines {
             time: self.time.as_ref().map(|time| reading.line(&time.span())),
@@ -51,7 +51,7 @@ impl SunTable {
         }
     }
 
-    /// Where the sun stands, if it says so.
+    /// Reads the position of the sun, if it says so.
     pub fn read(self, reading: &Reading<'_>) -> Result<Option<SunSetting>> {
         let read = written::sun("[sun]", self.azimuth_deg, self.elevation_deg, self.time);
         read.map_err(|(span, what)| reading.wrong(span, what))

@@ -1,4 +1,4 @@
-//! What lies in the air of a scene: glow, fog, clouds.
+//! Matter in the air of a scene: glow, fog, clouds.
 
 use std::ops::RangeInclusive;
 
@@ -26,10 +26,10 @@ const CLOUD_SCALE: f64 = 2000.0;
 /// Depth of the upper edge of fog that says nothing of it, metres.
 const SOFT_TOP: f64 = 20.0;
 
-/// What lies in the air besides haze. The default is nothing.
+/// Matter in the air besides haze. The default is nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Weather {
-    /// How much haze, fog and the sky's horizon brighten towards the sun, 0 (not at all) … 1.
+    /// Brightening of haze, fog and the sky's horizon towards the sun, 0 (not at all) … 1.
     pub glow: f64,
     /// A layer of fog.
     pub fog: Option<Fog>,
@@ -37,7 +37,7 @@ pub struct Weather {
     pub clouds: Option<Clouds>,
     /// Rain or snow.
     pub precipitation: Option<Precipitation>,
-    /// What lies on the ground.
+    /// Cover of the ground.
     pub ground: Cover,
 }
 
@@ -52,11 +52,11 @@ pub struct Clouds {
     pub coverage: f64,
     /// Meteorological visibility where clouds are densest, metres, 1…10⁶.
     pub visibility: f64,
-    /// From cloud to cloud, metres, 100…10⁵.
+    /// Distance from cloud to cloud, metres, 100…10⁵.
     pub scale: f64,
-    /// Which clouds of many.
+    /// Seed that picks one sky of clouds among many.
     pub seed: u32,
-    /// How fast they move eastward and northward, metres per second, 1000 at most.
+    /// Velocity eastward and northward, metres per second, 1000 at most.
     pub wind: [f64; 2],
 }
 
@@ -178,7 +178,7 @@ impl CloudsTable {
     }
 }
 
-/// How much the air glows: what the scene says; else all where it says where the sun stands.
+/// Returns how much the air glows: what the scene says; else all where it says where the sun stands.
 pub(super) fn glow(reading: &Reading<'_>, given: Option<&Spanned<f64>>, has_sun: bool) -> Result<f64> {
     match given {
         Some(glow) => reading.number("glow", glow, is_share, "must be 0 to 1"),

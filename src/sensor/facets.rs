@@ -51,7 +51,7 @@ impl Facets {
         }
     }
 
-    /// With the shadows on the pages of `source`.
+    /// Joins the facets with the shadows on the pages of `source`.
     pub fn on<'a>(&'a self, source: &'a dyn PageSource, shades: Option<&'a Shades>) -> ShadedFacets<'a> {
         ShadedFacets { facets: self, source, shades, latest: None }
     }

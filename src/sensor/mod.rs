@@ -1,4 +1,4 @@
-//! From surface samples to radiance; so far the visual sensor.
+//! Conversion of surface samples to radiance; so far the visual sensor.
 
 mod facets;
 pub mod radiance;

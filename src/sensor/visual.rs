@@ -15,7 +15,7 @@ pub struct VisualSensor {
     cover: Cover,
 }
 
-/// How much light of those that enter a film of water on the ground it holds back: the square of its refractive index (Ångström 1925, *Geografiska Annaler* 7, 323–342).
+/// Ratio in which a film of water on the ground holds back the light that enters it: the square of its refractive index (Ångström 1925, *Geografiska Annaler* 7, 323–342).
 const WATER: f32 = 1.33 * 1.33;
 
 /// Linear Rec. 709 reflectance of fresh snow.

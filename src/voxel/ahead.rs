@@ -29,7 +29,7 @@ struct Flusher {
 }
 
 impl Ahead {
-    /// So many bytes were written to the file.
+    /// Notes that so many bytes were written to the file.
     pub fn wrote(&self, bytes: usize, file: &File) {
         let mut state = self.lock();
         state.written += bytes as u64;

@@ -24,20 +24,20 @@ pub struct Arrays<'a> {
     pub attributes: Option<&'a [Attributes]>,
 }
 
-/// What stands on level 1 of an area, and the bare ground under it.
+/// Spans on level 1 of an area, and the bare ground under them.
 #[derive(Debug, Clone, Copy)]
 pub struct Standing<'a> {
     /// Heights of the bare ground's posts, metres, `[ny][nx]`; NaN where there is none.
     pub heights: &'a [f64],
-    /// Its colours, sRGB-encoded, `[ny][nx]`.
+    /// Colours of the ground, sRGB-encoded, `[ny][nx]`.
     pub colours: &'a [[u8; 3]],
     /// Spans of voxels (x, y), lowest first, none of them empty.
     pub spans: &'a BTreeMap<(u32, u32), Vec<Span>>,
     /// Objects that stand in many places.
     pub objects: &'a SharedObjects,
-    /// Where they do: the south-west voxel in the area, whatever the placement says.
+    /// Origins of placed instances: the south-west voxel in the area, whatever the placement says.
     pub placed: &'a [([i64; 2], Placement)],
-    /// What their codes, and all codes of the database, mean.
+    /// Height code of the spans, and of all heights of the database.
     pub code: HeightCode,
 }
 

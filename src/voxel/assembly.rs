@@ -65,7 +65,7 @@ impl Storage for MemoryStorage {
 }
 
 struct Shared {
-    /// What errors name.
+    /// Path that errors name.
     path: PathBuf,
     storage: Arc<dyn Storage>,
     grid: Grid,
@@ -257,7 +257,7 @@ fn largest_file(grid: &Grid) -> u64 {
 }
 
 impl FixedHeader {
-    /// What is written must be readable: the checks of a reader, before the header goes down.
+    /// Checks that a reader will accept what is written, before the header goes down.
     fn check_written(&self, record: &[u8; at::SIZE], directory: &Directory) -> Result<(), String> {
         self.check(record)?;
         let coarsest = self.grid.level_count() - 1;
@@ -281,13 +281,13 @@ impl PageReadback {
         Ok(self.page_into(id, &mut scratch)?.map(|view| view.to_buffer()))
     }
 
-    /// Where the page lies, or `None` if it has not been appended.
+    /// Finds the page's place in the file, or `None` if it has not been appended.
     pub fn entry(&self, id: PageId) -> Option<PageEntry> {
         let directory = self.shared.directory.read().unwrap_or_else(PoisonError::into_inner);
         directory.get(id).copied()
     }
 
-    /// As [`Self::page`], without a copy: the page's bytes are read into `scratch`.
+    /// Reads a page without a copy, as [`Self::page`] does with one: the page's bytes are read into `scratch`.
     pub fn page_into<'a>(&self, id: PageId, scratch: &'a mut AlignedBytes) -> Result<Option<PageView<'a>>> {
         let Shared { path, storage, directory, .. } = &*self.shared;
         let invalid = |what| Error::invalid(path, format!("{id}: {what}"));

@@ -15,7 +15,7 @@ const VOXELS: usize = (BLOCK_SIDE * BLOCK_SIDE) as usize;
 /// Spans of 8 × 8 voxels, by voxel.
 #[derive(Debug, Clone)]
 pub struct BlockSpans {
-    /// Where those of each voxel begin, row by row northward, and the last one's end.
+    /// Starts of each voxel's spans, row by row northward, and the last one's end.
     starts: [u32; VOXELS + 1],
     /// Height codes that nothing over each voxel rises above, slopes and all; 0 where nothing stands.
     tops: [f32; VOXELS],
@@ -110,7 +110,7 @@ impl BlockSpans {
         &self.spans[self.starts[voxel] as usize..self.starts[voxel + 1] as usize]
     }
 
-    /// By voxel: height code that nothing over it rises above, half a step at least; 0 where nothing stands.
+    /// Height codes that nothing over each voxel rises above, half a step at least; 0 where nothing stands.
     #[inline]
     pub fn tops(&self) -> &[f32; VOXELS] {
         &self.tops

@@ -1,4 +1,4 @@
-//! Where what stands ends within its voxel.
+//! Walls at which spans end within their voxel.
 
 use std::sync::LazyLock;
 
@@ -15,9 +15,9 @@ static NORMALS: LazyLock<[[f32; 2]; 256]> = LazyLock::new(|| {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Cut {
-    /// Where the outside of the wall lies: direction in 256ths of a turn, counter-clockwise from east.
+    /// Direction of the wall's outside in 256ths of a turn, counter-clockwise from east.
     pub facing: u8,
-    /// How far the wall lies from the voxel's centre in that direction, in [`Self::STEPS`] steps of the voxel's side; there is
+    /// Distance of the wall from the voxel's centre in that direction, in [`Self::STEPS`] steps of the voxel's side; there is
     /// nothing beyond it. Its lowest value says that there is no wall, its highest likewise, and that sides look to `facing`.
     pub(super) at: i8,
 }
@@ -27,7 +27,7 @@ impl Cut {
     pub const NONE: Self = Self { facing: 0, at: i8::MIN };
     /// Steps per voxel's side.
     pub const STEPS: f32 = 128.0;
-    /// How near to a voxel's side or corner a wall is taken for that, sides of the voxel: walls are stored in steps, and those of neighbours that are one
+    /// Distance to a voxel's side or corner within which a wall is taken to lie on it, sides of the voxel: walls are stored in steps, and those of neighbours that are one
     /// are apart by less. What shows in between is lit as the wall.
     pub const BESIDE: f64 = 0.04;
     const ROUND: i8 = i8::MAX;
@@ -56,7 +56,7 @@ impl Cut {
         self.at == Self::ROUND
     }
 
-    /// How far the wall lies from the voxel's centre, sides of the voxel.
+    /// Returns the distance of the wall from the voxel's centre, sides of the voxel.
     #[inline]
     pub fn distance(self) -> f32 {
         f32::from(self.at) / Self::STEPS

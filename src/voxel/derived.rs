@@ -1,4 +1,4 @@
-//! What is computed from pages and kept: shared by all workers, within a budget of bytes.
+//! Values computed from pages and kept: shared by all workers, within a budget of bytes.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -9,7 +9,7 @@ use hedgehop_base::error::Result;
 
 /// Something that takes memory.
 pub trait Bytes {
-    /// How much, bytes.
+    /// Returns the size in memory, bytes.
     fn bytes(&self) -> usize;
 }
 
@@ -68,7 +68,7 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
         }
     }
 
-    /// What is kept under a key, or else what `make` finds, outside of any lock: two workers may make the same, and find
+    /// Returns the value kept under a key, or else the result of `make`, outside of any lock: two workers may make the same, and find
     /// the same. Where it finds nothing, nothing is kept: a page that is not there now may come.
     ///
     /// # Errors

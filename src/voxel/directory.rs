@@ -1,4 +1,4 @@
-//! Where each page lies in a file.
+//! Position of each page in a file.
 
 use super::format::{EMPTY_SINCE, Field, PAGE_ALIGNMENT, PAGE_LIMIT, entry};
 use super::page::is_page_length;
@@ -14,7 +14,7 @@ pub struct PageEntry {
     pub offset: u64,
     /// Bytes; 0 of a page without any surface, which has none in the file.
     pub length: u32,
-    /// Those of them that are spans; 0 but for pages of bare ground.
+    /// Length of the spans within the page, bytes; 0 but for pages of bare ground.
     pub spans: u32,
     /// CRC-32 of each of its parts, in the order of their [numbers](PagePart::number); of a page without bytes the last one are the
     /// attributes of all its voxels.
@@ -23,11 +23,11 @@ pub struct PageEntry {
     pub hash: [u8; 16],
 }
 
-/// Where an entry has the checksums of a page's parts.
+/// Fields of an entry for the checksums of a page's parts.
 pub(super) const CRC: [Field; PagePart::COUNT] = [entry::HEIGHTS_CRC, entry::SECOND_CRC, entry::PAINT_CRC];
 
 impl PageEntry {
-    /// Its bytes, and those of its spans.
+    /// Returns the lengths of the page and of its spans, bytes.
     pub(super) fn lengths(&self) -> [usize; 2] {
         [self.length as usize, self.spans as usize]
     }
@@ -130,7 +130,7 @@ impl Directory {
         Ok([pages, pages + u64::from(x) * u64::from(y)].map(|pages| pages * entry::SIZE as u64))
     }
 
-    /// From the bytes of a file of a version, whose length and checksum have been checked; pages lie between the
+    /// Decodes the directory from a file of a version, whose length and checksum have been checked; pages lie between the
     /// fixed header and `pages_end`.
     pub(super) fn decode(grid: &Grid, bytes: &[u8], pages_end: u64, version: u32) -> Result<Self, String> {
         let mut directory = Self::empty(grid)?;

@@ -17,9 +17,9 @@ pub struct EarlierFile(Arc<File>);
 /// A page of it that is as it was written.
 #[derive(Debug, Clone)]
 pub struct EarlierPage {
-    /// Which page.
+    /// Identity of the page.
     pub id: PageId,
-    /// Where it lies, and its checksums.
+    /// Position of the page, and its checksums.
     pub entry: PageEntry,
     file: EarlierFile,
 }
@@ -49,7 +49,7 @@ impl EarlierFile {
         &self.0
     }
 
-    /// What a finished database says it is; `None` if it is none of this version.
+    /// Returns the content hash that a finished database states; `None` if it is none of this version.
     pub fn content_hash(&self) -> Option<ContentHash> {
         let mut record = [0; at::SIZE];
         self.0.read_at(0, &mut record).ok()?;

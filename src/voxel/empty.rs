@@ -36,7 +36,7 @@ pub(super) fn plane(bytes: usize) -> &'static [u8] {
 const ATTRIBUTES: usize = 2;
 
 impl PageEntry {
-    /// Of a page without any surface, whose voxels all have these attributes.
+    /// Builds the entry of a page without any surface, whose voxels all have these attributes.
     pub(super) fn of_empty(attributes: Attributes) -> Self {
         Self { hash: page_hash(bytemuck::bytes_of(&attributes)), ..Self::without_hash(attributes) }
     }

@@ -53,7 +53,7 @@ pub(super) fn header_crc(record: &[u8]) -> u32 {
     hasher.finalize()
 }
 
-/// What to do about a damaged file.
+/// Remedy for a damaged file, as errors state it.
 pub(super) const DAMAGED: &str = "the file is damaged: copy it again, or build it again";
 const TRUNCATED: &str = "the build was killed or the copy is incomplete; build it again";
 

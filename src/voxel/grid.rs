@@ -67,7 +67,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// How many levels a grid of this size has.
+    /// Returns the number of levels of a grid of this size.
     pub fn level_count(&self) -> u8 {
         let mut levels = MIN_LEVELS;
         while self.dims(levels - 1).0.max(self.dims(levels - 1).1) > COARSEST_SIDE {
@@ -129,7 +129,7 @@ impl Grid {
     }
 }
 
-/// How heights are stored in 16 bits: `height = offset + scale · code`; code 0 says that there is
+/// Coding of heights in 16 bits: `height = offset + scale · code`; code 0 says that there is
 /// no surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightCode {

@@ -32,7 +32,7 @@ pub struct Header {
     pub grid: Grid,
     /// Levels stored, ≥ 4.
     pub level_count: u8,
-    /// How heights are coded.
+    /// Coding of heights.
     pub heights: HeightCode,
     /// Lowest and highest surface, bare ground and what stands on it included, metres above the vertical datum; (0, 0) if there is none at all.
     pub height_range: (f64, f64),
@@ -55,7 +55,7 @@ pub struct Metadata {
     pub crs_epsg: Option<u32>,
     /// PROJ definition of it; `None` for local metres.
     pub crs_proj: Option<String>,
-    /// What heights are measured from, e.g. `EGM96 mean sea level`.
+    /// Datum that heights are measured from, e.g. `EGM96 mean sea level`.
     pub vertical_datum: String,
     /// Rasters in order; a voxel's source id is an index into this list.
     pub sources: Vec<SourceRecord>,
@@ -66,11 +66,11 @@ pub struct Metadata {
     /// knows no materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub materials: Vec<MaterialRecord>,
-    /// What was assumed or repaired while building, as sentences.
+    /// Assumptions and repairs of the build, as sentences.
     pub notes: Vec<String>,
     /// Share of level-1 voxels whose source had no data, 0…1 (filled ones included).
     pub void_share: f64,
-    /// Of these, the share of level-1 voxels that have a surface all the same, filled from around or with a height, 0…1; `None`: none of them,
+    /// Share of level-1 voxels without data in the sources that have a surface all the same, filled from around or with a height, 0…1; `None`: none of them,
     /// or not told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub filled_share: Option<f64>,
@@ -93,7 +93,7 @@ pub struct SourceRecord {
     pub file: String,
     /// `elevation` or `imagery`.
     pub role: String,
-    /// What the file is, e.g. `GeoTIFF int16 3601x3601, EPSG:4326, EGM96 heights, metres`.
+    /// Kind of the file, e.g. `GeoTIFF int16 3601x3601, EPSG:4326, EGM96 heights, metres`.
     pub description: String,
 }
 
@@ -102,7 +102,7 @@ pub struct SourceRecord {
 pub struct CorridorRecord {
     /// File name of the route, without folders.
     pub route: String,
-    /// From side to side, metres.
+    /// Width from side to side, metres.
     pub width: f64,
     /// Side of the finest voxels, metres.
     pub spacing: f64,
@@ -111,19 +111,19 @@ pub struct CorridorRecord {
 /// A class of material.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MaterialRecord {
-    /// Its number in voxels and spans, 1…255.
+    /// Number of the class in voxels and spans, 1…255.
     pub number: u8,
-    /// What it is called, e.g. `bare-soil`.
+    /// Name of the class, e.g. `bare-soil`.
     pub name: String,
     /// The class of the table that it behaves as, if it is one of the place's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub like: Option<String>,
-    /// Its colour where nothing else says one, sRGB.
+    /// Colour where nothing else says one, sRGB.
     pub colour: [u8; 3],
 }
 
 impl Metadata {
-    /// What a class of material is called here.
+    /// Returns the name of a class of material in this database.
     pub fn material_name(&self, number: u8) -> String {
         let recorded = self.materials.iter().find(|record| record.number == number);
         let known = || super::Material::of_code(number).name().map(str::to_owned);
@@ -137,7 +137,7 @@ impl Metadata {
         like.unwrap_or_else(|| super::Material::of_code(number))
     }
 
-    /// As stored, or what is wrong with it.
+    /// Encodes as stored, or says what is wrong with it.
     pub(super) fn to_json(&self) -> Result<Vec<u8>, String> {
         self.check()?;
         let json = serde_json::to_vec(self).map_err(|error| format!("metadata: {error}"))?;

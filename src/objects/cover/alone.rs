@@ -42,16 +42,16 @@ pub(in crate::objects) struct Grounds {
     pub slope: [[f32; LANES]; 2],
 }
 
-/// What the middles of sixteen pixels see before the ground.
+/// Sight of the middles of sixteen pixels before the ground.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::objects) struct Middles {
     /// Pixels that see something.
     pub seen: u16,
-    /// Of these such as see one face in all corners as well.
+    /// Pixels of these that see one face in all corners as well.
     pub whole: u16,
     /// Metres.
     pub range: [f32; LANES],
-    /// Of unit length, world axes.
+    /// Normals, of unit length, world axes.
     pub normal: [[f32; LANES]; 3],
 }
 
@@ -97,15 +97,15 @@ pub(in crate::objects) struct Rays<'a, const N: usize> {
     /// The pixel's middle, pixels from that of the aim's pencil.
     pub middle: [f32; 2],
     pub ground: &'a Ground,
-    /// What is seen before the ground is put here.
+    /// Output for the faces seen before the ground.
     pub faces: &'a mut Vec<Face>,
 }
 
-/// Which of the first sixteen rays meet a shape.
+/// Rays of the first sixteen that meet a shape.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::objects) struct Met {
     pub all: u16,
-    /// Such as meet it surely before the ground, and surely behind it.
+    /// Rays that meet it surely before the ground, and surely behind it.
     pub before: u16,
     pub behind: u16,
 }
@@ -142,7 +142,7 @@ impl<const N: usize> Kernel for Rays<'_, N> {
 }
 
 impl Aim {
-    /// What sixteen rays see of it, and which of them do.
+    /// Finds what sixteen rays see of the body, and which of them do.
     #[inline(always)]
     fn first<V: Simd>(&self, simd: V, offsets: [V::F; 2]) -> (Seen<V>, V::M) {
         let zero = simd.splat(0.0);

@@ -22,14 +22,14 @@ const STRIP_PART: f32 = 0.4;
 #[derive(Debug, Clone)]
 pub(in crate::objects) struct Patch<'m> {
     pub mesh: &'m Mesh,
-    /// Of all facets of the pixel those of this mesh.
+    /// Facets of this mesh among all of the pixel.
     pub facets: std::ops::Range<usize>,
     /// Way at which the facets' own begin, and factor to multiples of the pencil's direction.
     pub begin: f32,
     pub ratio: f32,
     /// Metres across a pixel: per way, and besides.
     pub footprint: [f32; 2],
-    /// Of the body.
+    /// Albedo of the body.
     pub albedo: Vec3,
     /// Columns: the body's axes in the world.
     pub axes: [Vec3; 3],
@@ -44,13 +44,13 @@ pub(in crate::objects) enum Item<'m> {
 
 /// [`super::Count`] for pixels with meshes.
 pub(in crate::objects) struct CountAll<'a> {
-    /// By id of their bodies.
+    /// Meshes by id of their bodies.
     pub items: &'a [Item<'a>],
     /// Around the pixel's middle.
     pub facets: &'a [Facet],
     pub pencil: &'a Pencil,
     pub ground: &'a Ground,
-    /// What is seen is put here.
+    /// Output for the faces that are seen.
     pub faces: &'a mut Vec<Face>,
 }
 
@@ -62,7 +62,7 @@ pub(in crate::objects) struct Probe<'a> {
     pub ground: &'a Ground,
 }
 
-/// What sixteen rays see first, where that may be a mesh.
+/// First hits of sixteen rays, where those may be on a mesh.
 #[derive(Clone, Copy)]
 struct Looked<V: Simd> {
     seen: Seen<V>,
@@ -71,7 +71,7 @@ struct Looked<V: Simd> {
     albedo: Lanes<V::F>,
 }
 
-/// Of four by four rays: the outermost go through the pixel's rim.
+/// Offsets of four by four rays: the outermost go through the pixel's rim.
 const SPREAD: [[f32; LANES]; 2] = {
     let mut spread = [[0.0; LANES]; 2];
     let mut ray = 0;
@@ -133,7 +133,7 @@ impl Patch<'_> {
         }
     }
 
-    /// Of some rays those that meet something where a texture says whether.
+    /// Returns those of some rays that meet something where a texture says whether.
     fn there(&self, facet: &Facet, offsets: &[[f32; LANES]; 2], rays: u16, at: [f32; LANES]) -> u16 {
         let triangle = self.mesh.triangle_at(facet.triangle);
         each(rays).fold(0, |found, lane| {

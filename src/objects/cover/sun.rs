@@ -6,7 +6,7 @@ use super::{Bundle, Inside, inside, spread};
 use crate::objects::Shape;
 use crate::simd::{Floats, Kernel, LANES, Mask, Simd};
 
-/// Where rays start in a patch, and where they end on the sun: lattices of sixteen points with one in every row and column, two that share no direction.
+/// Steps of the lattices of starts in a patch and of ends on the sun: sixteen points with one in every row and column, two that share no direction.
 const STEPS: [usize; 2] = [5, 7];
 
 /// Sixteen rays from all over a patch to all over the sun, before a shape, in whose axes all is.
@@ -15,13 +15,13 @@ pub(in crate::objects) struct Beam {
     pub shape: Shape,
     /// Middle of the patch, taken towards the sun's middle by `begin`, metres; what a half of the patch to the right adds, and a half down.
     pub origin: Bundle,
-    /// To the middle of the sun, of unit length, and what a half of it to the right adds, and a half up.
+    /// Direction to the middle of the sun, of unit length, and what a half of it to the right adds, and a half up.
     pub direction: Bundle,
-    /// How far rays have come, metres.
+    /// Length of the rays so far, metres.
     pub begin: f32,
 }
 
-/// From −1 to 1: in the patch to the right and down, on the sun to the right and up.
+/// Places from −1 to 1: in the patch to the right and down, on the sun to the right and up.
 pub(in crate::objects) const PLACES: [[[f32; LANES]; 2]; 2] = places();
 
 const fn places() -> [[[f32; LANES]; 2]; 2] {

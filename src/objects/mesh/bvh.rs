@@ -25,14 +25,14 @@ const DEEP: u32 = 40;
 /// Nodes that wait on any way down: one per depth, and no tree of 2³² triangles is deeper.
 pub(super) const STACK: usize = DEEP as usize + 34;
 
-/// What looking at a node costs, in triangles.
+/// Cost of looking at a node, in triangles.
 const NODE_COST: f32 = 1.0;
 
 /// A box, and what is in it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub low: Vec3,
-    /// Of the first triangle of a leaf, or of the first of two nodes that follow each other.
+    /// Index of the first triangle of a leaf, or of the first of two nodes that follow each other.
     pub first: u32,
     pub high: Vec3,
     /// Triangles of a leaf; 0: it has two nodes.
@@ -140,7 +140,7 @@ fn cut(part: &mut [Item], all: &Bounds, depth: u32) -> Option<usize> {
     Some(part.len() / 2)
 }
 
-/// How middles of a part fall into slices along an axis.
+/// Slices along an axis, into which middles of a part fall.
 struct Slices {
     axis: usize,
     from: f32,

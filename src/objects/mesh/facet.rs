@@ -15,9 +15,9 @@ const BEHIND: f32 = 1.0e-3;
 /// Coordinates of the screen around a pixel, for a mesh.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::objects) struct Basis {
-    /// In the mesh's axes, metres.
+    /// Origin in the mesh's axes, metres.
     origin: Vec3,
-    /// What makes x, y and the way along the middle ray of a place beside the origin.
+    /// Rows of the matrix that gives x, y and the way along the middle ray of a place beside the origin.
     rows: [Vec3; 3],
     /// w at the origin, and what it grows by per way.
     depth: [f32; 2],
@@ -39,7 +39,7 @@ pub(in crate::objects) struct Bounds {
 pub(in crate::objects) struct Facet {
     /// Each opposite to a corner: 0 or more inside.
     pub edges: [[f32; 3]; 3],
-    /// Their sum.
+    /// Sum of the corners.
     pub sum: [f32; 3],
     /// Way beyond the basis's beginning, times the sum.
     pub way: [f32; 3],
@@ -135,7 +135,7 @@ impl Basis {
         ]
     }
 
-    /// How a triangle lies before the pixels of `bounds`; `None`: it is not there.
+    /// Projects a triangle to the pixels of `bounds`; `None`: it is not there.
     fn facet(&self, mesh: &Mesh, index: u32, triangle: &Triangle, bounds: &Bounds) -> Option<Facet> {
         let [a, b, c] = mesh.places_of(triangle).map(|corner| self.place(corner));
         let (near, far) = (a.way.min(b.way).min(c.way), a.way.max(b.way).max(c.way));

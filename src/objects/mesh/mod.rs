@@ -30,7 +30,7 @@ const ONE_TEXEL: f32 = 0.25;
 pub struct Part {
     /// Corners, metres.
     pub positions: Vec<Vec3>,
-    /// Of the surface around each corner, of any length; none: each triangle is flat.
+    /// Normals of the surface around each corner, of any length; none: each triangle is flat.
     pub normals: Vec<Vec3>,
     /// Place of each corner in the texture, 0…1 rightward and downward; none: the texture is not used.
     pub places: Vec<Vec2>,
@@ -38,21 +38,21 @@ pub struct Part {
     pub colours: Vec<Vec3>,
     /// Three corners each, counterclockwise as seen from in front.
     pub triangles: Vec<[u32; 3]>,
-    /// Of all of them.
+    /// Material of all triangles.
     pub material: Material,
 }
 
 /// Triangles that can be looked at.
 pub struct Mesh {
     nodes: Vec<Node>,
-    /// In the order of the leaves.
+    /// Triangles in the order of the leaves.
     triangles: Vec<Triangle>,
     positions: Vec<Vec3>,
-    /// As many as positions, or none; of a flat part's corners 0.
+    /// Normals, as many as positions, or none; of a flat part's corners 0.
     normals: Vec<Vec3>,
-    /// As many as positions, or none.
+    /// Texture coordinates, as many as positions, or none.
     places: Vec<Vec2>,
-    /// As many as positions, or none.
+    /// Colours, as many as positions, or none.
     colours: Vec<Vec3>,
     materials: Vec<Material>,
     corners: [Vec3; 2],
@@ -62,18 +62,18 @@ pub struct Mesh {
 pub(super) struct Triangle {
     pub corners: [u32; 3],
     pub material: u32,
-    /// Of unit length.
+    /// Normal, of unit length.
     pub normal: Vec3,
     /// Without what the body gives; of what varies that of its middle.
     pub colour: Vec3,
     /// Texels per metre; 0: it has one colour.
     pub texels: f32,
-    /// What the colours of its corners vary; nothing but the one in the middle is looked at where that is little.
+    /// Whether the colours of the corners vary; where they hardly do, only the one in the middle is looked at.
     pub varies: bool,
 }
 
 impl std::fmt::Debug for Mesh {
-    /// Its size; of what it consists nobody would read millions of.
+    /// Writes the size; nobody would read millions of triangles.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (triangles, corners) = (self.triangles.len(), self.corners);
         f.debug_struct("Mesh")

@@ -9,24 +9,24 @@ use glam::{DVec3, Vec3};
 use super::bvh::STACK;
 use super::{Mesh, Triangle};
 
-/// Where a ray meets a mesh.
+/// Hit of a ray on a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::objects) struct Point {
     /// Multiples of the ray's direction, ≥ 0.
     pub range: f64,
     /// Index of the triangle.
     pub triangle: u32,
-    /// Of its corners.
+    /// Weights of the triangle's corners.
     pub weights: [f32; 3],
-    /// It is seen from behind.
+    /// Whether the triangle is seen from behind.
     pub is_behind: bool,
 }
 
 /// A ray beside a mesh.
 struct Ray {
-    /// Where it begins to matter.
+    /// Point from which the ray matters.
     origin: Vec3,
-    /// Of unit length.
+    /// Direction, of unit length.
     direction: Vec3,
     /// Two axes across it: right-handed with it.
     across: [Vec3; 2],
@@ -35,7 +35,7 @@ struct Ray {
     begin: f32,
 }
 
-/// What is met first so far.
+/// Nearest hit so far.
 struct Met {
     /// Metres from the ray's place beside the mesh.
     at: f32,
@@ -61,7 +61,7 @@ impl Ray {
         place.is_finite().then_some((Self { origin: place, direction, across, inverse, begin: 0.0 }, way))
     }
 
-    /// Where it enters a box, if it does before `end`.
+    /// Returns the ray's way to a box, if it enters one before `end`.
     fn enters(&self, low: Vec3, high: Vec3, end: f32) -> Option<f32> {
         let (first, second) = ((low - self.origin) * self.inverse, (high - self.origin) * self.inverse);
         let enter = first.min(second).max_element().max(self.begin);
@@ -69,7 +69,7 @@ impl Ray {
         (enter <= leave).then_some(enter)
     }
 
-    /// Where it meets a triangle.
+    /// Intersects the ray with a triangle.
     fn meets(&self, mesh: &Mesh, triangle: &Triangle, both_sides: bool) -> Option<Met> {
         let corners = mesh.places_of(triangle).map(|corner| corner - self.origin);
         let [right, up] = self.across;
@@ -91,7 +91,7 @@ impl Ray {
 }
 
 impl Mesh {
-    /// Where the ray from `origin` in `direction` (of any length but 0, both in the mesh's axes) first meets it.
+    /// Finds where the ray from `origin` in `direction` (of any length but 0, both in the mesh's axes) first meets the mesh.
     pub(in crate::objects) fn touch(&self, origin: DVec3, direction: DVec3, metres: f32) -> Option<Point> {
         let (ray, way) = Ray::beside(self, origin, direction)?;
         let mut nearest: Option<Met> = None;

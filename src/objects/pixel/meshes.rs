@@ -18,14 +18,14 @@ use crate::objects::sheet::are_alike;
 use crate::objects::view::{Hit, nearest};
 use crate::space::Ray;
 
-/// Where textures are looked at in pixels of one face, from the middle.
+/// Sample places of textures in pixels of one face, from the middle.
 const PLACES: [Vec2; 4] =
     [Vec2::new(-0.25, -0.25), Vec2::new(0.25, -0.25), Vec2::new(-0.25, 0.25), Vec2::new(0.25, 0.25)];
 
 /// Cosine of the angle at which a face is seen, below which its texture is filtered no farther.
 const GRAZING: f32 = 0.05;
 
-/// What the middle of a pixel sees of a mesh.
+/// Hit of a pixel's middle on a mesh.
 struct Middle {
     /// Index of the facet.
     facet: usize,
@@ -35,7 +35,7 @@ struct Middle {
 }
 
 impl<'v> Looking<'v> {
-    /// What bodies add to a pixel that meshes are near to; `None`: no mesh is in it, and none is near any more.
+    /// Returns what bodies add to a pixel that meshes are near to; `None`: no mesh is in it, and none is near any more.
     pub(super) fn with_meshes(
         &mut self,
         place: DVec2,
@@ -106,7 +106,7 @@ impl<'v> Looking<'v> {
         items.retain(is_left);
     }
 
-    /// Where the nearest triangle that fills the pixel ends, multiples of the pencil's direction; none: infinity.
+    /// Returns the end of the nearest triangle that fills the pixel, multiples of the pencil's direction; none: infinity.
     fn end_of(&self, patch: &Patch<'_>) -> f32 {
         let filling = self.sheets.facets[patch.facets.clone()]
             .iter()
@@ -118,7 +118,7 @@ impl<'v> Looking<'v> {
         ends.fold(f32::INFINITY, f32::min)
     }
 
-    /// What the middle of a pixel sees of a mesh that fills it, and looks like one face there.
+    /// Returns what the middle of a pixel sees of a mesh that fills it, and looks like one face there.
     fn one_face(&self, patch: &Patch<'_>, pencil: &Pencil, ground: &Ground, direction: DVec3) -> Option<Hit> {
         let all = &self.sheets.facets[patch.facets.clone()];
         if all.iter().any(|facet| patch.mesh.is_masked(patch.mesh.triangle_at(facet.triangle))) {
@@ -143,7 +143,7 @@ impl<'v> Looking<'v> {
         is_full.then(|| self.hit(patch, &middle, direction))
     }
 
-    /// What the middle of a pixel sees of a mesh.
+    /// Finds where the middle of a pixel meets a mesh.
     fn middle_of(&self, patch: &Patch<'_>) -> Option<Middle> {
         let mut nearest: Option<Middle> = None;
         for (index, facet) in patch.facets.clone().zip(&self.sheets.facets[patch.facets.clone()]) {
@@ -179,7 +179,7 @@ impl<'v> Looking<'v> {
         Hit { id: self.near[0].id, range: f64::from(middle.at), normal, albedo }
     }
 
-    /// What the middle of a pixel sees of some items.
+    /// Finds the nearest hit of the middle of a pixel on some items.
     fn nearest_of(&self, items: &[Item<'_>], line: &Line) -> Option<Hit> {
         let mut found: Option<Hit> = None;
         for (body, item) in self.near.iter().zip(items) {

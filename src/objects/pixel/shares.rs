@@ -1,11 +1,11 @@
-//! What share of a pixel each body covers.
+//! Share of a pixel that each body covers.
 
 use super::{Ground, Looking, Seen};
 use crate::objects::Square;
 use crate::objects::cover::RAYS;
 use crate::simd::Isa;
 
-/// What one body covers of a pixel.
+/// Share of a pixel that one body covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
     /// The body's number.

@@ -1,4 +1,4 @@
-//! From line to line: what comes into sight, and where more must be read.
+//! Advance from line to line: posts that come into sight, and lines that must be read more densely.
 
 use super::blocks::Block;
 use super::ground::Crease;
@@ -70,7 +70,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         Mark { line, distance, share: 1.0, level, span: lines as u8, begins: false, stands_in }
     }
 
-    /// Where the march begins at a major distance.
+    /// Returns the mark at which the march begins at a major distance.
     pub(super) fn first_mark(&self, block: &Block, distance: f64) -> Mark {
         let (line, share) = self.way.line_at(block.stride.level, distance);
         let (distance, share) = (distance as f32, share as f32);

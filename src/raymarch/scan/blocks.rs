@@ -14,7 +14,7 @@ pub struct Block {
     pub side: i64,
     /// Nearest line.
     pub first: i64,
-    /// From one line to the next, negative where the march runs down the axis.
+    /// Difference from one line to the next, negative where the march runs down the axis.
     pub step: i64,
     /// Lines, ≥ 0.
     pub count: i64,
@@ -34,7 +34,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// From major distance `start`, units.
+    /// Begins a way at major distance `start`, units.
     pub fn new(eye: f64, forward: f64, size: u32, start: f64) -> Self {
         let size = i64::from(size);
         let at = eye + forward * start;

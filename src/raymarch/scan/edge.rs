@@ -101,7 +101,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         self.over[0].le(at) & at.le(self.over[1])
     }
 
-    /// Where planes enter or leave the area before a post: the surface goes straight there.
+    /// Carries planes that enter or leave the area before a post to its edge: the surface goes straight there.
     #[cold]
     pub(super) fn pass_edges(&mut self, post: &Post<V>) {
         let [_, inverse] = self.profile.last(self.simd);
@@ -118,7 +118,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         }
     }
 
-    /// Where `planes` cross the area's edge between two posts; the others stay where they are meanwhile.
+    /// Returns the posts of `planes` on the area's edge between two posts; the others stay at `from` meanwhile.
     #[inline(always)]
     fn edge(&self, planes: V::M, distance: V::F, from: &Post<V>, to: &Post<V>) -> Post<V> {
         let simd = self.simd;

@@ -10,7 +10,7 @@ pub const NOTHING: f32 = -1.0e30;
 /// Codes below this are no surface's.
 const LEAST_CODE: f32 = 0.0;
 
-/// How the planes lie, and how heights are coded.
+/// Geometry of the planes, and coding of heights.
 #[derive(Clone, Copy)]
 pub struct Ground<V: Simd> {
     pub simd: V,
@@ -29,7 +29,7 @@ pub struct Ground<V: Simd> {
     pub offset: V::F,
 }
 
-/// Where planes cross a column of posts on a way within one cell's length: the surface has a crease there.
+/// Crossing of planes with a column of posts on a way within one cell's length: the surface has a crease there.
 pub struct Crease<V: Simd> {
     /// Positions across where the way begins and ends, posts from the lines' first, and the columns that begin their cells.
     pub ends: [V::F; 2],
@@ -59,7 +59,7 @@ impl<V: Simd> Ground<V> {
         lines.codes(self.simd, (line - lines.first[0]) as i32, self.position(lines, level, distance))
     }
 
-    /// Where the planes are across at a major distance, posts from the lines' first.
+    /// Returns the positions of the planes across at a major distance, posts from the lines' first.
     #[inline(always)]
     fn position(&self, lines: &Lines<'_>, level: u8, distance: V::F) -> V::F {
         let side = f64::from(Grid::side_units(level));

@@ -57,7 +57,7 @@ impl PlaneGroup {
         if self.major == 0 { [self.forward, minor] } else { [minor, self.forward] }
     }
 
-    /// By how much a plane's units eastward and northward per metre of depth change to the next one.
+    /// Returns the change of a plane's units eastward and northward per metre of depth to the next plane.
     pub fn beside(&self, lane: usize) -> [f32; 2] {
         let ahead = |lane: usize| self.way(lane).map(|way| way / f64::from(self.depth[lane]));
         let from = lane.min(LANES - 2);

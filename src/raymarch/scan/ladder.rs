@@ -10,7 +10,7 @@ const CELLS: usize = 2;
 /// Rows that nadir and zenith may cut.
 const OUTERMOST: usize = 2;
 
-/// What rounding takes in the index's coordinate.
+/// Allowance for rounding in the index's coordinate.
 const ROUNDING: f32 = 1.0e-6;
 
 /// Rows from the lowest to the highest.
@@ -18,16 +18,16 @@ const ROUNDING: f32 = 1.0e-6;
 pub struct Ladder {
     /// Tangents of elevation of the rows' lower edges, rising, and of the last one's upper edge.
     pub edges: Vec<f32>,
-    /// Of the rows' middles.
+    /// Tangents of the rows' middles.
     pub centres: Vec<f32>,
     /// 1 / (upper edge − lower edge).
     pub per_row: Vec<f32>,
     /// Least height of a row, as tangent, and as angle, radians; a few outermost ones, which are cut where they touch nadir or
     /// zenith, may be less.
     pub least_row: [f32; 2],
-    /// How many edges lie in the cells before each one.
+    /// Number of edges in the cells before each one.
     before: Vec<u32>,
-    /// Where cells begin, and how many there are per unit.
+    /// Begin of the cells, and their number per unit.
     start: f32,
     per_unit: f32,
 }
@@ -69,7 +69,7 @@ impl Ladder {
         cell.max(simd.splat(0.0)).min(last).to_int()
     }
 
-    /// How many rows lie below a tangent, the part of the one that it is in included: 0 to their number.
+    /// Returns the number of rows below a tangent, the part of the one that it is in included: 0 to their number.
     #[inline(always)]
     pub fn rows_below(&self, tangent: f32) -> f32 {
         let last = self.per_row.len();

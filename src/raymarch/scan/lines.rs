@@ -37,14 +37,14 @@ pub struct Lines<'a> {
     next: Option<(Part<'a>, i32)>,
     /// Index of the first line of those that are here, and of the first page's first post.
     pub first: [i64; 2],
-    /// How many lines are here, without aprons.
+    /// Number of lines here, without aprons.
     held: i64,
     /// The area's first and last post, counted from there: beside it the surface goes on level.
     limits: [f32; 2],
 }
 
 impl<'a> Lines<'a> {
-    /// What of pages of `level` holds line `line` along axis `major`, and `posts`. `None`: one of them is absent, or they are too many.
+    /// Finds the pages of `level` that hold line `line` along axis `major`, and `posts`. `None`: one of them is absent, or they are too many.
     pub fn find(
         pages: &mut Pages<'a>,
         level: u8,
@@ -95,7 +95,7 @@ impl<'a> Lines<'a> {
         Ok(Some(lines))
     }
 
-    /// Where [`NEAR`] posts of one page begin that hold `posts`, first and last, and one more on either side for rounding.
+    /// Returns the first of [`NEAR`] posts of one page that hold `posts`, first and last, and one more on either side for rounding.
     fn near(&self, [first, last]: [i64; 2]) -> Option<i32> {
         let (low, high) = (-i64::from(APRON), i64::from(self.parts[0].1) - i64::from(APRON) - NEAR);
         let holds = self.count == 1 && low <= high && last - first + 2 < NEAR;

@@ -32,14 +32,14 @@ pub(super) const MOST_VOXELS: i64 = 4;
 /// Lines of a block, at most.
 const MOST_LINES: usize = 16;
 
-/// What a march is to see.
+/// Field that a march is to see.
 #[derive(Debug, Clone, Copy)]
 pub struct Field {
     /// Tangents of elevation of the lower edge of the lowest row and of the upper edge of the highest.
     pub tangents: [f32; 2],
     /// Least height of a row, as tangent, and as angle, radians.
     pub row: [f32; 2],
-    /// How much closer than usual the surface is looked at where it is steep, > 0.
+    /// Factor of closeness at which the surface is looked at where it is steep, > 0.
     pub detail: f32,
 }
 

@@ -12,7 +12,7 @@ const SLOTS: usize = 64;
 /// Height codes of lines of a page, one after the other.
 #[derive(Clone)]
 pub enum Codes<'a> {
-    /// As they are stored: lines are rows.
+    /// Codes as they are stored: lines are rows.
     Rows(&'a [u16]),
     /// Lines are columns.
     Columns(Rc<Columns>),
@@ -93,20 +93,20 @@ impl<'a> Pages<'a> {
     }
 }
 
-/// Which lines of a page for planes along axis `major` come with a line of it: how many, and the number of their strip.
+/// Returns how many lines of a page for planes along axis `major` are read together with a line of it, and the number of their strip.
 #[inline]
 pub fn together(major: usize, line: u32) -> (u32, u32) {
     if major == 1 { (PAGE_SIDE, 0) } else { (STRIP, line / STRIP) }
 }
 
-/// Where a page, or a strip of it, is remembered.
+/// Returns the slot in which a page, or a strip of it, is remembered.
 #[inline]
 fn slot_of(id: PageId, strip: u32) -> usize {
     let hash = id.px.wrapping_mul(7) ^ id.py.wrapping_mul(29) ^ u32::from(id.level).wrapping_mul(17);
     (hash ^ strip.wrapping_mul(43)) as usize % SLOTS
 }
 
-/// What is in a slot under a key, or else what `find` finds.
+/// Returns the value in a slot under a key, or else the result of `find`.
 #[inline]
 fn remember<K: PartialEq, T: Clone>(
     slot: &mut Slot<K, T>,

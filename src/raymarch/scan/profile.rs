@@ -1,4 +1,4 @@
-//! What sixteen planes see of the surface: the posts at which it rises above everything before.
+//! Visible profile of sixteen planes: the posts at which the surface rises above everything before.
 
 use crate::simd::{Floats, Isa, Kernel, LANES, Mask, Simd, Sixteen};
 use crate::voxel::Grid;
@@ -13,7 +13,7 @@ pub struct Sight {
     pub slope: Sixteen,
     /// Inverse depth, 1/metres.
     pub inverse: Sixteen,
-    /// Which line.
+    /// Line of the post.
     pub mark: Mark,
 }
 
@@ -56,7 +56,7 @@ pub struct Post<V: Simd> {
     pub slope: V::F,
     /// Inverse depth, 1/metres.
     pub inverse: V::F,
-    /// Which line.
+    /// Line of the posts.
     pub mark: Mark,
 }
 
@@ -151,7 +151,7 @@ impl Profile {
         [simd.load(&sight.slope.0), simd.load(&sight.inverse.0)]
     }
 
-    /// Where the march's last post lies.
+    /// Returns the mark of the march's last post.
     pub fn last_mark(&self) -> Mark {
         self.sights[self.count - usize::from(self.is_joined)].mark
     }
@@ -232,7 +232,7 @@ impl Kernel for Passing<'_> {
     }
 }
 
-/// How much of a plane rises most of those that pass through some heights, metres.
+/// Returns the rise of the steepest segment of a plane that passes through some heights, metres.
 fn rise(ends: &[Sight], [low, high]: [f32; 2]) -> f32 {
     let lanes = (0..LANES).map(|lane| {
         let [from, to] = [&ends[0], &ends[1]].map(|sight| sight.slope.0[lane] / sight.inverse.0[lane]);

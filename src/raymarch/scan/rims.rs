@@ -89,7 +89,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         simd.splat(NO_SLOPE).select(is_rim, post.slope)
     }
 
-    /// Where on the way to a line planes cross, on average: that is where colour is taken from.
+    /// Returns the place at which planes cross on their way to a line, on average: colour is taken from there.
     #[inline(always)]
     fn crossing(&self, mark: Mark, crosses: V::M, share: V::F) -> Mark {
         let mut shares = Sixteen::default();

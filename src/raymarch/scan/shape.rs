@@ -11,7 +11,7 @@ use crate::voxel::Grid;
 /// Most words of a fan, 1 GiB: more, and their indices would be too long for a gather.
 pub const MOST_WORDS: usize = 1 << 28;
 
-/// How planes and rows lie before a screen.
+/// Arrangement of planes and rows before a screen.
 #[derive(Debug, Clone)]
 pub enum Shape {
     /// Along a planar screen, turned upright.
@@ -25,7 +25,7 @@ pub enum Shape {
 pub struct Kept {
     /// Rows that it has there.
     pub rows: usize,
-    /// Those of them that are filled; others are of no interest.
+    /// Planes of the group that are filled; others are of no interest.
     pub filled: Range<usize>,
     /// Index of the first filled one among all [rows](Shape::edges).
     pub first: usize,
@@ -66,7 +66,7 @@ impl Shape {
         }
     }
 
-    /// What is kept of a group.
+    /// Returns the part that is kept of a group.
     pub fn kept(&self, index: usize) -> Kept {
         match self {
             Self::Upright(upright) => {

@@ -1,4 +1,4 @@
-//! Which lines are read at which distance.
+//! Lines of posts that are read, by distance.
 //!
 //! At a grazing angle a pixel covers many voxels along the ray but about one across it (foreshortening;
 //! Evans & Sutherland's CT5A corrects its levels of detail for it). So beyond a part of TH_1 only every
@@ -35,7 +35,7 @@ const FOURTH: f64 = 0.54;
 /// Rows that flat ground may rise over from one line that is read to the next.
 const MOST_ROWS: f64 = 0.4;
 
-/// From where planes look.
+/// Outlook of the planes: eye, field and fineness.
 #[derive(Debug, Clone, Copy)]
 pub struct Outlook {
     /// Angle of a pixel, radians, > 0.
@@ -47,7 +47,7 @@ pub struct Outlook {
 }
 
 impl Strides {
-    /// What `outlook` asks for. `detail` (> 0) scales all distances.
+    /// Chooses the strides that `outlook` asks for. `detail` (> 0) scales all distances.
     pub fn new(grid: &Grid, level_count: u8, outlook: Outlook, detail: f64) -> Self {
         let Outlook { pixel_angle, clearance, height } = outlook;
         let threshold = detail * grid.spacing / pixel_angle;

@@ -13,7 +13,7 @@ const BUDGET: usize = 512 << 20;
 /// hills, few are read.
 pub const STRIP: u32 = 64;
 
-/// Which strip: of a page, counted from its first column.
+/// Strip of a page, counted from its first column.
 pub type Strip = (PageId, u32);
 
 /// Height codes of a strip of columns of a page, and of the apron around it, column by column.

@@ -57,7 +57,7 @@ pub struct Upright {
     corners: [DVec2; 4],
 }
 
-/// What sixteen pixels look along, and where in the fan.
+/// Directions of sixteen pixels, and their places in the plane image.
 pub struct Look<V: Simd> {
     /// `a`: to the right per metre of depth.
     pub across: V::F,
@@ -70,7 +70,7 @@ pub struct Look<V: Simd> {
 }
 
 impl Upright {
-    /// For a planar screen; `None` for another, or where planes would crowd: a view too steep.
+    /// Builds the planes of a planar screen; `None` for another, or where planes would crowd: a view too steep.
     pub fn new(camera: &Camera) -> Option<Self> {
         let Screen::Planar { .. } = camera.screen() else { return None };
         let Attitude { yaw, pitch, roll } = camera.pose.attitude;
@@ -139,7 +139,7 @@ impl Upright {
         (y * cos + sin) / (cos - y * sin)
     }
 
-    /// What rises by so much for each unit of the tangent rises by what for each row; those of a group that are filled.
+    /// Converts rises for each unit of the tangent to rises for each row, of the planes of a group that are filled.
     pub fn per_row(&self, index: usize, [_, along]: [&mut [Sixteen]; 2]) {
         let [first, per_row] = self.horizontal().map(f64::from);
         for (row, lanes) in self.rows(index).zip(along) {
@@ -213,7 +213,7 @@ impl Upright {
         self.roll == [0.0, 1.0]
     }
 
-    /// What a row of an unrolled screen looks along, and where it lies in the fan; `None` if the screen is rolled.
+    /// Returns the direction of a row of an unrolled screen, and its place in the plane image; `None` if the screen is rolled.
     pub fn level_row(&self, row: f32) -> Option<LevelRow> {
         if !self.is_level() {
             return None;

@@ -24,7 +24,7 @@ struct Placed {
     attitude: Attitude,
 }
 
-/// What places are bound to.
+/// Ground that places are bound to.
 struct Land<'g> {
     scene: &'g Path,
     crs: &'g Crs,

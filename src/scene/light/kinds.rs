@@ -26,7 +26,7 @@ const YELLOW: f64 = 600.0;
 const MIXED: f64 = 900.0;
 const RED: f64 = 300.0;
 
-/// Where the crossbar stands before the threshold, and half its width, metres.
+/// Distance of the crossbar before the threshold, and half its width, metres.
 const CROSSBAR: f64 = 300.0;
 const CROSSBAR_HALF: f64 = 15.0;
 
@@ -172,7 +172,7 @@ pub fn beacon(candela: f64, turns: f64) -> Vec<Lamp> {
     vec![Lamp { rhythm: Rhythm { flash: None, turns }, ..lamp(0.0, 0.0, &fixture(beams)) }]
 }
 
-/// So many street lamps, strewn over an area about the anchor, metres to the right and forward.
+/// Strews so many street lamps over an area about the anchor, metres to the right and forward.
 pub fn town(extent: [f64; 2], count: usize, candela: f64, colour: Colour, seed: u64) -> Vec<Lamp> {
     let kinds = [0.4, 0.6, 0.8, 1.0].map(|share| fixture([around(colour, share * candela)]));
     let mut random = Random(seed);
@@ -188,7 +188,7 @@ pub fn town(extent: [f64; 2], count: usize, candela: f64, colour: Colour, seed: 
 /// Numbers without pattern (Steele, Lea and Flood 2014, *Fast splittable pseudorandom number generators*: SplitMix64).
 struct Random(u64);
 
-/// From one seed to the next.
+/// Difference from one seed to the next.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// A number of 0 ≤ … < 1 for each of many, without pattern.

@@ -45,7 +45,7 @@ impl Colour {
         })
     }
 
-    /// Of luminance 1.
+    /// Returns the colour at luminance 1.
     fn unit(self) -> Vec3 {
         self.0 / self.0.dot(LUMINANCE)
     }

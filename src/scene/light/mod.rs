@@ -22,18 +22,18 @@ pub const MOST_LAMPS: usize = 1_000_000;
 /// One `[[light]]`: a lamp, or many that belong together.
 #[derive(Debug, Clone)]
 pub struct Light {
-    /// What it is called in messages.
+    /// Name in messages.
     pub name: String,
     /// Line of the scene file, from 1 on.
     pub line: usize,
-    /// Where it is.
+    /// Anchor of its lamps.
     pub anchor: Anchor,
-    /// How its lamps lie about that.
+    /// Arrangement of its lamps about that.
     pub layout: Layout,
 }
 
 impl Light {
-    /// Its lamps, as far as they are known before it has a place: those of a string depend on how long it is.
+    /// Returns the number of its lamps, as far as they are known before it has a place: those of a string depend on how long it is.
     pub(in crate::scene) fn lamp_count(&self) -> usize {
         match &self.layout {
             Layout::Lamps(lamps) => lamps.len(),
@@ -42,16 +42,16 @@ impl Light {
     }
 }
 
-/// Where a light is.
+/// Anchor of a light.
 #[derive(Debug, Clone)]
 pub enum Anchor {
-    /// It stands; the only fix.
+    /// Fixed place; the only fix.
     At(Track),
-    /// It goes with the object of this name, whose axes its lamps lie in.
+    /// Object of this name, in whose axes its lamps lie.
     On(String),
 }
 
-/// How lamps lie about their anchor.
+/// Arrangement of lamps about their anchor.
 #[derive(Debug, Clone)]
 pub enum Layout {
     /// One by one.
@@ -63,20 +63,20 @@ pub enum Layout {
 /// A lamp of a light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lamp {
-    /// From the anchor: right, forward and up, metres.
+    /// Offset from the anchor: right, forward and up, metres.
     pub offset: DVec3,
-    /// Where its front is turned against the anchor's, degrees clockwise; of a lamp that turns, at the flight's first fix.
+    /// Direction of its front against the anchor's, degrees clockwise; of a lamp that turns, at the flight's first fix.
     pub yaw: f64,
-    /// Its kind.
+    /// Kind of lamp.
     pub fixture: Arc<Fixture>,
-    /// What it does in time.
+    /// Behaviour in time.
     pub rhythm: Rhythm,
 }
 
-/// What a lamp does in time.
+/// Behaviour of a lamp in time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rhythm {
-    /// It shines for a part of each period only.
+    /// Part of each period in which it shines; `None`: it shines always.
     pub flash: Option<Flash>,
     /// Turns clockwise, per second.
     pub turns: f64,
@@ -85,9 +85,9 @@ pub struct Rhythm {
 /// A lamp that flashes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flash {
-    /// From flash to flash, seconds, > 0.
+    /// Time from flash to flash, seconds, > 0.
     pub period: f64,
-    /// How long each lasts, seconds, > 0.
+    /// Duration of each flash, seconds, > 0.
     pub on: f64,
     /// Seconds after the flight's first fix at which one begins.
     pub phase: f64,

@@ -170,7 +170,7 @@ impl Entry<'_, '_> {
         self.reading.wrong(self.span.clone(), what)
     }
 
-    /// Where it is.
+    /// Reads the anchor.
     fn anchor(&self, name: &str) -> Result<Anchor> {
         let table = self.table;
         if let (Some(offset), None) = (&table.offset_m, &table.object) {

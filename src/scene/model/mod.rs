@@ -23,18 +23,18 @@ pub(super) use nodes::{Cut, Rest};
 /// Triangles of all models of a scene.
 const MOST_OF_SCENE: usize = 4 * MOST_TRIANGLES;
 
-/// How a model is fitted into a body.
+/// Fit of a model into a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fit {
     pub size: Size,
-    /// It is Z that points up.
+    /// Whether Z points up.
     pub is_z_up: bool,
     /// Turns it about its own origin, after its axes were made right.
     pub turn: Attitude,
     pub origin: Origin,
 }
 
-/// How large a model is.
+/// Size of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Size {
     /// Metres per unit.
@@ -43,31 +43,31 @@ pub(super) enum Size {
     Length(f64),
 }
 
-/// Where a body's origin is in its model.
+/// Place of a body's origin in its model.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Origin {
-    /// Where the file has it.
+    /// Origin of the file.
     Model,
-    /// In the middle of the lower side of its box.
+    /// Middle of the lower side of its box.
     Base,
-    /// In the middle of its box.
+    /// Middle of its box.
     Middle,
 }
 
-/// How a model becomes a body.
+/// Transformation of a model into a body.
 #[derive(Debug, Clone, Copy)]
 struct Fitting {
     /// Metres of the body from units of the model.
     turned: DMat3,
-    /// What the model's axes are in an upright body's.
+    /// Model's axes in an upright body's.
     axes: DMat3,
-    /// How that is turned then.
+    /// Turn of that.
     turn: DMat3,
-    /// What of it is at the body's origin, metres.
+    /// Point of the model at the body's origin, metres.
     origin: DVec3,
     is_mirrored: bool,
-    /// Of the box around it, metres from the body's origin.
+    /// Corners of the box around it, metres from the body's origin.
     corners: [DVec3; 2],
 }
 
@@ -79,7 +79,7 @@ pub(super) struct Models {
     triangles: usize,
 }
 
-/// What makes several meshes of one model.
+/// Cut of one model into several meshes.
 #[derive(Debug, PartialEq)]
 struct Knife {
     nodes: Vec<Option<String>>,
@@ -92,7 +92,7 @@ pub(super) struct Fitted {
     pub cut: Arc<Cut>,
     /// All files that it was read from.
     pub files: Vec<PathBuf>,
-    /// What of it is not shown.
+    /// Parts that are not shown, as clauses.
     pub notes: Vec<String>,
 }
 

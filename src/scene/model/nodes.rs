@@ -19,10 +19,10 @@ use hedgehop_assets::model::{Clause, Model, ModelNode, ModelPart};
 /// Names of nodes that are told to who asks for another one.
 const MOST_TOLD: usize = 8;
 
-/// Where a part is at rest, in the axes of what it goes with.
+/// Place of a part at rest, in the axes of what it goes with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::scene) struct Rest {
-    /// Where it turns: right, forward, up, metres.
+    /// Pivot of the part: right, forward, up, metres.
     pub pivot: DVec3,
     /// Columns: its axes right, forward, up.
     pub turn: DMat3,
@@ -31,7 +31,7 @@ pub(in crate::scene) struct Rest {
 /// A model in several meshes.
 #[derive(Debug)]
 pub(in crate::scene) struct Cut {
-    /// What is left of it.
+    /// Mesh that is left of it.
     pub rest: Arc<Mesh>,
     /// Each node that was to be cut off, or why it was not: a clause.
     pub nodes: Vec<Clause<Node>>,
@@ -42,9 +42,9 @@ pub(in crate::scene) struct Cut {
 /// A node that was cut off.
 #[derive(Debug)]
 pub(in crate::scene) struct Node {
-    /// In its own axes.
+    /// Mesh in its own axes.
     pub mesh: Arc<Mesh>,
-    /// Where these are on the whole.
+    /// Place of these on the whole.
     pub rest: Rest,
     /// Number of the nearest other node of the cut that it is below of.
     pub above: Option<usize>,

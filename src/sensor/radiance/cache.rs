@@ -15,7 +15,7 @@ use hedgehop_base::error::Result;
 /// Bytes of radiance that are kept unless told otherwise.
 const DEFAULT_BUDGET: usize = 1 << 30;
 
-/// What is kept under a key.
+/// Image that is kept under a key.
 #[derive(Debug, Clone)]
 enum Image {
     Page(Arc<RadiancePage>),
@@ -37,9 +37,9 @@ const STRIP: u32 = 32;
 /// Some neighbouring lines of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Strip {
-    /// Of which page.
+    /// Page of the strip.
     pub page: PageId,
-    /// Which lines, and what they stand for.
+    /// Filter that made the lines.
     pub weave: Weave,
     /// Counted from the page's first.
     pub index: u32,
@@ -51,18 +51,18 @@ impl Strip {
         Self { page, weave, index: post / (STRIP << weave.span.trailing_zeros()) }
     }
 
-    /// Its first post.
+    /// Returns the first post.
     pub fn first(&self) -> u32 {
         self.index * self.posts()
     }
 
-    /// Its posts along the planes; at the page's end fewer.
+    /// Returns the number of posts along the planes; at the page's end fewer.
     pub fn posts(&self) -> u32 {
         STRIP << self.weave.span.trailing_zeros()
     }
 }
 
-/// What an image is of: posts of a page seen from above, or lines of them.
+/// Key of an image: posts of a page seen from above, or lines of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Key {
     Page(PageId),
@@ -96,12 +96,12 @@ impl Radiance {
         Self { shades, ..self }
     }
 
-    /// What lies in shadow; `None`: nothing does.
+    /// Returns the shadows; `None`: nothing lies in shadow.
     pub fn shades(&self) -> Option<&Shades> {
         self.shades.as_ref()
     }
 
-    /// What the posts of a page see of the sun, where there are shadows.
+    /// Returns the sunlight on the posts of a page, where there are shadows.
     fn shade(&self, source: &dyn PageSource, id: PageId) -> Result<Option<Arc<ShadePage>>> {
         self.shades.as_ref().map_or(Ok(None), |shades| shades.page(source, id.surface()))
     }
@@ -124,7 +124,7 @@ impl Radiance {
         std::iter::once(id).chain(towards_sun.flat_map(move |shades| shades.shade().supports(source, seen)))
     }
 
-    /// What is known under the key of a page's image, or else what `make` finds. A page that `source` does not have is absent, also if its
+    /// Returns the value kept under the key of a page's image, or else the result of `make`. A page that `source` does not have is absent, also if its
     /// image is known from another frame that had it: pictures are the same whatever was rendered before.
     fn image(
         &self,
@@ -148,7 +148,7 @@ impl Radiance {
         }
     }
 
-    /// What is not known is computed if it `may_weave`, which is asked then only.
+    /// Returns the lines of a strip; unknown ones are computed if it `may_weave`, which is asked then only.
     fn lines(
         &self,
         source: &dyn PageSource,
@@ -179,7 +179,7 @@ const SLOTS: usize = 256;
 /// An image, and what it is of.
 type Slot = Option<(Strip, Option<Arc<LineImage>>)>;
 
-/// What one task looked up.
+/// Pages that one task looked up.
 pub struct RadiancePages<'a> {
     source: &'a dyn PageSource,
     radiance: &'a Radiance,

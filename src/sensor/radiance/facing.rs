@@ -1,4 +1,4 @@
-//! From which side ground is seen, and how much of it that shows.
+//! Direction from which ground is seen, and how much of it that shows.
 //!
 //! A pixel of distant ground is many posts, of which an eye near the ground sees those best that slope towards it, and some
 //! not at all. Where a texel stands for many posts, each counts by the height that it has in the picture: a
@@ -25,7 +25,7 @@ pub struct Facing {
     pub major: u8,
     /// Up the axis.
     pub forward: bool,
-    /// How steeply down: 0 below a tangent of 0.3, 1 below 1.2, 2 beyond.
+    /// Steepness of the view down: 0 below a tangent of 0.3, 1 below 1.2, 2 beyond.
     pub incline: u8,
 }
 
@@ -35,7 +35,7 @@ impl Facing {
         Self { major, forward: true, incline: INCLINES.len() as u8 }
     }
 
-    /// How much of ground with these slopes eastward and northward is seen, up to a common factor.
+    /// Returns how much of ground with these slopes eastward and northward is seen, up to a common factor.
     #[inline(always)]
     pub fn weight<V: Simd>(&self, simd: V, slopes: [V::F; 2]) -> V::F {
         let Some(&down) = INCLINES.get(usize::from(self.incline)) else { return simd.splat(1.0) };

@@ -18,10 +18,10 @@ use crate::simd::{Floats, Isa, LANES, Simd, turned};
 use crate::voxel::{PageId, PageSource};
 use hedgehop_base::error::Result;
 
-/// Which lines of a page.
+/// Filter that turns posts of a page into lines along the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Weave {
-    /// How the planes run: lines are columns of the page if along x, rows if along y.
+    /// Direction of the planes: lines are columns of the page if along x, rows if along y.
     pub facing: Facing,
     /// log₂ of posts across a texel, up to 2.
     pub shift: u8,
@@ -32,7 +32,7 @@ pub struct Weave {
 /// Lines of a part of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineImage {
-    /// As a page's, `[line][texel]`; a texel more on either side of all that lie across the part.
+    /// Texels as of a page, `[line][texel]`; a texel more on either side of all that lie across the part.
     pub texels: Vec<u32>,
     /// Texels from one line to the next: those of the part and two.
     pub row: usize,
@@ -62,7 +62,7 @@ impl LineImage {
         Self { texels: vec![0; row], row }
     }
 
-    /// Where line `index` begins, the last one's if it is beyond.
+    /// Returns the begin of line `index`, of the last one if it is beyond.
     #[inline(always)]
     pub fn start_of(&self, index: usize) -> usize {
         index.saturating_mul(self.row).min(self.texels.len() - self.row)
@@ -124,12 +124,12 @@ impl Finish for Weaving<'_> {
     }
 }
 
-/// Which posts along an axis make a line or a texel of several, and how much each counts.
+/// Posts along an axis that make a line or a texel of several, and the weight of each.
 struct Shares {
     /// The first post of the first one, counted with the ring, and posts from one to the next: 1, 2 or 4.
     first: usize,
     step: usize,
-    /// How many there are.
+    /// Number of the posts.
     count: usize,
     /// Posts behind the last.
     end: usize,
@@ -163,15 +163,15 @@ impl Shares {
 /// Radiance times weights, summed up over rows of posts: red, green, blue, and the weights.
 #[derive(Debug, Default)]
 struct Sums {
-    /// By post of a row, and as many behind it as are looked at.
+    /// Posts of a row by channel, and as many behind it as are looked at.
     posts: [Vec<f32>; 4],
-    /// Of what posts of a row make together; the fourth is not used.
+    /// Means of the posts of a row that are taken together; the fourth is not used.
     means: [Vec<f32>; 4],
     width: usize,
 }
 
 impl Sums {
-    /// Of rows of `width` posts, which make `count` sums.
+    /// Begins the sums of rows of `width` posts, which make `count` sums.
     fn begin(&mut self, width: usize, count: usize) {
         self.width = width;
         self.posts.iter_mut().for_each(|plane| plane.resize(width + LANES, 0.0));

@@ -33,7 +33,7 @@ impl Part {
         part
     }
 
-    /// What of it lies on a page of `width` × `height` posts.
+    /// Clips the part to a page of `width` × `height` posts.
     #[must_use]
     fn within(self, width: u32, height: u32) -> Self {
         let mut part = self;
@@ -55,7 +55,7 @@ pub struct RadiancePage {
 }
 
 impl RadiancePage {
-    /// What the posts of a part of a page send under a lamp, those of coarse levels by what `facing` shows of them;
+    /// Computes the radiance of the posts of a part of a page under a lamp, on coarse levels of the part that `facing` shows of them;
     /// `None` where the page is absent. Every instruction set gives the same bits, and parts those of the whole.
     ///
     /// # Errors
@@ -89,16 +89,16 @@ pub struct Baking<'a, M> {
     pub part: Part,
     pub lamp: &'a Lamp<'a>,
     pub facing: &'a Facing,
-    /// Where posts are lit.
+    /// Window in which posts are lit.
     pub window: &'a mut Window,
-    /// What makes the image.
+    /// Last step, which makes the image.
     pub finish: M,
 }
 
 /// Makes an image of posts.
 pub trait Finish {
     type Image;
-    /// Of posts of a part of `size`, eastward and northward, and [`RING`] around it. Implementations are `#[inline(always)]`.
+    /// Makes the image of posts of a part of `size`, eastward and northward, and [`RING`] around it. Implementations are `#[inline(always)]`.
     fn image<V: Simd>(self, simd: V, window: &Window, size: [usize; 2]) -> Self::Image;
 }
 

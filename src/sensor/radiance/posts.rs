@@ -1,4 +1,4 @@
-//! What the posts of one stored page send.
+//! Radiance of the posts of one stored page.
 
 use std::ops::Range;
 
@@ -19,11 +19,11 @@ const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
 /// Red of posts without a surface: not light.
 pub const VOID: f32 = -1.0;
 
-/// What lights a page.
+/// Light on a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Lamp<'s> {
     sensor: &'s VisualSensor,
-    /// What its posts see of the sun; `None`: all of it.
+    /// Sunlight on the page's posts; `None`: all of it.
     shade: Option<&'s ShadePage>,
 }
 
@@ -47,7 +47,7 @@ const _: () = assert!(SHADE_APRON as usize == LIT);
 pub struct Rows<'t> {
     /// Red, green and blue.
     pub light: [&'t mut [f32]; 3],
-    /// How much is seen of a post.
+    /// Weight of each post: how much of it is seen.
     pub weights: &'t mut [f32],
 }
 
@@ -63,9 +63,9 @@ pub struct Posts<'a> {
     /// First posts (eastward, northward) in the area, counted from the page's first with [`LIT`] around it, and those behind its
     /// last.
     inside: [Range<usize>; 2],
-    /// Those of the part, with [`LIT`] around it.
+    /// Posts of the part, with [`LIT`] around it.
     pub part: [Range<usize>; 2],
-    /// Those that are in both.
+    /// Posts that are in both.
     pub lit: [Range<usize>; 2],
     /// Whether the area begins, and ends, there.
     edges: [[bool; 2]; 2],
@@ -153,7 +153,7 @@ impl<'a> Posts<'a> {
         simd.load_shorts(&from(self.view.heights, place))
     }
 
-    /// What sixteen posts see of the sun.
+    /// Returns the sunlight on sixteen posts.
     #[inline(always)]
     fn sun<V: Simd>(&self, simd: V, [x, y]: [usize; 2]) -> V::F {
         let Some(shade) = self.lamp.shade else { return simd.splat(1.0) };
@@ -224,7 +224,7 @@ impl<'a> Posts<'a> {
     }
 }
 
-/// As many elements of a plane as there are from an index on; beyond the plane's end they are 0.
+/// Reads as many elements of a plane as there are from an index on; beyond the plane's end they are 0.
 #[inline(always)]
 fn from<T: Copy + Default, const N: usize>(plane: &[T], start: usize) -> [T; N] {
     let rest = &plane[start..];

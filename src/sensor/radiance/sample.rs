@@ -30,7 +30,7 @@ pub const UNITS: [f32; 3] = {
     [unit, unit / (GREEN * GREEN), unit]
 };
 
-/// Where green begins in a texel.
+/// Begin of green in a texel.
 const GREEN: f32 = 1024.0;
 
 /// Sixteen planes, from above.
@@ -80,20 +80,20 @@ pub struct Crossings<'s, 'a, V: Simd> {
     latest: [usize; SPANS],
 }
 
-/// Where a line's texels lie.
+/// Position of a line's texels.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Place {
     /// Index of the run; beyond the last one: black.
     run: usize,
-    /// Which line of the images.
+    /// Line within the images.
     within: usize,
-    /// Where two registers begin that hold all texels, and where the line does from there; none if they do not hold
+    /// Begin of two registers that hold all texels, and begin of the line from there; none if they do not hold
     /// them.
     near: Option<(usize, i32)>,
     distance: f32,
 }
 
-/// What finds images under planes.
+/// Search of the images under planes.
 struct Search<'s, 'a> {
     sampler: &'s mut LineSampler<'a>,
     major: usize,
@@ -137,12 +137,12 @@ impl<'a> LineSampler<'a> {
         Self { grid: header.grid, level_count: header.level_count, pages }
     }
 
-    /// As of [`RadiancePages::take_missing`].
+    /// Takes the pages that were missing, as [`RadiancePages::take_missing`] does.
     pub fn take_missing(&mut self) -> Vec<PageId> {
         self.pages.take_missing()
     }
 
-    /// Where planes cross lines.
+    /// Finds where planes cross lines.
     #[inline(always)]
     pub fn under<V: Simd>(&mut self, simd: V, planes: &Planes) -> Crossings<'_, 'a, V> {
         let ends = planes.minor.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &minor| {
@@ -251,7 +251,7 @@ impl Run {
         (distance * self.low + self.eye).max(0.0).min(self.last) as u32 as usize
     }
 
-    /// Where planes lie over several images, or far apart.
+    /// Reads colours where planes lie over several images, or far apart.
     #[inline(always)]
     fn wide<V: Simd>(&self, simd: V, at: V::F, within: usize) -> [V::F; 3] {
         let mut colour = [simd.splat(0.0); 3];
@@ -344,7 +344,7 @@ fn coarser(level: u8) -> u8 {
     if level == BARE { 1 } else { level + 1 }
 }
 
-/// Where the run of a span is kept.
+/// Returns the slot in which the run of a span is kept.
 #[inline(always)]
 fn slot(span: u8) -> usize {
     (span.trailing_zeros() as usize).min(SPANS - 1)

@@ -24,7 +24,7 @@ pub const LIT: usize = RING + 1;
 pub struct Window {
     /// Red, green and blue, `[north][east]`, and some lanes behind them.
     planes: [Vec<f32>; 3],
-    /// How much is seen of them.
+    /// Weight of each post: how much of it is seen.
     weights: Vec<f32>,
     stride: usize,
     rows: usize,
@@ -35,7 +35,7 @@ pub struct Window {
 pub struct Row<'w> {
     /// Red, green and blue.
     pub light: [&'w [f32]; 3],
-    /// How much is seen of a post.
+    /// Weight of each post: how much of it is seen.
     pub weights: &'w [f32],
 }
 

@@ -1,4 +1,4 @@
-//! Which pages planes may touch, told from the coarse levels alone.
+//! Pages that planes may touch, told from the coarse levels alone.
 //!
 //! ```text
 //! for each wedge of neighbouring groups of planes:
@@ -37,7 +37,7 @@ const SURE: f64 = 9.0;
 
 /// Collects parts of pages that planes may touch.
 pub struct Footprint<'a> {
-    /// By level.
+    /// Sides of voxels, by level.
     sides: Vec<Sides>,
     heights: HeightCode,
     strides: Strides,
@@ -54,23 +54,23 @@ pub struct Footprint<'a> {
 /// Slopes below which nothing is seen behind a ring, metres of height per unit of major distance.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
-    /// That of the lowest surface that may be there.
+    /// Tangent of the lowest surface that may be there.
     sure: f64,
-    /// That of a surface in the middle between the lowest and the highest.
+    /// Tangent of a surface in the middle between the lowest and the highest.
     likely: f64,
 }
 
 /// Whether something of a ring is seen.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
-    /// It may rise above the sure horizon.
+    /// Whether the surface may rise above the sure horizon.
     may_be: bool,
     /// And above the likely one.
     is_likely: bool,
 }
 
 impl<'a> Footprint<'a> {
-    /// Of planes over `source` that read lines as far apart as `strides` says, and see bare ground up to a ground distance, metres.
+    /// Builds the footprint of planes over `source` that read lines as far apart as `strides` says, and see bare ground up to a ground distance, metres.
     pub fn new(source: &'a dyn PageSource, strides: Strides, bare_until: f64) -> Self {
         let header = source.header();
         Self {

@@ -1,4 +1,4 @@
-//! What was found to be needed.
+//! Parts of pages that were found to be needed.
 
 use std::collections::HashMap;
 
@@ -14,20 +14,20 @@ const COARSER: f64 = 16.0;
 pub(super) struct Needs<'a> {
     source: &'a dyn PageSource,
     level_count: u8,
-    /// What is needed, and where first; heights stand for all posts.
+    /// Parts that are needed, and where first; heights stand for all posts.
     parts: HashMap<PagePart, Place>,
-    /// What this wedge was found to need last, by level, of each kind.
+    /// Need of this wedge that was noted last, by level, of each kind.
     noted: Vec<[Option<Noted>; What::COUNT]>,
     /// Wedges before this one.
     wedges: u32,
 }
 
-/// Where a part of a page is needed first.
+/// First place at which a part of a page is needed.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     /// Likely nothing of it is touched.
     is_doubtful: bool,
-    /// By which wedge.
+    /// Wedge that needs it.
     wedge: u32,
     /// At which ground distance, metres.
     distance: f64,
@@ -43,7 +43,7 @@ struct Noted {
     is_likely: bool,
 }
 
-/// What some planes need of a level.
+/// Need of some planes for data of a level.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Need {
     pub level: u8,
@@ -70,7 +70,7 @@ pub(super) enum What {
 impl What {
     const COUNT: usize = 3;
 
-    /// Its parts of a page; heights stand for paint, too.
+    /// Iterates over the parts of a page that serve this need; heights stand for paint, too.
     fn of(self, page: PageId) -> impl Iterator<Item = PagePart> {
         let parts = match self {
             Self::Posts => [Some(PagePart::Heights(page)), None],
@@ -99,7 +99,7 @@ impl<'a> Needs<'a> {
         Self { source, level_count, parts: HashMap::new(), noted, wedges: 0 }
     }
 
-    /// What follows is another wedge's.
+    /// Begins another wedge: what follows belongs to it.
     pub fn next_wedge(&mut self) {
         self.noted.fill([None; What::COUNT]);
         self.wedges += 1;

@@ -1,4 +1,4 @@
-//! Where groups of planes look: a wedge of the area, ring by ring.
+//! Wedge of the area that groups of planes look at, ring by ring.
 
 use glam::DVec3;
 
@@ -170,7 +170,7 @@ impl Wedge {
 }
 
 impl<'a> Rings<'a> {
-    /// Those of `wedge` around `eye` from a major distance on.
+    /// Iterates over the rings of `wedge` around `eye` from a major distance on.
     pub fn new(strides: &'a Strides, eye: DVec3, wedge: &Wedge, at: f64) -> Self {
         let Wedge { major, forward, ground, .. } = *wedge;
         Self { strides, eye: eye[major], forward, ground, at, first: 0, last: 0 }
@@ -186,7 +186,7 @@ impl<'a> Rings<'a> {
         [stride.from / self.ground[1], until / self.ground[0] + stride.block_units()]
     }
 
-    /// What of a ring may be read at a level: others may be before and behind it.
+    /// Returns the part of a ring that may be read at a level: others may be before and behind it.
     pub fn part_of_level(&self, ring: &Ring, level: u8) -> [f64; 2] {
         if ring.levels[0] == ring.levels[1] {
             return [ring.from, ring.to];
@@ -222,14 +222,14 @@ impl<'a> Rings<'a> {
 }
 
 impl Sides {
-    /// Of voxels of `level`.
+    /// Returns the sides of voxels of `level`.
     pub fn new(grid: &Grid, level: u8) -> Self {
         let side = f64::from(Grid::side_units(level));
         let (nx, ny) = grid.dims(level);
         Self { side, per_unit: 1.0 / side, last: [nx - 1, ny - 1] }
     }
 
-    /// So many voxels, units.
+    /// Converts a count of voxels to units.
     pub fn units(&self, voxels: f64) -> f64 {
         voxels * self.side
     }

@@ -67,7 +67,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// What of a range of voxels, first and last, lies on a page.
+/// Returns the part of a range of voxels, first and last, that lies on a page.
 fn part_on_page([first, last]: [u32; 2], page: u32) -> [u32; 2] {
     [first.max(page * PAGE_SIDE), last.min(page * PAGE_SIDE + PAGE_SIDE - 1)]
 }

@@ -24,7 +24,7 @@ pub struct Annulus {
     ahead: (i32, f32),
     /// Rows of each group of planes that pixels need; none: no group has been marked.
     marks: Vec<Range<usize>>,
-    /// Where each group's row 0 would be in the fan's memory, in words, modulo 2³².
+    /// Place of each group's row 0 in the plane image's memory, in words, modulo 2³².
     bases: Vec<u32>,
 }
 

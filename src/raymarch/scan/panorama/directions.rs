@@ -42,7 +42,7 @@ pub struct Part<'d> {
 }
 
 impl Directions {
-    /// For the screen of `camera`; [`Self::parts`] are to be filled before it is used.
+    /// Makes room for the directions of `camera`'s screen; [`Self::parts`] are to be filled before it is used.
     pub fn new(camera: &Camera) -> Self {
         let strips = (camera.width as usize).div_ceil(LANES);
         let rows = camera.height as usize;
@@ -53,7 +53,7 @@ impl Directions {
         }
     }
 
-    /// What is to be filled, in any order.
+    /// Splits the directions into parts to be filled, in any order.
     pub fn parts(&mut self) -> Vec<Part<'_>> {
         let rows = self.camera.height as usize;
         let strips = self.table.chunks_mut(rows * CELL_STRIPS);

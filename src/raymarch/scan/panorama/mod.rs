@@ -83,7 +83,7 @@ pub struct Panorama {
     /// East and north of the azimuth from which pixels count theirs: that of the screen's axis, so that
     /// narrow views have small numbers.
     ahead: [f32; 2],
-    /// From one row to the next, radians.
+    /// Angle from one row to the next, radians.
     step: f64,
     /// Rows from nadir to zenith.
     rows: usize,
@@ -98,17 +98,17 @@ pub struct Panorama {
 /// Why planes at equal steps of azimuth cannot serve a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
-    /// Its rays have no common origin.
+    /// Rays without a common origin.
     NoEye,
-    /// They are closer than single precision can tell.
+    /// Pixels closer than single precision can tell.
     FinePixels,
-    /// They are too many for a table of them.
+    /// Pixels too many for a table of them.
     ManyPixels,
 }
 
-/// What sixteen pixels look along, and where in the fan.
+/// Directions of sixteen pixels, and their places in the plane image.
 pub struct Gaze<V: Simd> {
-    /// To the right of the screen's axis, radians.
+    /// Angle to the right of the screen's axis, radians.
     pub azimuth: V::F,
     /// Row, fractional.
     pub row: V::F,
@@ -117,7 +117,7 @@ pub struct Gaze<V: Simd> {
 }
 
 impl Panorama {
-    /// What of `camera` planes cannot have, before its rays are looked at.
+    /// Tells why planes cannot serve `camera`, before its rays are looked at; `None`: nothing speaks against it.
     pub fn refuses(camera: &Camera) -> Option<Refusal> {
         if matches!(camera.screen(), Screen::Orthographic { .. }) {
             Some(Refusal::NoEye)
@@ -136,7 +136,7 @@ impl Panorama {
         directions.solid_angle() <= step * step * (MOST_PER_PIXEL * pixels + MOST_BESIDES)
     }
 
-    /// For a screen that has `directions`.
+    /// Builds the panorama for a screen that has `directions`.
     pub fn new(camera: &Camera, directions: Arc<Directions>) -> Self {
         let angle = fine_angle(camera).min(WIDEST_STEP);
         let half = (FRAC_PI_2 / angle - 0.5).ceil().max(1.0) as usize;

@@ -1,4 +1,4 @@
-//! What is left of the rows of one plane, and what was seen in them.
+//! Column of rows of one plane: the part that is still free, and the spans that were seen.
 
 use crate::simd::{Floats, Ints, LANES, Mask, Simd, Sixteen, math};
 
@@ -18,7 +18,7 @@ const STEEPEST: f32 = 1.0e6;
 /// Rows in a word of flags.
 const WORD: usize = u64::BITS as usize;
 
-/// What sixteen rows show of what stands on the ground, one above the other: shares of light, as yet without the air before it.
+/// Light of spans in sixteen rows, one above the other: shares, as yet without the air before it.
 #[derive(Debug, Clone, Copy)]
 struct Rows {
     /// Parts of each row that opaque matter covers, bits 0 (lowest) to 7.
@@ -27,20 +27,20 @@ struct Rows {
     left: Sixteen,
     /// Radiance times the share of the row that shows it, linear Rec. 709.
     light: [Sixteen; 3],
-    /// That share, 0…1.
+    /// Share of the row that spans cover, 0…1.
     share: Sixteen,
     /// Sum of inverse depths times shares, 1/metres.
     inverse: Sixteen,
 }
 
-/// How far away what stands in their middles is.
+/// Distance of the spans in the rows' middles.
 #[derive(Debug, Clone, Copy)]
 struct Middles {
     /// Share of light that is hidden there, 0…1.
     hidden: Sixteen,
     /// Inverse depth of what hides the half of it, 1/metres; 0: nothing.
     inverse: Sixteen,
-    /// How that goes on: to the next plane, and for each unit of the tangent of elevation.
+    /// Change of that distance: to the next plane, and for each unit of the tangent of elevation.
     tilts: [Sixteen; 2],
 }
 
@@ -67,7 +67,7 @@ const NUMBERS: [f32; LANES] =
 /// Elements of a row: red, green and blue, the share, inverse depth times that, inverse depth in the middle and how it goes on.
 const ELEMENTS: usize = 8;
 
-/// What rows of sixteen planes show of what stands on the ground.
+/// Coverage of rows of sixteen planes by spans.
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     rows: Vec<[Sixteen; ELEMENTS]>,
@@ -75,21 +75,21 @@ pub struct Cover {
     extent: [usize; 2],
 }
 
-/// How a span fills rows.
+/// Fill of rows by one span.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fill {
-    /// What it hides of light that comes through; `None`: all.
+    /// Haze of the span that lets light through; `None`: it hides all.
     pub haze: Option<Haze>,
     /// Inverse depth, 1/metres, and by how much it rises to the next plane.
     pub inverse: Line,
     pub across: f32,
-    /// What the first is at least and at most: where the plane leaves what is seen, and at the front of that.
+    /// Least and greatest value of the first: at the plane's exit from the visible part, and at the front of that.
     pub bounds: [f32; 2],
-    /// By how much it rises to the next plane at the front.
+    /// Rise to the next plane at the front.
     pub front: f32,
 }
 
-/// What is linear in the tangent of elevation.
+/// Quantity that is linear in the tangent of elevation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
     tangent: f32,
@@ -117,7 +117,7 @@ impl Line {
     }
 }
 
-/// What lets some light through, on a plane's way through one voxel.
+/// Half-transparent matter on a plane's way through one voxel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Haze {
     /// Logarithm (of 2) of the share of light that comes through on a level way between the voxel's sides.
@@ -126,7 +126,7 @@ pub(super) struct Haze {
     pub level: f32,
     /// Tangents between which it is seen.
     pub tangents: [f32; 2],
-    /// Where its ends lie.
+    /// Ends of that way.
     pub passage: Passage,
 }
 
@@ -187,7 +187,7 @@ impl Passage {
 /// The rows of one plane.
 #[derive(Debug, Default)]
 pub(super) struct Column {
-    /// How many there are.
+    /// Number of rows.
     count: usize,
     rows: Vec<Rows>,
     /// Nothing unless it is of interest how far away things are.
@@ -403,7 +403,7 @@ impl Column {
     }
 }
 
-/// What of each of sixteen rows lies below a place, shares. (No closure: compilers leave those of arrays functions of their own, without the
+/// Returns the share of each of sixteen rows that lies below a place. (No closure: compilers leave those of arrays functions of their own, without the
 /// instruction set.)
 #[inline(always)]
 fn below<V: Simd>(simd: V, place: f32) -> V::F {
@@ -416,7 +416,7 @@ fn power<V: Simd>(simd: V, exponents: V::I) -> V::I {
     (exponents + simd.splat_int(127)).shl::<23>().as_floats().to_int()
 }
 
-/// How many of the lowest eight bits are 1.
+/// Counts the ones among the lowest eight bits.
 #[inline(always)]
 fn ones<V: Simd>(simd: V, bits: V::I) -> V::I {
     let every = |pattern: i32| simd.splat_int(pattern);

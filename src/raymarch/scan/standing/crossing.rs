@@ -6,10 +6,10 @@ use super::{Facet, FacetLight, Ladder, Metric};
 use crate::simd::{Simd, Sixteen};
 use crate::voxel::{Cut, PageId, Span};
 
-/// How far walls and upper ends of neighbours that are one may be apart, sides of a voxel; as the reference has it.
+/// Distance of walls and upper ends of neighbours that are taken for one, sides of a voxel; as the reference has it.
 const SEAM: f32 = Cut::BESIDE as f32;
 
-/// How far a place on a voxel's border may lie beyond a wall along it by rounding, sides of a voxel: what is seen there is the voxel's side and no wall within.
+/// Distance by which a place on a voxel's border may lie beyond a wall along it by rounding, sides of a voxel: what is seen there is the voxel's side and no wall within.
 const BY_ROUNDING: f32 = 1.0e-5;
 
 /// Spans of a voxel that are put in order together.
@@ -36,15 +36,15 @@ pub(super) struct Crossing<'c, 'f, L, V> {
     /// Sides of a voxel eastward and northward per metre of depth, and by how much that changes to the next plane.
     pub ahead: [f32; 2],
     pub beside: [f32; 2],
-    /// What is hidden below by the ground or by what stands nearer: tangent, and rows from the first one.
+    /// Floor below which the ground or nearer spans hide everything: tangent, and rows from the first one.
     pub floor: f32,
     pub hidden: f32,
     /// Major distance between the ends, units.
     pub length: f32,
-    /// Where the plane enters and leaves the voxel: from its centre, sides of it; and inverse depths there, 1/metres.
+    /// Entry and exit of the plane: from the voxel's centre, sides of it; and inverse depths there, 1/metres.
     pub ends: [[f32; 2]; 2],
     pub inverse: [f32; 2],
-    /// How much higher the datum is there than the eye, with the Earth's curvature, metres.
+    /// Height of the datum there above the eye, with the Earth's curvature, metres.
     pub above: f32,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Crossing<'c, 'f, L, V> {
 struct Wall {
     facing: u8,
     normal: [f32; 2],
-    /// How far the place lies before it, sides of a voxel.
+    /// Distance of the place before the wall, sides of a voxel.
     before: f32,
     /// Beyond it the same thing goes on.
     is_joint: bool,
@@ -105,7 +105,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         }
     }
 
-    /// How many rows lie below a tangent; of those that are hidden it does not matter.
+    /// Returns the number of rows below a tangent; rows that are hidden do not matter.
     #[inline(always)]
     fn row(&self, tangent: f32) -> f32 {
         if tangent <= self.floor { self.hidden } else { self.ladder.rows_below(tangent) - self.first }
@@ -204,7 +204,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         }
     }
 
-    /// By what share of itself the inverse depth of a span's front, which is seen at a depth, rises to the next plane.
+    /// Returns the share of itself by which the inverse depth of a span's front, which is seen at a depth, rises to the next plane.
     ///
     /// A wall goes on in the next voxel. A side of a voxel may end with it: half of the way to the next plane is to end there, too.
     #[inline(always)]
@@ -262,7 +262,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         }
     }
 
-    /// Which way the front of a span looks that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
+    /// Returns the orientation of a span's front that begins at a share of the way, `at` from the voxel's centre, and how much of it below its upper rim is
     /// lit as the upper end, sides of a voxel. `wall` is the nearest one.
     #[inline(always)]
     fn front(&self, span: &Span, wall: Option<Wall>, share: f32, at: [f32; 2]) -> (Facet, f32) {
@@ -305,7 +305,7 @@ fn above_ground([near, far]: [f32; 2], crest: [f32; 2]) -> [f32; 2] {
     }
 }
 
-/// What of a range of shares lies where `beyond`, linear from share 0 to 1, is not positive.
+/// Clips a range of shares to where `beyond`, linear from share 0 to 1, is not positive.
 #[inline(always)]
 fn clip([from, to]: [f32; 2], [first, last]: [f32; 2]) -> Option<[f32; 2]> {
     if first <= 0.0 && last <= 0.0 {

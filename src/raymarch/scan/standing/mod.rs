@@ -1,4 +1,4 @@
-//! What stands on bare ground, plane by plane.
+//! Spans on bare ground, drawn plane by plane.
 //!
 //! ```text
 //! for each plane, from the eye outward:
@@ -46,7 +46,7 @@ use hedgehop_base::error::Result;
 /// Least major distance of what is seen, units: tangents stay finite.
 const LEAST_DISTANCE: f64 = 1.0e-6;
 
-/// Which way a face looks.
+/// Orientation of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Facet {
     /// A wall that looks in a direction, 256ths of a turn counter-clockwise from east.
@@ -70,7 +70,7 @@ pub struct Standing<'f> {
     pub eye: DVec3,
     /// The planes.
     pub group: &'f PlaneGroup,
-    /// What they see of the ground.
+    /// Visible profile of the ground.
     pub profile: &'f Profile,
     /// Major distance up to which that is bare, units.
     pub until: f64,
@@ -80,7 +80,7 @@ pub struct Standing<'f> {
     pub ladder: &'f Ladder,
     /// Index of the first one.
     pub first: usize,
-    /// How many.
+    /// Number of rows.
     pub rows: usize,
     /// Whether it is of interest how far away what stands in their middles is.
     pub has_depths: bool,
@@ -98,7 +98,7 @@ pub struct StandingMarch<'a> {
     columns: Box<[Column; LANES]>,
 }
 
-/// What the steps of spans come to, metres.
+/// Metric values of the spans' steps.
 #[derive(Debug, Clone)]
 struct Metric {
     code: HeightCode,
@@ -107,7 +107,7 @@ struct Metric {
     spacing: f32,
     /// Unit vectors (east, north) of directions in 256ths of a turn.
     directions: [[f32; 2]; 256],
-    /// By opacity of spans: logarithms (of 2) of the share of light that comes through a voxel's side.
+    /// Logarithms (of 2) of the share of light that comes through a voxel's side, by opacity of spans.
     clearness: [f32; Span::OPAQUE as usize + 1],
 }
 
@@ -124,10 +124,10 @@ struct Plane<'f, 'a, L> {
     /// Units eastward and northward per unit of major distance.
     way: [f64; 2],
     course: Course,
-    /// By how much units per metre of depth change to the next plane.
+    /// Change of units per metre of depth to the next plane.
     beside: [f32; 2],
     crest: Crest<'f>,
-    /// What is hidden below by the ground or by what stands nearer: tangent, and rows.
+    /// Floor below which the ground or nearer spans hide everything: tangent, and rows.
     floor: f32,
     hidden: f32,
 }

@@ -28,7 +28,7 @@ const SECOND: [f32; LANES] = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 
 /// Distance to a border that is never reached, columns.
 const FAR: f32 = 1.0e9;
 
-/// How a plane runs through blocks.
+/// Course of a plane through blocks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Course {
     eye: [f64; 2],
@@ -65,7 +65,7 @@ pub(super) struct Passed {
     distances: [Sixteen; 2],
     /// Inverse depths, 1/metres.
     inverse: [Sixteen; 2],
-    /// From the voxel's centre, eastward and northward, sides of a voxel.
+    /// Places from the voxel's centre, eastward and northward, sides of a voxel.
     at: [[Sixteen; 2]; 2],
 }
 
@@ -74,7 +74,7 @@ pub(super) struct Passed {
 pub(super) struct PassedVoxel {
     /// Number of the voxel in the block, row by row northward.
     pub place: usize,
-    /// Where the plane enters and leaves it: major distances, units; inverse depths, 1/metres; from the voxel's centre eastward and northward, sides of it.
+    /// Entry and exit of the plane: major distances, units; inverse depths, 1/metres; from the voxel's centre eastward and northward, sides of it.
     pub distances: [f32; 2],
     pub inverse: [f32; 2],
     pub at: [[f32; 2]; 2],
@@ -163,7 +163,7 @@ impl Course {
 }
 
 impl Passed {
-    /// Those voxels, from near to far.
+    /// Iterates over the voxels passed, from near to far.
     #[inline(always)]
     pub fn voxels(&self) -> impl Iterator<Item = PassedVoxel> {
         let mut lanes = self.lanes;
