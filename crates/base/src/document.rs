@@ -22,12 +22,12 @@ const MOST_TABLES: usize = 250_000;
 /// Longest text after a line's number, characters.
 const MOST_MESSAGE: usize = 500;
 
-/// What kind of file it is, for what is said of it.
+/// Kind of file, for messages about it.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
-    /// As in "that a scene may have".
+    /// Name as in "that a scene may have".
     pub name: &'static str,
-    /// Where all keys are told.
+    /// Manual that tells all keys.
     pub manual: &'static str,
 }
 
@@ -72,7 +72,7 @@ impl<'f> Reading<'f> {
         Self { path, lines: ends.map(|(at, _)| at + 1).collect() }
     }
 
-    /// What is wrong at a place of the file.
+    /// Builds the error of a fault at a place of the file.
     pub fn wrong(&self, span: Range<usize>, what: impl std::fmt::Display) -> Error {
         let line = self.line(&span);
         Error::invalid(self.path, format!("line {line}: {}", plain(&what.to_string())))
@@ -108,7 +108,7 @@ impl<'f> Reading<'f> {
         <[f64; N]>::try_from(given.as_slice()).map_err(|_| self.wrong(values.span(), what()))
     }
 
-    /// What is wrong with something that a place of the file names; `whose` says what that is.
+    /// Builds the error of something that a place of the file names; `whose` says what that is.
     pub fn through(&self, span: Range<usize>, whose: &str, error: Error) -> Error {
         match error {
             Error::Io { path, action, source } => {

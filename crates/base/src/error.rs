@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What went wrong, in one sentence that names the file, the place and the remedy.
+/// Failure, in one sentence that names the file, the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -12,9 +12,9 @@ pub enum Error {
     Io {
         /// File that was touched.
         path: PathBuf,
-        /// What was tried, as a verb phrase: `read`, `create`, `rename it to AREA.hop`.
+        /// Action that was tried, as a verb phrase: `read`, `create`, `rename it to AREA.hop`.
         action: String,
-        /// What the operating system said.
+        /// Answer of the operating system.
         source: io::Error,
     },
     /// A file holds something that it must not hold.
@@ -30,7 +30,7 @@ pub enum Error {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What is not supported.
+        /// Feature that is not supported.
         what: String,
         /// The command or flag that helps.
         remedy: String,

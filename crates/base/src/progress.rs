@@ -1,4 +1,4 @@
-//! How long work tells its caller what it does, and how the caller stops it.
+//! Progress of long work, and the caller's means to stop it.
 //!
 //! The library never prints; programs implement [`Observer`].
 

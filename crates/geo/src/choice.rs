@@ -1,4 +1,4 @@
-//! Which metric system suits an area: the one that distorts its distances least.
+//! Choice of a metric system for an area: the one that distorts its distances least.
 //!
 //! ```text
 //! utm   = the zone of the centre      error (cos φ · Δλ)²/2 at the farthest longitude, least |latitude|

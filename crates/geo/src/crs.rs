@@ -42,7 +42,7 @@ impl Crs {
         Self { name: name.into(), epsg: None, proj: None, shifts: Shifts::default(), doubt: None }
     }
 
-    /// From a code of EPSG or Esri; of a compound system the horizontal part.
+    /// Finds the system of a code of EPSG or Esri; of a compound system the horizontal part.
     pub fn from_epsg(code: u32) -> Result<Self> {
         Self::by_code(code).map_err(Error::Configuration)
     }
@@ -133,7 +133,7 @@ impl Crs {
         Ok(Self { epsg: code, ..crs })
     }
 
-    /// From a PROJ definition and a name for people.
+    /// Builds the system of a PROJ definition, with a name for people.
     pub fn from_proj(definition: &str, name: &str) -> Result<Self> {
         Self::by_definition(definition, name).map_err(Error::Configuration)
     }
@@ -158,7 +158,7 @@ impl Crs {
         Ok(crs)
     }
 
-    /// What a database header says (name, EPSG code, PROJ definition). The definition decides; without
+    /// Builds the system that a database header states (name, EPSG code, PROJ definition). The definition decides; without
     /// one the code does, and without both the system is local.
     pub fn from_record(name: &str, epsg: Option<u32>, proj: Option<&str>) -> Result<Self> {
         let mut crs = match (proj, epsg) {

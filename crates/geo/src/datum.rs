@@ -1,4 +1,4 @@
-//! What heights are measured from.
+//! Vertical datums: surfaces that heights are measured from.
 //!
 //! A database's heights are above mean sea level, for which EGM96 stands. Heights above the ellipsoid are
 //! lowered by the EGM96 undulation, which is computed here. For EGM2008 and NAVD88 no grid is at hand, so
@@ -37,7 +37,7 @@ pub struct VerticalCrs {
     pub name: Option<String>,
 }
 
-/// What to do with a height to bring it to another datum.
+/// Shift that brings a height to another datum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VerticalShift {
     /// Nothing.
@@ -60,7 +60,7 @@ impl VerticalShift {
 }
 
 impl VerticalDatum {
-    /// From what a user types: `egm96`, `egm2008`, `ellipsoid`, `navd88`, `msl`.
+    /// Parses a user's word: `egm96`, `egm2008`, `ellipsoid`, `navd88`, `msl`.
     pub fn parse(text: &str) -> Result<Self> {
         match text.trim().to_ascii_lowercase().as_str() {
             "msl" => Ok(Self::Msl),
@@ -96,7 +96,7 @@ impl VerticalDatum {
         }
     }
 
-    /// How heights above `from` become heights above `to`; an error where that needs a grid that is not at hand.
+    /// Finds how heights above `from` become heights above `to`; an error where that needs a grid that is not at hand.
     /// Unspecified mean sea level counts as EGM96.
     pub fn conversion(from: Self, to: Self) -> Result<VerticalShift> {
         use VerticalDatum::{Egm96, Ellipsoid, Msl};

@@ -310,7 +310,7 @@ fn word((key, value): &(String, Option<String>)) -> String {
     }
 }
 
-/// What decides where a place comes to lie, with defaults left out and synonyms resolved.
+/// Parameters that decide where a place comes to lie, with defaults left out and synonyms resolved.
 #[derive(Debug)]
 struct Canonical {
     /// Projection and what else is not a number.
@@ -348,7 +348,7 @@ impl Canonical {
         }
     }
 
-    /// How the datum lies to WGS 84. Systems on its ellipsoid (NAD83, ETRS89, SIRGAS 2000, …) agree with it within
+    /// Returns the datum's shift to WGS 84. Systems on its ellipsoid (NAD83, ETRS89, SIRGAS 2000, …) agree with it within
     /// a metre or two, and no shift is defined between them; they count as one.
     fn shift(&self, definition: &Definition) -> String {
         let same_ellipsoid = (self.axes.0 - 6_378_137.0).abs() < SAME_AXIS_METRES

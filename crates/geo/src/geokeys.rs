@@ -25,7 +25,7 @@ use super::geokeys_projection::{ellipsoid_terms, projection_terms};
 use super::local::LocalSystem;
 use super::{heights, registry, units, wkt, wkt_system};
 
-/// What the geo keys of a TIFF say.
+/// Geo keys of a TIFF.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeoKeys {
     /// Horizontal system; `None` where the keys name none (or a local one).

@@ -22,7 +22,7 @@ pub(super) const US_SURVEY_FOOT: f64 = 1200.0 / 3937.0;
 /// Esri's codes of heights above the ellipsoid of a datum.
 const ESRI_ELLIPSOIDAL: std::ops::RangeInclusive<u32> = 115_700..=115_999;
 
-/// Those among them that are of no datum.
+/// Codes among them that are of no datum.
 const ESRI_UNKNOWN: std::ops::RangeInclusive<u32> = 115_807..=115_809;
 
 /// Vertical codes of GeoTIFF 1.0 for heights above an ellipsoid (§6.3.4.1).
@@ -39,7 +39,7 @@ impl VerticalCrs {
         Self { datum, metres_per_unit: Some(1.0), name: Some(VerticalDatum::Ellipsoid.label().to_owned()) }
     }
 
-    /// What is said here, and what `other` says of the rest.
+    /// Completes this with what `other` says of the rest.
     pub fn or(self, other: Self) -> Self {
         let is_named = self.datum.is_some() || self.name.is_some();
         Self {

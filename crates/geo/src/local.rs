@@ -6,14 +6,14 @@ use super::wkt::{Item, Node, parse};
 /// A local (engineering) system that a file states.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalSystem {
-    /// What the file calls it; may be empty.
+    /// Name in the file; may be empty.
     pub name: String,
     /// Metres per unit of its coordinates.
     pub metres_per_unit: f64,
 }
 
 impl LocalSystem {
-    /// From WKT (`LOCAL_CS`, `ENGCRS`); `None` for any other text.
+    /// Reads WKT (`LOCAL_CS`, `ENGCRS`); `None` for any other text.
     pub fn from_wkt(text: &str) -> Option<Self> {
         Self::of_node(&parse(text).ok()?)
     }
@@ -37,7 +37,7 @@ impl LocalSystem {
         units::same(self.metres_per_unit, 1.0)
     }
 
-    /// It, and its unit if that is not the metre, for sentences: `a local system, 'site', in units of 0.3048 m`.
+    /// Describes the system, and its unit if that is not the metre, for sentences: `a local system, 'site', in units of 0.3048 m`.
     pub fn words(&self) -> String {
         let name = if self.name.is_empty() { String::new() } else { format!(", '{}'", self.name) };
         let unit = if self.is_metric() {

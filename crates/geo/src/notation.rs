@@ -39,7 +39,7 @@ pub(super) fn codes(text: &str) -> Option<Vec<Code>> {
     short(&lower)
 }
 
-/// What follows a prefix of OGC's names on the web.
+/// Returns the text after a prefix of OGC's names on the web.
 fn of_url<'t>(text: &'t str, prefix: &str) -> Option<&'t str> {
     let rest = text.strip_prefix("http://").or_else(|| text.strip_prefix("https://"))?;
     rest.strip_prefix("www.opengis.net/")?.strip_prefix(prefix)

@@ -46,7 +46,7 @@ pub(super) enum Method {
     Sinusoidal,
 }
 
-/// What a projection may be given: angles in degrees, lengths in metres, ratios.
+/// Parameter of a projection: angles in degrees, lengths in metres, ratios.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Term {
     Latitude,

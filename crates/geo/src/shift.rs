@@ -17,9 +17,9 @@ pub(super) type Degrees = [f64; 4];
 /// A shift to WGS 84, and where it holds.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Shift {
-    /// How far a place may be off, metres; `None` where nobody knows.
+    /// Greatest error of a place, metres; `None` where nobody knows.
     pub accuracy: Option<f64>,
-    /// Where it holds.
+    /// Area in which it holds.
     pub area: Degrees,
     /// PROJ's `+towgs84`: metres, arc seconds, parts per million; `None` where no shift is known, and degrees of the datum are taken for WGS 84's.
     pub towgs84: Option<String>,

@@ -1,4 +1,4 @@
-//! From one horizontal system to another.
+//! Transformations from one horizontal system to another.
 //!
 //! [`proj4rs`] works in radians, and knows neither identity nor a domain, nor shifts to WGS 84 that differ from place
 //! to place; they are added here.
@@ -10,7 +10,7 @@ use super::definition::Definition;
 use super::shift::{Degrees, Shift, Shifts, contains};
 use hedgehop_base::error::{Error, Result};
 
-/// How far a latitude may pass the pole by rounding, degrees (0.1 mm).
+/// Angle by which a latitude may pass the pole by rounding, degrees (0.1 mm).
 const POLE_SLACK: f64 = 1e-9;
 
 /// Step along the meridian from which the direction of north is taken, degrees of latitude (about 11 m).
@@ -24,7 +24,7 @@ const WGS84: &str = "+proj=longlat +datum=WGS84";
 pub struct Transform {
     /// `None` where positions pass unchanged.
     systems: Option<Box<Systems>>,
-    /// Where geographic results shall lie: within 180° of this longitude.
+    /// Longitude within 180° of which geographic results shall lie.
     centre: Option<f64>,
 }
 
@@ -38,12 +38,12 @@ struct Systems {
 /// A system as it is computed.
 #[derive(Debug)]
 struct Side {
-    /// With the shift of places that no area of `shifts` holds.
+    /// Projection, with the shift of places that no area of `shifts` holds.
     proj: Proj,
     degrees: bool,
     /// Longitude of the prime meridian, radians.
     meridian: f64,
-    /// Where the datum's shift to WGS 84 is another from place to place.
+    /// Shift of the datum to WGS 84 where it differs from place to place.
     shifting: Option<Shifting>,
 }
 
@@ -164,7 +164,7 @@ fn bounds_of([west, south, east, north]: Degrees, degrees: &Proj, map: &Proj) ->
 }
 
 impl Transform {
-    /// From `from` to `to`; an error if one of them is local and the other not.
+    /// Builds the transformation from `from` to `to`; an error if one of them is local and the other not.
     pub fn new(from: &Crs, to: &Crs) -> Result<Self> {
         if from.is_local() != to.is_local() {
             let placed = if from.is_local() { to } else { from };
@@ -242,12 +242,12 @@ pub fn grid_convergence(crs: &Crs, x: f64, y: f64) -> f64 {
 /// [`grid_convergence`] for many positions of one system.
 #[derive(Debug)]
 pub struct GridNorth {
-    /// To and from WGS 84; `None` where true north is grid north everywhere.
+    /// Transformations to and from WGS 84; `None` where true north is grid north everywhere.
     transforms: Option<(Transform, Transform)>,
 }
 
 impl GridNorth {
-    /// For a system; an error if it cannot be computed.
+    /// Builds the grid north of a system; an error if it cannot be computed.
     pub fn new(crs: &Crs) -> Result<Self> {
         if crs.is_local() || crs.is_geographic() {
             return Ok(Self { transforms: None });

@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Nodes per degree.
 const PER_DEGREE: i32 = 4;
 const COLUMNS: i32 = 360 * PER_DEGREE;
-/// From 90° N to 90° S, both included.
+/// Rows from 90° N to 90° S, both included.
 const ROWS: i32 = 180 * PER_DEGREE + 1;
 
 /// Mark of a node that is not computed yet: a NaN, which no undulation is.

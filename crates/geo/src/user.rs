@@ -15,7 +15,7 @@ use super::{heights, wkt, wkt_system};
 use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 
-/// What may be typed, for error messages.
+/// Examples of what may be typed, for error messages.
 const EXAMPLES: &str =
     "give for example EPSG:32633, local, '+proj=utm +zone=33 +datum=WGS84', WKT, or the path of a .prj file";
 
@@ -23,12 +23,12 @@ const EXAMPLES: &str =
 const LONGEST_FILE: u64 = 1 << 20;
 
 impl Crs {
-    /// From what a user types: `EPSG:32633`, `32633`, `local`, `+proj=…`, WKT, or a `.prj` file's path.
+    /// Parses what a user types: `EPSG:32633`, `32633`, `local`, `+proj=…`, WKT, or a `.prj` file's path.
     pub fn from_user(text: &str) -> Result<Self> {
         Ok(Self::with_vertical_from_user(text)?.0)
     }
 
-    /// As [`Crs::from_user`], with the system of the heights where the text names one
+    /// Parses as [`Crs::from_user`] does, with the system of the heights where the text names one
     /// (`EPSG:4326+5773`, `EPSG:9518`, compound WKT).
     pub fn with_vertical_from_user(text: &str) -> Result<(Self, Option<VerticalCrs>)> {
         let text = text.trim();
@@ -50,7 +50,7 @@ impl Crs {
         Err(Error::Configuration(format!("'{}' names no reference system; {EXAMPLES}", shortened(text))))
     }
 
-    /// From the text of a file beside others (`.prj`): WKT, a PROJ definition, or a code. The error is a sentence
+    /// Parses the text of a file beside others (`.prj`): WKT, a PROJ definition, or a code. The error is a sentence
     /// without a place.
     pub fn with_vertical_from_text(text: &str) -> Result<(Self, Option<VerticalCrs>), String> {
         let text = text.trim_start_matches('\u{feff}').trim();

@@ -60,7 +60,7 @@ pub(super) struct Node {
     pub(super) items: Vec<Item>,
 }
 
-/// What stands between the commas.
+/// Item between commas.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Item {
     Node(Node),

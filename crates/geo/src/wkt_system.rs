@@ -36,12 +36,12 @@ const GEOGRAPHIC: [&str; 8] = [
 const REPAIR: &str = "write a sound one with: gdalsrsinfo -o wkt1 EPSG:CODE";
 
 impl Crs {
-    /// From WKT 1 (OGC or Esri dialect) or WKT 2; of a compound system the horizontal part.
+    /// Reads WKT 1 (OGC or Esri dialect) or WKT 2; of a compound system the horizontal part.
     pub fn from_wkt(text: &str) -> Result<Self> {
         Ok(Self::with_vertical_from_wkt(text)?.0)
     }
 
-    /// As [`Crs::from_wkt`], with the system of the heights where the text names one.
+    /// Reads as [`Crs::from_wkt`] does, with the system of the heights where the text names one.
     pub fn with_vertical_from_wkt(text: &str) -> Result<(Self, Option<VerticalCrs>)> {
         read(text).map_err(Error::Configuration)
     }
@@ -85,7 +85,7 @@ fn is_horizontal(word: &str) -> bool {
     PROJECTED.contains(&word) || GEOGRAPHIC.contains(&word) || matches!(word, "BOUNDCRS" | "LOCAL_CS")
 }
 
-/// By the code or the PROJ string that the node carries; the error is why a known code cannot be used.
+/// Finds the system by the code or the PROJ string that the node carries; the error is why a known code cannot be used.
 fn ready_made(node: &Node) -> Option<Result<Crs, String>> {
     let code = node.code("EPSG").or_else(|| node.code("ESRI"));
     if let Some(code) = code.filter(|code| entry(*code).is_some()) {
@@ -219,7 +219,7 @@ fn parameters(node: &Node, method: Method, angle: f64, length: f64) -> Result<Pa
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Role<'t> {
     Alone,
-    /// That of the map of this name.
+    /// System of the map of this name.
     OfMap(&'t str),
 }
 

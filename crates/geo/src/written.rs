@@ -23,7 +23,7 @@ pub struct WrittenKeys {
 /// A datum and its ellipsoid.
 #[derive(Clone, Copy)]
 struct Datum {
-    /// Of Esri, without `GCS_` and `D_`.
+    /// Name at Esri, without `GCS_` and `D_`.
     name: &'static str,
     ellipsoid: &'static str,
     axis: f64,
@@ -47,7 +47,7 @@ const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 const GRS80: [f64; 2] = [6_378_137.0, 298.257_222_101];
 const CLARKE_1866: [f64; 2] = [6_378_206.4, 294.978_698_2];
 
-/// By PROJ's names of datums and ellipsoids.
+/// Datums by PROJ's names of datums and ellipsoids.
 const DATUMS: [(&str, Datum); 10] = [
     ("WGS84", datum("WGS_1984", "WGS_1984", WGS84, Some(4326), 7030)),
     ("NAD83", datum("North_American_1983", "GRS_1980", GRS80, Some(4269), 7019)),

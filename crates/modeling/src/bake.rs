@@ -38,12 +38,12 @@ const HELD: u64 = 64 << 20;
 /// Pages after which what is not used any more goes.
 const ROUND: u64 = 64;
 
-/// What shadows are baked into, and where it goes.
+/// Database that shadows are baked into, and the file it goes to.
 #[derive(Clone, Copy)]
 pub struct Baking<'a> {
     /// The database without shadows.
     pub source: &'a dyn PageSource,
-    /// Where its pages lie, and what they are.
+    /// Directory and contents of its pages.
     pub directory: &'a Directory,
     /// The sun that throws them.
     pub sun: Sun,
@@ -57,7 +57,7 @@ pub struct Baking<'a> {
     pub threads: usize,
 }
 
-/// What came of it.
+/// Result of baking.
 #[derive(Debug, Clone, Copy)]
 pub struct Baked {
     /// Identity of the result.
@@ -66,7 +66,7 @@ pub struct Baked {
     pub bytes: u64,
     /// Pages that were written.
     pub pages: u64,
-    /// Those of them that were baked before.
+    /// Pages of these that were baked before.
     pub reused: u64,
 }
 
@@ -206,7 +206,7 @@ struct Oven<'s> {
     source: &'s dyn PageSource,
     shades: Shades,
     daylight: Daylight,
-    /// What has been made.
+    /// Pages that have been made.
     finer: PageReadback,
 }
 
@@ -261,7 +261,7 @@ impl<'s> Oven<'s> {
         Ok(Lit { id, view, shares })
     }
 
-    /// What stands on a page of bare ground, in the light that comes to the surface there. Objects that are placed stay as they are.
+    /// Darkens the spans of a page of bare ground to the light that comes to the surface there. Objects that are placed stay as they are.
     fn darkened_spans(&self, id: PageId) -> Result<SpanTable> {
         let Some(spans) = self.source.spans(id)? else { return Ok(SpanTable::default()) };
         let lit = self.lit(id)?;

@@ -35,7 +35,7 @@ pub(super) fn canvas(elevation: &[Opened<f64>]) -> Option<Canvas> {
     })
 }
 
-/// What a raster is to a build.
+/// Role of a raster in a build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     /// Heights.
@@ -57,10 +57,10 @@ impl Role {
     }
 }
 
-/// What the user says of a raster that says nothing of itself.
+/// Statements of the user about a raster that says nothing of itself.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Said<'a> {
-    /// What it is.
+    /// Role of the raster.
     pub role: Role,
     /// Reference system.
     pub crs: Option<&'a str>,
@@ -72,7 +72,7 @@ pub(super) struct Said<'a> {
     pub local: bool,
 }
 
-/// Where a raster without georeferencing lies, and what is to be noted of that.
+/// Finds where a raster without georeferencing lies, and what is to be noted of that.
 pub(super) fn place(
     info: &RasterInfo,
     said: Said<'_>,

@@ -1,4 +1,4 @@
-//! How the bytes that a build may hold are shared out; the only place that decides it.
+//! Shares of the bytes that a build may hold; the only place that decides it.
 
 use super::options::BuildOptions;
 use super::workers::AHEAD;

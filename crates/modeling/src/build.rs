@@ -57,7 +57,7 @@ use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::{Observer, Silent};
 use hedgehop_geo::{Crs, VerticalDatum};
 
-/// What a build did.
+/// Report of a build.
 #[derive(Debug, Clone)]
 pub struct BuildReport {
     /// Grid that was built.
@@ -72,7 +72,7 @@ pub struct BuildReport {
     pub void_share: f64,
     /// Pages that were written.
     pub pages: u64,
-    /// Those of them that are those of a build before.
+    /// Pages of these that a build before made.
     pub reused: u64,
     /// Wall time, seconds.
     pub seconds: f64,
@@ -89,18 +89,18 @@ pub fn build(options: &BuildOptions, observer: &dyn Observer) -> Result<BuildRep
     Ok(report)
 }
 
-/// What a build would make.
+/// Outline of a build that is not made yet.
 #[derive(Debug)]
 pub struct Outline {
     /// The database's reference system.
     pub crs: Crs,
-    /// Its grid.
+    /// Grid of the database.
     pub grid: Grid,
     /// Bytes of the file at most, without what stands on the ground.
     pub most_bytes: u64,
-    /// What the program chose or assumed.
+    /// Notes on what the program chose or assumed.
     pub notes: Vec<String>,
-    /// What lies outside the area and changes nothing, a sentence for each: most often a mistake.
+    /// Inputs outside the area, which change nothing, a sentence for each: most often a mistake.
     pub outside: Vec<(Input, String)>,
 }
 
@@ -364,7 +364,7 @@ fn datums(inputs: &Inputs) -> Vec<VerticalDatum> {
     inputs.elevation.iter().map(|raster| raster.datum).collect()
 }
 
-/// What is known before the first page.
+/// Builds the metadata that are known before the first page.
 fn describe(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -> Result<Metadata> {
     let mut notes = inputs.notes.clone();
     notes.extend(plan.notes.iter().cloned());

@@ -1,4 +1,4 @@
-//! What the voxels of pages come to.
+//! Counts of the voxels of pages.
 
 use super::corridor::Stored;
 use super::materials::Classes;
@@ -12,13 +12,13 @@ pub(super) struct Census {
     pub voxels: u64,
     /// Voxels of their own levels.
     pub made: u64,
-    /// Their source had no data.
+    /// Voxels whose source had no data.
     pub voids: u64,
-    /// Of those, they have a surface all the same.
+    /// Voxels of those that have a surface all the same.
     pub filled: u64,
-    /// They have no surface.
+    /// Voxels without a surface.
     pub empty: u64,
-    /// They have a surface, but no colour from imagery.
+    /// Voxels that have a surface, but no colour from imagery.
     pub bare: u64,
     /// Least and greatest height code of those with a surface.
     pub codes: Option<(u16, u16)>,
@@ -27,7 +27,7 @@ pub(super) struct Census {
 }
 
 impl Census {
-    /// Of those voxels of a page that no stored page holds more finely.
+    /// Counts those voxels of a page that no stored page holds more finely.
     pub fn of_finest(page: &PageBuffer, id: PageId, stored: &Stored) -> Self {
         let mut census = Self::default();
         if id.level > stored.outside() {

@@ -1,4 +1,4 @@
-//! Which pages a database stores: all of the coarse levels, and finer ones near a route.
+//! Pages that a database stores: all of the coarse levels, and finer ones near a route.
 //!
 //! ```text
 //! for each corridor: its level is that of its spacing
@@ -19,9 +19,9 @@ use hedgehop_geo::{Crs, Transform};
 /// A part of the area that is stored more finely than what lies around it.
 #[derive(Debug, Clone)]
 pub struct Corridor {
-    /// What it follows.
+    /// Route of the corridor.
     pub route: Route,
-    /// From side to side, metres, > 0: half of it on either side of the route, and round its ends.
+    /// Width from side to side, metres, > 0: half of it on either side of the route, and round its ends.
     pub width: f64,
     /// Side of the finest voxels in it, metres: the finest of all corridors, or 4, 16, 64, … times that.
     pub spacing: f64,
@@ -32,7 +32,7 @@ pub struct Corridor {
 pub struct Route {
     /// The file that it was read from, for errors and notes.
     pub file: PathBuf,
-    /// Where it goes; at least one place.
+    /// Places of the route; at least one.
     pub places: Vec<Place>,
 }
 
@@ -46,7 +46,7 @@ pub enum Place {
 }
 
 impl Corridor {
-    /// What the database records of it.
+    /// Returns the database's record of it.
     pub(super) fn record(&self) -> CorridorRecord {
         CorridorRecord { route: file_name(&self.route.file), width: self.width, spacing: self.spacing }
     }
@@ -59,7 +59,7 @@ impl Corridor {
 }
 
 impl Route {
-    /// Its places in the database's reference system, metres.
+    /// Returns its places in the database's reference system, metres.
     fn line(&self, crs: &Crs) -> Result<Vec<DVec2>> {
         let refuse = |what: String| Err(Error::invalid(&self.file, what));
         let is_geographic = self.places.iter().any(|place| matches!(place, Place::LonLat(..)));
@@ -90,7 +90,7 @@ impl Route {
     }
 }
 
-/// What is asked of a build: corridors in the database's reference system, and what lies outside.
+/// Corridors that are asked of a build, in the database's reference system, and what lies outside.
 #[derive(Debug)]
 pub(super) struct Corridors {
     /// Level and metres to either side, with the line.
@@ -111,7 +111,7 @@ struct Strip {
 ///
 /// Sides of at least `least` levels are named.
 fn level_of(spacing: f64, unit: f64, least: f64) -> Result<u8, String> {
-    /// Of the ratio: decimal fractions do not divide exactly.
+    /// Rounding of the ratio: decimal fractions do not divide exactly.
     const ROUNDING: f64 = 1.0e-9;
     let ratio = spacing / unit;
     let level = (ratio.ln() / f64::from(RADIX).ln()).round();
@@ -142,7 +142,7 @@ pub(super) fn finest(corridors: &[Corridor]) -> Result<Option<f64>> {
 }
 
 impl Corridors {
-    /// Of corridors over voxels of `unit` metres. Outside, voxels are as wide as `outside` says, or else no wider than `coarsest`, the
+    /// Places corridors over voxels of `unit` metres. Outside, voxels are as wide as `outside` says, or else no wider than `coarsest`, the
     /// pixels of the coarsest raster (both metres).
     pub fn new(
         corridors: &[Corridor],
@@ -182,11 +182,11 @@ impl Corridors {
     }
 }
 
-/// Which pages a database stores.
+/// Pages that a database stores.
 #[derive(Debug)]
 pub(super) struct Stored {
     grid: Grid,
-    /// Of the levels that are not stored as a whole, finest first.
+    /// Pages of the levels that are not stored as a whole, finest first.
     partial: Vec<PageSet>,
 }
 
@@ -285,7 +285,7 @@ impl Stored {
         Self { grid: *grid, partial: Vec::new() }
     }
 
-    /// Those that corridors ask for.
+    /// Chooses the pages that corridors ask for.
     pub fn within(grid: &Grid, corridors: &Corridors) -> Result<Self> {
         let side = |level: u8| grid.spacing * f64::from(Grid::side_units(level));
         if corridors.outside >= grid.level_count() {
@@ -343,7 +343,7 @@ impl Stored {
         self.partial.len() as u8
     }
 
-    /// How many pages of a level are.
+    /// Counts the stored pages of a level.
     pub fn count(&self, level: u8) -> u64 {
         let (columns, rows) = self.grid.page_dims(level);
         let all = u64::from(columns) * u64::from(rows);
@@ -372,7 +372,7 @@ pub(super) struct Tasks {
     level: u8,
     columns: u32,
     rows: u32,
-    /// Which of all; `None`: all.
+    /// Numbers of the chosen pages; `None`: all.
     chosen: Option<Vec<u64>>,
 }
 

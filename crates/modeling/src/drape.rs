@@ -22,7 +22,7 @@ pub(super) struct Pigment {
 /// Drapes imagery; one per worker, since it keeps scratch memory.
 pub(super) struct Drape<'a> {
     pub sources: &'a [ImageryInput],
-    /// Which of them are tiles of one.
+    /// Sheets: sources that are tiles of one.
     pub sheets: Sheets,
     pub level: LevelGrid,
     /// Largest window, bytes.
@@ -61,7 +61,7 @@ impl Drape<'_> {
         }))
     }
 
-    /// What the images that matter in a band say: down to where all voxels are opaque and nothing fades.
+    /// Reads the layers of the images that matter in a band: down to where all voxels are opaque and nothing fades.
     fn layers(&mut self, band: Rect) -> Result<Vec<Layer>> {
         let (sources, grid) = (self.sources, self.level.grid);
         let is_near = |source: &&ImageryInput| band.meets(&source.reach, &grid);
@@ -102,7 +102,7 @@ impl Drape<'_> {
         Ok(sums.iter().enumerate().map(paint).collect())
     }
 
-    /// How far inside an image voxels lie; where it is transparent it does not end.
+    /// Returns how far inside an image voxels lie; where it is transparent it does not end.
     fn ramps(&self, index: usize, field: &Field) -> Result<Ramps> {
         let (sheets, window_bytes) = (&self.sheets, self.window_bytes);
         Feather { sheets, index, field, samples: &|_| None, window_bytes }.ramps()
@@ -115,7 +115,7 @@ fn covered(field: &Field, voxel: usize, size: (u32, u32)) -> bool {
     within(field.columns[voxel], size.0) && within(field.rows[voxel], size.1)
 }
 
-/// What one source adds up to at a voxel.
+/// Sums of one source at a voxel.
 #[derive(Clone)]
 struct Sums {
     /// Premultiplied linear colour under the tent.
@@ -188,7 +188,7 @@ struct Layer {
     ramps: Option<Ramps>,
 }
 
-/// What one image says of a voxel.
+/// Colour of one image at a voxel.
 struct Paint {
     /// Linear light, premultiplied by `alpha`.
     linear: [f32; 3],
@@ -236,7 +236,7 @@ fn blended(layers: &[Layer], voxel: usize) -> Pigment {
     blend.pigment()
 }
 
-/// What all sources so far add up to at a voxel.
+/// Blend of all sources so far at a voxel.
 #[derive(Default)]
 struct Blend {
     linear: [f32; 3],

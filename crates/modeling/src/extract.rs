@@ -27,7 +27,7 @@ use hedgehop::voxel::{
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
-/// How far the box may reach into a page that it only touches, as a share of its side.
+/// Share of a page's side that the box may reach into one that it only touches.
 const SAME: f64 = 1e-9;
 
 /// A part of a database's grid that is made of whole pages.
@@ -35,7 +35,7 @@ const SAME: f64 = 1e-9;
 pub struct Part {
     /// Voxels of level 1 before it, eastward and northward.
     pub first: [u32; 2],
-    /// Its own grid.
+    /// Grid of the part.
     pub grid: Grid,
 }
 
@@ -144,7 +144,7 @@ pub fn extract(
 struct Knife<'s> {
     source: &'s dyn PageSource,
     part: &'s Part,
-    /// What has been written.
+    /// Pages that have been written.
     finer: PageReadback,
 }
 
@@ -183,7 +183,7 @@ impl Knife<'_> {
         Ok(page)
     }
 
-    /// For each sample of a page with its apron, which one of the page it is: beyond the cut, that at the edge of the part.
+    /// Maps each sample of a page with its apron to one of the page: beyond the cut, to that at the edge of the part.
     fn places(&self, id: PageId, (width, height): (u32, u32)) -> Vec<usize> {
         let (nx, ny) = self.part.grid.dims(id.level);
         let clamped = |page: u32, size: u32, limit: u32| -> Vec<usize> {

@@ -1,4 +1,4 @@
-//! How a source gives way to lower ones towards where it ends.
+//! Feathering: a source gives way to lower ones towards where it ends.
 //!
 //! ```text
 //! distance = pixels to the nearest one without data, counted as a king moves on a chessboard
@@ -27,7 +27,7 @@ const FAR: u8 = FEATHER as u8 + 1;
 /// Bytes held for a pixel while distances are measured: its height and two distances.
 const PIXEL_BYTES: usize = size_of::<f64>() + 2;
 
-/// Which sources are tiles of one.
+/// Sources that are tiles of one.
 #[derive(Debug)]
 pub(super) struct Sheets {
     tiles: Vec<Tile>,
@@ -65,7 +65,7 @@ impl Tile {
 }
 
 impl Sheets {
-    /// Of sources by priority, each with its columns and rows, over an area.
+    /// Groups sources by priority, each with its columns and rows, over an area.
     pub fn of<'a>(sources: impl Iterator<Item = (&'a Placement, (u32, u32))>, area: &Grid) -> Self {
         let mut tiles: Vec<Tile> = Vec::new();
         let mut first = None;
@@ -83,7 +83,7 @@ impl Sheets {
         Self { tiles }
     }
 
-    /// What a change of a source can reach, from what its pixels can: towards other sheets tiles of its own end elsewhere without it. West, south, east, north.
+    /// Widens the reach of a source's pixels to what a change of it can reach: towards other sheets tiles of its own end elsewhere without it. West, south, east, north.
     pub fn reach(&self, index: usize, [west, south, east, north]: Bounds, pixel_side: f64) -> Bounds {
         let is_whole = self.mates(index).next().is_none();
         if is_whole || self.tiles.iter().all(|tile| tile.sheet == self.tiles[index].sheet) {
@@ -119,7 +119,7 @@ fn marks(placement: &Placement, area: &Grid) -> Option<[(f64, f64); 5]> {
     Some(marks)
 }
 
-/// From the pixels of one raster to those of another, if it is the same at all marks.
+/// Returns the offset from the pixels of one raster to those of another, if it is the same at all marks.
 fn offset(from: &[(f64, f64); 5], to: &[(f64, f64); 5]) -> Option<(f64, f64)> {
     let mut offsets = from.iter().zip(to).map(|(from, to)| (from.0 - to.0, from.1 - to.1));
     let first = offsets.next()?;
@@ -159,7 +159,7 @@ impl Ramps {
     }
 }
 
-/// What the tiles of one sheet took of a voxel so far: together they cede to other sheets what each of them does.
+/// Weight that the tiles of one sheet took of a voxel so far: together they cede to other sheets what each of them does.
 #[derive(Debug, Default)]
 pub(super) struct SheetShare {
     sheet: Option<usize>,
@@ -184,7 +184,7 @@ pub(super) struct Feather<'a> {
     pub sheets: &'a Sheets,
     /// The source.
     pub index: usize,
-    /// Where voxels lie in it.
+    /// Positions of voxels in it.
     pub field: &'a Field,
     /// Samples of each source that tell by NaN where it has no data; `None`: it has data everywhere.
     pub samples: &'a dyn Fn(usize) -> Option<&'a dyn Samples<f64>>,

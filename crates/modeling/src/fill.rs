@@ -10,10 +10,10 @@ use super::mosaic::Surface;
 use super::warp::{LevelGrid, Rect};
 use hedgehop::voxel::Grid;
 
-/// How far valid voxels are looked for, voxels.
+/// Distance to which valid voxels are sought, voxels.
 pub(super) const REACH: u32 = 64;
 
-/// Which voids of `rect`, a part of `surface`, are small: all around them are heights, and they are no longer or wider than a number of voxels
+/// Finds the small voids of `rect`, a part of `surface`: all around them are heights, and they are no longer or wider than a number of voxels
 /// of this level. Voxels that touch at a corner are of one void. `surface` must reach [`REACH`] voxels around `rect` or to the grid's edge; a void
 /// that leaves it is too long, so that the answer is the same from whichever page a void is seen.
 pub(super) fn small(surface: &Surface, rect: Rect, level: &LevelGrid) -> Vec<bool> {

@@ -1,4 +1,4 @@
-//! How fine imagery is beside the voxels that keep its colours.
+//! Fineness of imagery beside the voxels that keep its colours.
 
 use super::cloud::Cloud;
 use super::hints;
@@ -7,14 +7,14 @@ use super::options::BuildOptions;
 use super::plan::Plan;
 use hedgehop_base::error::Result;
 
-/// How many times as wide as the other a pixel or a voxel is, from when on it is worth a word.
+/// Ratio of a pixel's and a voxel's width from which on it is worth a word.
 const WORTH_A_WORD: f64 = 1.25;
 
 /// Imagery beside voxels.
 pub(super) struct Fineness {
     /// Side of the pixels of the finest imagery, metres, if voxels are finer.
     pub coarser_pixel: Option<f64>,
-    /// What is lost where imagery is finer, unless the user chose the voxels; where colours are from, if there is no imagery.
+    /// Note of what is lost where imagery is finer, unless the user chose the voxels; of where colours are from, if there is no imagery.
     pub note: Option<String>,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn of_imagery(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -
     })
 }
 
-/// Where colours are from instead, unless something else states them.
+/// Says where colours are from instead, unless something else states them.
 fn without_imagery(inputs: &Inputs, options: &BuildOptions) -> Option<String> {
     let has_colours = options.synthetic.has_colours() || inputs.clouds.iter().any(Cloud::is_coloured);
     let from = if options.land_cover.is_empty() { "height and slope" } else { "land cover" };

@@ -1,4 +1,4 @@
-//! Where an opened raster lies: its bounds, and the sides of its pixels.
+//! Footprint of an opened raster: its bounds, and the sides of its pixels.
 
 use glam::DVec2;
 
@@ -98,7 +98,7 @@ impl<T> Opened<T> {
         Ok(bounds)
     }
 
-    /// What the database records of it.
+    /// Returns the database's record of it.
     pub fn record(&self, role: &str) -> SourceRecord {
         SourceRecord { file: file_name(&self.path), role: role.into(), description: self.description.clone() }
     }

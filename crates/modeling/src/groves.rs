@@ -26,7 +26,7 @@ impl Groves {
         Self(numbered.collect())
     }
 
-    /// Where a tree stands as an object; `None` if its kind is none.
+    /// Places a tree as an object; `None` if its kind is none.
     pub fn placed(&self, tree: &PlacedTree, grid: &Grid, code: &HeightCode) -> Option<Placed> {
         let &(number, side) = self.0.get(&tree.kind)?;
         let voxel = ((tree.place - grid.origin) / grid.spacing).floor();

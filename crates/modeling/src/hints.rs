@@ -1,4 +1,4 @@
-//! What can be as it is said, but is most often a mistake: what lies outside the area, models that are kilometres high.
+//! Warnings of what can be as it is said, but is most often a mistake: what lies outside the area, models that are kilometres high.
 
 use glam::DVec2;
 
@@ -87,7 +87,7 @@ pub(super) fn clouds_outside(inputs: &Inputs, plan: &Plan) -> Result<Vec<String>
     clouds.filter_map(|points| misplaced_raster(points, plan).transpose()).collect()
 }
 
-/// What is to be said of a raster that lies wholly outside the area.
+/// Warns of a raster that lies wholly outside the area.
 pub(super) fn misplaced_raster<T>(raster: &Opened<T>, plan: &Plan) -> Result<Option<String>> {
     let (_, reach) = raster.place(plan)?;
     Ok(misplaced(&file_name(&raster.path), reach, &plan.grid))
@@ -127,7 +127,7 @@ fn beside(name: &str, [x, y]: [f64; 2], grid: &Grid) -> String {
     format!("{name} stands outside the area, at x {x}, y {y}, and is left out: {}", extent(grid))
 }
 
-/// What is to be said of something with these bounds, unless it reaches the area.
+/// Warns of something with these bounds, unless it reaches the area.
 fn misplaced(what: &str, bounds: Bounds, grid: &Grid) -> Option<String> {
     if meets(bounds, grid) {
         return None;
@@ -155,7 +155,7 @@ fn meets([west, south, east, north]: Bounds, grid: &Grid) -> bool {
     west <= high.x && east >= low.x && south <= high.y && north >= low.y
 }
 
-/// What is to be said of models that make the steps of all heights much larger than those of ground and features, `without` them.
+/// Warns of models that make the steps of all heights much larger than those of ground and features, `without` them.
 pub(super) fn coarse_steps(without: HeightCode, with: HeightCode) -> Option<String> {
     (with.scale >= COARSE && with.scale >= COARSER * without.scale).then(|| {
         format!(

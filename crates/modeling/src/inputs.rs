@@ -150,17 +150,17 @@ pub(super) fn open_rasters(
 pub enum Input {
     /// A file of points, by its place in [`BuildOptions::clouds`].
     Cloud(usize),
-    /// Of elevation, by its place in [`BuildOptions::elevation`].
+    /// Elevation, by its place in [`BuildOptions::elevation`].
     Elevation(usize),
-    /// Of imagery, by its place in [`BuildOptions::imagery`].
+    /// Imagery, by its place in [`BuildOptions::imagery`].
     Imagery(usize),
-    /// Of land cover, by its place in [`BuildOptions::land_cover`].
+    /// Land cover, by its place in [`BuildOptions::land_cover`].
     LandCover(usize),
-    /// Of features, by its place in [`BuildOptions::features`].
+    /// Features, by their place in [`BuildOptions::features`].
     Features(usize),
-    /// Of an object, by its place in [`BuildOptions::objects`].
+    /// Object, by its place in [`BuildOptions::objects`].
     Object(usize),
-    /// Of a scatter, by its place in [`BuildOptions::scatters`].
+    /// Scatter, by its place in [`BuildOptions::scatters`].
     Scatter(usize),
     /// A shape of the ground, by its place in [`super::synthetic::Synthetic::terrain`].
     Terrain(usize),
@@ -168,7 +168,7 @@ pub enum Input {
     Texture(usize),
 }
 
-/// What is to be said of a file that states a reference system, if another one is given for it.
+/// Builds the error of a file that states a reference system, if another one is given for it.
 pub(super) fn contradiction(
     name: &str,
     stated: &Crs,
@@ -191,7 +191,7 @@ fn layer(file: &FeatureFile, options: &BuildOptions) -> Result<(Layer, LayerOpti
     Ok((features::read(&file.path, &file.options)?, LayerOptions { materials, ..file.options.clone() }))
 }
 
-/// What is wrong with each file by itself, or else with its place in the database: all of them, where a build ends at the first.
+/// Finds the faults of each file by itself, or else with its place in the database: all of them, where a build ends at the first.
 pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     let open_options = OpenOptions { cache_bytes: CACHE_TO_LOOK, ..OpenOptions::default() };
     let mut opener = Opener::new(options, open_options, &Silent);
@@ -212,7 +212,7 @@ pub fn faults(options: &BuildOptions) -> Vec<(Input, Error)> {
     if faults.is_empty() { plan::misfits(&inputs, options) } else { faults }
 }
 
-/// What was opened of some files; what is wrong with the others is added to `faults`.
+/// Opens files, and adds what is wrong with those that cannot be opened to `faults`.
 fn sound<F, T>(
     files: &[F],
     open: impl FnMut(&F) -> Result<T>,
@@ -229,7 +229,7 @@ fn sound<F, T>(
     opened
 }
 
-/// What a raster says of itself and what the user says of it, but for where it lies.
+/// Describes what a raster says of itself and what the user says of it, but for where it lies.
 fn facts(info: &RasterInfo, file: &dyn std::fmt::Debug) -> String {
     format!("{:?} {file:?}", RasterInfo { path: PathBuf::new(), ..info.clone() })
 }
@@ -306,7 +306,7 @@ impl<'a> Opener<'a> {
         Ok(Opened { path: path.to_owned(), samples, block: info.block, geo, crs, datum, description, facts })
     }
 
-    /// What the user says of a file.
+    /// Collects what the user says of a file.
     fn said<'s>(&self, role: Role, crs: Option<&'s str>, extent: Option<Bounds>) -> Said<'s> {
         Said { role, crs, extent, spacing: self.options.raw_spacing, local: self.options.local }
     }

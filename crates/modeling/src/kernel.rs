@@ -29,7 +29,7 @@ pub(super) trait Samples<T>: Send + Sync {
     fn size(&self) -> (u32, u32);
     /// Rows from the north, `[window.height][window.width]`, replacing what `samples` held.
     fn read(&self, window: Window, samples: &mut Vec<T>) -> Result<()>;
-    /// What was assumed or repaired in what has been read so far, one sentence each.
+    /// Returns notes on what was assumed or repaired in what has been read so far, one sentence each.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }
@@ -44,13 +44,13 @@ pub(super) trait Accumulate<T> {
 /// Weights of one pixel in a voxel's sums.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tap {
-    /// Of the tent, ≥ 0.
+    /// Weight of the tent, ≥ 0.
     pub tent: f64,
-    /// Of the cubic (the tent's again where no cubic was asked for); may be negative.
+    /// Weight of the cubic (the tent's again where no cubic was asked for); may be negative.
     pub sharp: f64,
 }
 
-/// Which weights are wanted.
+/// Shape of the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shape {
     /// Tent alone.
@@ -59,7 +59,7 @@ pub(super) enum Shape {
     Cubic,
     /// The same, completed at the raster's edge.
     Bicubic,
-    /// Likewise with the cubic of fourth order.
+    /// Tent, and the cubic of fourth order.
     Spline,
 }
 

@@ -10,16 +10,16 @@ use super::features::Solid;
 use hedgehop::voxel::{Material, MaterialRecord};
 use hedgehop_base::colour::linear_from_srgb8;
 
-/// What a recipe says of a class.
+/// Finish that a recipe gives to a class.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Finish {
     /// The class.
     pub material: Material,
-    /// What it is called.
+    /// Name of the class.
     pub name: String,
-    /// Of a place's own class: the class of the table that it behaves as.
+    /// Class of the table that a place's own class behaves as.
     pub like: Option<Material>,
-    /// Its colour, sRGB.
+    /// Colour of the class, sRGB.
     pub colour: Option<[u8; 3]>,
     /// Share of its colour in imagery over it, 0…1.
     pub tint: f32,
@@ -32,7 +32,7 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// With what a recipe says of each class; later ones hold where a class comes twice.
+    /// Builds the classes with what a recipe says of each; later ones hold where a class comes twice.
     pub fn new(mut said: Vec<Finish>) -> Self {
         said.reverse();
         Self { said }
@@ -81,7 +81,7 @@ impl Materials {
         numbers
     }
 
-    /// Its colour in linear light.
+    /// Returns the colour of a class in linear light.
     pub(super) fn linear(&self, material: Material) -> [f32; 3] {
         linear_from_srgb8(self.colour(material))
     }
@@ -114,7 +114,7 @@ impl Materials {
         solids.iter_mut().for_each(|(_, solid)| *solid = self.dressed(solid));
     }
 
-    /// What a database records of the classes with these numbers.
+    /// Returns the database's records of the classes with these numbers.
     pub(super) fn records(&self, numbers: impl Iterator<Item = u8>) -> Vec<MaterialRecord> {
         let record = |number: u8| {
             let material = Material::of_code(number);
@@ -132,7 +132,7 @@ impl Materials {
     }
 }
 
-/// Which classes are there, by their numbers.
+/// Set of classes, by their numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Classes(pub [u64; 4]);
 
@@ -149,7 +149,7 @@ impl Classes {
         self.0.iter_mut().zip(other.0).for_each(|(word, other)| *word |= other);
     }
 
-    /// Their numbers, rising.
+    /// Iterates over the numbers, rising.
     pub fn numbers(self) -> impl Iterator<Item = u8> {
         (0..=u8::MAX).filter(move |number| self.has(*number))
     }

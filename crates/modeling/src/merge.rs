@@ -45,21 +45,21 @@ pub struct Merger<'s> {
 /// One of the databases.
 struct Layer<'s> {
     source: &'s dyn PageSource,
-    /// Its first voxel, and the one behind its last.
+    /// First voxel, and the one behind the last.
     first: [i64; 2],
     end: [i64; 2],
-    /// Where its sources begin in the list of all.
+    /// Begin of its sources in the list of all.
     sources: u16,
 }
 
-/// How databases fit where they meet.
+/// Fit of databases where they meet.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Join {
     /// Neighbouring voxels of two databases.
     pub pairs: u64,
-    /// Their largest step of height, metres, and where it is, metres of the reference system.
+    /// Largest step of height, metres, and where it is, metres of the reference system.
     pub largest: f64,
-    /// Where that is.
+    /// Place of that step.
     pub place: DVec2,
     /// Sum of all steps, metres.
     sum: f64,
@@ -80,19 +80,19 @@ impl Join {
     }
 }
 
-/// What was written.
+/// Result of a merge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Merged {
     /// Bytes of the file.
     pub bytes: u64,
-    /// How the databases fit.
+    /// Fit of the databases.
     pub join: Join,
 }
 
 /// A voxel of level 1, of bare ground or of the surface.
 #[derive(Debug, Clone, Copy)]
 struct Voxel {
-    /// Which database it is of; `None`: it has no surface.
+    /// Database that it is of; `None`: it has no surface.
     owner: Option<usize>,
     height: u16,
     colour: [u8; 3],
@@ -375,7 +375,7 @@ impl<'s> Merger<'s> {
         }
     }
 
-    /// What stands on a voxel; what the database places there gets spans of its own.
+    /// Adds the spans of a voxel; what the database places there gets spans of its own.
     fn add_spans(
         &self,
         owner: Option<usize>,
@@ -405,7 +405,7 @@ impl<'s> Merger<'s> {
         Ok(())
     }
 
-    /// How much of a voxel is its own database's: less than 1 near the edges of that beyond which another one goes on.
+    /// Returns the share of a voxel that is its own database's: less than 1 near the edges of that beyond which another one goes on.
     fn share(&self, index: usize, x: i64, y: i64) -> f64 {
         if self.feather <= 0.0 {
             return 1.0;
@@ -437,7 +437,7 @@ impl Layer<'_> {
     }
 }
 
-/// In what two databases do not mean the same; `None`: they do.
+/// Names what two databases do not mean the same by; `None`: they do.
 fn difference(own: &Metadata, other: &Metadata) -> Option<&'static str> {
     if (own.crs_epsg, &own.crs_proj) != (other.crs_epsg, &other.crs_proj) {
         Some("their reference systems")

@@ -55,9 +55,9 @@ impl Surface {
 /// Merges sources; one per worker, since it keeps scratch memory.
 pub(super) struct Mosaic<'a> {
     pub sources: &'a [ElevationInput],
-    /// What was seen in each of them.
+    /// Surveys of each of them.
     pub surveys: &'a [Survey],
-    /// Which of them are tiles of one.
+    /// Sheets: sources that are tiles of one.
     pub sheets: Sheets,
     pub interpolation: Interpolation,
     pub detail: Option<Detail>,
@@ -75,7 +75,7 @@ struct Layer {
     inside: Vec<f64>,
     /// Sum and weight under the rounded kernel, if that is not the tent; the sum is NaN where it meets a void.
     rounded: Option<Vec<(f64, f64)>>,
-    /// How far inside the source voxels lie; `None` where no other one is near.
+    /// Distances inside the source at voxels; `None` where no other one is near.
     ramps: Option<Ramps>,
     /// Whether the voxel lies on the raster's area.
     covered: Vec<bool>,
@@ -177,7 +177,7 @@ impl Mosaic<'_> {
         Ok(layers)
     }
 
-    /// How far inside a source voxels lie.
+    /// Returns how far inside a source voxels lie.
     fn ramps(&self, index: usize, field: &Field) -> Result<Ramps> {
         let sources = self.sources;
         let samples = |index: usize| Some(sources[index].samples.as_ref());
@@ -235,7 +235,7 @@ impl Mosaic<'_> {
     }
 }
 
-/// By how much heights may leave the range of a source's posts, metres.
+/// Returns by how much heights may leave the range of a source's posts, metres.
 pub(super) fn room(
     source: &ElevationInput,
     (low, high): (f64, f64),

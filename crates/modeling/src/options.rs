@@ -1,4 +1,4 @@
-//! What to build from what.
+//! Options of a build: inputs and settings.
 
 use std::path::PathBuf;
 
@@ -10,12 +10,12 @@ use super::object::{ObjectFile, ScatterFile};
 use super::synthetic::Synthetic;
 use hedgehop_geo::VerticalDatum;
 
-/// What becomes of voxels whose source has no data.
+/// Treatment of voxels whose source has no data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NodataFill {
-    /// They stay without a surface; rays pass.
+    /// Leaves them without a surface; rays pass.
     None,
-    /// Those that are enclosed by heights and at most 64 finest voxels long and wide are interpolated, others stay without a surface.
+    /// Interpolates those that are enclosed by heights and at most 64 finest voxels long and wide; others stay without a surface.
     Small,
     /// Interpolated from the heights around.
     Interpolate,
@@ -23,7 +23,7 @@ pub enum NodataFill {
     Value(f64),
 }
 
-/// How heights lie between posts, where voxels are finer.
+/// Interpolation of heights between posts, where voxels are finer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// Straight between two by two posts.
@@ -40,9 +40,9 @@ pub enum Interpolation {
 pub struct ElevationFile {
     /// The file.
     pub path: PathBuf,
-    /// Its CRS, if it states none.
+    /// CRS of the file, if it states none.
     pub crs: Option<String>,
-    /// What its heights are above, if it does not state that.
+    /// Datum of its heights, if it does not state that.
     pub datum: Option<VerticalDatum>,
     /// Values that mean "no data" besides what it declares.
     pub nodata: Vec<f64>,
@@ -53,11 +53,11 @@ pub struct ElevationFile {
 pub struct CloudFile {
     /// The file: LAS or LAZ.
     pub path: PathBuf,
-    /// Its CRS, if it states none.
+    /// CRS of the file, if it states none.
     pub crs: Option<String>,
-    /// What its heights are above, if it does not state that.
+    /// Datum of its heights, if it does not state that.
     pub datum: Option<VerticalDatum>,
-    /// Its ground alone is taken: no buildings, plants, wires.
+    /// Whether its ground alone is taken: no buildings, plants, wires.
     pub ground_only: bool,
 }
 
@@ -66,7 +66,7 @@ pub struct CloudFile {
 pub struct ImageryFile {
     /// The file.
     pub path: PathBuf,
-    /// Its CRS, if it states none.
+    /// CRS of the file, if it states none.
     pub crs: Option<String>,
     /// One-based bands to take as red, green, blue; `None` chooses.
     pub bands: Option<[u32; 3]>,
@@ -80,7 +80,7 @@ pub struct ImageryFile {
 pub struct FeatureFile {
     /// The file: GeoJSON, a Shapefile, a GeoPackage, or a table of outlines.
     pub path: PathBuf,
-    /// How it is read.
+    /// Options of reading it.
     pub options: LayerOptions,
 }
 
@@ -108,7 +108,7 @@ impl From<PathBuf> for ImageryFile {
     }
 }
 
-/// What to build from what.
+/// Options of a build.
 #[derive(Debug, Clone)]
 pub struct BuildOptions {
     /// Point clouds: ground above all other elevation, and what stands on it; may be empty.
@@ -121,15 +121,15 @@ pub struct BuildOptions {
     pub land_cover: Vec<LandCoverFile>,
     /// The materials of the place.
     pub materials: Materials,
-    /// What stands or lies on the ground; may be empty.
+    /// Features that stand or lie on the ground; may be empty.
     pub features: Vec<FeatureFile>,
     /// Models that stand on it; may be empty.
     pub objects: Vec<ObjectFile>,
     /// Models that are scattered over it; may be empty.
     pub scatters: Vec<ScatterFile>,
-    /// What no file holds.
+    /// Terrain and detail that no file holds.
     pub synthetic: Synthetic,
-    /// How heights lie between posts.
+    /// Interpolation of heights between posts.
     pub interpolation: Interpolation,
     /// The database to write.
     pub output: PathBuf,
@@ -154,7 +154,7 @@ pub struct BuildOptions {
     pub raw_spacing: Option<f64>,
     /// Area to build: west, south, east, north in the database's CRS; `None`: all that elevation covers. Without elevation it must be given.
     pub bbox: Option<[f64; 4]>,
-    /// What becomes of voids.
+    /// Treatment of voids.
     pub nodata_fill: NodataFill,
     /// Bytes that the build may hold resident.
     pub memory: u64,

@@ -60,7 +60,7 @@ pub(super) struct Project<'a> {
     pub standees: Option<&'a Standees>,
     /// The same for models.
     pub objects: Option<&'a Objects>,
-    /// What stands in many places.
+    /// Objects that stand in many places.
     pub shared: &'a SharedObjects,
     /// Largest window of samples, bytes.
     pub window_bytes: usize,
@@ -97,7 +97,7 @@ struct Bare {
     heights: Vec<u16>,
     colours: Vec<[u8; 3]>,
     attributes: Vec<Attributes>,
-    /// Of each voxel, lowest first.
+    /// Spans of each voxel, lowest first.
     spans: HashMap<usize, Vec<Span>>,
     /// Objects that may reach it.
     placed: Vec<Placed>,
@@ -147,7 +147,7 @@ impl<'a> PageMaker<'a> {
         }
     }
 
-    /// How heights are coded.
+    /// Returns the coding of heights.
     pub fn code(&self) -> HeightCode {
         self.project.code
     }
@@ -221,7 +221,7 @@ impl<'a> PageMaker<'a> {
         Ok(ground?.surface.heights)
     }
 
-    /// What features and clouds make of a block with this natural ground; `None`: none reaches it.
+    /// Raises features and clouds on a block with this natural ground; `None`: none reaches it.
     fn built(&mut self, rect: Rect, natural: &[f64]) -> Result<Option<Built>> {
         let mut built = self.features(rect)?;
         let materials = self.project.materials;
@@ -288,7 +288,7 @@ impl<'a> PageMaker<'a> {
         Ok(objects.solids(rect, (wide, &natural), site, (&self.level, &self.project.code)))
     }
 
-    /// What features make of a block; `None`: none reaches it.
+    /// Raises features on a block; `None`: none reaches it.
     fn features(&mut self, rect: Rect) -> Result<Option<Built>> {
         let Some(standing) = self.project.standing else { return Ok(None) };
         let Some(margin) = standing.margin(rect, &self.level) else { return Ok(None) };

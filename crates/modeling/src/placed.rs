@@ -15,11 +15,11 @@ pub(super) struct ElevationInput {
     pub samples: Box<dyn Samples<f64>>,
     pub block: (u32, u32),
     pub placement: Placement,
-    /// What brings its heights to the database's datum.
+    /// Shift that brings its heights to the database's datum.
     pub shift: Shift,
     /// Side of a pixel at its centre, metres; infinite where that has no place in the database's system.
     pub pixel_side: f64,
-    /// How its posts lie on the ground.
+    /// Lattice of its posts on the ground.
     pub lattice: Lattice,
     /// West, south, east, north of what it can reach, in the database's system; for quick rejection.
     pub reach: Bounds,
@@ -29,7 +29,7 @@ pub(super) struct ElevationInput {
 pub(super) struct ImageryInput {
     pub samples: Box<dyn Samples<[u8; 4]>>,
     pub placement: Placement,
-    /// As of elevation.
+    /// Side of its pixels, as of elevation.
     pub pixel_side: f64,
     pub reach: Bounds,
 }
@@ -63,7 +63,7 @@ impl ImageryInput {
 }
 
 impl<T> Opened<T> {
-    /// How it lies in the grid, and what it can reach.
+    /// Finds how it lies in the grid, and what it can reach.
     pub fn place(&self, plan: &Plan) -> Result<(Placement, Bounds)> {
         let size = self.samples.size();
         let placement = Placement::new(Transform::new(&plan.crs, &self.crs)?, &self.geo, size)

@@ -12,7 +12,7 @@ const MOST_VOXELS: usize = 1 << 22;
 /// An object on the voxels of the area: its south-west one, and the placement without it.
 pub(super) type Placed = ([i64; 2], Placement);
 
-/// What stands on a block: solids with the index of their voxel, and objects.
+/// Solids and objects on a block, the solids with the index of their voxel.
 pub(super) type Raised = (Vec<(usize, Solid)>, Vec<Placed>);
 
 /// Objects in the order of their numbers, on the finest voxels of a grid.
@@ -21,7 +21,7 @@ pub(super) struct Collection<'m> {
     code: HeightCode,
     materials: &'m Materials,
     objects: Vec<SharedObject>,
-    /// Of all of them.
+    /// Voxels of all of them.
     voxels: usize,
 }
 

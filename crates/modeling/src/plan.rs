@@ -28,7 +28,7 @@ use hedgehop_geo::{Crs, Transform};
 /// Part of a voxel or pixel by which rounding may displace a boundary.
 const ROUNDING: f64 = 1.0e-6;
 
-/// Where the database lies.
+/// Place and grid of the database.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub crs: Crs,
@@ -144,7 +144,7 @@ fn settled(crs: &Crs, area: Bounds) -> Result<Crs> {
     Ok(place.map_or_else(|| crs.clone(), |(longitude, latitude)| crs.settled(longitude, latitude)))
 }
 
-/// What is wrong with files that are sound by themselves, but not in the database; nothing where there can be none, as [`plan`] tells.
+/// Finds the faults of files that are sound by themselves, but not in the database; nothing where there can be none, as [`plan`] tells.
 pub(super) fn misfits(inputs: &Inputs, options: &BuildOptions) -> Vec<(Input, Error)> {
     let Ok(plan) = plan(inputs, options) else {
         return choose_crs(inputs, options, &mut Vec::new())
@@ -214,12 +214,12 @@ fn strangers(inputs: &Inputs, crs: &Crs) -> Vec<(Input, Error)> {
     strangers
 }
 
-/// In metres, and true to scale.
+/// Tells whether the system is in metres, and true to scale.
 fn is_suitable(crs: &Crs) -> bool {
     crs.is_metric() && !is_mercator(crs)
 }
 
-/// What only elevation could have said otherwise.
+/// Builds the error of something that only elevation could have said otherwise.
 fn needed(flag: &str, example: &str) -> Error {
     Error::Configuration(format!("without elevation {flag} is needed, as in {flag} {example}"))
 }
@@ -330,7 +330,7 @@ fn coarse_note(imagery: &[Opened<[u8; 4]>], crs: &Crs, spacing: f64) -> Result<O
     }))
 }
 
-/// To three significant digits: a reprojected raster has no spacing of its own to keep.
+/// Rounds to three significant digits: a reprojected raster has no spacing of its own to keep.
 fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
@@ -386,12 +386,12 @@ fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Resul
     Ok(both)
 }
 
-/// What two areas share; its sides are turned where that is nothing.
+/// Returns the area that two areas share; its sides are turned where that is nothing.
 fn common(a: Bounds, b: Bounds) -> Bounds {
     [a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]
 }
 
-/// Where the grid's lines lie if its voxels are the raster's pixels.
+/// Returns where the grid's lines lie if its voxels are the raster's pixels.
 fn phase_of(raster: &Opened<f64>, crs: &Crs, spacing: f64) -> Option<(f64, f64)> {
     let geo = &raster.geo;
     let (width, height) = raster.samples.size();

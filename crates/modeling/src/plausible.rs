@@ -69,7 +69,7 @@ fn looks_like_degrees(geo: &GeoTransform, size: (u32, u32)) -> bool {
 const DEGREE: f64 = 111_320.0;
 /// Sides of pixels of which no ground is a picture, metres.
 const PIXELS: std::ops::RangeInclusive<f64> = 1.0e-4..=2.0e6;
-/// How many times as long as wide a pixel may be: six times occurs, in degrees towards the poles.
+/// Ratio of length to width from which on a pixel is taken for a mistake: six occurs, in degrees towards the poles.
 const LONGEST_PIXEL: f64 = 50.0;
 /// Least sine of the angle between rows and columns.
 const LEAST_ANGLE: f64 = 0.1;

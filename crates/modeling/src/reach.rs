@@ -1,4 +1,4 @@
-//! Which pages the inputs of a build can reach: all others have no surface, and no bytes.
+//! Pages that the inputs of a build can reach: all others have no surface, and no bytes.
 
 use super::footprint::Bounds;
 use super::inputs::{Inputs, Opened};
@@ -16,18 +16,18 @@ struct Sheet {
     reach: Bounds,
 }
 
-/// What reaches pages.
+/// Bounds of the inputs, which tell the pages they reach.
 #[derive(Default)]
 pub(super) struct Reach {
     elevation: Vec<Sheet>,
-    /// What imagery and land cover can reach.
+    /// Bounds that imagery and land cover can reach.
     others: Vec<Bounds>,
     /// Something that has no bounds is everywhere.
     is_everywhere: bool,
 }
 
 impl Reach {
-    /// Of opened inputs.
+    /// Finds the bounds of opened inputs.
     ///
     /// # Errors
     /// A raster that has no place in the grid.

@@ -27,14 +27,14 @@ const COARSE: u64 = 9;
 /// Rows of pages that are set aside at a time.
 const BAND: u32 = 8;
 
-/// Where a build writes what.
+/// Files that a build writes, and where.
 #[derive(Clone, Copy)]
 pub(super) struct Room<'a> {
     pub plan: &'a Plan,
     pub output: &'a Path,
     /// Whether something may stand on the ground.
     pub builds: bool,
-    /// Where pages have more than an entry.
+    /// Pages that have more than an entry.
     pub reach: &'a Reach,
 }
 

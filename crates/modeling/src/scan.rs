@@ -21,14 +21,14 @@ use hedgehop_base::progress::Observer;
 const COARSE: u32 = 64;
 /// Samples read at once, unless one block of the file holds more.
 const CHUNK_SAMPLES: u64 = 1 << 18;
-/// What was seen in one source.
+/// Survey of one source.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Survey {
     /// Lowest and highest sample, metres above the source's datum; `None` if all are void.
     pub range: Option<(f64, f64)>,
     /// Mean heights of cells; `None` if all are void.
     pub coarse: Option<Coarse>,
-    /// What was assumed or repaired in it, one sentence each.
+    /// Notes on what was assumed or repaired in it, one sentence each.
     pub notes: Vec<String>,
     /// Curvatures, from which detail takes its roughness; of none unless they were asked for.
     pub energies: Energies,
@@ -112,7 +112,7 @@ pub(super) fn survey(
     surveys
 }
 
-/// How a source's window is cut for reading: along the file's blocks.
+/// Chunks into which a source's window is cut for reading: along the file's blocks.
 struct Chunks {
     window: Window,
     step: (u32, u32),

@@ -9,21 +9,21 @@
 
 use hedgehop_geo::{Crs, VerticalCrs, VerticalDatum};
 
-/// What is known of a source's heights.
+/// Statements on the datum and unit of a source's heights.
 pub(super) struct Stated<'a> {
     /// File name, for notes.
     pub name: &'a str,
-    /// By the file.
+    /// Statement of the file.
     pub file: &'a VerticalCrs,
-    /// By the reference system that the user gives for a file that states none.
+    /// Statement of the reference system that the user gives for a file that states none.
     pub given: VerticalCrs,
-    /// By `--src-vdatum`.
+    /// Statement of `--src-vdatum`.
     pub flag: Option<VerticalDatum>,
     /// Horizontal system.
     pub crs: &'a Crs,
 }
 
-/// What heights come to.
+/// Datum and unit of a source's heights.
 pub(super) struct SourceHeights {
     pub datum: VerticalDatum,
     /// Metres upward per unit; below 0 for depths.

@@ -1,4 +1,4 @@
-//! What a database records of all that it was made of.
+//! Records of all that a database was made of.
 //!
 //! ```text
 //! elevation, clouds first │ imagery │ land cover │ features │ models │ scatters │ shapes of the ground
@@ -90,7 +90,7 @@ fn scattered(scatter: &ScatterFile, materials: &Materials) -> SourceRecord {
     record(forms.join(", "), "scatter", description)
 }
 
-/// What a built-in form is called in recipes.
+/// Returns the name of a built-in form in recipes.
 fn name(form: BuiltIn) -> &'static str {
     match form {
         BuiltIn::Broadleaf => "broadleaf",
@@ -120,7 +120,7 @@ fn kind(shape: &Terrain) -> &'static str {
     }
 }
 
-/// Which roughness detail takes from which elevation, a sentence for each that has heights; of so many clouds the first one stands for all.
+/// Says which roughness detail takes from which elevation, a sentence for each that has heights; of so many clouds the first one stands for all.
 pub(super) fn roughness(surveys: &[Survey], sources: &[SourceRecord], clouds: usize) -> Vec<String> {
     let told = surveys.iter().zip(sources).enumerate().filter(|(_, (survey, _))| survey.range.is_some());
     let sentence = |(index, (survey, source)): (usize, (&Survey, &SourceRecord))| {

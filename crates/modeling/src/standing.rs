@@ -43,15 +43,15 @@ const TILES: usize = 128;
 #[derive(Debug, Default)]
 pub(super) struct Standing {
     features: Vec<Feature>,
-    /// Their trees that are objects.
+    /// Groves: their trees that are objects.
     groves: Groves,
-    /// What each of them is; empty if steps are not kept.
+    /// Keys of what each of them is; empty if steps are not kept.
     keys: Vec<Key>,
-    /// What each of them may change.
+    /// Extents of what each of them may change.
     extents: Vec<Extent>,
     /// Each on its ground, as soon as it was asked for.
     bound: Vec<OnceLock<Vec<Bound>>>,
-    /// Their numbers, by cell of a page's side of level index 0.
+    /// Numbers of features, by cell of a page's side of level index 0.
     cells: HashMap<(i64, i64), Vec<u32>>,
     cell: f64,
     origin: DVec2,
@@ -59,19 +59,19 @@ pub(super) struct Standing {
     margin: f64,
 }
 
-/// What features make of a block of voxels, all `[rows][columns]` of it.
+/// Solids and ground of a block as features make them, all `[rows][columns]` of it.
 pub(super) struct Built {
     /// Heights of the bare ground, metres; NaN where there is none.
     pub ground: Vec<f64>,
     /// Surfaces of the bare ground: voxel, surface, and share of the voxel, in the order in which they lie on each other.
     pub paints: Vec<(usize, Paint, f64)>,
-    /// What the ground itself is, likewise; below all of these.
+    /// Ground itself, likewise; below all of these.
     pub natural: Vec<(usize, Paint, f64)>,
     /// Solids by voxel, in no order.
     pub solids: Vec<(usize, Solid)>,
     /// Objects that reach the block, by voxel of the area.
     pub placed: Vec<Placed>,
-    /// Which of them have no colours of their own.
+    /// Solids that have no colours of their own.
     pub uncoloured: std::ops::Range<usize>,
 }
 
@@ -138,7 +138,7 @@ impl Standing {
         self.groves = Groves::of(&self.features, spacing, objects);
     }
 
-    /// What a feature may change.
+    /// Finds what a feature may change.
     fn extent(&self, index: usize, maker: &mut PageMaker<'_>, highest: f64) -> Result<Extent> {
         let spacing = maker.grid().spacing;
         let bound = self.bind(index, maker)?;
@@ -213,19 +213,19 @@ impl Standing {
         found.into_iter().filter_map(|index| self.keys.get(index as usize).copied()).collect()
     }
 
-    /// How many voxels of a level around a block features may ask for at most.
+    /// Returns how many voxels of a level around a block features may ask for at most.
     fn voxels_asked(&self, level: &LevelGrid) -> u32 {
         (self.margin / level.grid.spacing).ceil() as u32 + 2
     }
 
-    /// How many voxels of a level around a block its features may ask for; `None`: none reaches it.
+    /// Returns how many voxels of a level around a block its features may ask for; `None`: none reaches it.
     pub fn margin(&self, rect: Rect, level: &LevelGrid) -> Option<u32> {
         let margin = self.voxels_asked(level);
         let wide = rect.grown(margin, &level.grid);
         (!self.within(square(wide, &level.grid).bounds()).is_empty()).then_some(margin)
     }
 
-    /// What features make of a block, `natural` being the heights of the voxels of `wide` about it (metres, NaN where there is none); `maker`
+    /// Raises the features of a block, `natural` being the heights of the voxels of `wide` about it (metres, NaN where there is none); `maker`
     /// makes the ground of those that were not bound yet.
     pub fn build(
         &self,

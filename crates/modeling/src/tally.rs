@@ -1,8 +1,8 @@
-//! What the pages of a database have in them, counted while they are written.
+//! Counts of the contents of a database's pages, made while they are written.
 
 use hedgehop::voxel::{APRON, Attributes, HeightCode, Metadata, PageBuffer, PageId, SharedObjects};
 
-/// What pages have in them.
+/// Counts of the contents of pages.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Tally {
     /// Lowest and highest code; `None`: there is none.
@@ -12,7 +12,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Of a page that places some of `objects`.
+    /// Counts a page that places some of `objects`.
     pub fn of(page: &PageBuffer, id: PageId, objects: &SharedObjects) -> Self {
         let ends = page.spans.codes(objects).map(<[u16; 2]>::from);
         let codes = [&page.heights, &page.low, &page.high].into_iter().flatten().chain(ends.iter().flatten());
@@ -44,7 +44,7 @@ impl Tally {
         self.codes.map_or((0.0, 0.0), |(low, high)| (height(low), height(high)))
     }
 
-    /// What is said of another database, with the shares of the part, as far as it is stored at its finest.
+    /// Completes what is said of another database with the shares of the part, as far as it is stored at its finest.
     pub fn metadata(&self, whole: &Metadata) -> Metadata {
         let share = |count: u64| if self.voxels[0] > 0 { count as f64 / self.voxels[0] as f64 } else { 0.0 };
         let (void_share, empty_share) = (share(self.voxels[1]), share(self.voxels[2]));

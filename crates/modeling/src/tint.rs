@@ -33,7 +33,7 @@ pub(super) struct Tint {
 }
 
 impl Tint {
-    /// For heights `low..=high`, metres; `sea` if 0 is the sea's level.
+    /// Builds the tint of heights `low..=high`, metres; `sea` if 0 is the sea's level.
     pub fn new(low: f64, high: f64, sea: bool) -> Self {
         Self { low, high, sea }
     }

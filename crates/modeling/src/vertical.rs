@@ -13,7 +13,7 @@ use hedgehop_geo::{Crs, Transform, VerticalDatum, VerticalShift};
 const NODE_METRES: f64 = 8000.0;
 const MOST_NODES: u32 = 1024;
 
-/// What is added to a source's heights, metres.
+/// Shift that is added to a source's heights, metres.
 #[derive(Debug, Clone)]
 pub(super) enum Shift {
     /// Nothing.
@@ -23,7 +23,7 @@ pub(super) enum Shift {
 }
 
 impl Shift {
-    /// What brings heights above `from` to `to`.
+    /// Finds the shift of heights above `from` to `to`.
     pub fn between(from: VerticalDatum, to: VerticalDatum, grid: &Grid, crs: &Crs) -> Result<Self> {
         match VerticalDatum::conversion(from, to)? {
             VerticalShift::None => Ok(Self::Zero),

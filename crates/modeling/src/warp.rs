@@ -1,4 +1,4 @@
-//! Where each voxel falls in a raster: exact transforms on a lattice, bilinear between.
+//! Positions of voxels in a raster: exact transforms on a lattice, bilinear between.
 //!
 //! ```text
 //! for each cell of 16 × 16 voxels, counted from the grid's origin (never from a page):
@@ -18,7 +18,7 @@ use hedgehop_geo::Transform;
 pub(super) const TOLERANCE: f64 = 0.05;
 /// Voxels along a cell of the lattice; a power of two.
 const CELL: i64 = 16;
-/// How far a position that is a pixel's centre but for rounding may lie from it, in pixels.
+/// Distance, in pixels, within which a position is taken for a pixel's centre.
 const ROUNDING: f64 = 1.0e-6;
 
 /// A level's voxels as a grid of their own.
@@ -59,11 +59,11 @@ impl Rect {
     pub fn len(&self) -> usize {
         self.width() * self.height()
     }
-    /// Its rows.
+    /// Returns the rows.
     pub fn rows(&self) -> std::ops::Range<u32> {
         self.y0..self.y1
     }
-    /// Where its rows lie among the voxels of one that holds it.
+    /// Returns where its rows lie among the voxels of one that holds it.
     pub fn rows_in(self, whole: Self) -> impl Iterator<Item = std::ops::Range<usize>> + Clone {
         self.rows().map(move |y| whole.index(self.x0, y)).map(move |first| first..first + self.width())
     }
@@ -111,7 +111,7 @@ impl Rect {
     }
 }
 
-/// How a raster lies in the database's reference system.
+/// Placement of a raster in the database's reference system.
 #[derive(Debug)]
 pub(super) struct Placement {
     /// Positions in the raster's system from those in the database's; `None` if they are the same.
@@ -120,7 +120,7 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// For a raster of `size` pixels in the transform's target system; `None` if its geotransform is singular.
+    /// Places a raster of `size` pixels in the transform's target system; `None` if its geotransform is singular.
     pub fn new(
         source_from_world: Transform,
         source_from_pixel: &GeoTransform,
@@ -179,7 +179,7 @@ pub(super) struct PixelBlock {
 }
 
 impl PixelBlock {
-    /// Where they are in a raster of `size` pixels; `None` unless all of them, and `margin` around, lie within.
+    /// Returns the window of a raster of `size` pixels that holds them; `None` unless all of them, and `margin` around, lie within.
     pub fn window(&self, rect: Rect, size: (u32, u32), margin: u32) -> Option<Window> {
         let start = |first: i64, count: usize, size: u32| {
             let margin = i64::from(margin);

@@ -11,19 +11,19 @@ use hedgehop::voxel::{
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
-/// What is known of the steps of builds before, and the keys of this one's pages.
+/// Steps of builds before, and the keys of this one's pages.
 pub(super) type Trace<'a> = (&'a Steps, &'a PageKeys<'a>);
 
-/// What was written so far.
+/// Pages that were written so far.
 #[derive(Debug, Default)]
 pub(super) struct Written {
     /// Counts over its voxels.
     pub census: Census,
     /// Pages.
     pub pages: u64,
-    /// Those of them that a build before made.
+    /// Pages of these that a build before made.
     pub reused: u64,
-    /// Those of them that are not noted as steps: they may be set aside still.
+    /// Pages of these that are not noted as steps: they may be set aside still.
     pending: Vec<Made>,
 }
 
@@ -36,7 +36,7 @@ pub(super) enum Page {
 /// A page with all that goes with it.
 struct Ready {
     page: Page,
-    /// That of bare ground.
+    /// Page of bare ground.
     bare: Option<Page>,
     census: Census,
     key: Option<Key>,
@@ -58,7 +58,7 @@ impl Page {
         }
     }
 
-    /// Where it is set aside, if it is.
+    /// Puts the page on the shelf; returns its entry if it was set aside.
     fn put_on(self, shelf: &mut Shelf<'_>) -> Result<Option<PageEntry>> {
         match self {
             Self::Made(page) => shelf.take(&page).map(Some),

@@ -1,4 +1,4 @@
-//! What the ground of a database is made of: areas by material, and what stands on it.
+//! Composition of the ground of a database: areas by material, and what stands on it.
 //!
 //! ```text
 //! for each stored page, each of its voxels that no stored page holds more finely: its area counts for its material and its source
@@ -19,11 +19,11 @@ use hedgehop_base::error::Result;
 /// Areas and numbers by class.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
-    /// By the number of the material of the highest surface; 0: not known.
+    /// Areas by the number of the material of the highest surface; 0: not known.
     pub materials: BTreeMap<u8, ClassTally>,
     /// Area by elevation source, m².
     pub sources: BTreeMap<u16, f64>,
-    /// By level, finest first.
+    /// Areas by level, finest first.
     pub levels: Vec<LevelTally>,
     /// Area with a surface, m².
     pub area: f64,
@@ -37,18 +37,18 @@ pub struct Tally {
     pub objects: Vec<ObjectTally>,
 }
 
-/// What there is of an object that is stored once.
+/// Count of an object that is stored once.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ObjectTally {
     /// Voxels of level 1 eastward and northward, before it is turned.
     pub voxels: [u16; 2],
-    /// How many times it is placed with its middle voxel in the area asked for. Each placement counts once, however many blocks and pages it reaches.
+    /// Number of placements with their middle voxel in the area asked for. Each placement counts once, however many blocks and pages it reaches.
     pub placed: u64,
     /// Bytes that it takes in the file, without its placements.
     pub bytes: u64,
 }
 
-/// What there is of a material.
+/// Count of a material.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ClassTally {
     /// Area of the surface seen from above, m².
@@ -57,7 +57,7 @@ pub struct ClassTally {
     pub spans: u64,
 }
 
-/// What there is of a level.
+/// Count of a level.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LevelTally {
     /// Pages that were looked at: those that meet the area asked for.
@@ -234,7 +234,7 @@ fn add_placements(
     }
 }
 
-/// What the finest voxel over a place (metres of the database's system) says of its surface; `None`: there is none.
+/// Returns the surface of the finest voxel over a place (metres of the database's system); `None`: there is none.
 ///
 /// # Errors
 /// A page that is damaged.

@@ -1,4 +1,4 @@
-//! How near a line of sight comes to what lies below it, and how much higher its far end would have to be.
+//! Clearance of a line of sight above what lies below it, and the height that its far end lacks.
 //!
 //! ```text
 //! for each piece of the way that leaves no half of a voxel, wherein ground is one patch and what stands has its planes:
@@ -26,16 +26,16 @@ pub(super) const TOUCH: f64 = 1.0e-6;
 const PER_VOXEL: f64 = 8.0;
 const MOST_PARTS: f64 = 4096.0;
 
-/// What a line's surroundings are.
+/// Clearance of a line.
 #[derive(Debug, Default)]
 pub(super) struct Clearance {
-    /// Where it is nearest to what lies below it: share of the way, height of that, and how far the line is above it, metres.
+    /// Point nearest to what lies below the line: share of the way, height of that, and how far the line is above it, metres.
     pub nearest: Option<(f64, f64, f64)>,
-    /// How much higher the far end would have to be, metres; ∞: no height would do.
+    /// Height that the far end lacks, metres; ∞: no height would do.
     pub missing: f64,
 }
 
-/// What lies along a ray as far as `length` metres, which is not vertical.
+/// Finds the clearance along a ray as far as `length` metres, which is not vertical.
 pub(super) fn clearance<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Clearance> {
     let grid = source.header().grid;
     let (mut cursor, mut slabs) = (Ground::Bare.cursor(source), Slabs::new(source));
@@ -73,7 +73,7 @@ pub(super) fn clearance<S: PageSource>(source: &S, ray: &GridRay, length: f64) -
     Ok(Clearance { nearest, missing: barriers.first_gap() })
 }
 
-/// How far one can see straight down from `eye`: the height where half of the light is gone, metres above the datum; ∞: the eye is below ground or within
+/// Returns how far one can see straight down from `eye`: the height where half of the light is gone, metres above the datum; ∞: the eye is below ground or within
 /// something opaque.
 pub(super) fn floor<S: PageSource>(source: &S, place: DVec2, eye: f64) -> Result<f64> {
     let spacing = source.header().grid.spacing;
@@ -134,7 +134,7 @@ fn value([constant, linear, square]: [f64; 3], share: f64) -> f64 {
 
 /// A piece of the line, on which the Earth's curvature does not matter.
 struct Piece {
-    /// Where it begins, share of the whole way, and how long it is.
+    /// Begin, share of the whole way, and length.
     begin: f64,
     extent: f64,
     /// Heights of the line at its ends.
@@ -162,12 +162,12 @@ impl Piece {
         self.heights[0] + share * (self.heights[1] - self.heights[0])
     }
 
-    /// How far a surface is above the line.
+    /// Returns the height of a surface above the line.
     fn over(&self, [constant, linear, square]: [f64; 3]) -> [f64; 3] {
         [constant - self.heights[0], linear - (self.heights[1] - self.heights[0]), square]
     }
 
-    /// How far something straight is above the line, given at the piece's ends.
+    /// Returns the height of something straight above the line, given at the piece's ends.
     fn over_line(&self, ends: [f64; 2]) -> [f64; 3] {
         self.over([ends[0], ends[1] - ends[0], 0.0])
     }
@@ -197,7 +197,7 @@ impl Piece {
         if share > 0.0 && share < 1.0 { ends.max(self.rise(*above, share)) } else { ends }
     }
 
-    /// Where the line is nearest to ground, between two shares.
+    /// Finds where the line is nearest to ground, between two shares.
     fn nearest_ground(&self, above: &[f64; 3], [begin, end]: [f64; 2]) -> Option<(f64, f64, f64)> {
         let vertex = -0.5 * above[1] / above[2];
         let inside = (vertex > begin && vertex < end).then_some(vertex);
@@ -207,7 +207,7 @@ impl Piece {
         Some((self.part(highest), self.height(highest) + above, -above))
     }
 
-    /// Where it is nearest to what stands below it, between two shares; leaves do not lie below what goes through them, but end at it.
+    /// Finds where it is nearest to what stands below it, between two shares; leaves do not lie below what goes through them, but end at it.
     fn nearest_slab(&self, slab: &Slab, [begin, end]: [f64; 2]) -> Option<(f64, f64, f64)> {
         let mut part = [slab.part[0].max(begin), slab.part[1].min(end)];
         if part[0] >= part[1] {
@@ -226,7 +226,7 @@ impl Piece {
     }
 }
 
-/// What the line would meet if its far end were higher.
+/// Obstacles that the line would meet if its far end were higher.
 #[derive(Debug)]
 struct Barriers {
     /// The rise that clears all ground.

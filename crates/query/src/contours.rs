@@ -35,7 +35,7 @@ const MOST_ELEVATIONS: f64 = 10_000.0;
 /// A contour line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contour {
-    /// Which multiple of the interval it is at.
+    /// Multiple of the interval.
     pub number: i64,
     /// Points in order, metres of the database's system, at least two; of a ring the last is the first.
     pub points: Vec<DVec2>,
@@ -171,7 +171,7 @@ struct Tracer {
     numbers: Vec<i64>,
     /// Places of `open` that are free.
     free: Vec<usize>,
-    /// Which line has an end at a crossing, and whether that is its last point.
+    /// Line that has an end at a crossing, and whether that is its last point.
     ends: HashMap<End, (usize, bool)>,
     /// The crossings at both ends of an open line.
     crossings: Vec<[Side; 2]>,

@@ -21,14 +21,14 @@ use hedgehop_base::error::Result;
 /// A light and how much ground is raised under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hillshade {
-    /// To the sun; of length 1.
+    /// Direction to the sun; of length 1.
     towards: DVec3,
     /// Factor on heights.
     exaggeration: f64,
 }
 
 impl Hillshade {
-    /// Of a sun above the horizon; heights are multiplied by `exaggeration` > 0.
+    /// Builds the hillshade of a sun above the horizon; heights are multiplied by `exaggeration` > 0.
     pub fn new(sun: Sun, exaggeration: f64) -> Self {
         let (azimuth, elevation) = (sun.azimuth.to_radians(), sun.elevation.to_radians());
         let level = elevation.cos();

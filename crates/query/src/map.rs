@@ -11,13 +11,13 @@ use super::posts::{PostReader, Posts, Sheet};
 use hedgehop::voxel::{Grid, PageSource, RADIX};
 use hedgehop_base::error::{Error, Result};
 
-/// How far a corner may be from a voxel's, as a share of its side, to count as the same.
+/// Distance of a corner from a voxel's, as a share of its side, that counts as none.
 const SAME: f64 = 1e-6;
 
 /// Points of a pixel each way, at most.
 const MOST_POINTS: f64 = 8.0;
 
-/// Where a map lies and what its pixels are.
+/// Extent of a map, and its pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapExtent {
     /// Upper left corner, metres of the database's system.
@@ -36,7 +36,7 @@ impl MapExtent {
         self.north_west + DVec2::new(column + 0.5, -(row + 0.5)) * self.pixel
     }
 
-    /// Where a place is on the map, pixels from its upper left corner.
+    /// Returns the position of a place on the map, pixels from its upper left corner.
     pub fn pixel_of(&self, place: DVec2) -> DVec2 {
         let offset = (place - self.north_west) / self.pixel;
         DVec2::new(offset.x, -offset.y)
@@ -128,7 +128,7 @@ impl<'s, S: PageSource> GroundMap<'s, S> {
         Self { extent, grid, reader: PostReader::new(source, level, sheet), voxel, points }
     }
 
-    /// Where it lies.
+    /// Returns the extent.
     pub fn extent(&self) -> &MapExtent {
         &self.extent
     }

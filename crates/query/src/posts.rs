@@ -15,7 +15,7 @@ use hedgehop::raymarch::PageCursor;
 use hedgehop::voxel::{APRON, Grid, PAGE_SIDE, PageId, PageSource};
 use hedgehop_base::error::Result;
 
-/// Which surface of the finest level is read where something stands.
+/// Surface of the finest level that is read where something stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sheet {
     /// The highest, roofs and crowns of trees included.
@@ -43,7 +43,7 @@ impl<T: Copy> Posts<T> {
         Self { columns, rows, values }
     }
 
-    /// Where a post of the rectangle stands in `values`.
+    /// Returns the index of a post of the rectangle in `values`.
     pub fn index(&self, column: i64, row: i64) -> usize {
         let width = self.columns.end - self.columns.start;
         ((row - self.rows.start) * width + column - self.columns.start) as usize
@@ -81,7 +81,7 @@ impl<'s, S: PageSource> PostReader<'s, S> {
         self.level
     }
 
-    /// Where a post stands, metres of the database's system.
+    /// Returns the place of a post, metres of the database's system.
     pub fn place(&self, column: i64, row: i64) -> DVec2 {
         let grid = &self.source.header().grid;
         grid.origin + (DVec2::new(column as f64, row as f64) + 0.5) * grid.side(self.level)

@@ -10,13 +10,13 @@ use hedgehop_base::error::{Error, Result};
 /// Samples of a line at most; a longer one has them farther apart.
 const MOST_SAMPLES: f64 = 1.0e6;
 
-/// What counts as ground.
+/// Surface that counts as ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Ground {
     /// The highest surface: roofs, crowns and decks as well, each as far as its walls.
     #[default]
     Highest,
-    /// What lies below all that stands on it. Where a database stores the highest surface alone, outside of its finest level, it is that.
+    /// Ground below all that stands on it. Where a database stores the highest surface alone, outside of its finest level, it is that.
     Bare,
 }
 
@@ -26,7 +26,7 @@ impl Ground {
         if self == Self::Bare { cursor.on_bare_ground() } else { cursor }
     }
 
-    /// Its height at a place (metres of the database's system), metres above the database's datum; `None`: there is none.
+    /// Returns the height at a place (metres of the database's system), metres above the database's datum; `None`: there is none.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -34,7 +34,7 @@ impl Ground {
         Heights::of(self, source).at(place)
     }
 
-    /// What the finest voxel over a place (metres of the database's system) says of it; `None`: there is none.
+    /// Returns the surface of the finest voxel over a place (metres of the database's system); `None`: there is none.
     ///
     /// # Errors
     /// A page that is damaged.
@@ -55,7 +55,7 @@ const DENSE: f32 = 0.4;
 struct Heights<'a, S: PageSource> {
     /// The ground below all that stands on it, or the surface where nothing is known to.
     ground: PageCursor<'a, S>,
-    /// What stands on it, if that counts.
+    /// Spans on the ground, if those count.
     solids: Option<Solids<'a, S>>,
 }
 
@@ -87,7 +87,7 @@ impl<'a, S: PageSource> Heights<'a, S> {
 /// A place along a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// From the line's beginning, along it, metres ≥ 0.
+    /// Distance along the line from its beginning, metres ≥ 0.
     pub distance: f64,
     /// Metres of the database's reference system.
     pub place: DVec2,

@@ -26,31 +26,31 @@ const HALF: f64 = 0.5;
 /// Least opacity of what one stands on: crowns of trees and more, as in the highest surface of a database.
 const DENSE: f64 = 0.4;
 
-/// What a point may lie within.
+/// Matter that a point may lie within.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Matter {
-    /// It is below the ground.
+    /// Below the ground.
     Ground,
     /// Something opaque that stands on the ground or hangs over it: the number of its material.
     Standing(u8),
 }
 
-/// What two points see of each other.
+/// Line of sight between two points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
     /// Horizontal distance between them, metres.
     pub distance: f64,
-    /// Where the far one is first hidden, by ground or by what stands on it; `None`: they see each other. Its height is that of the ray.
+    /// Place where the far one is first hidden, by ground or by what stands on it; `None`: they see each other. Its height is that of the ray.
     pub blocked: Option<Sample>,
     /// Number of the material of what stands there and hides it; `None`: it is ground, or they see each other.
     pub material: Option<u8>,
-    /// Where the straight line between them comes nearest to what lies below it (ground, roofs, decks, crowns), or lies deepest in it, half a voxel at its ends aside, and how
+    /// Place where the straight line between them comes nearest to what lies below it (ground, roofs, decks, crowns), or lies deepest in it, half a voxel at its ends aside, and how
     /// far it is above it there, metres: 0 in leaves that let light through. `None`: there is no ground between them, or one is straight above the other. Its height is that of
     /// what it is nearest to.
     pub nearest: Option<(Sample, f64)>,
-    /// How much higher the far point would have to be to be seen, metres ≥ 0; ∞: no height would do, since something hides it that is above the eye or all around it.
+    /// Height that the far point lacks to be seen, metres ≥ 0; ∞: no height would do, since something hides it that is above the eye or all around it.
     pub missing: f64,
-    /// What the near and the far point lie within; `None`: in the air, in leaves, or on the surface of something.
+    /// Matter that the near and the far point lie within; `None`: in the air, in leaves, or on the surface of something.
     pub within: [Option<Matter>; 2],
 }
 
@@ -112,7 +112,7 @@ pub fn footing<S: PageSource>(source: &S, place: DVec2) -> Result<Option<f64>> {
     Ok(Some(dense.map(|slab| slab.high[0]).fold(ground, f64::max)))
 }
 
-/// What a point lies within.
+/// Finds the matter that a point lies within.
 fn surroundings<S: PageSource>(source: &S, point: DVec3) -> Result<Option<Matter>> {
     let grid = source.header().grid;
     let place = point.truncate();

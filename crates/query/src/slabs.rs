@@ -1,4 +1,4 @@
-//! What stands over a short way, from which height to which.
+//! Spans over a short way, from which height to which.
 
 use glam::DVec2;
 
@@ -10,11 +10,11 @@ use hedgehop_base::error::Result;
 /// Matter over a way that does not leave a voxel. Places on the way are shares of it, 0…1, heights metres above the datum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Slab {
-    /// From where to where on the way it is there.
+    /// Part of the way over which it is there.
     pub part: [f64; 2],
-    /// Its lower end at both ends of the way, linear in between; −∞ of what stands on the ground.
+    /// Height of its lower end at both ends of the way, linear in between; −∞ of what stands on the ground.
     pub low: [f64; 2],
-    /// Its upper end there.
+    /// Height of its upper end there.
     pub high: [f64; 2],
     /// Share of the light that a side of a voxel of it hides, 0…1.
     pub opacity: f64,
@@ -36,7 +36,7 @@ impl<'a, S: PageSource> Slabs<'a, S> {
         Self { source, block: None, spans: BlockSpans::default(), found: Vec::new() }
     }
 
-    /// What stands over a way within a voxel of the area (units from the area's corner), in the order in which it is stored. Both ends may be the same place.
+    /// Returns the spans over a way within a voxel of the area (units from the area's corner), in the order in which they are stored. Both ends may be the same place.
     pub fn along(&mut self, ends: [DVec2; 2]) -> Result<&[Slab]> {
         self.found.clear();
         let header = self.source.header();
@@ -105,7 +105,7 @@ fn slab<S: PageSource>(source: &S, span: &Span, ends: [DVec2; 2]) -> Option<Slab
     Some(Slab { part, low, high, opacity, material: span.material })
 }
 
-/// What is left of a part of a way where a quantity is not positive, which is linear along the way and known at its ends.
+/// Clips a part of a way to where a quantity is not positive, which is linear along the way and known at its ends.
 pub(super) fn clip([begin, end]: [f64; 2], beyond: [f64; 2]) -> Option<[f64; 2]> {
     let crossing = beyond[0] / (beyond[0] - beyond[1]);
     let left = match beyond.map(|beyond| beyond <= 0.0) {

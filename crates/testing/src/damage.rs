@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Numbers without a pattern (Marsaglia's xorshift), from a seed that is not 0.
 pub struct Damage(pub u64);
 
-/// What became of damaged copies of a picture.
+/// Count of how readers took damaged copies of a picture.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Count {
     /// Read as the sound one is, since what is damaged changes no sample.

@@ -1,4 +1,4 @@
-//! What tests of several crates share: real data, numbers that look random, and damaged copies of files.
+//! Helpers that tests of several crates share: real data, numbers that look random, and damaged copies of files.
 
 mod damage;
 mod random;

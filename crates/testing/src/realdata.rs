@@ -1,4 +1,4 @@
-//! Where real data lies.
+//! Folder of the real data.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

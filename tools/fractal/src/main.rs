@@ -27,7 +27,7 @@ const AMPLITUDE: f32 = 260.0;
 /// Height about which the terrain lies, metres.
 const MEAN: f32 = 400.0;
 
-/// What is written: a part of the square, and how densely.
+/// Part of the square that is written, and its density.
 #[derive(Debug, Clone, Copy)]
 struct Part {
     /// Side of the whole square, metres.

@@ -5,9 +5,9 @@ pub struct Octave {
     log: u32,
     amplitude: f32,
     seed: u64,
-    /// Where the lattice begins, so that those of two octaves do not line up.
+    /// Shift of the lattice, so that those of two octaves do not line up.
     shift: u32,
-    /// By place in a cell: how much the far corner counts.
+    /// Weight of the far corner, by place in a cell.
     fade: Vec<f32>,
 }
 
@@ -55,7 +55,7 @@ impl Octave {
         }
     }
 
-    /// Of the lattice line `column`: the noise on it between its corners of `row` and the next, and its slope across.
+    /// Returns, of the lattice line `column`, the noise between its corners of `row` and the next, and its slope across.
     fn edge(&self, column: u32, row: u32, ty: f32, v: f32) -> [f32; 2] {
         let corner = |row: u32, t: f32| {
             let mixed = hash(self.seed ^ u64::from(column) << 32 ^ u64::from(row));

@@ -21,7 +21,7 @@ const MATTE_BYTES: u64 = 48;
 const MOTION_BYTES: u64 = 8;
 const MATERIAL_BYTES: u64 = 12;
 
-/// What EXR files hold besides the usual.
+/// Channels that EXR files hold besides the usual.
 #[derive(Debug, Clone, Default, Args)]
 pub struct AovArgs {
     /// Further channels of EXR frames, with commas between: cryptomatte (who covers how much of each pixel), motion (pixels until the next frame), material (a colour for each)
@@ -36,20 +36,20 @@ pub enum Aov {
     Cryptomatte,
     /// Motion vectors, `forward.u` and `forward.v`
     Motion,
-    /// What the ground is made of, a colour for each material, `material.R`, `.G`, `.B`
+    /// Material of the ground, a colour for each, `material.R`, `.G`, `.B`
     Material,
 }
 
-/// What frames need for their further channels.
+/// Data that frames need for their further channels.
 #[derive(Debug)]
 pub struct Further {
     /// Names of objects by their ids, if mattes are asked for.
     pub names: Option<Vec<String>>,
-    /// By frame, if motion is asked for.
+    /// Partners by frame, if motion is asked for.
     pub partners: Option<BTreeMap<u64, Partner>>,
     /// Whether materials are asked for.
     pub material: bool,
-    /// How much lower far ground appears.
+    /// Curvature by which far ground appears lower.
     pub curvature: Curvature,
 }
 

@@ -1,4 +1,4 @@
-//! What a database covers, in words and as JSON.
+//! Area that a database covers, in words and as JSON.
 
 use std::fmt::Write as _;
 
@@ -19,12 +19,12 @@ pub fn crs(header: &Header) -> Result<Crs> {
     Crs::from_record(&metadata.crs_name, metadata.crs_epsg, metadata.crs_proj.as_deref())
 }
 
-/// Where sun and stars stand over the middle of the area.
+/// Finds where sun and stars stand over the middle of the area.
 pub fn sky(sun: SunSetting, header: &Header) -> Result<Sky> {
     sun.over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
 
-/// Where sun and stars of a scene stand over the middle of a database's area, if it says so.
+/// Finds where sun and stars of a scene stand over the middle of a database's area, if it says so.
 pub fn sky_of(scene: &Scene, header: &Header) -> Result<Option<Sky>> {
     scene.sky_over(&crs(header)?, 0.5 * (header.grid.origin + header.grid.far_corner()))
 }
@@ -129,7 +129,7 @@ pub fn description(header: &Header) -> Result<String> {
     Ok(text)
 }
 
-/// What has no surface, and why, in one sentence.
+/// Says what has no surface, and why, in one sentence.
 fn voids(metadata: &Metadata) -> String {
     let Metadata { void_share, empty_share, .. } = *metadata;
     // Older databases tell no more than that.
@@ -153,15 +153,15 @@ fn voids(metadata: &Metadata) -> String {
 pub struct LevelShare {
     /// Pages that are stored.
     pub stored: u64,
-    /// Those of the grid.
+    /// Pages of the grid.
     pub all: u64,
     /// Bytes of those that are stored.
     pub bytes: u64,
-    /// Those of them that have no surface, and so no bytes.
+    /// Stored pages that have no surface, and so no bytes.
     pub empty: u64,
 }
 
-/// What is stored of each level, finest first.
+/// Returns the shares of each level, finest first.
 pub fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
     let pages = |level| {
         let (columns, rows) = header.grid.page_dims(level);
@@ -182,13 +182,13 @@ pub fn shares(header: &Header, directory: &Directory) -> Vec<LevelShare> {
 pub struct StandingShare {
     /// Pages of bare ground.
     pub pages: u64,
-    /// Their bytes, those of spans included.
+    /// Bytes of these pages, those of spans included.
     pub bytes: u64,
     /// Bytes of spans.
     pub spans: u64,
 }
 
-/// What is stored of bare ground.
+/// Returns the share of bare ground that is stored.
 pub fn standing(directory: &Directory) -> StandingShare {
     let bare = directory.present().filter(|(id, _)| id.is_bare());
     bare.fold(StandingShare::default(), |share, (_, entry)| StandingShare {
@@ -198,7 +198,7 @@ pub fn standing(directory: &Directory) -> StandingShare {
     })
 }
 
-/// What is stored of each level, as further rows of the table.
+/// Describes the shares of each level, as further rows of the table.
 pub fn stored(header: &Header, directory: &Directory) -> String {
     let mut text = String::new();
     for (index, (share, side)) in shares(header, directory).iter().zip(sides(header)).enumerate() {

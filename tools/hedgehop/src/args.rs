@@ -1,4 +1,4 @@
-//! What users type, and what it means: parsers of flag values, and flags that several commands share.
+//! Arguments that users type, and their meaning: parsers of flag values, and flags that several commands share.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -175,10 +175,10 @@ pub struct Workers {
     pub jobs: Option<usize>,
 }
 
-/// What marches, and with what.
+/// Engine and instructions of the march.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Instructions {
-    /// What marches: scan planes, or the reference, ray by ray and exact, which takes 40 (straight down) to more
+    /// Engine that marches: scan planes, or the reference, ray by ray and exact, which takes 40 (straight down) to more
     /// than a hundred times as long
     #[arg(long, value_enum, value_name = "ENGINE", default_value = "planes")]
     pub engine: EngineName,
@@ -221,7 +221,7 @@ impl Instructions {
         }
     }
 
-    /// What was asked for, or the fastest.
+    /// Returns the instruction set that was asked for, or the fastest.
     pub fn isa(&self) -> Isa {
         self.simd.unwrap_or_default()
     }
@@ -240,7 +240,7 @@ pub fn workers(text: &str) -> Result<usize, String> {
 }
 
 impl Workers {
-    /// What was asked for, or one per core.
+    /// Returns the number of workers that was asked for, or one per core.
     pub fn count(&self) -> usize {
         self.jobs.unwrap_or_else(available_cores)
     }
@@ -280,7 +280,7 @@ pub fn task_size(text: &str) -> Result<TaskSize, String> {
     }
 }
 
-/// What altitudes are measured from, where a path file leaves it open.
+/// Surface that altitudes are measured from, where a path file leaves it open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum AltitudeMode {
     /// Mean sea level: the database's own datum
@@ -332,7 +332,7 @@ pub fn expanded(flag: &str, file: &Path) -> hedgehop::Result<Vec<PathBuf>> {
     })
 }
 
-/// What to give in place of a folder.
+/// Builds the error of a folder that was given in place of a file.
 fn folder(flag: &str, folder: &Path, endings: &[&str]) -> Error {
     let names = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let mut counts: Vec<(&str, usize)> = endings.iter().map(|ending| (*ending, 0)).collect();

@@ -1,4 +1,4 @@
-//! What is drawn on a map: a path with its ends, what frames have in sight, a scale, and where north is.
+//! Chart drawn on a map: a path with its ends, what frames have in sight, a scale, and where north is.
 
 use glam::DVec2;
 use hedgehop::frame::Frame;
@@ -17,7 +17,7 @@ const SIGHT: Rgb<u8> = Rgb([120, 225, 255]);
 /// The ground that a frame has in sight.
 #[derive(Debug, Clone)]
 pub struct Footprint {
-    /// Where the eye is.
+    /// Place of the eye.
     eye: DVec2,
     /// Around what is seen: the near edge from left to right, the far one back.
     outline: Vec<DVec2>,
@@ -28,14 +28,14 @@ pub struct Footprint {
 /// A map.
 #[derive(Debug, Clone, Copy)]
 pub struct Chart<'c> {
-    /// What looks down.
+    /// Camera that looks down.
     pub camera: &'c Camera,
     pub path: &'c [DVec2],
     pub footprints: &'c [Footprint],
 }
 
 impl Footprint {
-    /// What a frame shows.
+    /// Finds the ground that a frame shows.
     pub fn of(frame: &Frame) -> Self {
         let (width, eye) = (frame.camera.width as usize, frame.camera.pose.eye);
         let (mut near, mut far) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! What a database is made of, in words and as JSON.
+//! Composition of a database, in words and as JSON.
 
 use std::fmt::Write as _;
 

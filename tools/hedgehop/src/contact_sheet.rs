@@ -22,7 +22,7 @@ const INK: Rgb<u8> = Rgb([150, 150, 154]);
 /// A picture on its way to a sheet.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// What is written below; letters that [`lettering`] has not are left out.
+    /// Text that is written below; letters that [`lettering`] has not are left out.
     pub label: String,
     pub picture: RgbImage,
 }

@@ -1,4 +1,4 @@
-//! Where a database lies in longitude and latitude.
+//! Longitude and latitude of a database.
 
 use glam::DVec2;
 use hedgehop::Result;

@@ -1,4 +1,4 @@
-//! How two pictures differ, in figures and as a picture.
+//! Difference of two pictures, in figures and as a picture.
 
 use hedgehop::{Error, Result};
 use image::{Rgb, RgbImage};
@@ -17,14 +17,14 @@ const INK: Rgb<u8> = Rgb([190, 190, 194]);
 pub struct Sums {
     pixels: u64,
     differing: u64,
-    /// Of the 8-bit codes of all three colours.
+    /// Sums of the 8-bit codes of all three colours.
     absolute: u64,
     squares: u64,
     most: u8,
 }
 
 impl Sums {
-    /// Those of two pictures of one size.
+    /// Sums the differences of two pictures of one size.
     pub fn of(a: &RgbImage, b: &RgbImage) -> Self {
         let mut sums = Self::default();
         for (own, other) in a.pixels().zip(b.pixels()) {

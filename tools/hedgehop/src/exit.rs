@@ -1,4 +1,4 @@
-//! How the program ends: exit codes, and the one sentence on standard error.
+//! End of the program: exit codes, and the one sentence on standard error.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -44,7 +44,7 @@ pub enum Failure {
     Error(Error),
     /// `verify` or `continuity` found problems and has listed them.
     Problems,
-    /// What no other kind describes.
+    /// Failure that no other kind describes.
     Unforeseen(String),
 }
 
@@ -54,7 +54,7 @@ impl From<Error> for Failure {
     }
 }
 
-/// What a command returns.
+/// Result of a command.
 pub type Outcome = Result<(), Failure>;
 
 impl Failure {

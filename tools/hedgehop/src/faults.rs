@@ -39,7 +39,7 @@ impl Kind {
     pub const ALL: [Self; 7] =
         [Self::Spikes, Self::Pits, Self::Seams, Self::FlatTops, Self::Terraces, Self::Voids, Self::Cracks];
 
-    /// For the library.
+    /// Converts to the library's kind.
     pub fn fault(self) -> Fault {
         match self {
             Self::Spikes => Fault::Spike,
@@ -52,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// As it is written.
+    /// Returns the name as it is written.
     pub fn name(self) -> &'static str {
         match self {
             Self::Spikes => "spikes",
@@ -81,7 +81,7 @@ impl Kind {
         }
     }
 
-    /// What its size is.
+    /// Describes a size of this kind.
     fn measure(self, size: f64) -> String {
         match self {
             Self::Spikes => format!("{size:.2} m above its neighbours"),
@@ -189,7 +189,7 @@ pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityRepor
     legend(picture, report, unit);
 }
 
-/// How many of which kind, in the upper left corner.
+/// Writes the counts of each kind into the upper left corner.
 fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
     let letters = (2.0 * unit).round().max(1.0) as u32;
     let tall = f64::from(lettering::height(letters));

@@ -1,4 +1,4 @@
-//! What `bench` measures: what it prints, writes as JSON and plots.
+//! Figures of `bench`: what it prints, writes as JSON and plots.
 
 use hedgehop::memory::Paging;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::args::EngineName;
 use crate::speedup::Prediction;
 
-/// What was measured for one number of workers; medians over the repeats.
+/// Measurements of one number of workers; medians over the repeats.
 #[derive(Debug, Clone, Serialize)]
 pub struct Figures {
     /// Worker threads.
@@ -27,7 +27,7 @@ pub struct Figures {
     pub image_ms: f64,
     /// PNG encoding to memory, milliseconds per frame, one thread.
     pub encode_ms: f64,
-    /// What paging cost in the last pass.
+    /// Cost of paging in the last pass.
     pub paging: Paging,
     /// Every frame in its fastest pass; empty where frames overlap (`in_flight` > 1).
     pub fastest_passes: Vec<FrameFigures>,
@@ -36,7 +36,7 @@ pub struct Figures {
 /// One frame in the pass in which it took the least wall time, without encoding.
 #[derive(Debug, Clone, Serialize)]
 pub struct FrameFigures {
-    /// Its number.
+    /// Number of the frame.
     pub frame: u64,
     /// Wall time, milliseconds.
     pub wall_ms: f64,
@@ -57,7 +57,7 @@ pub struct Report {
     pub hedgehop: &'static str,
     /// Cores that this process may use.
     pub cores: usize,
-    /// What marches.
+    /// Engine that marches.
     pub engine: EngineName,
     /// Vector instructions of scan planes; null of the reference.
     pub simd: Option<&'static str>,
@@ -77,7 +77,7 @@ pub struct Report {
     pub identical_frames: bool,
     /// One entry per number of workers, rising.
     pub results: Vec<Figures>,
-    /// What other numbers of workers would reach.
+    /// Prediction for other numbers of workers.
     pub prediction: Prediction,
 }
 

@@ -35,7 +35,7 @@ impl Drop for Ending {
     }
 }
 
-/// So many of a film's frames at most, `width` pixels wide, evenly spread, first and last included, by their numbers from 1 on.
+/// Reads so many of a film's frames at most, `width` pixels wide, evenly spread, first and last included, by their numbers from 1 on.
 ///
 /// # Errors
 /// The film is not there, or cannot be decoded; ffmpeg is not there; the user wants to stop.

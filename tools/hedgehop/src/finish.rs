@@ -1,4 +1,4 @@
-//! What is made of light on its way into a file: exposure, curves, rays per pixel, shutter, lens, instruments.
+//! Steps from light to a file: exposure, curves, rays per pixel, shutter, lens, instruments.
 
 use glam::DVec3;
 use hedgehop::flight::Trajectory;
@@ -17,7 +17,7 @@ use crate::scene::Playing;
 use crate::screen::Setup;
 use crate::world::WorldArgs;
 
-/// How light becomes a picture; flags go before what the scene says.
+/// Flags of the steps from light to a picture; they go before what the scene says.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Picture")]
 pub struct FinishArgs {
@@ -25,7 +25,7 @@ pub struct FinishArgs {
     #[arg(long, value_name = "EV", value_parser = args::number, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
 
-    /// What is made of bright light: none cuts it off at white, filmic rolls it off [default: none]
+    /// Tone mapping of bright light: none cuts it off at white, filmic rolls it off [default: none]
     #[arg(long, value_name = "CURVE", value_parser = word::<Tone>)]
     pub tone: Option<Tone>,
 
@@ -33,7 +33,7 @@ pub struct FinishArgs {
     #[arg(long, value_name = "GAMMA", value_parser = args::number, allow_negative_numbers = true)]
     pub gamma: Option<f64>,
 
-    /// How codes are rounded: none to the nearest, ordered by a pattern that hides bands [default: none]
+    /// Rounding of codes: none to the nearest, ordered by a pattern that hides bands [default: none]
     #[arg(long, value_name = "HOW", value_parser = word::<Dither>)]
     pub dither: Option<Dither>,
 
@@ -76,7 +76,7 @@ fn instruments(text: &str) -> std::result::Result<Hud, String> {
 }
 
 impl FinishArgs {
-    /// What the flags say, and the scene where they are silent.
+    /// Returns what the flags say, and the scene where they are silent.
     ///
     /// # Errors
     /// A value outside its range.
@@ -95,13 +95,13 @@ impl FinishArgs {
         finish.check().map(|()| finish)
     }
 
-    /// Which instruments are drawn.
+    /// Returns the instruments that are drawn.
     pub fn hud(&self, scene: Option<&Scene>) -> Hud {
         self.hud.unwrap_or(scene.map(|scene| scene.hud).unwrap_or_default())
     }
 }
 
-/// What decides pictures; what is left as it is is not mentioned. Frames in linear light (`is_linear`) know nothing of exposure, codes and instruments.
+/// Records what decides pictures; defaults are not mentioned. Frames in linear light (`is_linear`) know nothing of exposure, codes and instruments.
 pub fn record(finish: &Finish, hud: &Hud, is_linear: bool, settings: &mut Value) {
     let plain = Finish::default();
     let mut says = |key: &str, differs: bool, value: Value| {
@@ -123,7 +123,7 @@ pub fn record(finish: &Finish, hud: &Hud, is_linear: bool, settings: &mut Value)
     says("hud", !hud.is_empty(), json!(hud.names()));
 }
 
-/// What a scene says of pictures, if it says anything.
+/// Says what a scene says of pictures, if it says anything.
 pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
     let mut said = json!({});
     record(finish, hud, false, &mut said);
@@ -131,29 +131,29 @@ pub fn sentence(finish: &Finish, hud: &Hud) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// How a flight's eye moves.
+/// Motion of a flight's eye.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<'f> {
-    /// Where it is at any time.
+    /// Path of the eye over time.
     pub trajectory: &'f Trajectory,
-    /// When its frames are.
+    /// Rate of its frames.
     pub fps: FrameRate,
 }
 
 /// All that finishing a flight's frames needs.
 #[derive(Debug)]
 pub struct Finishing<'f> {
-    /// How light becomes a picture.
+    /// Steps from light to a picture.
     pub finish: Finish,
     /// Instruments.
     pub hud: Hud,
-    /// Their map, if they have one.
+    /// Map of the pictures, if they have one.
     pub map: Option<MiniMap>,
     /// The flight.
     pub motion: Motion<'f>,
-    /// Its screen.
+    /// Screen of the pictures.
     pub setup: &'f Setup,
-    /// Where ground is.
+    /// World beyond the database.
     pub world: WorldArgs,
 }
 
@@ -163,7 +163,7 @@ impl Finishing<'_> {
         self.finish.is_developed() || self.finish.gathers()
     }
 
-    /// What is where about the time of a frame.
+    /// Returns the moment about the time of a frame.
     fn moment(&self, number: u64, camera: &Camera, playing: Option<&Playing>, offset: f64) -> Moment {
         let seconds = self.motion.fps.seconds_at(number) + offset;
         let scenery = playing.map(|playing| playing.scenery_at(seconds)).unwrap_or_default();
@@ -247,7 +247,7 @@ impl Finishing<'_> {
 }
 
 impl Motion<'_> {
-    /// Of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has no flight.
+    /// Returns the velocity of the eye, metres per second: between half a frame before and half a frame after; `None` of an eye that has no flight.
     pub fn velocity(&self, number: u64) -> Option<DVec3> {
         let (seconds, half) = (self.fps.seconds_at(number), 0.5 / self.fps.per_second());
         let [from, to] =

@@ -22,7 +22,7 @@ use crate::exit;
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt {
     is_requested: Arc<AtomicBool>,
-    /// Where handlers write to, until somebody listens.
+    /// Stream that handlers write to, until somebody listens.
     #[cfg(unix)]
     bytes: Arc<Mutex<Option<UnixStream>>>,
 }

@@ -12,10 +12,10 @@ const LINE: Rgb<u8> = Rgb([128, 72, 24]);
 const PAPER: Rgb<u8> = Rgb([250, 248, 240]);
 /// Height of figures, at `unit` 1, pixels.
 const FIGURES: f64 = 9.0;
-/// From figure to figure along a line, and between those of any lines, in widths of a figure.
+/// Distance from figure to figure along a line, and between those of any lines, in widths of a figure.
 const ALONG: f64 = 14.0;
 const APART: f64 = 3.0;
-/// How far a line may leave the straight one under its figure, in heights of it.
+/// Distance by which a line may leave the straight one under its figure, in heights of it.
 const BENT: f64 = 0.35;
 
 /// A figure on a line.

@@ -5,7 +5,7 @@ use clap::Args;
 use crate::args::Workers;
 use crate::progress::Mode;
 
-/// How a database is made.
+/// Settings of making a database.
 #[derive(Debug, Clone, Args)]
 pub struct Making {
     #[command(flatten)]
@@ -15,7 +15,7 @@ pub struct Making {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     pub progress: Mode,
 }

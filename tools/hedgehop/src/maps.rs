@@ -17,7 +17,7 @@ use crate::args;
 /// All of an area, west, south, east and north.
 pub const WHOLE: [f64; 4] = [f64::MIN, f64::MIN, f64::MAX, f64::MAX];
 
-/// Which part of an area, and how finely.
+/// Part of an area, and its fineness.
 #[derive(Debug, Clone, Args)]
 pub struct PartArgs {
     /// Part of the area, metres of its reference system [default: all of it]
@@ -135,7 +135,7 @@ pub fn geotiff(
     Ok(GeoTiff { width: extent.width, height: extent.height, bands, north_west, pixel, keys })
 }
 
-/// What is said of a system that a file cannot name.
+/// Builds the error of a system that a file cannot name.
 fn no_words(crs: &Crs, file: &str) -> String {
     format!("{file} has no words for the reference system {}: give it to other programs by hand", crs.name())
 }

@@ -1,4 +1,4 @@
-//! How the memory that a flight may take is shared out, and what is said of paging.
+//! Shares of the memory that a flight may take, and reports of paging.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ const FLYING: u64 = 9;
 const RANGED: u64 = 10;
 /// Bytes of a pixel of a finished picture.
 const WAITING: u64 = 3;
-/// Those of a frame with all its planes.
+/// Bytes a pixel of a frame with all its planes.
 const WHOLE: u64 = 36;
 /// Bytes of a pixel for what comes together when a view changes at once: what the view before was made of and what this one is, and what
 /// the system's allocator keeps between their pieces of all sizes; more the finer the screen.
@@ -27,7 +27,7 @@ const BETWEEN: u64 = 40;
 const PROGRAM: u64 = 16 * MIB;
 /// Least worth having for pages, and for what is computed from them.
 const LEAST: u64 = 24 * MIB;
-/// Of what frames leave, pages take so many parts of a hundred; what is computed from them takes the others. What is lit and turned once needs
+/// Parts of a hundred of what frames leave that pages take; what is computed from them takes the others. What is lit and turned once needs
 /// no paint and no turning when a view comes back to it; but heights that frames ahead need must have room.
 const PAGES_SHARE: u64 = 78;
 
@@ -44,13 +44,13 @@ pub struct Memory {
     preload: bool,
 }
 
-/// What becomes of a frame whose pages are not in memory when it begins.
+/// Treatment of a frame whose pages are not in memory when it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Late {
-    /// It waits: pictures are the same on every machine
+    /// Wait until they are: pictures are the same on every machine
     #[default]
     Wait,
-    /// It begins at once, and the next coarser level stands in
+    /// Begin at once, and the next coarser level stands in
     Coarser,
 }
 
@@ -66,18 +66,18 @@ impl Late {
 /// Bytes for what is kept of a database.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shares {
-    /// Its pages.
+    /// Bytes for pages.
     pub pages: u64,
-    /// What is computed from them.
+    /// Bytes for what is computed from them.
     pub derived: u64,
 }
 
-/// What a flight holds besides what it keeps of its database.
+/// Frames that a flight holds besides what it keeps of its database.
 #[derive(Debug, Clone, Copy)]
 pub struct Frames {
-    /// Of each frame.
+    /// Size of each frame.
     pub size: Size,
-    /// What of it.
+    /// Product made of it.
     pub product: Product,
     /// Rays of each pixel along a side, of frames that light is gathered for; 0: codes are made at once.
     pub gathered: u32,
@@ -124,7 +124,7 @@ pub fn available() -> Option<u64> {
 }
 
 impl Memory {
-    /// So many bytes, of which pages come as they are needed.
+    /// Grants so many bytes, of which pages come as they are needed.
     pub fn of(bytes: u64) -> Self {
         Self { memory: Some(bytes), preload: false }
     }
@@ -169,7 +169,7 @@ impl Memory {
         pages.load_all(observer)
     }
 
-    /// What frames leave of the memory; `None`: there is no limit.
+    /// Returns the shares of what frames leave of the memory; `None`: there is no limit.
     ///
     /// # Errors
     /// The memory is too little for frames of this size.
@@ -205,7 +205,7 @@ pub fn amount(bytes: u64) -> String {
     }
 }
 
-/// What paging cost, in a sentence.
+/// Says what paging cost, in a sentence.
 pub fn sentence(paging: &Paging) -> String {
     let late = match paging.pages_late {
         0 => String::new(),
@@ -228,7 +228,7 @@ pub fn sentence(paging: &Paging) -> String {
     )
 }
 
-/// Who waited for pages, and how long.
+/// Says who waited for pages, and how long.
 fn waits(paging: &Paging) -> String {
     let seconds = |ns: u64| ns as f64 / 1e9;
     let plural = |count: u64, ending: &'static str| if count == 1 { "" } else { ending };
@@ -253,11 +253,11 @@ pub struct Live {
     before: Paging,
 }
 
-/// How often.
+/// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(1);
 
 impl Live {
-    /// From now on.
+    /// Begins now.
     pub fn new(paging: Paging) -> Self {
         Self { told: Instant::now(), frames: 0, before: paging }
     }

@@ -1,4 +1,4 @@
-//! Where frames go: numbered files with what made them beside, or one stream.
+//! Destinations of frames: numbered files with what made them beside, or one stream.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,7 +27,7 @@ use crate::sequence::{Flown, Image, Shot};
 /// Name and version that outputs carry.
 pub const WRITER: &str = concat!("hedgehop ", env!("CARGO_PKG_VERSION"));
 
-/// Which frames these are, and what made them.
+/// Origin of frames: which these are, and what made them.
 #[derive(Debug, Clone)]
 pub struct Origin<'a> {
     /// The database's file.
@@ -76,7 +76,7 @@ impl<'a> Files<'a> {
         self.origin.path.is_some()
     }
 
-    /// What is where a frame is to go.
+    /// Returns the state of the file that a frame is to go to.
     pub fn state(&self, number: u64, camera: &Camera) -> Existing {
         existing(&self.path(number), camera, &self.info(number))
     }

@@ -80,7 +80,7 @@ pub fn name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// What a picture is called on a sheet: the last number in its name, without the zeros before it.
+/// Returns the label of a picture on a sheet: the last number in its name, without the zeros before it.
 pub fn label(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let digits = stem.split(|char: char| !char.is_ascii_digit()).rfind(|part| !part.is_empty());

@@ -11,7 +11,7 @@ use crate::area;
 /// Between what users give and a database's reference system.
 pub struct Places<'s, S> {
     source: &'s S,
-    /// To the system, and from it, in degrees; `None`: the area has no place on Earth.
+    /// Transformations to the system, and from it, in degrees; `None`: the area has no place on Earth.
     degrees: Option<[Transform; 2]>,
     /// Places are given and named in metres of the system.
     in_metres: bool,

@@ -56,12 +56,12 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
     Ok(svg)
 }
 
-/// What a profile shows: (kilometres, metres above the datum).
+/// Elevations of a profile: (kilometres, metres above the datum).
 pub struct Elevations {
     pub title: String,
     pub datum: String,
     pub ground: Vec<(f64, Option<f64>)>,
-    /// Of the flight over it, if there is one.
+    /// Elevations of the flight over it, if there is one.
     pub flight: Vec<(f64, f64)>,
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// What a shell in this folder understands: `hedgehop` where it was found through PATH, else where it
+/// Returns the command that a shell in this folder understands: `hedgehop` where it was found through PATH, else where it
 /// lies, from here if it lies below (`cargo run` leaves it in `target/release`, which is on nobody's PATH).
 pub fn program() -> String {
     let Some(given) = std::env::args_os().next().map(PathBuf::from) else { return "hedgehop".into() };

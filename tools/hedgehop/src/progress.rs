@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::interrupt::Interrupt;
 
-/// How progress is told.
+/// Form in which progress is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Mode {
     /// A bar on a terminal, plain lines elsewhere.
@@ -37,7 +37,7 @@ pub struct Reporter {
     voice: Arc<Voice>,
 }
 
-/// What speaks on standard error; also the thread does that hears of Ctrl-C.
+/// Voice on standard error; also the thread has it that hears of Ctrl-C.
 #[derive(Debug)]
 struct Voice {
     mode: Mode,

@@ -15,12 +15,12 @@ use serde_json::{Value, json};
 use crate::view::over_ground;
 use crate::world::WorldArgs;
 
-/// How often it is asked whether to go on.
+/// Time between questions whether to go on.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Stack of the thread that reads, bytes: that of a main thread.
 const STACK: usize = 8 << 20;
 
-/// What is in sight besides the ground.
+/// Flags of what is in sight besides the ground.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Look")]
 pub struct SceneArgs {
@@ -98,7 +98,7 @@ pub fn has_objects(scene: Option<&Scene>) -> bool {
     })
 }
 
-/// What of a scene a map does not show, if there is such: it looks from no height, above which clouds could be.
+/// Says what of a scene a map does not show, if there is such: it looks from no height, above which clouds could be.
 pub fn left_out_of_map(scene: &Scene) -> Option<String> {
     let weather = &scene.weather;
     let left = [
@@ -112,7 +112,7 @@ pub fn left_out_of_map(scene: &Scene) -> Option<String> {
     (!left.is_empty()).then(|| format!("orthographic pictures show nothing of the scene's {all}"))
 }
 
-/// What decides pictures of a scene, besides sun and visibility: the numbers of objects and their parts follow from the order of these names.
+/// Records what decides pictures of a scene, besides sun and visibility: the numbers of objects and their parts follow from the order of these names.
 pub fn record(scene: Option<&Scene>, settings: &mut Value) {
     if let Some(scene) = scene {
         let names: Vec<_> = scene.names().collect();
@@ -120,7 +120,7 @@ pub fn record(scene: Option<&Scene>, settings: &mut Value) {
     }
 }
 
-/// What lies in the air; clear air is not mentioned.
+/// Records the weather; clear air is not mentioned.
 pub fn record_weather(weather: &Weather, settings: &mut Value) {
     if weather.glow > 0.0 {
         settings["glow"] = json!(weather.glow);
@@ -168,12 +168,12 @@ impl Playing {
         Ok(Self { cast, fps })
     }
 
-    /// What is where in a frame.
+    /// Returns the scenery in a frame.
     pub fn scenery(&self, number: u64) -> Scenery {
         self.scenery_at(self.seconds(number))
     }
 
-    /// What is where so many seconds after the flight's first fix.
+    /// Returns the scenery so many seconds after the flight's first fix.
     pub fn scenery_at(&self, seconds: f64) -> Scenery {
         self.cast.at(seconds)
     }
@@ -183,7 +183,7 @@ impl Playing {
         self.cast.owners().map(str::to_owned).collect()
     }
 
-    /// When a frame is, seconds after the flight's first fix.
+    /// Returns the time of a frame, seconds after the flight's first fix.
     pub fn seconds(&self, number: u64) -> f64 {
         self.fps.seconds_at(number)
     }

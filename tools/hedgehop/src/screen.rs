@@ -1,4 +1,4 @@
-//! From flags to the screen of every camera.
+//! Screen of every camera, from flags.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,7 +25,7 @@ const SQUARE: Size = Size { width: 1024, height: 1024 };
 /// Pixels per degree of an equirectangular picture.
 const PER_DEGREE: f64 = 4.0;
 
-/// What the picture is projected on.
+/// Flags of the screen that the picture is projected on.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Screen")]
 pub struct ScreenArgs {
@@ -43,7 +43,7 @@ pub struct ScreenArgs {
     #[arg(long, value_name = "DEGREES", value_parser = args::field_of_view, allow_negative_numbers = true)]
     pub vfov: Option<f64>,
 
-    /// What the width of an orthographic picture covers, metres
+    /// Ground that the width of an orthographic picture covers, metres
     #[arg(long, value_name = "METRES", value_parser = args::positive, allow_negative_numbers = true)]
     pub ground_width: Option<f64>,
 
@@ -104,7 +104,7 @@ pub struct Setup {
     /// Pixels.
     pub size: Size,
     channel: Attitude,
-    /// Of a planar screen's lens, k₁ and k₂.
+    /// Coefficients k₁ and k₂ of a planar screen's lens.
     distortion: [f64; 2],
 }
 
@@ -237,7 +237,7 @@ impl Setup {
         Camera::with_channel(pose, self.channel, screen, self.size.width, self.size.height)
     }
 
-    /// What goes into the record of what made a sequence.
+    /// Returns the screen's part of the record of what made a sequence.
     pub fn record(&self) -> Value {
         let Attitude { yaw, pitch, roll } = self.channel;
         json!({

@@ -29,11 +29,11 @@ use crate::scene::Playing;
 pub struct Shot {
     /// Absolute number, 1…
     pub number: u64,
-    /// What was seen.
+    /// Image that was seen.
     pub image: Image,
 }
 
-/// What is asked of a frame.
+/// Product that is asked of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Product {
     /// 8-bit colour: the fastest.
@@ -51,16 +51,16 @@ pub enum Image {
     Frame(Box<Frame>),
 }
 
-/// What renders.
+/// Sequence of frames to be rendered.
 #[derive(Debug, Clone, Copy)]
 pub struct Sequence<'a> {
     /// Pages of the database.
     pub pages: &'a ResidentPages,
     /// Renders them.
     pub renderer: &'a Renderer<'a, ResidentPages>,
-    /// What of each frame.
+    /// Product of each frame.
     pub product: Product,
-    /// Who renders.
+    /// Workers that render.
     pub farm: &'a Farm,
     /// Frames that are rendered at once.
     pub in_flight: usize,
@@ -72,37 +72,37 @@ pub struct Sequence<'a> {
     pub stats: bool,
     /// Objects that are in sight.
     pub playing: Option<&'a Playing>,
-    /// What whole frames need for their further channels.
+    /// Data that whole frames need for their further channels.
     pub further: &'a Further,
-    /// How the eye moves.
+    /// Motion of the eye.
     pub motion: Motion<'a>,
-    /// What is made of light besides codes of it as it is.
+    /// Steps from light to a picture, unless it is codes of the light as it is.
     pub finishing: Option<&'a Finishing<'a>>,
 }
 
-/// What became of a sequence.
+/// Result of a sequence.
 #[derive(Debug)]
 pub struct Flown {
     /// Numbers of frames that the sink has taken, rising.
     pub finished: Vec<u64>,
-    /// What each delivered frame cost in paging, and how finely its ground was seen, in order.
+    /// Cost of paging and fineness of the ground of each delivered frame, in order.
     pub paging: Vec<(u64, Paging)>,
     pub rays: Vec<(u64, Rays)>,
     /// The first thing that went wrong, or that the user asked to stop.
     pub end: Result<()>,
 }
 
-/// How finely ground was seen in a sequence.
+/// Fineness of the ground in a sequence.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Fineness {
-    /// In all frames together.
+    /// Counts of all frames together.
     pub rays: Rays,
     /// The frame with the largest share of rays that met a coarser level, and that share.
     pub coarsest: Option<(u64, f64)>,
 }
 
 impl Flown {
-    /// How many frames were finished, and how finely ground was seen in all that were delivered.
+    /// Returns the number of frames finished, and the fineness of the ground in all that were delivered.
     pub fn summed(&self) -> (usize, Fineness) {
         let mut rays = Rays::default();
         self.rays.iter().for_each(|(_, seen)| rays += *seen);
@@ -114,7 +114,7 @@ impl Flown {
 /// Renders a frame, by its place in the sequence.
 type Look<'c> = dyn Fn(&Farm, u32, &Camera) -> Result<(Image, Rays)> + Sync + 'c;
 
-/// How frames begin, are rendered and end.
+/// Beginning, rendering and end of frames.
 struct Flying<'c> {
     look: &'c Look<'c>,
     deliver: &'c dyn Fn(u32),

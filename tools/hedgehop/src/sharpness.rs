@@ -1,4 +1,4 @@
-//! From what height above the ground an area looks sharp.
+//! Height above the ground from which an area looks sharp.
 //!
 //! ```text
 //! detail   the side of the finest voxels, or of imagery's pixels where these are wider, metres
@@ -15,7 +15,7 @@ use crate::area::metres;
 
 /// Pixels that a detail may be wide.
 const PIXELS: f64 = 8.0;
-/// How many times as far away the ground of a picture's lower half is as it lies below the eye.
+/// Ratio of the distance of the ground in a picture's lower half to the eye's height.
 const FARTHER: f64 = 2.0;
 /// Pictures from lower than the sharp height by more than this look blurred to anybody.
 const MUCH_LOWER: f64 = 4.0;
@@ -42,7 +42,7 @@ pub fn usual_height(header: &Header) -> f64 {
     sharp_height(detail(header), pixel)
 }
 
-/// From where on an area looks sharp, and why not from lower.
+/// Says from which height on an area looks sharp, and why not from lower.
 pub fn sentence(header: &Header) -> String {
     let spacing = header.grid.spacing;
     let what = match header.metadata.imagery_pixel {
@@ -61,7 +61,7 @@ pub fn some(poses: &[(u64, Pose)]) -> impl Iterator<Item = Pose> {
     poses.iter().step_by(step).map(|(_, pose)| *pose)
 }
 
-/// What is to be said of a flight that is much too low for what an area shows.
+/// Warns of a flight that is much too low for what an area shows.
 pub fn warning(
     header: &Header,
     cameras: &[Camera],

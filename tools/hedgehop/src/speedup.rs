@@ -1,4 +1,4 @@
-//! How fast other numbers of workers would be, beside how fast those are that were measured.
+//! Predicted speed of other numbers of workers, beside those that were measured.
 
 use hedgehop::subimage::{FrameWork, makespan};
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Workers up to which speed-up is predicted.
 const MOST_WORKERS: usize = 256;
 
-/// What one number of workers is predicted to reach.
+/// Prediction for one number of workers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpeedUp {
     /// Worker threads.
@@ -19,7 +19,7 @@ pub struct SpeedUp {
     pub predicted: f64,
     /// Speed against one worker, where this number of workers was measured.
     pub measured: Option<f64>,
-    /// How much more was predicted than measured, percent.
+    /// Excess of the prediction over the measurement, percent.
     pub error_percent: Option<f64>,
 }
 
@@ -65,7 +65,7 @@ impl Prediction {
         Self { serial_share: serial / one, speed_up: counts.into_iter().map(speed_up).collect() }
     }
 
-    /// For people.
+    /// Formats the prediction for people.
     pub fn table(&self) -> String {
         let mut text = String::from("\nspeed-up      predicted  measured   error\n");
         for line in &self.speed_up {

@@ -1,4 +1,4 @@
-//! Which fixes of a path file are flown.
+//! Fixes of a path file that are flown.
 
 use clap::Args;
 use hedgehop::flight::{AltitudeMode, ReadOptions};
@@ -18,7 +18,7 @@ pub struct TrackArgs {
 }
 
 impl TrackArgs {
-    /// How to read the file.
+    /// Returns the options of reading the file.
     pub fn options(self, altitude_mode: Option<AltitudeMode>) -> ReadOptions {
         ReadOptions { altitude_mode, track: self.track, sort: self.sort }
     }

@@ -27,7 +27,7 @@ const RAMP: [RGBColor; 5] = [
     RGBColor(253, 231, 37),
 ];
 
-/// What is drawn.
+/// Objects to be drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Traffic<'a> {
     /// The database.

@@ -1,4 +1,4 @@
-//! How far a database is trusted, and what is said of pages that were left out.
+//! Trust in a database, and reports of pages that were left out.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use serde_json::Value;
 /// Damaged pages that are named one by one.
 const NAMED: usize = 8;
 
-/// How a database is read.
+/// Flags of how a database is read.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct TrustArgs {
-    /// When pages are checked against their checksums
+    /// Time at which pages are checked against their checksums
     #[arg(long, value_enum, value_name = "WHEN", default_value = "first-touch")]
     verify: VerifyWhen,
 
-    /// What becomes of damaged pages: fail ends the run, coarser has the next coarser level stand in for them
+    /// Treatment of damaged pages: fail ends the run, coarser has the next coarser level stand in for them
     #[arg(long, value_enum, value_name = "HOW", default_value = "fail")]
     damaged: DamagedHow,
 }
@@ -42,7 +42,7 @@ enum DamagedHow {
 }
 
 impl TrustArgs {
-    /// For the library.
+    /// Converts to the library's type.
     pub fn trust(self) -> Trust {
         let verify = match self.verify {
             VerifyWhen::FirstTouch => Verify::FirstTouch,
@@ -66,7 +66,7 @@ impl TrustArgs {
     }
 }
 
-/// What is said of pages that were left out; `None` if none were.
+/// Reports the pages that were left out; `None` if none were.
 pub fn sentence(area: &Path, damaged: &[(PageId, u64)]) -> Option<String> {
     if damaged.is_empty() {
         return None;

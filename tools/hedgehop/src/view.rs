@@ -1,4 +1,4 @@
-//! From flags to cameras: the path or the single eye, bound to a database, and how its pictures look.
+//! Cameras from flags: the path or the single eye, bound to a database, and how its pictures look.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ const MOST_FRAMES: usize = 10_000_000;
 /// Metres by which an eye on the ground may lie below it.
 const ROUNDING: f64 = 1.0e-3;
 
-/// Where the eye goes.
+/// Flags of the flight: the path of the eye.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Flight")]
 #[command(group(clap::ArgGroup::new("view").required(true).args(["path", "eye"])))]
@@ -53,7 +53,7 @@ pub struct FlightArgs {
     #[arg(long, value_name = "YAW,PITCH,ROLL", value_parser = args::attitude, requires = "eye", allow_hyphen_values = true)]
     pub ypr: Option<[f64; 3]>,
 
-    /// What altitudes are measured from where the path file does not say, and for --eye [default: msl]
+    /// Surface that altitudes are measured from where the path file does not say, and for --eye [default: msl]
     #[arg(long, value_enum, value_name = "MODE")]
     pub alt_mode: Option<AltitudeMode>,
 
@@ -79,7 +79,7 @@ pub struct FlightArgs {
     pub world: WorldArgs,
 }
 
-/// How pictures look.
+/// Flags of the look of pictures.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Look")]
 pub struct LookArgs {
@@ -99,7 +99,7 @@ pub struct LookArgs {
     #[arg(long, value_enum)]
     pub shadows: Option<Switch>,
 
-    /// How finely far and steep ground is looked at, 0.1 to 16: 2 is sharper and slower, 0.5 softer and faster
+    /// Fineness at which far and steep ground is looked at, 0.1 to 16: 2 is sharper and slower, 0.5 softer and faster
     #[arg(long, value_name = "FACTOR", value_parser = args::detail, allow_negative_numbers = true, default_value = "1")]
     pub detail: f64,
 }
@@ -107,9 +107,9 @@ pub struct LookArgs {
 /// Something that may be had or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
-    /// With it
+    /// Switched on
     On,
-    /// Without it
+    /// Switched off
     Off,
 }
 

@@ -9,13 +9,13 @@ const MOST_BYTES: usize = 256 << 20;
 /// The page's beginning, up to its data.
 const BEGIN: &str = include_str!("viewer.html");
 
-/// Where the data go.
+/// Mark in the page that the data replace.
 const DATA: &str = "/*PAIRS*/";
 
 /// Pairs of pictures for a page.
 #[derive(Debug)]
 pub struct Viewer {
-    /// What both runs are called.
+    /// Names of both runs.
     names: [String; 2],
     pairs: Vec<Value>,
     bytes: usize,

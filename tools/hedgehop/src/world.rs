@@ -1,4 +1,4 @@
-//! What lies beyond the database: the bend of the Earth, and the area again.
+//! World beyond the database: the bend of the Earth, and the area again.
 
 use glam::DVec2;
 use hedgehop::Result;
@@ -10,7 +10,7 @@ use hedgehop::voxel::{Grid, Header, PageSource};
 
 use crate::args;
 
-/// How the world goes on.
+/// Flags of how the world goes on.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 #[command(next_help_heading = "World")]
 pub struct WorldArgs {
@@ -27,7 +27,7 @@ pub struct WorldArgs {
 /// `--curvature` as users give it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Bend {
-    /// As the database asks for
+    /// Bend that the database asks for
     #[default]
     Auto,
     /// Standard refraction

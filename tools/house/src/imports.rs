@@ -204,7 +204,7 @@ impl Modules {
         None
     }
 
-    /// As [`Self::defining_file`], for what a module defines or hands on by itself.
+    /// Finds the file that defines what a module itself defines or hands on, as [`Self::defining_file`] does.
     fn directly(&self, path: &[String]) -> Option<usize> {
         let depth = (0..=path.len()).rev().find(|depth| self.files.contains_key(&path[..*depth]))?;
         match self.names.get(&path[..depth])?.get(path.get(depth)?)? {

@@ -1,4 +1,4 @@
-//! How code reads: first lines of doc comments, paragraphs, comments, parameters.
+//! Readability of code: first lines of doc comments, paragraphs, comments, parameters.
 
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};

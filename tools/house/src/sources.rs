@@ -23,11 +23,11 @@ pub struct SourceFile {
     pub module: Vec<String>,
     /// Whether it is compiled for tests only.
     pub is_test: bool,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
-    /// Its items, without those for tests unless all of it is.
+    /// Items, without those for tests unless all of it is.
     pub items: Vec<Item>,
-    /// Its inner attributes, the module's doc comment among them.
+    /// Inner attributes, the module's doc comment among them.
     pub attributes: Vec<Attribute>,
 }
 

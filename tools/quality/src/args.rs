@@ -1,4 +1,4 @@
-//! What users type, and flags that the modes share.
+//! Arguments that users type, and flags that the modes share.
 
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What every mode needs.
+/// Arguments that every mode needs.
 #[derive(Debug, clap::Args)]
 pub struct Common {
     /// Decides poses and pixels
@@ -68,7 +68,7 @@ impl Common {
         Farm::new(self.workers)
     }
 
-    /// How the renderer under test is asked to look.
+    /// Returns the options of the renderer under test.
     pub fn judged(&self) -> RenderOptions {
         RenderOptions { detail: self.detail, ..RenderOptions::default() }
     }

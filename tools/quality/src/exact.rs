@@ -1,4 +1,4 @@
-//! What there is to see: level 1 at any distance, one ray at a time, with the renderer's own light and air.
+//! Exact picture of the database: level 1 at any distance, one ray at a time, with the renderer's own light and air.
 //!
 //! ```text
 //! sample(column, row) = exact contact with level 1 → light of its posts, bilinear → haze, or sky

@@ -1,4 +1,4 @@
-//! What flickers in a slow flight, beyond what moves.
+//! Flicker in a slow flight, beyond what moves.
 //!
 //! ```text
 //! for each frame n and each of its pixels that sees ground:
@@ -38,7 +38,7 @@ use crate::views::low_flight;
 /// Share of the distance by which ground may differ and still be the same ground.
 const SAME_GROUND: f64 = 0.02;
 
-/// What flicker may be at most, of that of one sample per pixel.
+/// Most flicker, as a share of that of one sample per pixel.
 const MOST: f64 = 0.5;
 
 /// Measure what flickers in a slow flight, against one sample per pixel.
@@ -89,9 +89,9 @@ const TRUTH: usize = 2;
 /// Residuals between two frames, or between many.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
-    /// Of each picture's 8-bit codes.
+    /// Residuals of each picture's 8-bit codes.
     raw: [Residual; 3],
-    /// Of the engine's and one sample's exact codes, beyond the truth's.
+    /// Residuals of the engine's and one sample's exact codes, beyond the truth's.
     beyond: [Residual; 2],
 }
 
@@ -113,7 +113,7 @@ struct AreaRecord {
     beyond_rms: Option<[f64; 2]>,
     ratio: f64,
     visible_share: f64,
-    /// Of each pair of frames: the engine's, one sample's.
+    /// Values of each pair of frames: the engine's, one sample's.
     pairs_rms: Vec<Vec<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! How far a picture is from the truth, and how that looks.
+//! Distance of a picture from the truth, and a picture of it.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 use serde::Serialize;
 
-/// How near a picture comes to the truth.
+/// Nearness of a picture to the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Nearness {
     /// Peak signal to noise ratio of 8-bit sRGB codes over the three channels, decibels.
@@ -22,7 +22,7 @@ pub struct Nearness {
 }
 
 impl Nearness {
-    /// Of `picture` to `truth`, both 8-bit sRGB of the camera's size.
+    /// Measures `picture` against `truth`, both 8-bit sRGB of the camera's size.
     pub fn between(truth: &[u8], picture: &[u8], camera: &Camera) -> Self {
         let image = |rgb| FlipImageRgb8::with_data(camera.width, camera.height, rgb);
         let errors = flip(image(truth), image(picture), DEFAULT_PIXELS_PER_DEGREE);

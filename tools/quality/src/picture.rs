@@ -22,10 +22,10 @@ use crate::report::{self, PoseRecord};
 use crate::truths::Truths;
 use crate::views::low_flight;
 
-/// What the renderer's PSNR must exceed that of one sample per pixel by, decibels.
+/// Decibels by which the renderer's PSNR must exceed that of one sample per pixel.
 const LEAST_GAIN: f64 = 3.0;
 
-/// How much differences are enlarged in pictures of them.
+/// Factor by which differences are enlarged in pictures of them.
 const DIFFERENCE_GAIN: i32 = 8;
 
 /// Compare pictures with truth, 256 samples per pixel of level 1.

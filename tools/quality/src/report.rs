@@ -1,4 +1,4 @@
-//! What the program says: tables on standard output, everything measured as JSON.
+//! Report of the program: tables on standard output, everything measured as JSON.
 
 use std::path::Path;
 

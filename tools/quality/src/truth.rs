@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1920x1080", value_parser = args::size)]
     size: Size,
 
-    /// How many of the worst pixels are listed
+    /// Number of the worst pixels to list
     #[arg(long, value_name = "N", default_value_t = 10)]
     worst: usize,
 
@@ -122,7 +122,7 @@ impl Comparison {
         both.then(|| if difference == 0.0 { 0.0 } else { difference / self.exact })
     }
 
-    /// What to sort by: disagreements are worst.
+    /// Returns the key to sort by: disagreements are worst.
     fn badness(&self) -> f64 {
         let agree_on_sky = self.range.is_infinite() && self.exact.is_infinite();
         self.error().unwrap_or(if agree_on_sky { 0.0 } else { f64::INFINITY })

@@ -21,7 +21,7 @@ const PIXEL: usize = 12;
 /// A folder of truths with `samples` × `samples` samples per pixel.
 #[derive(Debug, Clone, Copy)]
 pub struct Truths<'a> {
-    /// Where they are kept.
+    /// Folder in which they are kept.
     pub folder: &'a Path,
     /// Side of the grid of samples in a pixel.
     pub samples: u32,

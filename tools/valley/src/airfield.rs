@@ -1,4 +1,4 @@
-//! What stands beside the airstrip, by OpenStreetMap's tags: hangars, a clubhouse, a tower, the apron before them, and ways to both.
+//! Buildings beside the airstrip, by OpenStreetMap's tags: hangars, a clubhouse, a tower, the apron before them, and ways to both.
 //!
 //! Places are drawn along the strip and across it, from its middle: the first northward, the second eastward, metres. Where the taxiway leaves the strip, the
 //! ground beside it is as high as that.
@@ -14,7 +14,7 @@ type Area = [[f64; 2]; 2];
 const APRON: Area = [[82.0, 158.0], [30.0, 54.0]];
 const HANGARS: [Area; 2] = [[[84.0, 112.0], [58.0, 80.0]], [[120.0, 138.0], [58.0, 74.0]]];
 const CLUBHOUSE: Area = [[148.0, 160.5], [58.0, 70.0]];
-/// Where the fence runs: around all of it, open to the apron.
+/// Course of the fence: around all of it, open to the apron.
 const FENCE: Area = [[76.0, 176.0], [54.0, 88.0]];
 
 /// Buildings, masts and tanks: areas and places.

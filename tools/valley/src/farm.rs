@@ -24,7 +24,7 @@ pub struct Part {
     pub level_of: usize,
 }
 
-/// Where a roof's ridge runs.
+/// Course of a roof's ridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     RidgeAlong,

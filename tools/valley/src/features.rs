@@ -13,7 +13,7 @@ pub enum Geometry {
     Polygon(Vec<Place>),
 }
 
-/// What a tag says.
+/// Value of a tag.
 pub enum Value {
     Text(String),
     Number(f64),
@@ -48,7 +48,7 @@ impl Feature {
         Self { geometry, tags: tags.into() }
     }
 
-    /// What a tag says, if it is a text.
+    /// Returns the value of a tag, if it is a text.
     #[cfg(test)]
     pub fn text(&self, key: &str) -> Option<&str> {
         self.tags.iter().find_map(|(name, value)| match value {
@@ -57,7 +57,7 @@ impl Feature {
         })
     }
 
-    /// What a tag says, if it is a number.
+    /// Returns the value of a tag, if it is a number.
     #[cfg(test)]
     pub fn number(&self, key: &str) -> Option<f64> {
         self.tags.iter().find_map(|(name, value)| match value {

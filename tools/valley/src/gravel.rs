@@ -14,7 +14,7 @@ const WALLS: u8 = 3;
 const ROOF: u8 = 4;
 const BELT: u8 = 5;
 
-/// Where the legs end, the bunker ends, and the house ends: voxels above the ground.
+/// Heights at which the legs end, the bunker ends, and the house ends: voxels above the ground.
 const LEGS: usize = 8;
 const BIN: usize = 14;
 const EAVES: usize = 22;
@@ -35,7 +35,7 @@ pub fn build() -> Voxels {
     plant
 }
 
-/// From below the bunker up to the front, on two trestles.
+/// Builds the belt from below the bunker up to the front, on two trestles.
 fn belt(plant: &mut Voxels) {
     let rise = |y: usize| 4 + (y - 10) / 4;
     for y in 10..SIZE[1] {

@@ -1,4 +1,4 @@
-//! What grows and lies on the ground: fields and hedges, woods and single trees, alp, scree, rock and snow.
+//! Vegetation and ground: fields and hedges, woods and single trees, alp, scree, rock and snow.
 
 use crate::farm::Farm;
 use crate::grid::{PIXELS, SIZE, SPACING, around, centre, steepness};
@@ -295,7 +295,7 @@ impl Scene<'_> {
     }
 }
 
-/// Which cell of a line with uneven borders a coordinate lies in, and its distance to the nearer border.
+/// Returns the cell of a line with uneven borders that a coordinate lies in, and its distance to the nearer border.
 fn cell(at: f64, width: f64, row: i64, seed: u64) -> (i64, f64) {
     let edge = |k: i64| (k as f64 + 0.55 * (uniform(k, row, seed) - 0.5)) * width;
     let mut k = (at / width).floor() as i64;

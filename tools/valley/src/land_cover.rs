@@ -4,7 +4,7 @@
 use crate::grid::SIZE;
 use crate::palette::Material;
 
-/// What covers the ground; single crowns do not count.
+/// Class of land cover; single crowns do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Class {
@@ -29,7 +29,7 @@ pub enum Class {
 }
 
 impl Class {
-    /// Of a wood with a share of conifers.
+    /// Returns the class of a wood with a share of conifers.
     pub fn wood(conifers: f64) -> Self {
         match conifers {
             c if c > 0.55 => Self::Coniferous,

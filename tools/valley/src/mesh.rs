@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// A corner, metres: right, up, front.
 pub type Corner = [f32; 3];
 
-/// What a face is made of, and what is made of it.
+/// Material of faces, and the faces made of it.
 pub struct Part {
     pub name: &'static str,
     /// Reflectance, linear, 0 … 1.

@@ -61,7 +61,7 @@ fn octave_sum(mut x: f64, mut y: f64, octaves: u32, seed: u64, shape: impl Fn(f6
 pub struct Crown {
     /// Height of the crown's surface, 0 (gap) … 1 (tallest tree's top).
     pub height: f64,
-    /// Which tree, for its species and colour.
+    /// Number of the tree, for its species and colour.
     pub tree: u64,
 }
 

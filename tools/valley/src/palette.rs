@@ -3,7 +3,7 @@
 //! Few distinct colours with fine grain between neighbours compress to about a byte a pixel, where noise added
 //! to each channel would need three; mixtures are dithered between materials.
 
-/// What a pixel of the picture shows.
+/// Material that a pixel of the picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Material {

@@ -33,7 +33,7 @@ fn through(knots: &[(f64, f64)], half: f64, paved: bool) -> Road {
     Road { near: near(&line, 60.0), line, half, paved }
 }
 
-/// From the nearest vertex of the main road to the farm.
+/// Lays the track from the nearest vertex of the main road to the farm.
 fn farm_track(main: &Road) -> Road {
     let far = |place: (f64, f64)| {
         let (dx, dy) = (place.0 - sites::FARM_TRACK[0].0, place.1 - sites::FARM_TRACK[0].1);
@@ -174,7 +174,7 @@ fn profile(terrain: &Terrain, road: &Road, embanked: bool) -> Vec<f64> {
     heights
 }
 
-/// How many of a road's vertices, from the first, lie on ground that is no steeper along it than `most`, over 12 m.
+/// Counts a road's vertices, from the first, that lie on ground no steeper along it than `most`, over 12 m.
 pub fn gentle(road: &Road, bare: &[f64], most: f64) -> usize {
     let heights: Vec<f64> = road.line.iter().map(|&(x, y)| sample(bare, x, y)).collect();
     let length = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
@@ -190,7 +190,7 @@ pub fn outside<'a>(roads: impl IntoIterator<Item = &'a Road>, pixel: usize) -> f
     roads.into_iter().map(|road| road.near.distance[pixel] - road.half).fold(f64::INFINITY, f64::min)
 }
 
-/// How far from the village's middle a pixel lies: 0 there, 1 at the rim of its ellipse, more outside.
+/// Returns the distance of a pixel from the village's middle: 0 there, 1 at the rim of its ellipse, more outside.
 pub fn village_radius(pixel: usize) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);

@@ -95,7 +95,7 @@ fn bounds(places: &[Place]) -> impl Iterator<Item = u8> {
     [low.0, low.1, high.0, high.1].into_iter().flat_map(f64::to_le_bytes)
 }
 
-/// What follows a record's number and length.
+/// Encodes a record after its number and length.
 fn record(line: &[Place]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut bytes = LINES.to_le_bytes().to_vec();
     bytes.extend(bounds(line));

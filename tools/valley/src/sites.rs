@@ -2,10 +2,10 @@
 
 /// Middle of the airstrip.
 pub const STRIP: (f64, f64) = (1175.0, 690.0);
-/// Its direction, degrees clockwise from grid north; its length and width, metres.
+/// Direction of the airstrip, degrees clockwise from grid north; its length and width, metres.
 pub const STRIP_DIRECTION: f64 = 15.0;
 pub const STRIP_SIZE: (f64, f64) = (660.0, 30.0);
-/// What is kept free besides: before its ends and beside it.
+/// Margin that is kept free besides: before its ends and beside it.
 const STRIP_VERGE: (f64, f64) = (40.0, 12.0);
 
 /// West, south, east, north of the farm that was scanned.
@@ -23,7 +23,7 @@ pub const FARM_TRACK: [(f64, f64); 6] = [
 /// West, south, east, north of the yard of tanks.
 pub const TANKS: [f64; 4] = [1650.0, 770.0, 1710.0, 822.0];
 
-/// Where the power line's pylons stand, from the south-east.
+/// Places of the power line's pylons, from the south-east.
 pub const LINE: [(f64, f64); 8] = [
     (2100.0, 1390.0),
     (1931.0, 1451.0),
@@ -98,7 +98,7 @@ fn along_strip(x: f64, y: f64) -> (f64, f64) {
     (dx * s + dy * c, dx * c - dy * s)
 }
 
-/// How far a place lies outside of a rectangle; 0 or less in it.
+/// Returns how far a place lies outside of a rectangle; 0 or less in it.
 pub fn beside([west, south, east, north]: [f64; 4], x: f64, y: f64) -> f64 {
     (west - x).max(x - east).max(south - y).max(y - north)
 }

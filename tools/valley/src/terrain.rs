@@ -45,7 +45,7 @@ pub fn floor(along: f64) -> f64 {
     906.0 - fall(along.min(LAKE.0)) - fall((along - LAKE.1).max(0.0))
 }
 
-/// Where the lake begins and ends along the valley.
+/// Begin and end of the lake along the valley.
 pub const LAKE: (f64, f64) = (120.0, 380.0);
 
 /// The bare ground and what it is made of.

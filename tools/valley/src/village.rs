@@ -7,7 +7,7 @@ use crate::roads::Road;
 use crate::terrain::{area_from_valley, centre_line};
 use crate::water::Water;
 
-/// What a building is for.
+/// Use of a building.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
     House,
@@ -28,7 +28,7 @@ pub struct Building {
     pub eaves: f64,
     /// Rise from the eaves to the ridge.
     pub roof: f64,
-    /// That of the roof.
+    /// Material of the roof.
     pub material: Material,
 }
 

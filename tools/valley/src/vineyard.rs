@@ -6,7 +6,7 @@ use crate::outline::Place;
 
 /// Corners of the field that is planted: south-west, north-west, north-east, south-east.
 pub const FIELD: [Place; 4] = [(1758.0, 1009.0), (1800.7, 1099.4), (1879.0, 1070.5), (1850.0, 978.7)];
-/// What is left free along the field's sides, metres; the fence runs in the middle of it.
+/// Margin that is left free along the field's sides, metres; the fence runs in the middle of it.
 const HEADLAND: f64 = 7.0;
 /// Distance of the vines' rows, metres.
 pub const ROWS: f64 = 5.0;

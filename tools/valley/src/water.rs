@@ -4,7 +4,7 @@ use crate::grid::{Near, PIXELS, centre, near};
 use crate::noise::{fractal, mix, smooth};
 use crate::terrain::{LAKE, Terrain, area_from_valley, centre_line, floor, half_width, valley_from_area};
 
-/// Where the water is.
+/// Water of the valley: lake and river.
 pub struct Water {
     /// Distance outside the water's edge, metres; negative in the water; infinite far away.
     pub outside: Vec<f64>,

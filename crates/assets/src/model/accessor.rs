@@ -5,7 +5,7 @@ use gltf::{Accessor, Semantic};
 
 use super::Clause;
 
-/// What an accessor holds, checked against its buffer.
+/// Elements of an accessor, checked against its buffer.
 struct Elements<'b> {
     bytes: &'b [u8],
     count: usize,

@@ -23,7 +23,7 @@ impl<'h> Files<'h> {
         Self { path: path.to_owned(), read: Vec::new(), bytes: 0, hasher }
     }
 
-    /// What is wrong with the model.
+    /// Builds the error of a fault in the model.
     pub fn wrong(&self, what: impl Into<String>) -> Error {
         Error::invalid(&self.path, what)
     }
@@ -33,7 +33,7 @@ impl<'h> Files<'h> {
         unmarked(&self.path, bytes)
     }
 
-    /// What the model uses that is not read, and what helps.
+    /// Builds the error of a feature that is not read, with a remedy.
     pub fn unsupported(&self, what: impl Into<String>, remedy: &str) -> Error {
         Error::unsupported(&self.path, what, remedy)
     }

@@ -95,7 +95,7 @@ fn parse(bytes: &[u8], files: &Files<'_>) -> Result<Gltf> {
     Ok(Gltf { document: gltf::Document::from_json(root).map_err(wrong)?, blob: read.blob })
 }
 
-/// What of a file is not shown.
+/// Names the parts of a file that are not shown.
 fn notes(document: &Gltf) -> Vec<String> {
     let mut notes = Vec::new();
     if document.animations().next().is_some() {
@@ -269,7 +269,7 @@ impl Reader<'_> {
         }))
     }
 
-    /// What a primitive is made of, how places in its texture are turned, and which they are; `None`: it is not seen.
+    /// Reads the material of a primitive, the turn of places in its texture, and which they are; `None`: it is not seen.
     fn material(
         &mut self,
         primitive: &Primitive<'_>,
@@ -374,7 +374,7 @@ impl Reader<'_> {
     }
 }
 
-/// What is wrong with a primitive.
+/// Fault of a primitive.
 enum Wrong {
     Here(String),
     Elsewhere(hedgehop_base::error::Error),

@@ -32,10 +32,10 @@ pub const MOST_TRIANGLES: usize = 2_000_000;
 /// Corners of the largest model.
 const MOST_CORNERS: usize = 3 * MOST_TRIANGLES;
 
-/// What is wrong, as a clause without the file's name.
+/// Result whose error is a clause without the file's name.
 pub type Clause<T> = std::result::Result<T, String>;
 
-/// What a part of a mesh is made of.
+/// Material of a part of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Linear Rec. 709 reflectance, 0…1; `None`: that of the body.
@@ -46,7 +46,7 @@ pub struct Material {
     pub texture: Option<Arc<Texture>>,
     /// Alpha, 0…1, below which there is nothing; `None`: it is all there.
     pub cutoff: Option<f32>,
-    /// It is seen from behind too: from where its triangles run clockwise.
+    /// Whether it is seen from behind too: from where its triangles run clockwise.
     pub both_sides: bool,
 }
 
@@ -62,7 +62,7 @@ impl Material {
 pub struct ModelPart {
     /// Corners, units of the model.
     pub positions: Vec<DVec3>,
-    /// As many as positions, or none.
+    /// Normals, as many as positions, or none.
     pub normals: Vec<Vec3>,
     /// Places in the texture, 0…1 rightward and downward; as many as positions, or none.
     pub places: Vec<Vec2>,
@@ -70,7 +70,7 @@ pub struct ModelPart {
     pub colours: Vec<Vec3>,
     /// Three corners each, counterclockwise as seen from in front.
     pub triangles: Vec<[u32; 3]>,
-    /// Of all of them.
+    /// Material of all triangles.
     pub material: Material,
     /// Number of the node that it is in, of formats that have such.
     pub node: Option<usize>,
@@ -79,7 +79,7 @@ pub struct ModelPart {
 /// A node as its file has it.
 #[derive(Debug)]
 pub struct ModelNode {
-    /// Its name, if it has one.
+    /// Name of the node, if it has one.
     pub name: Option<String>,
     /// Number of the one that it is below of.
     pub above: Option<usize>,
@@ -90,7 +90,7 @@ pub struct ModelNode {
 /// A model as its file has it.
 #[derive(Debug)]
 pub struct Model {
-    /// Its triangles.
+    /// Triangles by material.
     pub parts: Vec<ModelPart>,
     /// Each after the one above it.
     pub nodes: Vec<ModelNode>,
@@ -98,14 +98,14 @@ pub struct Model {
     counts: [usize; 2],
     /// Columns: what the model's axes are in a body's (right, forward, up).
     pub body_from_model: DMat3,
-    /// What of it is not shown.
+    /// Parts of the file that are not shown.
     pub notes: Vec<String>,
 }
 
 /// A model that was read.
 #[derive(Debug)]
 pub struct Read {
-    /// What is in it.
+    /// Model in the file.
     pub model: Model,
     /// All files that it was read from.
     pub files: Vec<PathBuf>,

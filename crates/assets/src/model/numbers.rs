@@ -71,9 +71,9 @@ pub(super) fn check(bytes: &[u8]) -> Clause<()> {
 
 /// A value of the JSON.
 struct Within<'w> {
-    /// Its numbers are indices or codes.
+    /// Whether the numbers are indices or codes.
     is_index: bool,
-    /// Those of its members are.
+    /// Whether the numbers of its members are.
     are_members: bool,
     /// The number that is too large.
     wrong: &'w mut Option<u64>,

@@ -17,7 +17,7 @@ const SEEN_THROUGH: f32 = 0.5;
 /// A corner of a face: position, place in the texture, normal.
 type Corner = [Option<usize>; 3];
 
-/// What a file holds so far.
+/// State of reading: the file's contents so far.
 #[derive(Default)]
 struct Reader {
     positions: Vec<DVec3>,

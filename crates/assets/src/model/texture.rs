@@ -4,15 +4,15 @@ use glam::{Vec2, Vec3, Vec4};
 
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 
-/// How a texture goes on beyond its sides.
+/// Continuation of a texture beyond its sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wrap {
-    /// From the start.
+    /// Repeats from the start.
     #[default]
     Repeat,
     /// Backward and forward.
     Mirror,
-    /// With the outermost texels.
+    /// Continues with the outermost texels.
     Clamp,
 }
 

@@ -19,16 +19,16 @@ mod tests;
 pub enum Format {
     /// Portable Network Graphics.
     Png,
-    /// Of the Joint Photographic Experts Group.
+    /// JPEG, of the Joint Photographic Experts Group.
     Jpeg,
 }
 
 /// Why a picture is not read: a clause without the file's name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Fault {
-    /// It is not as it was written.
+    /// Differs from how it was written.
     Damaged(String),
-    /// It is sound, but of a kind that is not read.
+    /// Is sound, but of a kind that is not read.
     Unsupported(String),
 }
 
@@ -41,10 +41,10 @@ pub enum Transparency {
     Alpha,
 }
 
-/// What a picture holds, and how [`decode`] hands it over.
+/// Size and kind of a picture, and the form in which [`decode`] hands it over.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
-    /// Its kind.
+    /// Format of the file.
     pub format: Format,
     /// Columns, ≥ 1.
     pub width: u32,
@@ -72,7 +72,7 @@ impl Header {
     }
 }
 
-/// Which kind of picture begins with these bytes.
+/// Recognizes the kind of picture that begins with these bytes.
 pub fn format(bytes: &[u8]) -> Option<Format> {
     match bytes {
         [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n', ..] => Some(Format::Png),

@@ -55,7 +55,7 @@ pub(super) struct Geographic {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Dimensions {
     Two,
-    /// With heights above the ellipsoid.
+    /// Three dimensions, with heights above the ellipsoid.
     Three,
     Geocentric,
 }
@@ -93,7 +93,7 @@ pub(super) struct Compound {
 /// A grid that would place more exactly than the shifts that are at hand.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Grid {
-    /// How far a place may be off, metres.
+    /// Greatest error of a place, metres.
     pub accuracy: f64,
     area: Degrees,
     /// File names of PROJ.

@@ -22,7 +22,7 @@ pub(super) struct BakingKeys<'a> {
     shades: &'a Shades,
     steps: &'a Steps,
     settings: Key,
-    /// Of the shares of the sun on pages.
+    /// Keys of the shares of the sun on pages.
     lights: Mutex<HashMap<PageId, Key>>,
 }
 
@@ -39,7 +39,7 @@ impl<'a> BakingKeys<'a> {
         Self { source, directory, shades, steps, settings, lights: Mutex::default() }
     }
 
-    /// Of a page; all finer ones have been written.
+    /// Returns the key of a page; all finer ones have been written.
     ///
     /// # Errors
     /// A page, this one or one towards the sun, that is damaged.
@@ -77,7 +77,7 @@ impl<'a> BakingKeys<'a> {
         Ok(keyer)
     }
 
-    /// Of the shares of the sun on a page: as they were found before of the same, or else found now.
+    /// Returns the key of the shares of the sun on a page: as they were found before of the same, or else found now.
     fn light(&self, id: PageId) -> Result<Key> {
         let lights = || self.lights.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = lights().get(&id) {
@@ -100,7 +100,7 @@ impl<'a> BakingKeys<'a> {
         Ok(light)
     }
 
-    /// Of the shares of the sun on a page, which are found for it.
+    /// Finds the shares of the sun on a page for their key.
     fn found(&self, id: PageId) -> Result<Key> {
         let page = self.shades.page(self.source, id)?;
         let keyer = page

@@ -62,7 +62,7 @@ pub(super) fn bin(
     Ok(store)
 }
 
-/// What brings the points of a file into the grid.
+/// Transformation of the points of a file into the grid.
 struct Placing<'a> {
     cloud: &'a Cloud,
     plan: &'a Plan,
@@ -71,7 +71,7 @@ struct Placing<'a> {
 }
 
 impl Placing<'_> {
-    /// Where a point lies; `None` if it is of no use or far outside.
+    /// Finds where a point lies; `None` if it is of no use or far outside.
     fn mark(&self, point: &RawPoint) -> Option<((i64, i64), Mark)> {
         let kind = class::kind(point.class).filter(|_| !point.is_withheld)?;
         // A file without ground shows what is highest.

@@ -1,9 +1,9 @@
-//! What points are of, by the classes of ASPRS (LAS Specification 1.4 R15, table 17).
+//! Classes of points, by ASPRS (LAS Specification 1.4 R15, table 17).
 
 use super::super::features::Paint;
 use hedgehop::voxel::Material;
 
-/// What a point says something about. The numbers are those of records in temporary files.
+/// Kind of matter that a point tells of. The numbers are those of records in temporary files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -17,7 +17,7 @@ pub(super) enum Kind {
     Building = 3,
     /// Overhead wires.
     Wire = 4,
-    /// What carries them.
+    /// Carriers of wires.
     Tower = 5,
     /// Decks of bridges.
     Deck = 6,
@@ -52,12 +52,12 @@ impl Kind {
         Self::Unknown,
     ];
 
-    /// By its number.
+    /// Finds a kind by its number.
     pub fn of(number: u8) -> Self {
         Self::ALL.get(usize::from(number)).copied().unwrap_or(Self::Unknown)
     }
 
-    /// What it looks like where points have no colour.
+    /// Returns the paint where points have no colour.
     pub fn paint(self) -> Paint {
         let (colour, material) = match self {
             Self::Ground | Self::Surface => ([140, 132, 112], Material::Soil),

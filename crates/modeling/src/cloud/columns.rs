@@ -1,4 +1,4 @@
-//! What stands over the voxels of a tile.
+//! Columns of solids over the voxels of a tile.
 
 use super::super::features::Solid;
 use super::class::Kind;

@@ -30,7 +30,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// Its height at a place, sides of a voxel from its middle.
+    /// Returns the height at a place, sides of a voxel from its middle.
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         self.height + self.rise[0] * x + self.rise[1] * y
     }

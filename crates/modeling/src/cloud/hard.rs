@@ -14,7 +14,7 @@ use super::scene::{Scene, Voxel, quantile};
 use super::wall::{self, Side};
 use super::window::Mark;
 
-/// How high buildings stand above the ground at least, and matter of no known kind, metres.
+/// Least height of buildings above the ground, and of matter of no known kind, metres.
 const LOWEST: f64 = 1.0;
 pub(super) const UNKNOWN: f64 = 2.0;
 /// Share of a voxel's points that lie below its roof: others are of walls.

@@ -20,7 +20,7 @@ const LONGEST: u64 = 375;
 const SHORTEST: usize = 227;
 /// Bytes of a point record by format, without extra bytes.
 const RECORDS: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
-/// Where red, green and blue stand in a record, by format; 0: nowhere.
+/// Positions of red, green and blue in a record, by format; 0: nowhere.
 const COLOURS: [usize; 11] = [0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30];
 /// Formats from this one on are those of version 1.4.
 const EXTENDED: u8 = 6;
@@ -35,7 +35,7 @@ const ITEMS: (&str, u16) = ("laszip encoded", 22204);
 /// Least bytes of a chunk: its first point as it is.
 const LEAST_CHUNK: u64 = 20;
 
-/// What a file says of its points.
+/// Head of a file: what it says of its points.
 #[derive(Debug, Clone)]
 pub(super) struct Head {
     /// Points.
@@ -44,7 +44,7 @@ pub(super) struct Head {
     pub record: usize,
     /// Whether records are those of formats 6 to 10.
     pub is_extended: bool,
-    /// Where red, green and blue stand in a record.
+    /// Position of red, green and blue in a record.
     pub colour: Option<usize>,
     /// Units of a coordinate per count, and the coordinate of count 0: x, y, z.
     pub scale: [f64; 3],
@@ -66,7 +66,7 @@ pub(super) struct Head {
 struct Reading<'a> {
     file: &'a InputFile,
     head: Vec<u8>,
-    /// Where points begin.
+    /// Begin of the points.
     points: u64,
     record: u64,
     count: u64,
@@ -291,7 +291,7 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// Where what follows the points begins: waveforms or extended records, as the header states, or else the file's end.
+    /// Finds where what follows the points begins: waveforms or extended records, as the header states, or else the file's end.
     fn points_end(&self) -> u64 {
         let (minor, length) = (self.head[25], self.file.length());
         let waveforms = if minor >= 3 { u64_at(&self.head, 227) } else { 0 };

@@ -19,7 +19,7 @@ const STEP: u64 = 1 << 16;
 /// Farthest coordinate that anything on Earth has, in any unit.
 const FARTHEST: f64 = 1.0e10;
 
-/// What the points of a file say together.
+/// Summary of the points of a file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Look {
     /// Points that are of use, and those of the ground among them.

@@ -46,7 +46,7 @@ impl Cloud {
     }
 }
 
-/// What a raster of the same place says before the points are sorted: nothing.
+/// Raster that stands for a cloud until its points are sorted: it says nothing.
 struct Unread((u32, u32));
 
 impl Samples<f64> for Unread {

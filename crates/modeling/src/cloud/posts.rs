@@ -20,10 +20,10 @@ pub(super) const HALO: i64 = 1;
 const LEAST: f64 = 0.25;
 /// Share of a voxel's points that lie below the robust top of a surface.
 const TOP: f64 = 0.9;
-/// How far below the top points are of the same surface: metres, and sides of a voxel, the greater.
+/// Depth below the top within which points are of the same surface: metres, and sides of a voxel, the greater.
 const DEPTH: (f64, f64) = (0.5, 1.0);
 
-/// What the points of a voxel say of the ground.
+/// Ground of a voxel as its points tell it.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Post {
@@ -40,7 +40,7 @@ impl Post {
     pub const HELD: u8 = 1;
     /// Bit of a voxel with a colour.
     pub const COLOURED: u8 = 2;
-    /// Of a voxel of which nothing is known.
+    /// Post of a voxel of which nothing is known.
     pub const NONE: Self = Self { height: f32::NAN, colour: [0; 3], flags: 0 };
 
     pub fn is_known(&self) -> bool {

@@ -1,4 +1,4 @@
-//! From the files of a build to its ground, its colours and its solids: stage after stage, tile by tile.
+//! Preparation of clouds: from files to ground, colours and solids, stage after stage, tile by tile.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -25,13 +25,13 @@ use hedgehop_geo::VerticalDatum;
 /// Bytes that a worker holds at most while it makes a tile: points of its voxels, and posts about them.
 const TILE_WORK: u64 = 24 << 20;
 
-/// What became of all clouds of a build.
+/// Ground, colours and solids of all clouds of a build.
 pub(crate) struct Prepared {
     /// Heights of the ground; `None`: no point lies in the area.
     pub elevation: Option<ElevationInput>,
     /// Colours of the ground; `None`: no point has one.
     pub imagery: Option<ImageryInput>,
-    /// What stands on it.
+    /// Solids that stand on it.
     pub standees: Option<Standees>,
 }
 
@@ -87,7 +87,7 @@ pub(crate) fn prepare(
     Ok(Prepared { elevation: Some(elevation), imagery, standees })
 }
 
-/// How tiles are made.
+/// Settings of how tiles are made.
 struct Making<'a> {
     plan: &'a Plan,
     output: &'a Path,
@@ -111,7 +111,7 @@ impl Making<'_> {
         tiles.flat_map(around).filter(|tile| self.is_inside(*tile)).collect()
     }
 
-    /// What comes of each tile.
+    /// Makes the records of each tile.
     fn each<T: bytemuck::Pod + Send>(
         &self,
         stage: &str,

@@ -18,11 +18,11 @@ const AHEAD: usize = 1 << 18;
 /// A point as its file has it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RawPoint {
-    /// In the file's units.
+    /// Place in the file's units.
     pub place: [f64; 3],
     /// ASPRS class.
     pub class: u8,
-    /// Its file says that it is not to be used.
+    /// Whether its file says that it is not to be used.
     pub is_withheld: bool,
     /// Red, green, blue, as stored.
     pub colour: [u16; 3],
@@ -76,7 +76,7 @@ impl Points {
     }
 }
 
-/// What the decoder answers, or why it does not. Where it is built with assertions some of them are about what files hold, and it is of no use
+/// Calls the decoder, and turns its panics into reasons. Where it is built with assertions some of them are about what files hold, and it is of no use
 /// after one of these has failed.
 fn guarded<T>(decode: impl FnOnce() -> las::Result<T>) -> std::result::Result<T, String> {
     match catch_unwind(AssertUnwindSafe(decode)) {

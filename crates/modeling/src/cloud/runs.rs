@@ -45,7 +45,7 @@ struct Run {
     mix: Mix,
     /// Σ places.
     lean: [f64; 2],
-    /// Of the highest so far.
+    /// Height of the highest so far.
     high: f64,
 }
 
@@ -71,7 +71,7 @@ impl Run {
     }
 }
 
-/// What is left over of the points of a voxel when its roof is known.
+/// Points of a voxel that are left over when its roof is known.
 pub(super) struct Plants<'a, 's> {
     pub scene: &'a Scene<'s>,
     /// Height of the roof or deck over each voxel of the window; NaN where there is none.

@@ -1,4 +1,4 @@
-//! What solids are made from: the points and the ground about the voxels of a tile.
+//! Scene that solids are made from: the points and the ground about the voxels of a tile.
 
 use super::super::features::{Paint, Solid, Wall};
 use super::class::Kind;
@@ -8,7 +8,7 @@ use super::window::{Mark, Window};
 
 /// Steepest upper end, rise over run.
 const STEEPEST: f64 = 3.0;
-/// How much darker sides are than the upper end.
+/// Darkness of sides against the upper end, as a factor.
 const SHADE: f64 = 0.72;
 
 /// Points and ground about the voxels of a tile.

@@ -13,7 +13,7 @@ use hedgehop_base::error::Result;
 /// Least opacity of what is seen from afar as a surface.
 const DENSE: f64 = 0.4;
 
-/// What stands on the ground of clouds.
+/// Solids that stand on the ground of clouds.
 #[derive(Debug)]
 pub(crate) struct Standees {
     store: Store<StoredSolid>,
@@ -23,7 +23,7 @@ pub(crate) struct Standees {
     pub is_coloured: bool,
 }
 
-/// What stands over a coarser voxel.
+/// Sums of the solids over a coarser voxel.
 #[derive(Default)]
 struct Pile {
     /// Finest voxels with something on them, and the sum of its heights.
@@ -35,7 +35,7 @@ struct Pile {
 }
 
 impl Standees {
-    /// Those of a grid.
+    /// Builds the solids of a grid.
     pub(super) fn new(store: Store<StoredSolid>, grid: &Grid, is_coloured: bool) -> Result<Self> {
         let mut highest = f64::NEG_INFINITY;
         for tile in store.tiles() {
@@ -104,7 +104,7 @@ impl Pile {
         }
     }
 
-    /// As high as they are in the mean, if they cover half of the voxel.
+    /// Makes a solid as high as they are in the mean, if they cover half of the voxel.
     fn solid(&self, least: u32) -> Option<Solid> {
         let solid = self.solid.filter(|_| self.count > least)?;
         Some(Solid {

@@ -29,14 +29,14 @@ const AT_ONCE: u64 = 1 << 15;
 #[derive(Debug)]
 pub(super) struct Store<T> {
     file: File,
-    /// What messages name.
+    /// Path that messages name.
     path: PathBuf,
     end: u64,
-    /// Where those of a tile stand: byte, and how many.
+    /// Blocks of each tile: first byte, and how many.
     blocks: BTreeMap<Tile, Vec<(u64, u64)>>,
     held: BTreeMap<Tile, Vec<T>>,
     count: usize,
-    /// How many are held at most.
+    /// Most records that are held.
     most: usize,
     things: PhantomData<T>,
 }

@@ -12,7 +12,7 @@ pub(super) struct StoredSolid {
     low_m: f32,
     high_m: f32,
     slope: [f32; 2],
-    /// Of its planes.
+    /// Facings of its planes.
     facing: [f32; 3],
     distance_m: [f32; 3],
     opacity: f32,

@@ -11,7 +11,7 @@ use super::posts::{Mix, Post};
 use super::store::{Store, TILE, Tile};
 use hedgehop_base::error::Result;
 
-/// How far posts are looked for: metres, and voxels at least and at most.
+/// Distance to which posts are sought: metres, and voxels at least and at most.
 const REACH_M: f64 = 60.0;
 const REACH: (f64, f64) = (12.0, 128.0);
 /// Directions in which posts must be found around a voxel without points: more than a straight rim has.
@@ -37,7 +37,7 @@ const DIRECTIONS: [[i64; 2]; 16] = [
     [2, -1],
 ];
 
-/// How far posts are looked for, voxels of this side (metres).
+/// Returns the distance to which posts are sought, voxels of this side (metres).
 pub(super) fn reach(spacing: f64) -> i64 {
     (REACH_M / spacing).ceil().clamp(REACH.0, REACH.1) as i64
 }
@@ -51,7 +51,7 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// From a store that has all posts of a tile in one run, or none.
+    /// Reads a store that has all posts of a tile in one run, or none.
     pub fn of(store: &Store<Post>, tile: Tile, halo: i64) -> Result<Self> {
         let side = TILE + 2 * halo;
         let mut posts = vec![Post::NONE; (side * side) as usize];

@@ -15,14 +15,14 @@ use super::window::Mark;
 /// Radius of the circle, sides of a voxel; no more than the voxels that are looked at reach.
 const RADIUS: f64 = 2.4;
 const REACH: i64 = 2;
-/// How far below a roof a point lies at least that is not of it, metres.
+/// Least depth below a roof of a point that is not of it, metres.
 const BELOW: f64 = 0.8;
 /// Points at least on either side.
 const LEAST: usize = 3;
 /// Share of points on the wrong side at most: corners have more.
 const WRONG: f64 = 0.06;
 
-/// What a wall leaves of a voxel.
+/// Part of a voxel that a wall leaves.
 pub(super) enum Side {
     /// All.
     Inside,
@@ -32,7 +32,7 @@ pub(super) enum Side {
     Outside,
 }
 
-/// What the wall about a voxel leaves of it; `None` where points show none.
+/// Finds the part of a voxel that the wall about it leaves; `None` where points show none.
 pub(super) fn between(
     scene: &Scene<'_>,
     voxel: Voxel,

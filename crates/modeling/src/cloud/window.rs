@@ -46,11 +46,11 @@ impl Mark {
 /// A square of voxels and their points.
 #[derive(Debug)]
 pub(super) struct Window {
-    /// Its south-west voxel, from the grid's origin.
+    /// South-west voxel, from the grid's origin.
     pub first: [i64; 2],
     /// Voxels along a side.
     pub side: usize,
-    /// Where those of each voxel begin, and where the last ones end.
+    /// Begins of the points of each voxel, and the end of the last ones.
     starts: Vec<u32>,
     marks: Vec<Mark>,
 }
@@ -118,7 +118,7 @@ impl Window {
         )
     }
 
-    /// Their points, with places from the middle of the voxel, sides of a voxel.
+    /// Iterates over their points, with places from the middle of the voxel, sides of a voxel.
     pub fn around(&self, voxel: (usize, usize), reach: i64) -> impl Iterator<Item = ([f64; 2], &Mark)> {
         self.voxels(voxel, reach).flat_map(|(step, marks)| {
             marks.iter().map(move |mark| {

@@ -20,7 +20,7 @@ pub(super) const REACH: i64 = 2;
 const GAPS: [f64; 2] = [0.7, 0.6];
 /// Points of a line at least.
 const LEAST: usize = 3;
-/// How far from each other along the line points may lie beside a voxel, sides of a voxel.
+/// Distance between points along the line within which they may lie beside a voxel, sides of a voxel.
 const BEYOND: f64 = 0.6;
 /// Thickness, metres.
 const THICKNESS: f64 = 0.05;

@@ -1,10 +1,10 @@
-//! What features are, in SI units.
+//! Kinds of features, in SI units.
 
 use glam::DVec2;
 
 use hedgehop::voxel::Material;
 
-/// What a whole layer is, where its rows do not say it.
+/// Class of a whole layer, where its rows do not say it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {
     /// Houses, halls, sheds.
@@ -35,7 +35,7 @@ pub enum Class {
     Silo,
     /// Overhead wires.
     PowerLine,
-    /// What carries them.
+    /// Carriers of wires.
     Pylon,
     /// Single trees, and rows of them.
     Tree,
@@ -70,7 +70,7 @@ impl Class {
         ("ground", Self::Ground),
     ];
 
-    /// By its name in recipes; an error that tells all names.
+    /// Finds a class by its name in recipes; an error tells all names.
     pub fn of(name: &str) -> Result<Self, String> {
         let found = Self::NAMES.iter().find(|(known, _)| *known == name);
         found.map(|(_, class)| *class).ok_or_else(|| {
@@ -80,12 +80,12 @@ impl Class {
     }
 }
 
-/// How a surface looks, and what it is made of.
+/// Colour and material of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Paint {
     /// sRGB.
     pub colour: [u8; 3],
-    /// What correlated sensors take it for.
+    /// Material for correlated sensors.
     pub material: Material,
 }
 
@@ -106,10 +106,10 @@ pub enum RoofShape {
     Dome,
 }
 
-/// How high a roof is.
+/// Height of a roof.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rise {
-    /// From eaves to ridge, metres, ≥ 0.
+    /// Height from eaves to ridge, metres, ≥ 0.
     Height(f64),
     /// Angle of its planes from the level, degrees, 0…80.
     Angle(f64),
@@ -118,11 +118,11 @@ pub enum Rise {
 /// A roof.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Roof {
-    /// Its form.
+    /// Form of the roof.
     pub shape: RoofShape,
-    /// How high it is.
+    /// Height of the roof.
     pub rise: Rise,
-    /// Where its (lower) side looks, degrees clockwise from north; `None`: as the footprint suggests.
+    /// Direction in which its (lower) side looks, degrees clockwise from north; `None`: as the footprint suggests.
     pub direction: Option<f64>,
     /// The ridge runs across the longer side.
     pub across: bool,
@@ -150,13 +150,13 @@ pub enum Top {
 /// A building, or a part of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Building {
-    /// Its height.
+    /// Height of the building.
     pub top: Top,
     /// Height of its lower end above the ground, metres, ≥ 0.
     pub min_height_m: f64,
-    /// Its roof.
+    /// Roof of the building.
     pub roof: Roof,
-    /// Its façades.
+    /// Paint of the façades.
     pub walls: Paint,
     /// The roof's surface.
     pub cover: Paint,
@@ -164,10 +164,10 @@ pub struct Building {
     pub is_part: bool,
 }
 
-/// What runs along a line with a width.
+/// Kind of thing that runs along a line with a width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WayKind {
-    /// For wheels and feet.
+    /// Way for wheels and feet.
     Road,
     /// Tracks.
     Railway,
@@ -178,36 +178,36 @@ pub enum WayKind {
 /// A way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Way {
-    /// What it is.
+    /// Kind of way.
     pub kind: WayKind,
-    /// Its width, metres, > 0.
+    /// Width, metres, > 0.
     pub width_m: f64,
-    /// Its surface.
+    /// Paint of the surface.
     pub paint: Paint,
     /// Steepest that it is built, rise over run, > 0.
     pub most_grade: f64,
-    /// It runs over a bridge.
+    /// Whether it runs over a bridge.
     pub is_bridge: bool,
-    /// Which of several ways lies above the others: the one with the greatest number.
+    /// Layer of the way: of several, the one with the greatest number lies above the others.
     pub layer: i32,
 }
 
-/// What a barrier is.
+/// Wall, fence or hedge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barrier {
-    /// Its height, metres, > 0.
+    /// Height, metres, > 0.
     pub height_m: f64,
-    /// Its thickness, metres, > 0.
+    /// Thickness, metres, > 0.
     pub thickness_m: f64,
     /// Share of the light that it hides, 0…1.
     pub opacity: f64,
-    /// Its surface.
+    /// Paint of the surface.
     pub paint: Paint,
-    /// It fills its areas, and does not run along their outlines.
+    /// Whether it fills its areas, and does not run along their outlines.
     pub is_filled: bool,
 }
 
-/// How something round ends at its top.
+/// Top of something round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cap {
     /// Level.
@@ -223,33 +223,33 @@ pub enum Cap {
 /// Something round that stands upright: masts, towers, chimneys, tanks, silos, pylons.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Upright {
-    /// Its height, metres, > 0.
+    /// Height, metres, > 0.
     pub height_m: f64,
     /// Diameter at the ground, metres, > 0; `None`: that of its area.
     pub diameter_m: Option<f64>,
     /// Diameter at its top as a share of that at the ground, 0…1.
     pub taper: f64,
-    /// How it ends.
+    /// Form of its top.
     pub cap: Cap,
     /// Share of the light that it hides, 0…1: lattices are not dense.
     pub opacity: f64,
-    /// Its surface.
+    /// Paint of the surface.
     pub paint: Paint,
 }
 
 /// A tower, tank or silo that has an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Structure {
-    /// It over an outline that is a circle.
+    /// Form over an outline that is a circle.
     pub round: Upright,
-    /// It over any other outline, which is that of its walls.
+    /// Form over any other outline, which is that of its walls.
     pub walled: Building,
 }
 
 /// A wire of a power line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wire {
-    /// How far it runs to the right of the line, metres.
+    /// Distance to the right of the line, metres.
     pub offset_m: f64,
     /// Height of its ends above the ground, metres.
     pub height_m: f64,
@@ -258,17 +258,17 @@ pub struct Wire {
 /// A power line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerLine {
-    /// Its wires.
+    /// Wires of the line.
     pub wires: Vec<Wire>,
     /// Sag per square of a span's length, 1/m: with one tension and one weight the sag grows with the square of the span.
     pub sag_per_m: f64,
-    /// What stands at its vertices; it has arms as long as wires need.
+    /// Pylon at its vertices; it has arms as long as wires need.
     pub pylon: Upright,
-    /// What stands at single ones of them, by rows of their own.
+    /// Pylons at single vertices, by rows of their own.
     pub stated: Vec<(DVec2, Upright)>,
 }
 
-/// What trees are.
+/// Kind of trees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Leaf {
     /// Oaks, beeches: round crowns.
@@ -282,13 +282,13 @@ pub enum Leaf {
 /// A tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tree {
-    /// Its height, metres, > 0.
+    /// Height, metres, > 0.
     pub height_m: f64,
     /// Diameter of its crown, metres, > 0.
     pub crown_m: f64,
-    /// Its leaves; not [`Leaf::Mixed`].
+    /// Kind of its leaves; not [`Leaf::Mixed`].
     pub leaf: Leaf,
-    /// Its crown.
+    /// Paint of its crown.
     pub paint: Paint,
 }
 
@@ -299,11 +299,11 @@ pub struct Wood {
     pub height_m: f64,
     /// Trees per hectare, > 0.
     pub density: f64,
-    /// What grows there.
+    /// Trees that grow there.
     pub leaf: Leaf,
 }
 
-/// What a row means.
+/// Meaning of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Meaning {
     /// A building.
@@ -324,7 +324,7 @@ pub enum Meaning {
     Upright(Upright),
     /// One that has an outline.
     Structure(Structure),
-    /// What carries wires, and whether its height is stated.
+    /// Carrier of wires, and whether its height is stated.
     Pylon(Upright, bool),
     /// Overhead wires.
     PowerLine(PowerLine),

@@ -1,4 +1,4 @@
-//! What a file of features holds, whatever its format.
+//! Layer of features in a file, whatever its format.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ pub struct Path {
 pub struct Area {
     /// The outside.
     pub outer: Path,
-    /// What is left out.
+    /// Rings of the ground that is left out.
     pub holes: Vec<Path>,
 }
 
@@ -37,14 +37,14 @@ pub struct Geometry {
     pub lines: Vec<Path>,
     /// Polygons.
     pub areas: Vec<Area>,
-    /// Where lines meet those of other rows; known of roads once all layers are.
+    /// Joints where lines meet those of other rows; known of roads once all layers are.
     pub joints: Vec<Joint>,
 }
 
 /// A place where a line meets one of another row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
-    /// Where, in the units of the system.
+    /// Place of the joint, in the units of the system.
     pub place: DVec2,
     /// Half the width of the wider way there, on which this one goes on, metres; 0 on the widest.
     pub half_m: f64,
@@ -173,11 +173,11 @@ impl Attributes {
 /// One feature.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
-    /// Where it stands in its file, for messages: `feature 12`, `row 12`, `table "roads", row 12`; counted from 1.
+    /// Place in its file, for messages: `feature 12`, `row 12`, `table "roads", row 12`; counted from 1.
     pub place: String,
-    /// Its form, not empty.
+    /// Form of the row, not empty.
     pub geometry: Geometry,
-    /// What it says of itself.
+    /// Attributes of the row.
     pub attributes: Attributes,
 }
 
@@ -188,13 +188,13 @@ pub struct Layer {
     pub path: PathBuf,
     /// The reference system of its places.
     pub crs: Crs,
-    /// Its rows that have a form, in the file's order.
+    /// Rows that have a form, in the file's order.
     pub rows: Vec<Row>,
-    /// What was assumed, and how many rows were left out and why. They name the file without its folders.
+    /// Notes on what was assumed, and how many rows were left out and why. They name the file without its folders.
     pub notes: Vec<String>,
 }
 
-/// Which attributes of a file hold what; `None`: those of OpenStreetMap.
+/// Attributes of a file by what they hold; `None`: those of OpenStreetMap.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Columns {
     /// Height of the top above the ground: metres, or with a unit.
@@ -217,7 +217,7 @@ pub struct Columns {
     pub roof_colour: Option<String>,
     /// Material of façades or surfaces.
     pub material: Option<String>,
-    /// What kind of building, road or water it is, by OpenStreetMap's words (`house`, `motorway`, …).
+    /// Kind of building, road or water, by OpenStreetMap's words (`house`, `motorway`, …).
     pub class: Option<String>,
 }
 
@@ -232,14 +232,14 @@ impl Columns {
     }
 }
 
-/// What a file of features does not say of itself.
+/// Options of what a file of features does not say of itself.
 #[derive(Debug, Clone, Default)]
 pub struct LayerOptions {
-    /// Its reference system, if it states none.
+    /// Reference system, if the file states none.
     pub crs: Option<String>,
     /// The table to read of a GeoPackage; `None`: all that have features.
     pub table: Option<String>,
-    /// What all of its rows are; `None`: what their tags say.
+    /// Class of all of its rows; `None`: what their tags say.
     pub kind: Option<Class>,
     /// Names of its attributes.
     pub columns: Columns,
@@ -271,7 +271,7 @@ impl LeftOut {
         self.reasons.entry(reason).or_insert_with(|| (0, place.to_owned())).0 += 1;
     }
 
-    /// How many rows there are, and the reason of most of them; `None`: nothing is left out.
+    /// Returns how many rows there are, and the reason of most of them; `None`: nothing is left out.
     pub fn most(&self) -> Option<(usize, &str)> {
         let count = self.reasons.values().map(|(count, _)| count).sum();
         let (reason, _) = self.reasons.iter().max_by_key(|(_, (count, _))| *count)?;

@@ -19,11 +19,11 @@ use hedgehop_geo::{Crs, Transform};
 /// A row that means something, in the database's system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Feature {
-    /// What it is.
+    /// Meaning of the feature.
     pub meaning: Meaning,
-    /// Its form, metres.
+    /// Form of the feature, metres.
     pub geometry: Geometry,
-    /// What tells it from others: of its file's name and its place there.
+    /// Hash that tells it from others: of its file's name and its place there.
     pub hash: u64,
 }
 
@@ -107,9 +107,9 @@ fn over_outline(meaning: Meaning, geometry: &Geometry) -> Meaning {
 
 /// Whether an area has the corners of a circle, and enough of them.
 fn is_circle(area: &Area) -> bool {
-    /// Of fewer a tower has as many walls.
+    /// Number of corners below which a tower has as many walls.
     const LEAST_CORNERS: usize = 12;
-    /// How much radii may differ from the mean, as a share of it.
+    /// Share of the mean by which radii may differ from it.
     const UNEVEN: f64 = 0.05;
     let Some(footprint) = Footprint::of(area).filter(|footprint| footprint.rings.len() == 1) else {
         return false;

@@ -28,9 +28,9 @@ pub(super) use survey::unknown;
 pub struct LandCoverFile {
     /// The file: whole numbers of 8 or 16 bits, one band.
     pub path: PathBuf,
-    /// Its CRS, if it states none.
+    /// CRS of the file, if it states none.
     pub crs: Option<String>,
-    /// What its numbers mean.
+    /// Scheme of its numbers.
     pub scheme: Scheme,
     /// Numbers that say nothing, besides what it declares.
     pub nodata: Vec<f64>,

@@ -10,16 +10,16 @@ pub(crate) struct ClassRaster {
     raster: Box<dyn Raster>,
     /// The band of classes, and the alpha band if there is one.
     bands: Vec<u32>,
-    /// What each sample of 16 bits (two's complement) is.
+    /// Class of each sample of 16 bits (two's complement).
     classes: Vec<Class>,
 }
 
-/// What a sample says.
+/// Class that a sample states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Class {
     /// A material, by its number.
     Known(u8),
-    /// That nothing is known there.
+    /// Nothing is known there.
     Void,
     /// A number that the scheme does not have.
     Unknown(i32),
@@ -69,7 +69,7 @@ impl ClassRaster {
         Ok(Self { raster, bands, classes })
     }
 
-    /// What of the file's statements is not used.
+    /// Says which of the file's statements are not used.
     pub fn notes(&self) -> Vec<String> {
         let info = self.info();
         let is_scaled = (info.scale, info.offset) != (1.0, 0.0);
@@ -78,7 +78,7 @@ impl ClassRaster {
         is_scaled.then_some(note).into_iter().collect()
     }
 
-    /// What the raster is.
+    /// Returns the raster's properties.
     pub fn info(&self) -> &RasterInfo {
         self.raster.info()
     }

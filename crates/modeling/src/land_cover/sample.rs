@@ -31,14 +31,14 @@ impl CoverInput {
     }
 }
 
-/// What the ground of a voxel is.
+/// Cover of a voxel's ground.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Cover {
     /// Number of its material; 0: no raster knows it.
     pub material: u8,
     /// Colour in linear light; means nothing without a material.
     pub linear: [f32; 3],
-    /// How much the colour may vary from place to place, 0…1: that of lakes and roofs hardly does.
+    /// Liveliness: how much the colour may vary from place to place, 0…1: that of lakes and roofs hardly does.
     pub lively: f32,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct Sampler<'a> {
 
 /// Pixels beside those under a block that its colours ask for: the noise, and the spline.
 const BESIDE: i64 = 3;
-/// How far noise moves a place, pixels: its deviation is a fifth of this.
+/// Distance by which noise moves a place, pixels: its deviation is a fifth of this.
 const SHIFT: f64 = 1.3;
 /// Length of the longest waves of it, pixels; of the others, half as long and half as high.
 const LONGEST: f64 = 1.9;
@@ -93,7 +93,7 @@ impl Sampler<'_> {
         Ok(covers)
     }
 
-    /// What lies under centres of voxels of a grid.
+    /// Samples the cover under centres of voxels of a grid.
     fn of_centres(&mut self, rect: Rect, grid: &Grid) -> Result<Vec<Cover>> {
         let mut covers = Vec::with_capacity(rect.len());
         for band in rect.bands() {
@@ -141,7 +141,7 @@ impl Sampler<'_> {
     }
 }
 
-/// Where a voxel lies in a raster.
+/// Place of a voxel in a raster.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     /// Column and row, whole numbers at pixel centres.
@@ -174,7 +174,7 @@ impl Place {
         (pixel.x as i64, pixel.y as i64)
     }
 
-    /// Where its colour is looked up.
+    /// Returns the place at which its colour is looked up.
     fn moved(&self) -> DVec2 {
         let (mut sum, mut weight, mut length) = (DVec2::ZERO, SHIFT, LONGEST);
         // Waves shorter than two voxels would be noise from voxel to voxel.
@@ -306,7 +306,7 @@ impl Cover {
     }
 }
 
-/// What voxels together are: the most frequent material (the smaller number where two are), and the mean of the colours of those with one.
+/// Joins the covers of voxels: the most frequent material (the smaller number where two are), and the mean of the colours of those with one.
 fn mean(parts: impl Iterator<Item = Cover>) -> Cover {
     let mut found: Vec<Cover> = parts.collect();
     found.sort_by_key(|cover| cover.material);

@@ -1,4 +1,4 @@
-//! Which class of a map of land cover is which material.
+//! Schemes of land cover: which class of a map is which material.
 //!
 //! - ESA WorldCover, *Product User Manual* v2.0 (2022), table 2.
 //! - CORINE Land Cover, *CLC nomenclature guidelines* (European Environment Agency, 2019): codes of level 3, and their numbers in 100 m grids.
@@ -13,7 +13,7 @@ use Material::{
 
 use hedgehop::voxel::Material;
 
-/// What the numbers of a map of land cover mean.
+/// Scheme: meaning of the numbers of a map of land cover.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Scheme {
     /// ESA WorldCover, 10…100.
@@ -67,7 +67,7 @@ const NLCD: [(u16, Material); 20] = [
     (95, Wetland),
 ];
 
-/// In the order of the numbers of grids, from 1 on.
+/// Materials in the order of the numbers of grids, from 1 on.
 const CORINE: [(u16, Material); 44] = [
     (111, BuiltUp),
     (112, BuiltUp),
@@ -116,7 +116,7 @@ const CORINE: [(u16, Material); 44] = [
 ];
 
 impl Scheme {
-    /// By its name; an error that tells all names.
+    /// Finds a scheme by its name; an error tells all names.
     pub fn named(name: &str) -> Result<Self, String> {
         let known = NAMES.into_iter().find(|(known, _)| *known == name).map(|(_, scheme)| scheme);
         known.ok_or_else(|| {
@@ -125,7 +125,7 @@ impl Scheme {
         })
     }
 
-    /// What it is called.
+    /// Returns the name.
     pub fn name(&self) -> &'static str {
         NAMES.iter().find(|(_, scheme)| scheme == self).map_or("classes of the recipe", |(name, _)| name)
     }

@@ -18,7 +18,7 @@ const LATTICE: u32 = 32;
 /// Pixels that are looked at together.
 const TOGETHER: u32 = 1 << 20;
 
-/// What a raster holds around the area: a sentence for numbers that the scheme does not have, and one if nothing there is known.
+/// Says what is unknown around the area: a sentence for numbers that the scheme does not have, and one if nothing there is known.
 pub(crate) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &str)) -> Result<Vec<String>> {
     let Some(window) = window(source, grid) else {
         return Ok(vec![format!(

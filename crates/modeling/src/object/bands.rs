@@ -15,7 +15,7 @@ use hedgehop_base::colour::srgb8_from_linear;
 
 /// Least height of a band, in voxels.
 const LOWEST: f64 = 0.2;
-/// By how many codes colours of two bands differ at least.
+/// Least difference of the colours of two bands, codes.
 const APART: u8 = 12;
 
 /// A solid with the colours that `faces` beside it have.
@@ -61,7 +61,7 @@ fn is_apart(one: [u8; 3], other: [u8; 3]) -> bool {
     one.iter().zip(other).any(|(one, other)| one.abs_diff(other) >= APART)
 }
 
-/// What is seen from beside between two heights, sRGB; `None` where there is no face.
+/// Returns the colour seen from beside between two heights, sRGB; `None` where there is no face.
 fn colour_between(faces: &[Steep], [low, high]: [f64; 2]) -> Option<[u8; 3]> {
     let middle = low.midpoint(high);
     let mut seen: Vec<&Steep> =

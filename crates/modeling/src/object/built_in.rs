@@ -9,7 +9,7 @@ use crate::features::{Leaf, TreeKind, mix, share};
 use hedgehop::voxel::Material;
 use hedgehop_base::colour::linear_from_srgb8;
 
-/// What can be scattered without a file.
+/// Forms that can be scattered without a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BuiltIn {
     /// A broad-leaved tree, 12 m high.
@@ -44,7 +44,7 @@ impl BuiltIn {
         ("rock", Self::Rock),
     ];
 
-    /// By its name in recipes.
+    /// Finds a form by its name in recipes.
     pub fn of(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|(_, form)| *form)
     }
@@ -54,7 +54,7 @@ impl BuiltIn {
         Self::NAMES.map(|(name, _)| name).join(", ")
     }
 
-    /// What it is made of.
+    /// Returns the material.
     pub fn material(self) -> Material {
         match self {
             Self::Broadleaf | Self::Shrub => Material::Broadleaf,
@@ -73,7 +73,7 @@ impl BuiltIn {
         (8.0 * spacing > crown_m).then(|| TreeKind::nearest(height_m, crown_m, leaf))
     }
 
-    /// Its triangles.
+    /// Builds the triangles.
     pub(super) fn soup(self, scale: f64) -> Soup {
         let trunk = |radius: f64, high: f64| {
             Turned {

@@ -20,13 +20,13 @@ use hedgehop_base::colour::srgb8_from_linear;
 
 /// Gap of heights at which a layer is split, and rise of a sheet's places over its plane that is foliage, in voxels.
 const STEP: f64 = 0.25;
-/// What a plane through ends leaves of the widest gap between them, as a share, if they lie on a slope: at a step it leaves a quarter.
+/// Share of the widest gap between ends that a plane through them leaves if they lie on a slope: at a step it leaves a quarter.
 const SLOPED: f64 = 0.2;
 /// Height above the foot up to which a solid stands on the ground, in voxels.
 const STANDS: f64 = 0.25;
 /// Layers of one voxel.
 const MOST_LAYERS: usize = 12;
-/// What a pole hides at least, so that it is seen at all.
+/// Share that a pole hides at least, so that it is seen at all.
 const FAINTEST: f64 = 0.07;
 /// Least opacity of what is kept.
 const LEAST: f64 = 0.035;
@@ -44,7 +44,7 @@ pub(super) struct Over<'s> {
     pub centre: DVec2,
     pub spacing: f64,
     pub material: u8,
-    /// Its foot is on the ground.
+    /// Whether its foot is on the ground.
     pub stands: bool,
 }
 
@@ -103,7 +103,7 @@ impl Over<'_> {
         layers
     }
 
-    /// What encloses something.
+    /// Fits a solid to what encloses something.
     fn layer(&self, layer: &[Stretch], steep: &[Steep]) -> Option<Solid> {
         let mask = mask_of(layer);
         let (upper, lower) =
@@ -339,7 +339,7 @@ fn beside(steep: &[Steep], [low, high]: [f64; 2]) -> Vec<Steep> {
     steep.iter().filter(|steep| steep.low < high && steep.high > low).copied().collect()
 }
 
-/// Their mean colour.
+/// Returns their mean colour.
 fn colour_of(steep: &[Steep]) -> Option<Vec3> {
     let area: f64 = steep.iter().map(|steep| steep.area).sum();
     let sum: Vec3 = steep.iter().map(|steep| steep.colour).sum();

@@ -20,14 +20,14 @@ pub(super) fn place(ray: usize) -> DVec2 {
     dvec2(part(ray), part(ray * STEP % RAYS))
 }
 
-/// What a mask looks like.
+/// Form of a mask.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Form {
     /// All of the voxel.
     Whole,
     /// A half-plane: direction of its outside, and how far in that direction it reaches from the voxel's centre, in voxels.
     Half(DVec2, f64),
-    /// What two half-planes have in common.
+    /// Two half-planes, of which it has what both share.
     Corner([(DVec2, f64); 2]),
     /// A strip from side to side of the voxel, as a half-plane.
     Strip(DVec2, f64),
@@ -79,7 +79,7 @@ impl Mask {
         ((covered.0 ^ self.0).count_ones(), 0.5 * (before + after))
     }
 
-    /// How many places are other ones than those within half-planes.
+    /// Counts the places that differ from those within half-planes.
     fn differs(self, halves: &[(DVec2, f64)]) -> u32 {
         let is_within = |ray: usize| halves.iter().all(|(outside, reach)| place(ray).dot(*outside) <= *reach);
         (0..RAYS).filter(|ray| is_within(*ray) != self.holds(*ray)).count() as u32
@@ -94,7 +94,7 @@ impl Mask {
         pairs.map(|pair| (self.differs(&pair), pair)).min_by_key(|(wrong, _)| *wrong)
     }
 
-    /// What it looks like, if faces may look in `facings`, each so far from the voxel's centre (voxels).
+    /// Finds the form, if faces may look in `facings`, each so far from the voxel's centre (voxels).
     pub fn form(self, facings: &[(DVec2, f64)]) -> Form {
         let count = self.count();
         if let [(outside, own)] = facings

@@ -25,9 +25,9 @@ const SCALES: usize = 4;
 pub(crate) struct OpenObject {
     pub(super) file: ObjectFile,
     pub(super) soup: Soup,
-    /// Of all bytes that it was read from.
+    /// Hash of all bytes that it was read from.
     pub(super) content: [u8; 32],
-    /// What of it is not shown; for messages.
+    /// Notes on what of it is not shown; for messages.
     pub notes: Vec<String>,
 }
 
@@ -35,9 +35,9 @@ pub(crate) struct OpenObject {
 #[derive(Debug)]
 pub(super) struct Scaled {
     pub soup: Soup,
-    /// What it is made of.
+    /// Material of the form.
     pub material: Material,
-    /// What it is, with its scale, if no file says.
+    /// Built-in form, with its scale, if no file says.
     pub built_in: Option<(BuiltIn, f64)>,
 }
 
@@ -50,7 +50,7 @@ pub(crate) struct OpenScatter {
     pub(super) content: [u8; 32],
     /// The polygons that it keeps to.
     pub area: Option<Layer>,
-    /// What of it is not shown; for messages.
+    /// Notes on what of it is not shown; for messages.
     pub notes: Vec<String>,
 }
 
@@ -78,7 +78,7 @@ impl OpenScatter {
         }
     }
 
-    /// What it keeps to, in the database's system; `None`: everything.
+    /// Returns the areas that it keeps to, in the database's system; `None`: everything.
     pub fn areas(&self, crs: &Crs) -> Result<Option<Vec<Footprint>>> {
         let Some(layer) = &self.area else { return Ok(None) };
         let transform = Transform::new(&layer.crs, crs)?;

@@ -1,4 +1,4 @@
-//! What is to stand where.
+//! Options of objects: what is to stand where.
 
 use std::path::PathBuf;
 
@@ -11,17 +11,17 @@ use hedgehop::voxel::Material;
 pub struct ObjectFile {
     /// The files: glTF, OBJ or MagicaVoxel. They share their origin.
     pub paths: Vec<PathBuf>,
-    /// Where it stands: metres of the database's system.
+    /// Places on which it stands: metres of the database's system.
     pub places: Vec<[f64; 2]>,
-    /// How it stands.
+    /// Stance of the object.
     pub stance: Stance,
     /// Height of its foot above the ground, metres.
     pub up_m: f64,
-    /// What all of it is made of.
+    /// Material of all of it.
     pub material: Material,
 }
 
-/// What is scattered.
+/// Form that is scattered.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
     /// A file: glTF, OBJ or MagicaVoxel.
@@ -33,11 +33,11 @@ pub enum Form {
 /// The same forms at many places, by chance.
 #[derive(Debug, Clone)]
 pub struct ScatterFile {
-    /// Which; one of them at each place.
+    /// Forms, one of them at each place.
     pub forms: Vec<Form>,
-    /// What those of files are made of; built-in ones have materials of their own.
+    /// Material of those of files; built-in ones have materials of their own.
     pub material: Material,
-    /// How they stand; headings are by chance, of eight ways to lay them over voxels.
+    /// Stance of the objects; headings are by chance, of eight ways to lay them over voxels.
     pub stance: Stance,
     /// A file of polygons that they keep to.
     pub area: Option<PathBuf>,
@@ -49,7 +49,7 @@ pub struct ScatterFile {
     pub spacing_m: f64,
     /// Least and greatest factor of their size, > 0.
     pub scale: [f64; 2],
-    /// Which of all such scatters.
+    /// Seed that picks one scatter among all alike.
     pub seed: u64,
     /// Only where the ground is so high, metres.
     pub heights_m: Option<[f64; 2]>,

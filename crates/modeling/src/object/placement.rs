@@ -1,4 +1,4 @@
-//! Where shapes stand: the list of all that is placed over voxels, and the one place where it becomes solids.
+//! Placements of shapes: the list of all that is placed over voxels, and the one place where it becomes solids.
 //!
 //! A shape is laid over whole voxels in one of eight ways, so that one of them serves any number of placements; what a page needs of each are
 //! these few numbers.
@@ -15,7 +15,7 @@ pub(super) struct Placement {
     pub shape: u32,
     /// The voxel that the shape's voxel (0, 0) is laid on, eastward and northward from the grid's origin.
     pub voxel: [i64; 2],
-    /// How it is laid.
+    /// Symmetry by which it is laid.
     pub symmetry: Symmetry,
     /// Height of its foot, metres above the database's datum.
     pub foot_m: f64,

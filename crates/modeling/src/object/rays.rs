@@ -1,4 +1,4 @@
-//! What vertical rays through a model are inside of, and what of its steep faces lies over each voxel.
+//! Vertical rays through a model: what they are inside of, and what of its steep faces lies over each voxel.
 //!
 //! Whether a ray passes a triangle is told by edge functions of corners in an order that does not depend on the triangle, so that of two
 //! triangles with an edge between them each ray passes one.
@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, Vec3, dvec2};
 use super::mask::{RAYS, place};
 use super::soup::{Face, Inside, Soup};
 
-/// Where a ray is inside.
+/// Stretch of a ray inside a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stretch {
     pub ray: u8,
@@ -16,7 +16,7 @@ pub(super) struct Stretch {
     pub high: f64,
     /// Face at its upper end.
     pub top: u32,
-    /// It is a sheet, and encloses nothing.
+    /// Whether it is a sheet, and encloses nothing.
     pub is_sheet: bool,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Steep {
     pub high: f64,
     /// Sum of linear colours, by area.
     pub colour: Vec3,
-    /// They are parts of sheets.
+    /// Whether they are parts of sheets.
     pub is_sheet: bool,
     /// Number of their direction.
     pub bin: u8,
@@ -45,7 +45,7 @@ pub(super) struct Steep {
 #[derive(Debug, Default)]
 pub(super) struct Cell {
     crossings: Vec<Crossing>,
-    /// By direction; parts of a model that stand above each other have walls of their own.
+    /// Steep faces by direction; parts of a model that stand above each other have walls of their own.
     pub steep: Vec<Steep>,
     /// The same by material, too, whose faces may have gaps between their heights: windows of all storeys.
     pub sides: Vec<Steep>,
@@ -96,7 +96,7 @@ impl Window {
         [range(west, east, self.corner.x, self.columns), range(south, north, self.corner.y, self.rows)]
     }
 
-    /// What some faces are over each voxel, row by row.
+    /// Finds what some faces are over each voxel, row by row.
     pub fn look(&self, soup: &Soup, faces: impl Iterator<Item = u32>) -> Vec<Cell> {
         let mut cells: Vec<Cell> = Vec::new();
         cells.resize_with(self.columns * self.rows, Cell::default);
@@ -237,7 +237,7 @@ fn is_left(from: DVec2, to: DVec2, place: DVec2) -> bool {
     (to - from).perp_dot(place - from) >= 0.0
 }
 
-/// What of a polygon lies within a distance from the centre along an axis, on one side.
+/// Clips a polygon to a distance from the centre along an axis, on one side.
 fn clipped(polygon: &[DVec3], axis: usize, sign: f64, half: f64) -> Vec<DVec3> {
     let room = |corner: &DVec3| half - sign * corner[axis];
     let mut kept = Vec::with_capacity(polygon.len() + 1);
@@ -278,7 +278,7 @@ impl Cell {
         self.sides = gathered.into_iter().map(|(_, side)| side).collect();
     }
 
-    /// Where each ray is inside, from below, ray by ray.
+    /// Finds where each ray is inside, from below, ray by ray.
     pub fn stretches(&mut self, pieces: &[Inside], spacing: f64) -> Vec<Stretch> {
         self.crossings.sort_by(|a, b| {
             (a.ray, a.piece)

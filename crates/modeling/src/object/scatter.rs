@@ -25,7 +25,7 @@ pub(super) struct Scatter {
     pub seed: u64,
     /// Numbers of its shapes: of each form at each scale.
     pub shapes: Vec<Vec<u32>>,
-    /// What it keeps to; `None`: everything.
+    /// Areas that it keeps to; `None`: everything.
     pub areas: Option<Vec<Footprint>>,
     pub bbox: Option<[f64; 4]>,
     pub heights_m: Option<[f64; 2]>,
@@ -43,9 +43,9 @@ pub(super) struct Site<'s> {
     pub heights: &'s [f64],
     /// Numbers of its materials; empty if no scatter asks for them.
     pub materials: &'s [u8],
-    /// What features change.
+    /// Voxels that features change.
     pub features: &'s [bool],
-    /// What objects cover.
+    /// Voxels that objects cover.
     pub objects: &'s [bool],
 }
 
@@ -64,7 +64,7 @@ impl Scatter {
         [areas[0].max(bbox[0]), areas[1].max(bbox[1]), areas[2].min(bbox[2]), areas[3].min(bbox[3])]
     }
 
-    /// Its placements on the voxels of a site. Those of its outermost ring have no slope, and none.
+    /// Chooses its placements on the voxels of a site. Those of its outermost ring have no slope, and none.
     pub fn placements(&self, site: &Site<'_>, out: &mut Vec<Placement>) {
         let square = &site.square;
         let within = self.within(square);

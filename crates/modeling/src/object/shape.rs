@@ -15,10 +15,10 @@ const TILE: usize = 32;
 /// Voxels of the largest footprint.
 const MOST_VOXELS: usize = 1 << 22;
 
-/// What a model is over voxels, its foot at height 0 at a place of voxel (0, 0).
+/// Model over voxels, its foot at height 0 at a place of voxel (0, 0).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Shape {
-    /// Its south-west voxel.
+    /// South-west voxel.
     pub first: [i64; 2],
     pub columns: usize,
     pub rows: usize,
@@ -43,7 +43,7 @@ impl Shape {
         ))
     }
 
-    /// Of a model that was checked, whose foot is at `phase` from the south-west corner of voxel (0, 0), in voxels, 0…1. What `stands` has its lowest
+    /// Converts a model that was checked, whose foot is at `phase` from the south-west corner of voxel (0, 0), in voxels, 0…1. What `stands` has its lowest
     /// parts on the ground, wherever that is below them.
     pub(super) fn of(soup: &Soup, spacing: f64, phase: DVec2, (material, stands): (u8, bool)) -> Self {
         let [low, high] = soup.corners.map(|corner| dvec2(corner.x, corner.y) / spacing + phase);
@@ -108,7 +108,7 @@ impl Shape {
         Some(SharedObject::new(size, SpanTable::rise(code, grid.spacing), spans_of))
     }
 
-    /// Of a tree that stands in the middle of a voxel.
+    /// Raises a tree that stands in the middle of a voxel.
     pub fn planted(tree: TreeKind, spacing: f64) -> Self {
         let (side, solids) = tree.voxels(spacing);
         let mut found: Vec<Vec<Solid>> = vec![Vec::new(); side * side];

@@ -14,12 +14,12 @@ use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 
 use hedgehop_assets::model::{Material, Model};
 
-/// How a model stands.
+/// Stance of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stance {
     /// Metres per unit of the file, > 0.
     pub scale: f64,
-    /// Which of the file's axes points up; `None`: as its format has it.
+    /// Whether Z points up in the file, rather than Y; `None`: as its format has it.
     pub is_z_up: Option<bool>,
     /// Direction of its front, degrees clockwise from grid north.
     pub heading_deg: f64,
@@ -40,7 +40,7 @@ impl Default for Stance {
 pub(super) struct Face {
     /// Counterclockwise as seen from outside.
     pub corners: [DVec3; 3],
-    /// In the texture.
+    /// Places in the texture.
     pub places: [Vec2; 3],
     /// Linear factors.
     pub colours: [Vec3; 3],
@@ -48,14 +48,14 @@ pub(super) struct Face {
     pub piece: u32,
 }
 
-/// How rays see what a piece encloses.
+/// Rule by which rays see what a piece encloses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Inside {
     /// Between a face that looks down and the next that looks up; the other way round if it is turned inside out.
     Winding { is_inverted: bool },
     /// Between every other two faces.
     Parity,
-    /// As with windings; what no face closes below ends at this height.
+    /// Counts windings; what no face closes below ends at this height.
     Standing { is_inverted: bool, foot: f64 },
     /// Nowhere.
     Open,
@@ -141,7 +141,7 @@ impl Soup {
         Ok(Self { faces, materials, pieces: Vec::new(), corners: [DVec3::ZERO; 2] })
     }
 
-    /// Of built-in forms, which stand already.
+    /// Builds the soup of built-in forms, which stand already.
     pub fn built_in(faces: Vec<Face>) -> Self {
         let mut soup = Self {
             faces,
@@ -265,7 +265,7 @@ fn root(owners: &mut [u32], mut index: u32) -> u32 {
 /// An edge of one or more triangles.
 #[derive(Debug, Clone, Copy, Default)]
 struct Edge {
-    /// How often it is passed one way, less how often the other.
+    /// Times it is passed one way, less those of the other.
     ways: i32,
     count: u32,
     length: f64,
@@ -273,7 +273,7 @@ struct Edge {
     piece: u32,
 }
 
-/// What is known of a piece.
+/// Sums over a piece.
 #[derive(Debug, Clone, Copy)]
 struct Sums {
     area: f64,

@@ -47,14 +47,14 @@ const SEEN: f64 = 0.5;
 struct Stock {
     soup: usize,
     material: u8,
-    /// Its foot is on the ground.
+    /// Whether its foot is on the ground.
     stands: bool,
-    /// What it is, with its scale, if no file says.
+    /// Built-in form, with its scale, if no file says.
     built_in: Option<(BuiltIn, f64)>,
-    /// Where it stands; `None`: in the middle of voxels.
+    /// Place on which it stands; `None`: in the middle of voxels.
     place: Option<DVec2>,
     shapes: Vec<OnceLock<Shape>>,
-    /// Its number among the objects that the database places.
+    /// Number among the objects that the database places.
     shared: Option<u16>,
 }
 
@@ -84,7 +84,7 @@ pub(crate) struct Objects {
 }
 
 impl Objects {
-    /// Those of opened files on ground that `natural` makes, up to `highest` metres high, and notes on what is left out.
+    /// Builds the objects of opened files on ground that `natural` makes, up to `highest` metres high, and notes on what is left out.
     ///
     /// # Errors
     /// A model that is too large for the database's voxels, an area that has no place in its system, ground that cannot be read.
@@ -223,7 +223,7 @@ impl Objects {
         self.scatters.iter().any(|(scatter, _)| scatter.avoids)
     }
 
-    /// How many voxels of a level around a block count for what stands on it; `None`: nothing does.
+    /// Returns how many voxels of a level around a block count for what stands on it; `None`: nothing does.
     pub fn margin(&self, rect: Rect, level: &LevelGrid) -> Option<u32> {
         // Slopes, voxels that are cut, and the middle of voxels that places are moved to.
         const ROOM: u32 = 4;
@@ -270,7 +270,7 @@ impl Objects {
         ))
     }
 
-    /// Their solids over a block, with their index in it, and what is placed there as objects of the database. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
+    /// Raises their solids over a block, with their index in it, and what is placed there as objects of the database. `wide` is the block with its margin, `natural` its ground (metres, NaN where there is
     /// none), `materials` what that is made of, if they [ask](Self::ask_for_materials), and `features` which of its voxels these change.
     pub fn solids(
         &self,

@@ -67,7 +67,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     Ok(Box::new(BlockRaster::new(grid, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }
 
-/// Where the text begins: behind a mark of its encoding.
+/// Finds where the text begins: behind a mark of its encoding.
 fn text_begin(file: &InputFile) -> Result<u64> {
     let head = file.head(4)?;
     Ok((head.len() - unmarked(file.path(), &head)?.len()) as u64)

@@ -27,16 +27,16 @@ pub enum Role {
     Other,
 }
 
-/// What is said of a band.
+/// Description of a band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
-    /// Its meaning.
+    /// Role of the band.
     pub role: Role,
     /// Physical value = offset + scale · sample.
     pub scale: f64,
     /// See `scale`.
     pub offset: f64,
-    /// Its own value for no data.
+    /// Value of its own for no data.
     pub nodata: Option<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Default for Band {
 }
 
 impl Role {
-    /// By GDAL's name of a colour interpretation.
+    /// Finds the role of GDAL's name of a colour interpretation.
     pub(super) fn of(name: &str) -> Self {
         match name.trim().to_ascii_lowercase().as_str() {
             "red" => Self::Red,
@@ -70,7 +70,7 @@ pub(super) struct Statement<'t> {
     pub text: &'t str,
 }
 
-/// What a statement is about.
+/// Subject of a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Subject {
     Role,
@@ -134,7 +134,7 @@ impl RasterInfo {
         self.alpha_band = alpha.map(|band| band as u32);
     }
 
-    /// What means no data in a zero-based band.
+    /// Returns the value that means no data in a zero-based band.
     pub(crate) fn nodata_of(&self, band: u32) -> Option<f64> {
         let own = self.described.get(band as usize).and_then(|band| band.nodata);
         own.or(self.nodata)

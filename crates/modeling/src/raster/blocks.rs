@@ -7,7 +7,7 @@ use super::sample::{Pixels, Stride};
 use super::{Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::{Error, Result};
 
-/// Where a block lies in the block grid; `plane` is the band if bands lie apart, otherwise 0.
+/// Position of a block in the block grid; `plane` is the band if bands lie apart, otherwise 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct BlockIndex {
     pub column: u32,
@@ -36,7 +36,7 @@ impl Weigh for Block {
 
 /// Decodes the blocks of one file.
 pub(super) trait BlockSource: Send + Sync {
-    /// What the raster is; `block` is the grid of the blocks.
+    /// Returns the raster's properties; `block` is the grid of the blocks.
     fn info(&self) -> &RasterInfo;
     /// Each band in blocks of its own (TIFF's planar configuration).
     fn planar(&self) -> bool {

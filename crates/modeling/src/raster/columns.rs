@@ -17,7 +17,7 @@ pub(super) type DecodeColumn = fn(column: u32, record: &mut [u8]) -> std::result
 pub(super) struct Columns {
     pub file: InputFile,
     pub info: RasterInfo,
-    /// Where the first column begins, bytes.
+    /// Begin of the first column, bytes.
     pub first: u64,
     /// Bytes of a stored column.
     pub record_bytes: u64,

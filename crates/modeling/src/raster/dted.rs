@@ -95,7 +95,7 @@ fn level(dsi: &[u8]) -> &'static str {
     }
 }
 
-/// Where the user header label begins, after tape headers.
+/// Finds where the user header label begins, after tape headers.
 fn user_header(file: &InputFile) -> Result<u64> {
     for start in (0..8).map(|record| record * 80) {
         match file.bytes_at(start, 4)?.as_slice() {

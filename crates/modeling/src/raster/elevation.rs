@@ -40,7 +40,7 @@ pub struct ElevationRaster {
     undeclared: Mutex<BTreeMap<Value, u64>>,
 }
 
-/// From samples to heights.
+/// Conversion of samples to heights.
 struct Conversion {
     /// Declared by the file or given by the user.
     nodata: Vec<f64>,
@@ -86,7 +86,7 @@ impl Conversion {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Value(u64);
 
-/// What the sparse scans read. It depends on the size of a raster alone: the same pixels in other blocks must come to the same.
+/// Returns the windows of the sparse scans. They depend on the size of a raster alone: the same pixels in other blocks must come to the same.
 pub(super) fn sparse_windows((width, height): (u32, u32)) -> impl Iterator<Item = Window> {
     let axis = |size: u32, side: u32| {
         let cells = size.div_ceil(side);
@@ -135,7 +135,7 @@ impl ElevationRaster {
         Ok(Self { raster, bands, conversion, undeclared: Mutex::new(BTreeMap::new()) })
     }
 
-    /// What the raster is.
+    /// Returns the raster's properties.
     pub fn info(&self) -> &RasterInfo {
         self.raster.info()
     }

@@ -28,12 +28,12 @@ impl InputFile {
         Ok(Self { path: path.to_owned(), file, length: metadata.len() })
     }
 
-    /// Where it lies.
+    /// Returns the path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its length, bytes.
+    /// Returns the length, bytes.
     pub fn length(&self) -> u64 {
         self.length
     }

@@ -26,14 +26,14 @@ pub struct ImageryRaster {
     /// Colour bands (1 or 3), then the alpha band if there is one.
     bands: Vec<u32>,
     colours: usize,
-    /// What means no data, for each colour band.
+    /// Values that mean no data, for each colour band.
     nodata: Vec<Option<f64>>,
     white_is_zero: bool,
     /// Colours are multiplied by alpha.
     is_premultiplied: bool,
     /// Alpha of what is opaque.
     opaque: f64,
-    /// What becomes 0 and what 255.
+    /// Samples that become 0 and 255.
     black_white: (f64, f64),
     notes: Vec<String>,
 }
@@ -75,12 +75,12 @@ impl ImageryRaster {
         Ok(this)
     }
 
-    /// What the raster is.
+    /// Returns the raster's properties.
     pub fn info(&self) -> &RasterInfo {
         self.raster.info()
     }
 
-    /// What was chosen for the user, one sentence each.
+    /// Returns what was chosen for the user, one sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -196,7 +196,7 @@ fn opaque(info: &RasterInfo, most: f64) -> f64 {
     if most <= 255.0 { largest.clamp(127.0, 255.0) } else { largest.max(most.min(f64::from(u16::MAX))) }
 }
 
-/// What is to be said of scales that colours do not use. Where samples are stretched, the same one for all changes nothing.
+/// Says what scales colours do not use. Where samples are stretched, the same one for all changes nothing.
 fn unused_scale(info: &RasterInfo, bands: &[u32]) -> Option<String> {
     let scale = |band: &u32| {
         let described = info.described.get(*band as usize).copied();

@@ -17,7 +17,7 @@ pub(super) struct Masked {
     raster: Box<dyn Raster>,
     mask: Box<dyn Raster>,
     info: RasterInfo,
-    /// Where the mask is told.
+    /// Band in which the mask is told.
     place: u32,
 }
 

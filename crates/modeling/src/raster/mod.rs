@@ -51,7 +51,7 @@ pub use elevation::ElevationRaster;
 pub(super) use file::{InputFile, read_exact_at};
 pub use imagery::ImageryRaster;
 
-/// How to open a raster.
+/// Options of opening a raster.
 #[derive(Debug, Clone)]
 pub struct OpenOptions {
     /// Budget of this raster's decoded blocks, bytes. Besides these, each reading thread holds at most one block.
@@ -104,7 +104,7 @@ pub enum SampleType {
     F64,
 }
 
-/// What a raster is.
+/// Properties of a raster.
 #[derive(Debug, Clone)]
 pub struct RasterInfo {
     /// The file.
@@ -139,11 +139,11 @@ pub struct RasterInfo {
     pub alpha_band: Option<u32>,
     /// The other bands are multiplied by the alpha band.
     pub is_premultiplied: bool,
-    /// What is said of each band; empty if nothing is.
+    /// Descriptions of each band; empty if nothing is said.
     pub described: Vec<Band>,
     /// A unit of heights that is stated, but not known.
     pub unknown_unit: Option<String>,
-    /// What is to be told of the file, a sentence each, its name before it.
+    /// Notes on the file, a sentence each, its name before it.
     pub notes: Vec<String>,
     /// Zero is white and the highest sample black (TIFF's MinIsWhite); samples are as stored.
     pub white_is_zero: bool,
@@ -168,7 +168,7 @@ pub struct Window {
 
 /// A raster file, readable from many threads; decoded blocks are cached within the bytes given when it was opened.
 pub trait Raster: Send + Sync {
-    /// What it is.
+    /// Returns the properties.
     fn info(&self) -> &RasterInfo;
 
     /// Raw samples (before scale, offset, nodata) of zero-based `bands`, pixel-interleaved, rows from the north:

@@ -17,7 +17,7 @@ use hedgehop_base::error::{Error, Result};
 /// Tables of attributes may be long; what is longer is no metadata.
 const LONGEST: u64 = 64 << 20;
 
-/// Where the text of an element stands.
+/// Position of an element's text.
 #[derive(Default)]
 struct Place {
     /// Names of the elements around it.

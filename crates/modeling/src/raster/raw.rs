@@ -6,7 +6,7 @@ use super::sample::{ByteOrder, Pixels, Stride};
 use super::{OpenOptions, Raster, RasterInfo, SampleType, Window};
 use hedgehop_base::error::{Error, Result};
 
-/// Where the samples lie. The sample of a column, row and band begins at
+/// Placement of the samples. The sample of a column, row and band begins at
 /// `row_start(row) + band · band_bytes + column · pixel_bytes`.
 #[derive(Debug)]
 pub(super) struct Placement {
@@ -18,12 +18,12 @@ pub(super) struct Placement {
     pub order: ByteOrder,
 }
 
-/// Where rows begin.
+/// Begins of rows.
 #[derive(Debug)]
 pub(super) enum RowStarts {
     /// Evenly spaced from `first` on.
     Even { first: u64, row_bytes: u64 },
-    /// In strips of `rows` rows; `offsets[strip]` is where one begins.
+    /// Strips of `rows` rows; `offsets[strip]` is where one begins.
     Strips { offsets: Vec<u64>, rows: u32, row_bytes: u64 },
 }
 

@@ -83,7 +83,7 @@ fn widen(sample: SampleType, bytes: &[u8], from: Stride, count: usize, to: Strid
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pixels<'a> {
     pub sample: SampleType,
-    /// In native byte order.
+    /// Samples in native byte order.
     pub bytes: &'a [u8],
     /// The first pixel that is meant, and how many are.
     pub first: usize,

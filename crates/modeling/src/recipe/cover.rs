@@ -93,7 +93,7 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
     Some(Finish { material, name: name.to_owned(), like, colour, tint })
 }
 
-/// What else a name may have meant.
+/// Suggests what else a name may have meant.
 fn hint(materials: &Materials, given: &str) -> String {
     let names = materials.names();
     let nearest = names.split(", ").min_by_key(|known| strsim::damerau_levenshtein(known, given));

@@ -29,7 +29,7 @@ impl<'r> Mistakes<'r> {
         self.found.borrow_mut().push(Mistake { line: self.reading.line(span), what });
     }
 
-    /// What came out, or nothing and a mistake at a place of the file.
+    /// Takes a result, or nothing and a mistake at a place of the file.
     pub fn check<T>(&self, span: &Range<usize>, found: Result<T, impl std::fmt::Display>) -> Option<T> {
         found.map_err(|what| self.add(span, what)).ok()
     }
@@ -39,7 +39,7 @@ impl<'r> Mistakes<'r> {
         self.found.borrow().is_empty()
     }
 
-    /// By line.
+    /// Returns the mistakes by line.
     pub fn into_vec(self) -> Vec<Mistake> {
         let mut found = self.found.into_inner();
         found.sort_by_key(|mistake| mistake.line);
@@ -47,7 +47,7 @@ impl<'r> Mistakes<'r> {
     }
 }
 
-/// What a value of the wrong kind is, for people who do not write programs.
+/// Names a value of the wrong kind, for people who do not write programs.
 fn plain_words(key: &str, message: &str) -> String {
     let kinds = ["invalid type: ", "invalid value: "].iter().find_map(|begin| message.strip_prefix(begin));
     let Some((given, wanted)) = kinds.and_then(|kinds| kinds.rsplit_once(", expected ")) else {
@@ -71,7 +71,7 @@ fn plain_words(key: &str, message: &str) -> String {
 
 /// A table while its keys are taken from it.
 pub(super) struct Fields<'m, 'r, 'i> {
-    /// What it is called in the file.
+    /// Name in the file.
     name: &'static str,
     span: Range<usize>,
     table: DeTable<'i>,
@@ -106,7 +106,7 @@ impl<'m, 'r, 'i> Fields<'m, 'r, 'i> {
         self.table.contains_key(key)
     }
 
-    /// Where the value of a key stands that is there, and not yet taken.
+    /// Returns the span of a key's value that is there, and not yet taken.
     pub fn span_of(&self, key: &str) -> Option<Range<usize>> {
         self.table.get(key).map(Spanned::span)
     }
@@ -118,7 +118,7 @@ impl<'m, 'r, 'i> Fields<'m, 'r, 'i> {
         }
     }
 
-    /// Where it begins.
+    /// Returns the span of the table.
     pub fn span(&self) -> Range<usize> {
         self.span.clone()
     }

@@ -37,22 +37,22 @@ const RECIPE: Kind = Kind { name: "recipe", manual: "docs/recipe.md" };
 /// A recipe with all of its keys, most of them commented out.
 pub const TEMPLATE: &str = include_str!("template.toml");
 
-/// What a database is made from.
+/// Recipe of a database.
 #[derive(Debug)]
 pub struct Recipe {
     /// The file.
     pub path: PathBuf,
-    /// What is built from what; memory, threads and whether to replace the database are not for recipes.
+    /// Options of the build; memory, threads and whether to replace the database are not for recipes.
     pub options: BuildOptions,
     /// The sun whose shadows go into the colours, if any does.
     pub shadows: Option<SunSetting>,
     lines: Lines,
 }
 
-/// Where a recipe says what, as lines from 1 on.
+/// Lines of a recipe by what they say, from 1 on.
 #[derive(Debug, Clone, Default)]
 struct Lines {
-    /// Of every file, in their order.
+    /// Lines of every file, in their order.
     clouds: Vec<usize>,
     elevation: Vec<usize>,
     imagery: Vec<usize>,
@@ -60,12 +60,12 @@ struct Lines {
     land_cover: Vec<usize>,
     objects: Vec<usize>,
     scatters: Vec<usize>,
-    /// Of every shape and every pattern.
+    /// Lines of every shape and every pattern.
     terrain: Vec<usize>,
     textures: Vec<usize>,
-    /// Of every corridor.
+    /// Lines of every corridor.
     corridors: Vec<usize>,
-    /// Of the table `[place]`, and of its keys.
+    /// Lines of the table `[place]`, and of its keys.
     place: usize,
     keys: Vec<(&'static str, usize)>,
     shadows: usize,
@@ -74,9 +74,9 @@ struct Lines {
 /// Something that is wrong with a recipe.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {
-    /// From 1 on.
+    /// Number of the line, from 1 on.
     pub line: usize,
-    /// What is wrong there, and what helps.
+    /// Fault of the line, and what helps.
     pub what: String,
 }
 
@@ -116,7 +116,7 @@ impl Recipe {
 }
 
 impl Recipe {
-    /// What would be built, or all that is wrong with the files that it names, and with what it asks of them: no height is read.
+    /// Outlines what would be built, or all that is wrong with the files that it names, and with what it asks of them: no height is read.
     ///
     /// # Errors
     /// The mistakes, by line.
@@ -172,7 +172,7 @@ impl Recipe {
         Err(Error::Configuration(what))
     }
 
-    /// What is wrong with the database's name, and where that stands.
+    /// Finds a fault of the database's name, and its line.
     fn wrong_output(&self) -> Option<Mistake> {
         let output = &self.options.output;
         let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -190,14 +190,14 @@ impl Recipe {
         Some(Mistake { line, what: format!("{what}, or say another `output`") })
     }
 
-    /// What is wrong with the sun over the place, and where that stands.
+    /// Finds a fault of the sun over the place, and its line.
     fn wrong_shadows(&self, found: &Outline) -> Option<Mistake> {
         let middle = 0.5 * (found.grid.origin + found.grid.far_corner());
         let sky = self.shadows.as_ref()?.over(&found.crs, middle);
         sky.and_then(|sky| check_shadows(sky.sun)).err().map(|error| mistake(self.lines.shadows, error))
     }
 
-    /// What lies outside the area is told with its line, before all else.
+    /// Adds lines to what lies outside the area, which is told before all else.
     fn with_lines(&self, mut found: Outline) -> Outline {
         let told = |(input, what): &(Input, String)| (self.line_of_input(*input), what.clone());
         let mut outside: Vec<(usize, String)> = found.outside.iter().map(told).collect();
@@ -254,7 +254,7 @@ fn refused(path: &Path, met: Option<&Mistake>, count: usize) -> Error {
     Error::invalid(path, if more > 0 { met + &rest } else { met })
 }
 
-/// Where a path file goes over the ground.
+/// Reads the route of a path file over the ground.
 ///
 /// # Errors
 /// A file that is no path.

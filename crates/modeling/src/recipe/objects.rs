@@ -37,7 +37,7 @@ enum Scales {
     Range([f64; 2]),
 }
 
-/// How a model stands, but for its size; what is scattered has no heading.
+/// Reads how a model stands, but for its size; what is scattered has no heading.
 fn stance(table: &mut Fields<'_, '_, '_>, has_heading: bool) -> Stance {
     let mut angle = |key| table.number(key, f64::is_finite, "must be a number of degrees").unwrap_or(0.0);
     let (pitch_deg, roll_deg) = (angle("pitch_deg"), angle("roll_deg"));
@@ -53,7 +53,7 @@ fn stance(table: &mut Fields<'_, '_, '_>, has_heading: bool) -> Stance {
     Stance { scale: 1.0, is_z_up, heading_deg, pitch_deg, roll_deg }
 }
 
-/// What models are made of.
+/// Reads the material of models.
 fn material(table: &mut Fields<'_, '_, '_>, materials: &Materials) -> Material {
     let name = table.take::<String>("material");
     name.and_then(|name| named(&name, materials, table.mistakes)).unwrap_or_default()
@@ -104,7 +104,7 @@ fn form(table: &Fields<'_, '_, '_>, span: &Range<usize>, name: &str, folder: &Pa
     file(table, span, &folder.join(name)).map(Form::File)
 }
 
-/// What a scatter sets, and whether files are among it.
+/// Reads the forms that a scatter sets, and whether files are among them.
 fn forms(table: &mut Fields<'_, '_, '_>, folder: &Path) -> (Vec<Form>, bool) {
     let Some(names) = table.need::<OneOrMany<String>>("objects", "[\"broadleaf\", \"oak.glb\"]") else {
         return (Vec::new(), true);

@@ -9,7 +9,7 @@ use hedgehop_base::error::{Error, Result};
 /// Letters that make a name a pattern.
 const WILD: [char; 3] = ['*', '?', '['];
 
-/// As shells have it: names that begin with a dot are matched only by patterns that do, and `*` does not cross folders, as `**` does.
+/// Options of shells: names that begin with a dot are matched only by patterns that do, and `*` does not cross folders, as `**` does.
 const OPTIONS: MatchOptions = MatchOptions {
     case_sensitive: !cfg!(windows),
     require_literal_separator: true,

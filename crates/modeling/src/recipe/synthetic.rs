@@ -57,7 +57,7 @@ type Range = (fn(f64) -> bool, &'static str);
 /// Most places of a line; each is met by every voxel near it.
 const MOST_PLACES: usize = 1000;
 
-/// Of ground: the steps of height of a whole place grow with their range.
+/// Range of heights of ground: the steps of height of a whole place grow with it.
 pub(super) const HEIGHT: Range = (|metres| metres.abs() <= 20_000.0, "must be −20000 to 20000 m");
 const AMOUNT: Range =
     (|metres| metres > 0.0 && metres <= 20_000.0, "must be more than 0 and at most 20000 m");
@@ -92,7 +92,7 @@ impl Fields<'_, '_, '_> {
         self.take::<u32>("seed").map_or(0, |seed| u64::from(seed.into_inner()))
     }
 
-    /// What a key may be called, by the names that it has.
+    /// Reads which kind a key may name, by the names that it has.
     fn kind<T: Copy, const N: usize>(&mut self, kinds: [(&str, T); N], example: &str) -> Option<T> {
         let kind = self.need::<String>("kind", example)?;
         let known = kinds.iter().find(|(name, _)| name == kind.get_ref()).map(|(_, kind)| *kind);
@@ -201,7 +201,7 @@ fn fractal(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
     Some(Terrain::Fractal { waves, amplitude_m: amplitude?, crests, within: within? })
 }
 
-/// What is swept along a line: the keys of its height and of what is level in its middle, and 1 if it is a ridge, −1 if it is a valley.
+/// Reads what is swept along a line: the keys of its height and of what is level in its middle, and 1 if it is a ridge, −1 if it is a valley.
 fn swept(table: &mut Fields<'_, '_, '_>, [height, level]: [&'static str; 2], sign: f64) -> Option<Terrain> {
     let line = table.need::<Vec<Vec<f64>>>("line", "[[0, 4000], [8000, 5000]]").and_then(|line| {
         let span = line.span();
@@ -266,7 +266,7 @@ fn pond(table: &mut Fields<'_, '_, '_>) -> Option<Terrain> {
     Some(Terrain::Pond { circle, bank_m, level_m: level?, ragged, seed, colour: colour? })
 }
 
-/// How rough detail is.
+/// Roughness of detail.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "roughness is \"auto\", or 0.2 to 0.9")]
 enum Rough {

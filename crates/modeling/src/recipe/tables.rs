@@ -41,7 +41,7 @@ impl<T> OneOrMany<T> {
     }
 }
 
-/// What becomes of voids.
+/// Treatment of voids.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "voids is \"small\", \"none\", \"interpolate\", or a height in metres")]
 enum Voids {
@@ -228,7 +228,7 @@ fn has_bare_raster(options: &BuildOptions) -> bool {
     elevation.chain(imagery).chain(land_cover).any(is_bare)
 }
 
-/// How heights lie between posts.
+/// Reads the interpolation of heights between posts.
 fn interpolation(table: &mut Fields<'_, '_, '_>) -> Interpolation {
     let Some(name) = table.take::<String>("interpolation") else { return Interpolation::default() };
     let known = INTERPOLATIONS.iter().find(|(known, _)| known == name.get_ref()).map(|(_, known)| *known);
@@ -269,7 +269,7 @@ pub(super) fn file(
     table.mistakes.check(span, found)
 }
 
-/// What heights are above, by its name.
+/// Reads the vertical datum, by its name.
 fn datum(table: &mut Fields<'_, '_, '_>) -> Option<VerticalDatum> {
     let name = table.take::<String>("vertical_datum")?;
     let known = DATUMS.iter().find(|(known, _)| known == name.get_ref()).map(|(_, datum)| *datum);

@@ -1,4 +1,4 @@
-//! What a build says in flags, in the keys of recipes.
+//! Keys of recipes for what a build says in flags.
 
 use hedgehop_base::error::Error;
 use hedgehop_base::progress::Observer;

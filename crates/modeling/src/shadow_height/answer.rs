@@ -1,11 +1,11 @@
-//! What is known of a row in the end.
+//! Answers for the rows in the end.
 
-/// Where a height comes from.
+/// Origin of a height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// From a length or a tip that the row states.
+    /// Length or tip that the row states.
     Stated,
-    /// From the photograph.
+    /// Shadow in the photograph.
     Photograph,
 }
 
@@ -14,21 +14,21 @@ pub enum Origin {
 pub struct ShadowHeight {
     /// Height of the roof above the lowest ground along the outline, metres, > 0.
     pub height_m: f64,
-    /// Its standard deviation, metres, ≥ 0.
+    /// Standard deviation, metres, ≥ 0.
     pub error_m: f64,
     /// Length of the shadow along the ground from the corner that lies farthest from the sun, metres, seen from above.
     pub length_m: f64,
-    /// Where it comes from.
+    /// Origin of the height.
     pub origin: Origin,
 }
 
-/// What became of a row.
+/// Answer for a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
-    /// It has a height.
+    /// Height of the row.
     Height(ShadowHeight),
-    /// It states a height, and is as it was.
+    /// Row that states a height, and stays as it was.
     Kept,
-    /// It has none, and why: what follows "it is left without a height:".
+    /// Row without a height, and why: what follows "it is left without a height:".
     Nothing(String),
 }

@@ -30,7 +30,7 @@ pub(super) struct Part {
 pub(super) struct Pixel {
     /// Logarithm of its brightness.
     pub log: f32,
-    /// Which raster, column and row.
+    /// Raster, column and row.
     pub place: (u32, u32, u32),
     /// Metres across the sun's azimuth.
     pub across: f32,
@@ -44,12 +44,12 @@ pub(super) struct Rough {
     pub log: f64,
 }
 
-/// What the photograph says.
+/// Measurement in the photograph.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Found {
     /// Height of the roof, metres.
     pub height: f64,
-    /// Its standard deviation, metres.
+    /// Standard deviation, metres.
     pub error: f64,
     /// Logarithms of the brightness of lit and of shaded ground.
     pub lit: f64,
@@ -66,11 +66,11 @@ impl Found {
 /// Why it says nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unclear {
-    /// There are too few pixels on one side of an edge.
+    /// Too few pixels on one side of an edge.
     Few,
     /// Nowhere does the brightness change as by a shadow.
     Flat,
-    /// It does not change along all of the edge.
+    /// Edge that does not change along all of its length.
     Ragged,
 }
 
@@ -113,7 +113,7 @@ fn band(height: f64, rise: f64) -> f64 {
     (0.5 * height).max(5.0 * rise)
 }
 
-/// Where the coarse search starts: pixels in any order, heights in metres, `rise` the height of a pixel.
+/// Finds the height from which the coarse search starts: pixels in any order, heights in metres, `rise` the height of a pixel.
 pub(super) fn coarse(pixels: &[Rough], rise: f64, (lowest, highest): (f64, f64)) -> Result<f64, Unclear> {
     /// Variance that is there always, so that flat pictures have no infinite signal.
     const FLOOR: f64 = 1e-4;
@@ -304,7 +304,7 @@ fn check(pixels: &[Pixel], fit: &Fit) -> Result<(), Unclear> {
     }
 }
 
-/// How many neighbouring pixels tell what one independent pixel tells: by the correlation of what is left of neighbours in rows and in columns.
+/// Returns how many neighbouring pixels tell what one independent pixel tells: by the correlation of what is left of neighbours in rows and in columns.
 fn dependence(pixels: &[Pixel], fit: &Fit) -> f64 {
     const MOST: f64 = 0.9;
     let (lit, shade) = (fit.lit.exp(), fit.shade.exp());

@@ -1,4 +1,4 @@
-//! Which boxes meet a box.
+//! Index of boxes that finds those which meet a box.
 
 use std::collections::BTreeMap;
 

@@ -42,14 +42,14 @@ use hedgehop::sunlight::{Sun, SunSetting};
 use hedgehop_base::error::{Error, Result};
 use hedgehop_base::progress::Observer;
 
-/// What to measure heights from.
+/// Options of measuring heights.
 #[derive(Debug, Clone)]
 pub struct ShadowOptions {
     /// The buildings: GeoJSON, a Shapefile, a GeoPackage, or a table (`.csv`).
     pub buildings: PathBuf,
-    /// How they are read.
+    /// Options of reading them.
     pub layer: LayerOptions,
-    /// When the photograph was taken, or where the sun stood then; azimuths from grid north of the buildings' system.
+    /// Time of the photograph, or position of the sun then; azimuths from grid north of the buildings' system.
     pub sun: SunSetting,
     /// Bare ground, highest priority first; may be empty: the ground is level then.
     pub elevation: Vec<ElevationFile>,
@@ -67,16 +67,16 @@ pub struct ShadowOptions {
     pub threads: usize,
 }
 
-/// What was found.
+/// Report of the measurement.
 #[derive(Debug, Clone)]
 pub struct ShadowReport {
     /// The buildings.
     pub layer: Layer,
-    /// What became of each row of the layer, in its order.
+    /// Answers for each row of the layer, in its order.
     pub answers: Vec<Answer>,
     /// The sun over the middle of the layer, its azimuth from true north (of local layers from the y axis).
     pub sun: Sun,
-    /// What was assumed, and which rows have no height and why.
+    /// Notes on what was assumed, and which rows have no height and why.
     pub notes: Vec<String>,
 }
 

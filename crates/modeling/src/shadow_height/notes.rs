@@ -1,4 +1,4 @@
-//! What is said of rows without a height.
+//! Notes on rows without a height.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ const MOST_NAMED: usize = 12;
 const MOST_REASONS: usize = 30;
 
 impl Reason {
-    /// In words.
+    /// Returns the reason in words.
     pub fn text(self) -> &'static str {
         match self {
             Self::OutOfPicture => "the ground behind it is not in the picture",

@@ -26,7 +26,7 @@ pub(super) struct Placed<T> {
 
 /// A part of a raster.
 pub(super) struct Patch<T> {
-    /// Its first row, of each row the first column and where that lies in `samples`, and the end of the last.
+    /// First row, of each row the first column and where that lies in `samples`, and the end of the last.
     first: u32,
     rows: Vec<(u32, usize)>,
     samples: Vec<T>,
@@ -36,7 +36,7 @@ pub(super) struct Patch<T> {
     pixel_from_place: DMat2,
 }
 
-/// What a raster has of a rectangle.
+/// Cut of a raster to a rectangle.
 pub(super) enum Cut<T> {
     Part(Patch<T>),
     Nothing,

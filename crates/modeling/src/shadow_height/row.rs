@@ -5,10 +5,10 @@ use glam::{DVec2, dvec2};
 use super::super::features::{Row, Value, length};
 use hedgehop_geo::Transform;
 
-/// What a row states.
+/// Statement of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Claim {
-    /// Its height, which stays.
+    /// Height, which stays.
     Height(f64),
     /// The length of its shadow, metres.
     Length(f64),
@@ -26,7 +26,7 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Of a row, in the system to which `transform` leads; else why not. Heights count unless `all` are to be measured.
+    /// Reads a row in the system to which `transform` leads; else says why not. Heights count unless `all` are to be measured.
     pub fn of(row: &Row, transform: &Transform, all: bool) -> Result<Self, String> {
         let claim = claim(row, transform, all)?;
         if row.geometry.areas.is_empty() {
@@ -40,7 +40,7 @@ impl Outline {
         Ok(Self { rings: rings.collect(), claim })
     }
 
-    /// Its bounds: least and greatest.
+    /// Returns the bounds: least and greatest.
     pub fn bounds(&self) -> (DVec2, DVec2) {
         let places = self.rings.iter().flatten();
         places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), place| {

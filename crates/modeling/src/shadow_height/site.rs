@@ -13,7 +13,7 @@ use hedgehop_base::error::Result;
 pub(super) struct Neighbour {
     /// Height of the ground on which it stands, metres.
     pub base: f64,
-    /// Its height above that, metres, if it is known.
+    /// Height above that, metres, if it is known.
     pub height: Option<f64>,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Site<'s> {
     pub sun: Sunward,
     /// Height of the ground on which it stands, metres.
     pub base: f64,
-    /// Its rings, turned to the sun.
+    /// Rings, turned to the sun.
     pub rings: &'s [Vec<DVec2>],
     /// Rings of other buildings with their numbers in `neighbours`, turned to the sun.
     pub others: &'s [(u32, Vec<DVec2>)],
@@ -33,7 +33,7 @@ pub(super) struct Site<'s> {
     pub range: (f64, f64),
 }
 
-/// What the photograph says of a site.
+/// Findings of the photograph about a site.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Seen {
     /// A height.
@@ -59,11 +59,11 @@ pub(super) enum Reason {
     Short,
     /// The picture is too fine for the size of the site.
     TooLarge,
-    /// It is much paler than the other shadows of the layer.
+    /// Much paler than the other shadows of the layer.
     Pale,
 }
 
-/// What is compared on either side of a shadow, as a share of its width.
+/// Margin that is compared on either side of a shadow, as a share of its width.
 const MARGIN: f64 = 0.3;
 
 /// Pixels that are looked at, at most; of more, every second, third, … row and column.
@@ -72,7 +72,7 @@ const MOST_FINE: usize = 30_000;
 
 type View = Patch<[u8; 4]>;
 
-/// What a place is to the search.
+/// Meaning of a place to the search.
 enum Spot {
     /// On the building, beside the strip behind it, or without ground.
     Beside,
@@ -103,7 +103,7 @@ impl Site<'_> {
         1.5 * self.range.1 / self.sun.rise
     }
 
-    /// What is looked at, turned to the sun: least and greatest.
+    /// Returns the region that is looked at, turned to the sun: least and greatest.
     pub fn region(&self) -> (DVec2, DVec2) {
         let (low, high) = self.bounds();
         (low - dvec2(self.reach(), 0.0), high)
@@ -238,7 +238,7 @@ impl Scene<'_> {
         counts.iter().all(|count| *count < LEAST) || lit(0) || lit(1)
     }
 
-    /// What a pixel is to the search; `place` is turned.
+    /// Classifies a pixel for the search; `place` is turned.
     fn pixel(&self, place: DVec2, side: f64) -> Spot {
         let half = 0.5 * side;
         for beside in [dvec2(0.0, half), dvec2(0.0, -half), dvec2(half, 0.0), dvec2(-half, 0.0)] {

@@ -43,9 +43,9 @@ impl Site<'_> {
         level
     }
 
-    /// Where the height is reached between two lengths.
+    /// Halves two lengths until the height is reached between them.
     fn halved(&self, height: f64, (mut low, mut high): (f64, f64)) -> f64 {
-        /// From a 256th of a length to millimetres and below.
+        /// Halvings from a 256th of a length to millimetres and below.
         const HALVINGS: u32 = 32;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);

@@ -32,7 +32,7 @@ const LOWEST: f64 = 2.0;
 const MOST_HEIGHT: f64 = 2000.0;
 /// Elevations of suns whose shadows are measured, degrees.
 const SUNS: std::ops::RangeInclusive<f64> = 0.5..=89.0;
-/// How exactly a stated shadow is taken to be measured, metres.
+/// Error at which a stated shadow is taken to be measured, metres.
 const STATED_ERROR: f64 = 0.5;
 /// Least contrast of a shadow as a share of the median of all, and how many are needed to tell.
 const PALE: f64 = 0.45;
@@ -348,7 +348,7 @@ fn near(
     (rings, neighbours)
 }
 
-/// What one pass finds of a row.
+/// Outcome of one pass over a row.
 enum Outcome {
     Kept,
     Stated(ShadowHeight),

@@ -54,7 +54,7 @@ pub(super) fn write(report: &ShadowReport) -> Result<String> {
     written(report, b',', header, records.collect())
 }
 
-/// Its own rows with the changes.
+/// Returns its own rows with the changes.
 fn edited(report: &ShadowReport) -> Result<String> {
     let path = &report.layer.path;
     let bytes = fs::read(path).map_err(|error| Error::io(path, "read", error))?;

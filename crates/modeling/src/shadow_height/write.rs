@@ -28,7 +28,7 @@ use hedgehop_geo::Crs;
 /// A member of a row that changes, and its new value; `None`: it goes.
 pub(super) type Change = (&'static str, Option<Json>);
 
-/// What changes of a row.
+/// Returns the changes of a row.
 pub(super) fn changes(row: &Row, answer: &Answer) -> Vec<Change> {
     let number = |metres: f64| Some(Json::from((metres * 100.0).round() / 100.0));
     match answer {
@@ -101,7 +101,7 @@ fn is_geojson(text: &[u8]) -> bool {
     text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e) == Some(&b'{')
 }
 
-/// Its own text with the changes.
+/// Returns its own text with the changes.
 fn edited(report: &ShadowReport, text: &[u8]) -> Result<String> {
     let path = &report.layer.path;
     let wrong = |error: serde_json::Error| {

@@ -12,7 +12,7 @@ pub(crate) struct Aside {
 }
 
 impl Aside {
-    /// Of pages in the file `aside`.
+    /// Opens the pages in the file `aside`.
     pub fn of(aside: &Path) -> Result<Self> {
         let path = beside(aside);
         let mut log = Log::default();

@@ -1,4 +1,4 @@
-//! What something was made of, in sixteen bytes.
+//! Keys of sixteen bytes that tell what something was made of.
 
 use std::fmt::{Debug, Write};
 use std::fs::File;
@@ -11,12 +11,12 @@ use std::path::Path;
 pub(crate) struct Key([u8; 16]);
 
 impl Key {
-    /// As it is written in text.
+    /// Returns the key as text.
     pub fn hex(self) -> String {
         format!("{:032x}", u128::from_be_bytes(self.0))
     }
 
-    /// From text.
+    /// Parses the key from text.
     pub fn from_hex(text: &str) -> Option<Self> {
         u128::from_str_radix(text, 16).ok().map(|number| Self(number.to_be_bytes()))
     }
@@ -33,7 +33,7 @@ impl Write for Keyer {
 }
 
 impl Keyer {
-    /// Of a kind of things, made by this program.
+    /// Begins the key of a kind of things, made by this program.
     pub fn of(kind: &str) -> Self {
         // What another version made may differ, whatever number it has.
         Self(blake3::Hasher::new()).with(&env!("HEDGEHOP_SOURCES")).with(&kind)

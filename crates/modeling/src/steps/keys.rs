@@ -22,12 +22,12 @@ pub(crate) struct SourceKeys {
     pub elevation: Vec<Key>,
     pub imagery: Vec<Key>,
     pub land_cover: Vec<Key>,
-    /// Of everything else that all pages are made of.
+    /// Key of everything else that all pages are made of.
     settings: Key,
 }
 
 impl SourceKeys {
-    /// Of opened inputs.
+    /// Computes the keys of opened inputs.
     pub fn of(
         inputs: &Inputs,
         plan: &Plan,
@@ -66,7 +66,7 @@ impl SourceKeys {
         Ok(Self { elevation, imagery, land_cover, settings: settings.key() })
     }
 
-    /// Of all elevation, as it lies in the area.
+    /// Returns the key of all elevation, as it lies in the area.
     pub fn ground(&self) -> Key {
         let keyer = Keyer::of("ground").with_key(self.settings);
         self.elevation.iter().fold(keyer, |keyer, key| keyer.with_key(*key)).key()
@@ -113,7 +113,7 @@ pub(crate) struct PageKeys<'a> {
 }
 
 impl<'a> PageKeys<'a> {
-    /// Of rasters that were placed, and the code that pages have their heights in.
+    /// Computes the keys of rasters that were placed, and of the code that pages have their heights in.
     pub fn new(
         keys: &SourceKeys,
         (elevation, imagery, land_cover): (&[ElevationInput], &[ImageryInput], &[CoverInput]),
@@ -134,7 +134,7 @@ impl<'a> PageKeys<'a> {
         Self { settings, sources, ground, grid, standing, objects }
     }
 
-    /// Where objects are placed, they count everywhere: pages know them by number.
+    /// Adds the objects that are placed. They count everywhere: pages know them by number.
     #[must_use]
     pub fn with_shared(self, objects: &SharedObjects) -> Self {
         if objects.is_empty() {
@@ -144,7 +144,7 @@ impl<'a> PageKeys<'a> {
         Self { settings, ..self }
     }
 
-    /// Of a page; all finer ones have been written.
+    /// Returns the key of a page; all finer ones have been written.
     pub fn of(&self, id: PageId, finer: &PageReadback) -> Key {
         let mut keyer = Keyer::of("page").with_key(self.settings).with(&id);
         let mut is_whole = id.level > 0;

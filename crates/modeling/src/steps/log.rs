@@ -1,4 +1,4 @@
-//! What builds note of their steps, record by record, so that what a kill leaves is good up to its last whole record.
+//! Log of a build's steps, record by record, so that what a kill leaves is good up to its last whole record.
 //!
 //! ```text
 //! magic | records: kind (4 bytes), bytes of what follows (4), its CRC-32 (4), what follows
@@ -43,11 +43,11 @@ enum Kind {
     Light = 8,
 }
 
-/// What a file was when its bytes were hashed.
+/// Stamp of a file when its bytes were hashed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Stamp {
     pub bytes: u64,
-    /// When its bytes, and when it itself was last changed, nanoseconds; as the system tells.
+    /// Times at which its bytes, and it itself, were last changed, nanoseconds; as the system tells.
     pub times: Vec<i128>,
 }
 
@@ -66,20 +66,20 @@ struct FileRecord {
     content: String,
 }
 
-/// What was seen in an elevation file.
+/// Record of the survey of an elevation file.
 #[derive(Debug, Serialize, Deserialize)]
 struct SurveyRecord {
     key: String,
     survey: Survey,
 }
 
-/// What a feature may change.
+/// Extent of what a feature may change.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Extent {
     /// West, south, east, north of it, metres; not numbers where nothing of it is left.
     pub reach: [f64; 4],
-    /// How far beside a voxel it may ask for the ground, metres.
+    /// Distance beside a voxel within which it may ask for the ground, metres.
     pub margin: f64,
     /// Height that nothing of it rises above, metres.
     pub highest: f64,
@@ -172,7 +172,7 @@ impl From<PageRecord> for Made {
     }
 }
 
-/// What a log says.
+/// Contents of a log.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     pub files: HashMap<String, (Stamp, Key)>,
@@ -183,7 +183,7 @@ pub(super) struct Known {
     pub pages: HashMap<PageId, Made>,
     /// Identity of the finished database.
     pub whole: Option<ContentHash>,
-    /// What its file was then.
+    /// Stamp of its file then.
     pub left: Option<Stamp>,
     /// Name of the database that it is kept for, as [`name_of`] has it.
     pub kept_for: Option<Vec<u8>>,

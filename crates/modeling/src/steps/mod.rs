@@ -44,7 +44,7 @@ use super::scan::Survey;
 use hedgehop::voxel::{ContentHash, EarlierFile, EarlierPage, Grid, Metadata, PageId, PageWriter};
 use hedgehop_base::error::{Error, Result};
 
-/// What a file's name ends in that notes steps.
+/// Suffix of a file that notes steps.
 const SUFFIX: &str = ".steps";
 /// A file that was changed so shortly before it was looked at may be changed again without a sign of it.
 const SETTLED: Duration = Duration::from_secs(2);
@@ -60,7 +60,7 @@ pub(super) struct Steps {
     features: HashMap<Key, Extent>,
     lights: HashMap<Key, Key>,
     earlier: Vec<Earlier>,
-    /// What is to be replaced, if pages of it are known.
+    /// File that is to be replaced, if pages of it are known.
     base: Option<EarlierFile>,
     /// Parts that earlier builds left, and pages that are known of each.
     left: Vec<(PathBuf, usize)>,
@@ -152,7 +152,7 @@ fn beside(file: &Path) -> PathBuf {
 }
 
 impl Steps {
-    /// Those that are known of `output`.
+    /// Reads the steps that are known of `output`.
     pub fn of(output: &Path) -> Self {
         let mut steps = Self {
             output: output.to_owned(),
@@ -223,7 +223,7 @@ impl Steps {
         self.log().survey(key, survey);
     }
 
-    /// What a feature may change, as it was found before.
+    /// Returns what a feature may change, as it was found before.
     pub fn extent(&self, key: Key) -> Option<Extent> {
         self.features.get(&key).copied()
     }
@@ -233,7 +233,7 @@ impl Steps {
         self.log().feature(key, extent);
     }
 
-    /// What came of the light on a page, as it was found before.
+    /// Returns the key of the light on a page, as it was found before.
     pub fn light(&self, key: Key) -> Option<Key> {
         self.lights.get(&key).copied()
     }
@@ -273,7 +273,7 @@ impl Steps {
         })
     }
 
-    /// From now on what is noted goes to the disk, beside the part that the build writes.
+    /// Begins to write notes to the disk, beside the part that the build writes.
     fn begin(&self, part: &Path) -> Result<()> {
         let path = beside(part);
         self.log().begin(&path).map_err(|error| Error::io(path, "write what is known of the pages", error))
@@ -350,7 +350,7 @@ pub(super) fn publish(
     Ok((content_hash, bytes))
 }
 
-/// What to say of an error after so many pages; if it is an interruption and steps are kept, they wait for the next build.
+/// Builds the error of a build that ends after so many pages; if it is an interruption and steps are kept, they wait for the next build.
 pub(super) fn kept(steps: Option<&Steps>, writer: PageWriter, pages: u64, error: Error) -> Error {
     match (steps, error) {
         (Some(steps), Error::Interrupted(_)) if pages > 0 => {
@@ -391,7 +391,7 @@ fn nanoseconds(time: SystemTime) -> i128 {
     }
 }
 
-/// What tells a file that was changed, without reading it.
+/// Returns the stamp that tells a file that was changed, without reading it.
 fn stamp(path: &Path) -> std::io::Result<Stamp> {
     let metadata = fs::metadata(path)?;
     let modified = nanoseconds(metadata.modified()?);
@@ -399,7 +399,7 @@ fn stamp(path: &Path) -> std::io::Result<Stamp> {
     Ok(Stamp { bytes: metadata.len(), times })
 }
 
-/// What programs cannot set as they like, which they can the time of the last change.
+/// Returns what programs cannot set as they like, which they can the time of the last change.
 #[cfg(unix)]
 fn unforged(metadata: &fs::Metadata) -> Vec<i128> {
     use std::os::unix::fs::MetadataExt;

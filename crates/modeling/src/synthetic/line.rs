@@ -1,4 +1,4 @@
-//! How far a place is from a line, without creases.
+//! Distance of a place from a line, without creases.
 //!
 //! The distance to a bent line has a crease on the inside of each bend, where two legs are equally near. Here it is
 //!
@@ -17,7 +17,7 @@ pub(super) fn distance(line: &[DVec2], at: DVec2) -> f64 {
     (4.0 / 3.0 / sum).sqrt().sqrt()
 }
 
-/// How much nearer than the nearest leg a place can seem to be, at most: a factor.
+/// Returns the factor by which a place can seem nearer than its nearest leg, at most.
 pub(super) fn widening(line: &[DVec2]) -> f64 {
     (line.len() as f64).sqrt().sqrt()
 }

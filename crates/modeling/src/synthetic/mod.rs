@@ -30,14 +30,14 @@ use hedgehop::voxel::Material;
 use hedgehop::voxel::{Grid, VoxelBlock};
 use hedgehop_base::colour::{linear_from_srgb8, srgb8_from_linear};
 
-/// What a database has besides what its files hold.
+/// Terrain, detail and textures of a database besides what its files hold.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Synthetic {
     /// Shapes of the ground, in the order in which they change it.
     pub terrain: Vec<Terrain>,
     /// Materials of shapes, by their places in `terrain`: of the ground that lies on them.
     pub materials: Vec<(usize, Material)>,
-    /// What is finer than the posts of elevation.
+    /// Detail that is finer than the posts of elevation.
     pub detail: Option<Detail>,
     /// Colours of bare ground; `None`: by the program's own ramp.
     pub palette: Option<Palette>,

@@ -55,7 +55,7 @@ pub(super) struct Waves {
 }
 
 impl Waves {
-    /// How many of them are no shorter than `shortest`.
+    /// Counts those that are no shorter than `shortest`.
     pub fn count(&self, shortest: f64) -> u32 {
         let lengths = std::iter::successors(Some(self.longest), |length| Some(0.5 * length));
         lengths.take(64).take_while(|length| *length >= shortest).count() as u32

@@ -10,7 +10,7 @@ const COMING_IN: f64 = 10.0;
 /// A colour at a height in metres, or at a slope in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Where it is.
+    /// Height or slope of the stop.
     pub at: f64,
     /// sRGB.
     pub colour: [u8; 3],
@@ -19,9 +19,9 @@ pub struct Stop {
 /// Colours between stops; before the first and after the last as there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Palette {
-    /// By rising height, metres; linear light, at least one.
+    /// Stops by rising height, metres; linear light, at least one.
     heights: Vec<(f64, [f32; 3])>,
-    /// By rising slope (rise over run); may be empty.
+    /// Stops by rising slope (rise over run); may be empty.
     slopes: Vec<(f64, [f32; 3])>,
     /// Slope at which the first of them comes in.
     gentle: f64,
@@ -30,7 +30,7 @@ pub struct Palette {
 }
 
 impl Palette {
-    /// Of stops by rising height (metres, at least one) and by rising slope (degrees, less than 90). Steep ground has the colours of its slope,
+    /// Builds the palette of stops by rising height (metres, at least one) and by rising slope (degrees, less than 90). Steep ground has the colours of its slope,
     /// which come in over the ten degrees below the first.
     pub fn new(heights: &[Stop], slopes: &[Stop]) -> Self {
         let rise = |degrees: f64| {

@@ -25,9 +25,9 @@ use hedgehop_base::error::Result;
 /// Detail below the posts of elevation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detail {
-    /// Which of all that are alike.
+    /// Seed that picks one detail among all alike.
     pub seed: u64,
-    /// How rough it is.
+    /// Roughness of the detail.
     pub roughness: Roughness,
     /// Most that it adds or takes away, metres; `None`: a quarter of the distance of posts.
     pub limit_m: Option<f64>,
@@ -43,7 +43,7 @@ impl Detail {
 /// Height of waves half as long, as a share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Roughness {
-    /// As elevation has it at its finest.
+    /// Roughness of elevation at its finest.
     Auto,
     /// 0 < share < 1: 0.5 is smooth, 0.7 rough.
     Given(f64),
@@ -53,11 +53,11 @@ pub enum Roughness {
 const LONGEST: f64 = 4.0;
 /// Mean squares of the curvature of waves of mean square 1, four posts long and shorter: height of a post above the mean of the four beside it.
 const CURVATURE: [f64; 4] = [0.0782, 0.6467, 1.498, 1.25];
-/// Of those of eight posts, and by what part each longer one has less.
+/// Curvature of waves of eight posts, and the part by which each longer one has less.
 const LONG_CURVATURE: (f64, f64) = (0.006_02, 1.0 / 15.5);
 /// Roughnesses that elevation can be taken to have; what has been smoothed has less, and what is mostly errors more.
 const MEASURED: (f64, f64) = (0.4, 0.85);
-/// That of elevation with too few posts to tell.
+/// Roughness of elevation with too few posts to tell.
 const USUAL: f64 = 0.6;
 /// Part of the distance of posts that detail may add, unless told otherwise.
 const LIMIT: f64 = 0.25;
@@ -95,7 +95,7 @@ impl Energies {
     }
 }
 
-/// How a raster's posts lie on the ground.
+/// Lattice of a raster's posts on the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lattice {
     /// Column and row of the origin of its reference system, so that tiles of one lattice have the same waves.
@@ -108,7 +108,7 @@ impl Lattice {
     /// Squares from the reference system's origin on.
     pub const SQUARES: Self = Self { origin: DVec2::ZERO, pitch: DVec2::ONE };
 
-    /// Of a raster whose pixels are, at its centre, `sides` metres along columns and rows.
+    /// Builds the lattice of a raster whose pixels are, at its centre, `sides` metres along columns and rows.
     pub fn of(raster: &Opened<f64>, sides: Option<(f64, f64)>) -> Self {
         let origin = warp::invert(&raster.geo)
             .map_or((0.0, 0.0), |pixel_from_source| warp::apply(&pixel_from_source, 0.0, 0.0));
@@ -132,7 +132,7 @@ impl Lattice {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Refinement {
     waves: Waves,
-    /// How many of them voxels can hold.
+    /// Number of them that voxels can hold.
     count: u32,
     lattice: Lattice,
     /// Mean square of the curvature of all waves, if the first has the mean square 1.
@@ -142,7 +142,7 @@ pub(crate) struct Refinement {
 }
 
 impl Refinement {
-    /// For voxels of `spacing` metres; `None` where these are no finer than the posts.
+    /// Builds the refinement for voxels of `spacing` metres; `None` where these are no finer than the posts.
     pub fn of(detail: &Detail, source: &ElevationInput, measured: f64, spacing: f64) -> Option<Self> {
         if spacing >= source.pixel_side || !source.pixel_side.is_finite() {
             return None;
@@ -157,7 +157,7 @@ impl Refinement {
         Some(Self { waves, count, lattice: source.lattice, curvature: curvature_of(gain), limit })
     }
 
-    /// What is added at a pixel position where waves are `amplitude` metres high.
+    /// Returns what is added at a pixel position where waves are `amplitude` metres high.
     pub fn at(&self, column: f64, row: f64, amplitude: f64) -> f64 {
         if amplitude == 0.0 {
             return 0.0;

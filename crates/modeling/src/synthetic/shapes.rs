@@ -23,71 +23,71 @@ pub enum Terrain {
     Plane {
         /// Height at `centre`, metres.
         height_m: f64,
-        /// Where it has that height.
+        /// Place at which it has that height.
         centre: DVec2,
         /// Rise over run.
         slope: f64,
-        /// Where it rises to, degrees clockwise from grid north.
+        /// Direction in which it rises, degrees clockwise from grid north.
         upward_deg: f64,
     },
     /// Hills of all sizes.
     Fractal {
-        /// What they are the sum of.
+        /// Waves that they are the sum of.
         waves: Hills,
-        /// How far they go up and down at most, metres, > 0.
+        /// Most that they go up and down, metres, > 0.
         amplitude_m: f64,
         /// Whether they have sharp edges.
         crests: bool,
-        /// Where they are, fading out towards the rim; `None`: everywhere.
+        /// Circle in which they are, fading out towards the rim; `None`: everywhere.
         within: Option<Circle>,
     },
     /// Swept along a line, with rounded flanks.
     Ridge {
         /// At least two places, each different from the one before it.
         line: Vec<DVec2>,
-        /// From foot to foot, metres, > 0.
+        /// Width from foot to foot, metres, > 0.
         width_m: f64,
-        /// Of that what is level in the middle, metres, 0…`width_m`.
+        /// Width that is level in the middle, metres, 0…`width_m`.
         crest_m: f64,
-        /// Of its middle above the ground as it is, metres; negative: a valley.
+        /// Height of its middle above the ground as it is, metres; negative: a valley.
         height_m: f64,
     },
     /// Straight flanks up to a point.
     Cone {
-        /// Its foot.
+        /// Circle of its foot.
         circle: Circle,
-        /// Of its point above the ground as it is, metres; negative: a pit.
+        /// Height of its point above the ground as it is, metres; negative: a pit.
         height_m: f64,
     },
     /// Round above, and rounded into the ground at its foot.
     Dome {
-        /// Its foot.
+        /// Circle of its foot.
         circle: Circle,
-        /// Of its middle above the ground as it is, metres; negative: a bowl.
+        /// Height of its middle above the ground as it is, metres; negative: a bowl.
         height_m: f64,
     },
-    /// As high all over a circle.
+    /// Ground as high all over a circle.
     Plateau {
-        /// Its top.
+        /// Circle of its top.
         circle: Circle,
         /// Width of the flank around that, metres, > 0.
         flank_m: f64,
-        /// How high it is.
+        /// Height of its top.
         top: Top,
     },
     /// Level water.
     Pond {
-        /// Its shore, but for bays.
+        /// Circle of its shore, but for bays.
         circle: Circle,
         /// Width of the bank around it, up or down to the ground, metres, > 0.
         bank_m: f64,
         /// Height of the water, metres.
         level_m: f64,
-        /// How far the shore leaves the circle at most, in radii, 0…½.
+        /// Most that the shore leaves the circle, in radii, 0…½.
         ragged: f64,
-        /// Which of all shores.
+        /// Seed that picks one shore among all.
         seed: u64,
-        /// Of the water, sRGB.
+        /// Colour of the water, sRGB.
         colour: [u8; 3],
     },
 }
@@ -95,7 +95,7 @@ pub enum Terrain {
 /// Waves of hills.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hills {
-    /// Which of all hills.
+    /// Seed that picks some hills among all.
     pub seed: u64,
     /// Length of the longest, metres, > 0.
     pub wavelength_m: f64,
@@ -106,22 +106,22 @@ pub struct Hills {
 /// A circle on the ground, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle {
-    /// Its middle.
+    /// Centre of the circle.
     pub centre: DVec2,
     /// > 0.
     pub radius_m: f64,
 }
 
-/// How high a plateau is.
+/// Height of a plateau.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Top {
-    /// So much above the ground as it is, metres; with all its bumps.
+    /// Height above the ground as it is, metres; with all its bumps.
     Above(f64),
     /// Level, at this height, metres.
     Level(f64),
 }
 
-/// What a shape makes of a height: `keep · height + add`.
+/// Effect of a shape on a height: `keep · height + add`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Effect {
     pub keep: f64,
@@ -137,7 +137,7 @@ impl Effect {
         Self { keep: 1.0 - share, add: share * height }
     }
 
-    /// Of a height, metres; NaN where there is no ground stays so, but where it is not asked for.
+    /// Applies it to a height, metres; NaN where there is no ground stays so, but where it is not asked for.
     pub fn on(self, height: f64) -> f64 {
         if self.keep == 0.0 { self.add } else { self.keep * height + self.add }
     }
@@ -267,7 +267,7 @@ impl Terrain {
         }
     }
 
-    /// How far beyond a pond's shore a place is, metres; 0 and less on its water; infinite for other shapes.
+    /// Returns how far beyond a pond's shore a place is, metres; 0 and less on its water; infinite for other shapes.
     fn ashore(&self, at: DVec2) -> f64 {
         let Self::Pond { circle, ragged, seed, .. } = self else { return f64::INFINITY };
         let bays = Hills { seed: *seed, wavelength_m: 1.3 * circle.radius_m, roughness: 0.5 };

@@ -13,7 +13,7 @@ use crate::tint::mix;
 use hedgehop::voxel::Material;
 use hedgehop_base::colour::linear_from_srgb8;
 
-/// Which pattern.
+/// Pattern of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
     /// Squares of the colours in turn.
@@ -31,13 +31,13 @@ pub enum Pattern {
 /// A pattern on the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// Which.
+    /// Pattern of the texture.
     pub pattern: Pattern,
     /// Linear light, at least two.
     pub colours: Vec<[f32; 3]>,
     /// Side of a square, mean distance of spots, length of a wave or of the longest, metres, > 0.
     pub size_m: f64,
-    /// Which of all that are alike.
+    /// Seed that picks one texture among all alike.
     pub seed: u64,
     /// Azimuth of what is upward in it, degrees from grid north.
     pub turned_deg: f64,
@@ -45,9 +45,9 @@ pub struct Texture {
     pub strength: f32,
     /// Share of it in the colour of imagery, 0…1.
     pub over_imagery: f32,
-    /// Where it is; `None`: everywhere.
+    /// Circle in which it is; `None`: everywhere.
     pub within: Option<Circle>,
-    /// What the ground under it is made of, if it states that.
+    /// Material of the ground under it, if it states that.
     pub material: Option<Material>,
 }
 
@@ -61,7 +61,7 @@ const SPOTS: [f64; 2] = [0.12, 0.42];
 const FINEST: f64 = 1.0 / 256.0;
 
 impl Texture {
-    /// Of sRGB colours; `None` if they are fewer than two.
+    /// Builds the texture of sRGB colours; `None` if they are fewer than two.
     pub fn new(pattern: Pattern, colours: &[[u8; 3]], size_m: f64) -> Option<Self> {
         let colours: Vec<_> = colours.iter().map(|colour| linear_from_srgb8(*colour)).collect();
         (colours.len() >= 2).then_some(Self {

@@ -1,4 +1,4 @@
-//! What is wrong with terrain, though its file is sound: faults of the sources and of how they were joined.
+//! Continuity of terrain whose file is sound: faults of the sources and of how they were joined.
 //!
 //! ```text
 //! for each stored page of the finest level, with some voxels around it:
@@ -62,29 +62,29 @@ impl Fault {
 /// A fault, and where it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finding {
-    /// What it is.
+    /// Kind of fault.
     pub fault: Fault,
-    /// Where it is worst, metres of the database's system.
+    /// Place where it is worst, metres of the database's system.
     pub place: DVec2,
     /// South-west and north-east corner of what it covers, metres.
     pub extent: [DVec2; 2],
     /// Height there, metres above the datum; NaN where there is no surface.
     pub height: f64,
-    /// How bad it is, metres: of spikes and pits how far they stand out, of seams the mean step, of flat tops how far ground falls from voxel to voxel at their rim, of terraces from height to height, of voids
+    /// Severity, metres: of spikes and pits how far they stand out, of seams the mean step, of flat tops how far ground falls from voxel to voxel at their rim, of terraces from height to height, of voids
     /// the square root of their area, of cracks the largest difference.
     pub size: f64,
     /// Voxels that it has; of seams their length.
     pub voxels: u64,
-    /// It touches the edge of the area. Voids that do are the end of the data.
+    /// Whether it touches the edge of the area. Voids that do are the end of the data.
     pub is_at_edge: bool,
 }
 
 /// Limits by which ground is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContinuityLimits {
-    /// How many times the roughness around it a spike or pit stands out.
+    /// Ratio to the roughness around it by which a spike or pit stands out.
     pub spike: f64,
-    /// How many times the steps beside it those of a seam are.
+    /// Ratio of a seam's steps to those beside it.
     pub seam: f64,
 }
 
@@ -94,12 +94,12 @@ impl Default for ContinuityLimits {
     }
 }
 
-/// What was found.
+/// Faults of a database's terrain.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContinuityReport {
     /// Findings by kind, the worst first; at most 100,000 of each.
     pub findings: Vec<Finding>,
-    /// How many there are of each kind, in the order of [`Fault::ALL`]. Voids at the edge do not count.
+    /// Number of each kind, in the order of [`Fault::ALL`]. Voids at the edge do not count.
     pub counts: [u64; 7],
     /// Voids at the edge of the area.
     pub ends: u64,
@@ -108,7 +108,7 @@ pub struct ContinuityReport {
 }
 
 impl ContinuityReport {
-    /// How many there are of a kind.
+    /// Returns the number of a kind.
     pub fn count(&self, fault: Fault) -> u64 {
         self.counts[fault.number()]
     }
@@ -194,7 +194,7 @@ fn worst(findings: &mut Vec<Finding>) {
 /// A page and what lies around it.
 struct Patch {
     id: PageId,
-    /// Its voxels, columns and rows of the level.
+    /// First voxel, column and row of the level.
     first: [i64; 2],
     size: [i64; 2],
     /// Voxels of the level.
@@ -234,7 +234,7 @@ impl Patch {
         })
     }
 
-    /// Where a voxel of the page is in the planes; −8 … size + 7.
+    /// Returns the index of a voxel of the page in the planes; −8 … size + 7.
     fn index(&self, x: i64, y: i64) -> usize {
         ((y + MARGIN) * (self.size[0] + 2 * MARGIN) + x + MARGIN) as usize
     }

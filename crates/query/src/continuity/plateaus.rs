@@ -16,7 +16,7 @@ use hedgehop::voxel::HeightCode;
 
 /// Voxels of a flat top, at least.
 const LEAST_VOXELS: u64 = 9;
-/// How far ground falls at its rim, in sides of a voxel.
+/// Fall of the ground at its rim, in sides of a voxel.
 const STEEP: f64 = 0.25;
 
 /// Voxels of one height.
@@ -68,7 +68,7 @@ impl Plateau {
 #[derive(Default)]
 pub(super) struct Plateaus {
     plateaus: Vec<Plateau>,
-    /// Which one each is part of; itself, if none.
+    /// Plateau that each one is part of; itself, if none.
     part_of: Vec<usize>,
     /// Sides of voxels beyond which the same code goes on, by the voxel to the south or west of it and whether it is to the north, and who waits there.
     open: HashMap<(i64, i64, bool), usize>,

@@ -25,9 +25,9 @@ const LEAST_PIECES: usize = 2;
 /// Least step that is compared with, in sides of a voxel and in steps of height.
 const LEAST_SIDES: f64 = 0.01;
 const LEAST_STEPS: f64 = 2.0;
-/// How far it exceeds the lines next to it.
+/// Ratio by which it exceeds the lines next to it.
 const SHARP: f64 = 1.3;
-/// What the lines next to it have of it.
+/// Share of it that the lines next to it have.
 const SHARED: f64 = 0.3;
 /// Lines aside that are looked at, at most.
 const ASIDE: i64 = 4;

@@ -15,7 +15,7 @@ use super::{Fault, Found, Patch};
 const LEAST_SIDES: f64 = 0.05;
 const LEAST_STEPS: f64 = 2.0;
 
-/// From a median of absolute deviations to a standard deviation.
+/// Ratio of a standard deviation to a median of absolute deviations.
 const DEVIATION: f64 = 1.4826;
 
 pub(super) fn find(patch: &Patch, factor: f64, found: &mut Found) {
@@ -49,7 +49,7 @@ fn standing_out(patch: &Patch, x: i64, y: i64) -> Option<(Fault, f64)> {
     }
 }
 
-/// How far the voxels around leave a plane; of the 8 nearest where others have no surface.
+/// Returns how far the voxels around leave a plane; of the 8 nearest where others have no surface.
 fn roughness(patch: &Patch, x: i64, y: i64) -> Option<f64> {
     [2, 1].into_iter().find_map(|reach| {
         let samples: Vec<[f64; 3]> = around(reach)

@@ -118,12 +118,12 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
 
-/// What is rendered.
+/// Flight to be rendered, and how.
 struct Job<'a> {
     pages: &'a ResidentPages,
     renderer: Renderer<'a, ResidentPages>,
@@ -271,7 +271,7 @@ fn measure(
 }
 
 impl Job<'_> {
-    /// What is where in a frame.
+    /// Returns the scenery in a frame.
     fn scenery(&self, number: u64) -> Scenery {
         self.playing.as_ref().map(|playing| playing.scenery(number)).unwrap_or_default()
     }
@@ -281,7 +281,7 @@ impl Job<'_> {
         self.renderer.at(self.playing.as_ref().map_or(0.0, |playing| playing.seconds(number)))
     }
 
-    /// How many of the frames `engine` renders.
+    /// Counts the frames that `engine` renders.
     fn frames_by(&self, engine: Engine) -> Result<usize> {
         let by = |(_, camera): &(u64, Camera)| self.renderer.engine_for(camera);
         self.cameras.iter().map(by).try_fold(0, |count, by| Ok(count + usize::from(by? == engine)))

@@ -95,7 +95,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", num_args = 1.., requires = "land_cover_scheme")]
     land_cover: Vec<PathBuf>,
 
-    /// What classes of land cover mean: worldcover (ESA), corine, nlcd; recipes may say others
+    /// Meaning of land-cover classes: worldcover (ESA), corine, nlcd; recipes may say others
     #[arg(long, value_name = "SCHEME", value_parser = Scheme::named, requires = "land_cover")]
     land_cover_scheme: Option<Scheme>,
 
@@ -103,7 +103,7 @@ pub struct Args {
     #[arg(long, value_name = "CRS", allow_hyphen_values = true, requires = "land_cover")]
     land_cover_crs: Option<String>,
 
-    /// What stands or lies on the ground, by OpenStreetMap's tags: GeoJSON, Shapefiles, GeoPackages, tables of outlines (.csv)
+    /// Features that stand or lie on the ground, by OpenStreetMap's tags: GeoJSON, Shapefiles, GeoPackages, tables of outlines (.csv)
     #[arg(long, value_name = "FILE", num_args = 1..)]
     features: Vec<PathBuf>,
 
@@ -161,7 +161,7 @@ pub struct Args {
     #[arg(long, value_name = "W,S,E,N", value_parser = args::bounding_box, allow_hyphen_values = true)]
     bbox: Option<[f64; 4]>,
 
-    /// What heights of files that state no vertical datum are measured from [default: msl]
+    /// Vertical datum of files that state none [default: msl]
     #[arg(long, value_name = "DATUM")]
     src_vdatum: Option<Datum>,
 
@@ -169,7 +169,7 @@ pub struct Args {
     #[arg(long, value_name = "VALUE", value_parser = args::number, value_delimiter = ',', allow_hyphen_values = true)]
     nodata: Vec<f64>,
 
-    /// What becomes of voids: small (those of up to 64 voxels that heights enclose are interpolated), none (no surface there), interp (all, from the heights around), or a height in metres
+    /// Filling of voids: small (those of up to 64 voxels that heights enclose are interpolated), none (no surface there), interp (all, from the heights around), or a height in metres
     #[arg(long, value_name = "small|none|interp|METRES", default_value = "small", value_parser = nodata_fill, allow_hyphen_values = true)]
     nodata_fill: NodataFill,
 
@@ -185,7 +185,7 @@ pub struct Args {
     #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = args::bytes)]
     memory: u64,
 
-    /// With a recipe: make all pages, also those that were made of the same before
+    /// Make all pages, also those that were made of the same before; with a recipe
     #[arg(long, requires = "recipe")]
     fresh: bool,
 
@@ -384,7 +384,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     Ok(())
 }
 
-/// What was built, and what to try next.
+/// Says what was built, and what to try next.
 pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> {
     let source = PageFile::open(output)?;
     let megabytes = report.bytes as f64 / 1e6;

@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
 
-    /// How many times as large differences are shown
+    /// Factor by which differences are enlarged
     #[arg(long, value_name = "FACTOR", default_value = "8", value_parser = clap::value_parser!(u32).range(1..=255))]
     amplify: u32,
 
@@ -55,7 +55,7 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
@@ -122,7 +122,7 @@ fn one(pair: &Pair, args: &Args, viewer: &mut Viewer) -> hedgehop::Result<Sums> 
     Ok(sums)
 }
 
-/// What is to be compared.
+/// Finds the pairs to be compared.
 fn pairs(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair>> {
     match (args.a.is_dir(), args.b.is_dir()) {
         (false, false) => {

@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, value_name = "PIXELS", default_value_t = WIDTH, value_parser = clap::value_parser!(u32).range(16..=4096))]
     width: u32,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
@@ -88,7 +88,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     Ok(exit::print(&text)?)
 }
 
-/// Those of folders and single pictures.
+/// Reads the entries of folders and single pictures.
 fn of_files(args: &Args, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
     let mut files = Vec::new();
     for input in &args.inputs {

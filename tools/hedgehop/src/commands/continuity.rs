@@ -46,19 +46,19 @@ pub struct Args {
     #[arg(long, value_name = "PIXELS", default_value = "2000", value_parser = clap::value_parser!(u32).range(64..=8192))]
     size: u32,
 
-    /// What makes the exit code 6, with commas between [default: all]
+    /// Faults that make the exit code 6, with commas between [default: all]
     #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
     fail_on: Option<Vec<Kind>>,
 
-    /// How many times the roughness around it a spike or pit stands out
+    /// Ratio to the roughness around it by which a spike or pit stands out
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value = "5", allow_negative_numbers = true)]
     spike_factor: f64,
 
-    /// How many times as large the steps of a seam are as those beside it
+    /// Ratio of a seam's steps to those beside it
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value = "3", allow_negative_numbers = true)]
     seam_factor: f64,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }

@@ -78,12 +78,12 @@ pub struct Args {
     #[arg(long, value_name = "PIXELS", default_value = "2000", value_parser = clap::value_parser!(u32).range(64..=8192))]
     size: u32,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
 
-/// What lines are written as.
+/// File format of the lines.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Lines,

@@ -86,7 +86,7 @@ pub struct Args {
     #[arg(short, long, value_name = "DIR", default_value = "hedgehop-demo")]
     output: PathBuf,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }

@@ -67,7 +67,7 @@ pub struct Args {
     #[arg(long)]
     bare: bool,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
@@ -111,7 +111,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     Ok(exit::print(&text)?)
 }
 
-/// What is drawn.
+/// Picture to be drawn.
 struct Picture<'s> {
     map: GroundMap<'s, PageFile>,
     shade: Hillshade,

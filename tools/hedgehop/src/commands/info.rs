@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Outcome {
     Ok(exit::print(&text)?)
 }
 
-/// What there is in a part of the area.
+/// Counts what there is in a part of the area.
 ///
 /// # Errors
 /// It lies outside of it, or between the centres of its voxels; a page that is damaged.

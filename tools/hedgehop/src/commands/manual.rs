@@ -21,7 +21,7 @@ Examples:
   hedgehop man | man -l -
   hedgehop man ~/.local/share/man/man1";
 
-/// What the program is called by shells and manuals, whatever its file is called.
+/// Name of the program in shells and manuals, whatever its file is called.
 const NAME: &str = "hedgehop";
 
 /// Print what makes a shell complete commands and flags.
@@ -85,7 +85,7 @@ fn page(command: &Command, file: &Path) -> Result<Vec<u8>> {
     Ok(text)
 }
 
-/// What an error of a page that goes to no file names.
+/// Returns the folder that errors name of a page which goes to no file.
 fn folder_of_none() -> &'static Path {
     Path::new("standard output")
 }

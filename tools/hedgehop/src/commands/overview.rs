@@ -70,7 +70,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     path: Option<PathBuf>,
 
-    /// What altitudes are measured from where the path file does not say [default: msl]
+    /// Surface that altitudes are measured from where the path file does not say [default: msl]
     #[arg(long, value_enum, value_name = "MODE", requires = "path")]
     alt_mode: Option<AltitudeMode>,
 
@@ -96,7 +96,7 @@ pub struct Args {
     #[command(flatten)]
     workers: Workers,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
@@ -160,7 +160,7 @@ fn places(trajectory: &Trajectory) -> Vec<DVec2> {
     places
 }
 
-/// What looks down on the ground around `places`, or on all of it, if there are none.
+/// Builds the camera that looks down on the ground around `places`, or on all of it, if there are none.
 fn camera(header: &Header, places: &[DVec2], longer: u32) -> Camera {
     let grid = &header.grid;
     let whole = [grid.origin, grid.far_corner()];
@@ -230,7 +230,7 @@ fn relief(source: &PageFile, camera: &Camera, farm: &Farm, observer: &dyn Observ
         .unwrap_or_else(|| RgbImage::from_pixel(width, height, Rgb(NO_GROUND))))
 }
 
-/// What evenly spread frames of a flight have in sight.
+/// Returns the ground that evenly spread frames of a flight have in sight.
 fn footprints(
     count: u32,
     source: &PageFile,

@@ -32,7 +32,7 @@ Examples:
 
 const MIB: u64 = 1 << 20;
 
-/// How long the disk is timed.
+/// Time for which the disk is measured.
 const TIMED: Duration = Duration::from_secs(1);
 
 /// Say what a flight needs: pages, memory, disk, the ground about its path; and whether this machine can do it.
@@ -85,12 +85,12 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
 
-/// What a level gives.
+/// Needs of the flight on one level.
 #[derive(Debug, Serialize)]
 struct LevelNeeds {
     /// Units of a voxel's side.
@@ -106,12 +106,12 @@ struct LevelNeeds {
     reach_m: f64,
 }
 
-/// What this machine has to offer.
+/// Resources of this machine.
 #[derive(Debug, Serialize)]
 struct Machine {
     /// Memory that a program may take, bytes; null where the system does not say.
     memory_bytes: Option<u64>,
-    /// What the disk yields of this flight's pages, bytes per second; null if it was not timed.
+    /// Speed of the disk with this flight's pages, bytes per second; null if it was not timed.
     disk_bytes_per_s: Option<f64>,
 }
 
@@ -130,9 +130,9 @@ struct Report {
     ahead_bytes_most: u64,
     /// All that some frame needs.
     flight_bytes: u64,
-    /// What must be read before the first frame.
+    /// Bytes that must be read before the first frame.
     first_frame_bytes: u64,
-    /// What must be read later if all is kept, and if only what is known to be needed is.
+    /// Bytes that must be read later if all is kept, and if only what is known to be needed is.
     later_bytes: u64,
     later_bytes_least_memory: u64,
     /// The most that a second of the flight reads with the least memory, bytes.

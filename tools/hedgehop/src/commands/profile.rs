@@ -47,15 +47,15 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     path: Option<PathBuf>,
 
-    /// What altitudes are measured from where the path file does not say [default: msl]
+    /// Surface that altitudes are measured from where the path file does not say [default: msl]
     #[arg(long, value_enum, value_name = "MODE", requires = "path")]
     alt_mode: Option<AltitudeMode>,
 
-    /// Where the line begins: longitude and latitude, degrees (WGS 84); of local databases x and y
+    /// Begin of the line: longitude and latitude, degrees (WGS 84); of local databases x and y
     #[arg(long, value_name = "LON,LAT", value_parser = args::pair, requires = "to", allow_hyphen_values = true)]
     from: Option<[f64; 2]>,
 
-    /// Where it ends
+    /// End of the line
     #[arg(long, value_name = "LON,LAT", value_parser = args::pair, requires = "from", allow_hyphen_values = true)]
     to: Option<[f64; 2]>,
 
@@ -232,7 +232,7 @@ fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
     text
 }
 
-/// What the profile says, in a few lines.
+/// Describes the profile in a few lines.
 fn summary(line: &Line, header: &Header) -> Result<String> {
     let datum = &header.metadata.vertical_datum;
     let length = line.samples.last().map_or(0.0, |sample| sample.distance);
@@ -267,7 +267,7 @@ fn summary(line: &Line, header: &Header) -> Result<String> {
     Ok(text)
 }
 
-/// Where there is no ground, and why.
+/// Says where there is no ground, and why.
 fn missing(line: &Line, header: &Header) -> Result<String> {
     let places = line.samples.len();
     let without = line.samples.iter().filter(|sample| sample.ground.is_none()).count();

@@ -60,7 +60,7 @@ pub struct Args {
     #[arg(value_name = "AREA.hop")]
     pub area: PathBuf,
 
-    /// Where frames go: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
+    /// Output of frames: frames/####.png, frames/%04d.exr, film.y4m, or - for y4m on standard output
     #[arg(short, long, value_name = "PATTERN", value_parser = FramePattern::parse)]
     pub output: FramePattern,
 
@@ -93,7 +93,7 @@ pub struct Args {
     #[command(flatten)]
     pub memory: Memory,
 
-    /// Where pages are not in memory when a frame begins: wait has the frame wait until they are; coarser has it begin at once, as in a simulator
+    /// Treatment of pages that are not in memory when a frame begins: wait has the frame wait until they are; coarser has it begin at once, as in a simulator
     /// that does not know its path beforehand, with the next coarser level in their place: what pictures show then depends on how fast
     /// disk and machine are
     #[arg(long, value_enum, value_name = "HOW", default_value = "wait")]
@@ -128,22 +128,22 @@ pub struct Args {
     #[command(flatten)]
     pub finish: FinishArgs,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     pub progress: Mode,
 }
 
-/// What a flight has left behind.
+/// Result of a flight.
 #[derive(Debug)]
 pub struct Done {
     /// Files of the frames asked for, rising; the one file of a stream.
     pub files: Vec<PathBuf>,
     size: Size,
-    /// What paging cost.
+    /// Cost of paging.
     pub paging: Paging,
     /// Pages that coarser levels stood in for, and where each begins in the database.
     damaged: Vec<(PageId, u64)>,
-    /// How finely ground was seen.
+    /// Fineness of the ground that was seen.
     fineness: Fineness,
     /// Whether the database stores all pages of all levels.
     is_whole: bool,
@@ -174,7 +174,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
 }
 
 impl Done {
-    /// What was done, for people.
+    /// Says what was done, for people.
     pub fn sentence(&self) -> String {
         let size = self.size;
         let megapixels = self.rendered as f64 * f64::from(size.width) * f64::from(size.height) / 1e6;

@@ -166,7 +166,7 @@ fn lamps(layout: &Layout) -> String {
     }
 }
 
-/// What an object looks like; how long a line is that ends at another place is known over a database only.
+/// Describes an object's form; how long a line is that ends at another place is known over a database only.
 fn of_object(object: &Object) -> String {
     match &object.form {
         Form::Line { width, pixels, .. } if object.to.is_some() => {
@@ -215,7 +215,7 @@ fn shape(shape: &Shape) -> String {
     }
 }
 
-/// What a part goes with, and how it moves there.
+/// Describes what a part goes with, and how it moves there.
 fn movement(object: &Object, part: &Part) -> String {
     let mut text =
         part.parent.map(|parent| format!(", on {}", object.parts[parent].name)).unwrap_or_default();

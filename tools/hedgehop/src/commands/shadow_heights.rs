@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(value_name = "BUILDINGS")]
     buildings: PathBuf,
 
-    /// When the photograph was taken, with an offset from UTC: 2024-10-05T15:12:00Z
+    /// Time at which the photograph was taken, with an offset from UTC: 2024-10-05T15:12:00Z
     #[arg(long, value_name = "TIME", value_parser = time)]
     time: Option<SunSetting>,
 
@@ -104,7 +104,7 @@ pub struct Args {
     #[arg(long)]
     overwrite: bool,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }
@@ -179,7 +179,7 @@ fn check_output(args: &Args) -> hedgehop::Result<bool> {
     Ok(as_table)
 }
 
-/// What was found, in a few lines.
+/// Says what was found, in a few lines.
 fn summary(report: &ShadowReport, output: &Path) -> String {
     let found: Vec<_> = report
         .answers

@@ -128,7 +128,7 @@ fn rise(metres: f64) -> String {
     }
 }
 
-/// What a point lies within, as JSON: nothing, ground, or a material.
+/// Returns what a point lies within, as JSON: nothing, ground, or a material.
 fn holder(header: &Header, within: Option<Matter>) -> Value {
     match within {
         None => Value::Null,

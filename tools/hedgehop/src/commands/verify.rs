@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 
-    /// How progress is told on standard error
+    /// Form of progress on standard error
     #[arg(long, value_enum, value_name = "MODE", default_value = "auto")]
     progress: Mode,
 }

@@ -8,9 +8,9 @@ const LONGEST: usize = 16;
 /// Why coded data cannot be followed further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// They end.
+    /// Bits end.
     Ended,
-    /// They hold something that no encoder writes.
+    /// Bits hold something that no encoder writes.
     Wrong(&'static str),
 }
 
@@ -24,7 +24,7 @@ pub struct Bits<'b> {
 }
 
 impl<'b> Bits<'b> {
-    /// From the first of `bytes` on, in which 0xff is followed by a zero.
+    /// Begins at the first of `bytes`, in which 0xff is followed by a zero.
     pub fn new(bytes: &'b [u8]) -> Self {
         Self { bytes, at: 0, held: 0, count: 0 }
     }
@@ -77,7 +77,7 @@ pub struct Codes {
     quick: Vec<(u8, u8)>,
     /// The largest code of each length; −1 if there is none.
     largest: [i32; LONGEST + 1],
-    /// What a code of each length adds up with to its symbol's place.
+    /// Sum with which a code of each length gives its symbol's place.
     place: [i32; LONGEST + 1],
     symbols: Vec<u8>,
 }

@@ -18,13 +18,13 @@ pub struct Component {
     pub blocks: (usize, usize),
     /// Blocks from one row to the next.
     pub stride: usize,
-    /// Which coefficients of each block are not zero, a bit each; only of progressive frames.
+    /// Coefficients of each block that are not zero, a bit each; only of progressive frames.
     pub nonzero: Vec<u64>,
     /// The lowest bit that came of each coefficient.
     low: [u8; 64],
 }
 
-/// What SOF states.
+/// Frame as SOF states it.
 pub struct Frame {
     pub is_progressive: bool,
     pub bits: u8,
@@ -170,7 +170,7 @@ impl Frame {
         Ok(scan)
     }
 
-    /// What is wrong with coded data, and how much of the picture that costs.
+    /// Says what is wrong with coded data, and how much of the picture that costs.
     fn fault(&self, broken: &scan::Broken, scan: &Scan, number: usize, goes_on: bool) -> Fault {
         let share = 100.0 * broken.done as f64 / broken.of.max(1) as f64;
         let is_all = !self.is_progressive && scan.parts.len() == self.components.len();

@@ -20,7 +20,7 @@ const MOST_MEAN: i64 = 2048;
 /// Bytes of zeros behind coded data that are no damage.
 const FILLING: usize = 8;
 
-/// What a scan's header states.
+/// Scan as its header states it.
 pub struct Scan {
     pub parts: Vec<Part>,
     /// First and last coefficient, in the order of T.81.
@@ -38,7 +38,7 @@ pub struct Part {
     pub ac: usize,
 }
 
-/// Where coded data break.
+/// Place where coded data break.
 pub struct Broken {
     stop: Stop,
     /// Units that are whole, and how many there are.
@@ -56,7 +56,7 @@ impl Broken {
     }
 }
 
-/// What is carried from block to block.
+/// State carried from block to block.
 struct Walk<'w> {
     scan: &'w Scan,
     bits: Bits<'w>,
@@ -197,7 +197,7 @@ impl Walk<'_> {
         Ok((zeros, size))
     }
 
-    /// How many blocks, with this one, hold nothing further.
+    /// Returns the number of blocks, with this one, that hold nothing further.
     fn ends(&mut self, power: u8) -> Result<u32, Stop> {
         Ok((1 << power) + self.bits.take(u32::from(power))?)
     }

@@ -135,7 +135,7 @@ fn stated(tags: &mut Tags<'_>, kind: &str, is_part: bool, usual: &Usual) -> Buil
     Building { top, min_height_m, roof, walls, cover, is_part }
 }
 
-/// Its roof, and whether its height is said.
+/// Reads the roof, and whether its height is said.
 fn roof(tags: &mut Tags<'_>, usual: RoofShape) -> (Roof, bool) {
     let column = tags.options.columns.roof_shape.clone();
     let word = match &column {

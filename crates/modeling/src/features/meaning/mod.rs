@@ -1,4 +1,4 @@
-//! From tags to things.
+//! Meaning of tags: from rows to things.
 //!
 //! ```text
 //! what is under ground or gone: hidden, and counted
@@ -29,10 +29,10 @@ pub(super) use plants::crown;
 pub(in super::super) use quantity::length;
 use tags::Tags;
 
-/// What a row means, and what is wrong with its values.
+/// Meaning of a row, and faults of its values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpreted {
-    /// What it is.
+    /// Meaning of the row.
     pub meaning: Meaning,
     /// Values that were passed over, a sentence each without file and row.
     pub doubts: Vec<String>,
@@ -42,7 +42,7 @@ pub struct Interpreted {
 pub const WATER: Paint = Paint { colour: [44, 62, 74], material: Material::Water };
 const DECK: Paint = Paint { colour: [150, 146, 138], material: Material::Concrete };
 
-/// What a row means.
+/// Interprets a row.
 pub fn interpret(row: &Row, options: &LayerOptions) -> Interpreted {
     let mut tags = Tags::of(row, options);
     let meaning = match (hidden(&tags), options.kind) {
@@ -66,7 +66,7 @@ pub fn unknown_columns(layer: &Layer, options: &LayerOptions) -> Vec<String> {
         .collect()
 }
 
-/// What the rows of a layer mean, by their places in it, and notes on what was passed over or left out.
+/// Interprets the rows of a layer: meanings by their places in it, and notes on what was passed over or left out.
 pub fn interpret_all(layer: &Layer, options: &LayerOptions) -> (Vec<(usize, Meaning)>, Vec<String>) {
     let file = super::super::inputs::file_name(&layer.path);
     let (mut meanings, mut notes, mut doubtful, mut left_out) =
@@ -157,7 +157,7 @@ fn of_class(tags: &mut Tags<'_>, class: Class) -> Meaning {
     found.unwrap_or(Meaning::Unknown)
 }
 
-/// What a key's word makes of a row.
+/// Function that makes a meaning of a row with a key's word.
 type Read = fn(&mut Tags<'_>, &str) -> Option<Meaning>;
 
 fn of_tags(tags: &mut Tags<'_>) -> Meaning {

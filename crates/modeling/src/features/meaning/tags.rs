@@ -13,7 +13,7 @@ pub(super) struct Tags<'r> {
     row: &'r Row,
     pub options: &'r LayerOptions,
     pub doubts: Vec<String>,
-    /// What tells it from other rows.
+    /// Hash that tells it from other rows.
     pub hash: u64,
 }
 
@@ -49,7 +49,7 @@ impl<'r> Tags<'r> {
         self.word(name).is_some_and(|word| words.contains(&word.as_str()))
     }
 
-    /// What kind of its class a row is: by the named column, by OpenStreetMap's key, or as extracts of it call it.
+    /// Returns the kind within its class: by the named column, by OpenStreetMap's key, or as extracts of it call it.
     pub fn kind(&self, key: &str) -> String {
         let named = self.options.columns.class.as_deref().and_then(|name| self.word(name));
         named.or_else(|| self.yes(key)).or_else(|| self.word("fclass")).unwrap_or_default()
@@ -98,7 +98,7 @@ impl<'r> Tags<'r> {
         self.measured(column, names, quantity::number, range)
     }
 
-    /// What a surface looks like: by its colour, else its material, else `otherwise`; the latter two vary from row to row.
+    /// Reads the paint of a surface: by its colour, else its material, else `otherwise`; the latter two vary from row to row.
     pub fn paint(
         &mut self,
         columns: [Option<&String>; 2],

@@ -1,4 +1,4 @@
-//! What stands upright: masts, towers, tanks, pylons; wires; walls, fences, hedges.
+//! Upright things: masts, towers, tanks, pylons; wires; walls, fences, hedges.
 
 use super::super::kinds::{Barrier, Cap, Meaning, Paint, PowerLine, Structure, Upright, Wire};
 use super::building;
@@ -10,7 +10,7 @@ const STEEL: Paint = Paint { colour: [142, 148, 152], material: Material::Metal 
 const CONCRETE: Paint = Paint { colour: [172, 170, 164], material: Material::Concrete };
 const TANK: Paint = Paint { colour: [222, 222, 216], material: Material::Metal };
 
-/// What a lattice hides of what is behind it.
+/// Share that a lattice hides of what is behind it.
 const LATTICE: f64 = 0.35;
 
 fn paint(tags: &mut Tags<'_>, otherwise: Paint) -> Paint {
@@ -23,7 +23,7 @@ fn paint(tags: &mut Tags<'_>, otherwise: Paint) -> Paint {
     )
 }
 
-/// What a row of `man_made` is; `None` for what does not stand upright.
+/// Interprets a row of `man_made`; `None` for what does not stand upright.
 pub(super) fn man_made(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
     let lattice = tags.is("tower:construction", &["lattice", "guyed_lattice"]);
     let cooling = tags.is("tower:type", &["cooling"]);
@@ -81,7 +81,7 @@ fn usual_line(volts: f64) -> (f64, f64, usize, f64) {
     }
 }
 
-/// Where the wires of a line hang: up to three on one level, six on two, each side alike; high lines have one more on top, against
+/// Places the wires of a line: up to three on one level, six on two, each side alike; high lines have one more on top, against
 /// lightning.
 fn wires(count: usize, height_m: f64, arm_m: f64, volts: f64) -> Vec<Wire> {
     let mut wires = Vec::new();

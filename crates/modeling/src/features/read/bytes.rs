@@ -1,6 +1,6 @@
 //! Bytes of a file, taken one after another; past the end there is nothing.
 
-/// Which byte of a number comes first.
+/// Byte order of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     /// The least significant.
@@ -21,7 +21,7 @@ impl<'b> Bytes<'b> {
         Self { rest: bytes }
     }
 
-    /// How many are left.
+    /// Returns the number of bytes left.
     pub fn len(&self) -> usize {
         self.rest.len()
     }

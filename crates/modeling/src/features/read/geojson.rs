@@ -21,7 +21,7 @@ use hedgehop_base::document::unmarked;
 use hedgehop_base::error::{Error, Result};
 use hedgehop_geo::Crs;
 
-/// What stands under `coordinates`.
+/// Nested arrays under `coordinates`.
 #[derive(Debug)]
 enum Nest {
     Place([f64; 3], bool),

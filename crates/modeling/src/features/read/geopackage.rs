@@ -113,7 +113,7 @@ fn features(
     }
 }
 
-/// What a number of the file's own means; `None` for the two that say that the system is not known.
+/// Finds the system of a number of the file's own; `None` for the two that say that the system is not known.
 fn system(path: &Path, database: &mut Database, tables: &[Table], wanted: i64) -> Result<Option<Crs>> {
     if wanted <= 0 {
         return Ok(None);

@@ -13,7 +13,7 @@ pub(super) fn add(attributes: &mut Attributes, text: &str) {
     }
 }
 
-/// What stands between the first two quotation marks, and what follows.
+/// Splits off the text between the first two quotation marks.
 fn quoted(text: &str) -> Option<(String, &str)> {
     let text = text.trim_start().strip_prefix('"')?;
     let (mut value, mut escaped) = (String::new(), false);

@@ -38,16 +38,16 @@ use hedgehop_geo::Crs;
 /// Largest GeoJSON and Shapefile, bytes: they are read whole. GeoPackages are read page by page.
 const MOST_BYTES: u64 = 2 << 30;
 
-/// What every reader finds.
+/// Findings of every reader.
 #[derive(Debug, Default)]
 struct Found {
     rows: Vec<Row>,
     left_out: LeftOut,
-    /// What else there is to say, as what follows the file's name.
+    /// Notes, as what follows the file's name.
     notes: Vec<String>,
-    /// What the file states.
+    /// Reference system that the file states.
     crs: Option<Crs>,
-    /// What its format means where neither it nor the options say.
+    /// Reference system that its format means where neither it nor the options say.
     otherwise: Option<Crs>,
 }
 

@@ -1,6 +1,6 @@
 //! Names of columns from `CREATE TABLE`, as SQLite keeps it.
 
-/// What a piece of SQL is.
+/// Token of SQL.
 #[derive(Debug, Clone, PartialEq)]
 enum Token {
     Word(String),

@@ -125,7 +125,7 @@ impl Database {
         Ok(Self { path: path.to_owned(), file, length, page_size, usable, pages, encoding })
     }
 
-    /// What is wrong with a page.
+    /// Builds the error of a damaged page.
     fn damaged(&self, page: u32, what: &str) -> Error {
         Error::invalid(&self.path, format!("page {page}: {what}; the file is damaged, copy it again"))
     }

@@ -17,7 +17,7 @@ use super::bytes::{Bytes, Order};
 use super::hstore;
 use hedgehop_base::error::{Error, Result};
 
-/// How letters beyond ASCII are written.
+/// Encoding of letters beyond ASCII.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Letters {
     Utf8,
@@ -88,12 +88,12 @@ impl Table {
         Ok(Self { bytes, fields, rows, first, stride, letters })
     }
 
-    /// How many rows there are, deleted ones included.
+    /// Returns the number of rows, deleted ones included.
     pub fn len(&self) -> usize {
         self.rows
     }
 
-    /// What there is to say about it.
+    /// Returns notes on the table.
     pub fn notes(&self) -> Option<String> {
         (self.letters == Letters::Foreign).then(|| {
             "has attributes in letters that are not known here; those beyond ASCII are lost".to_owned()
@@ -176,7 +176,7 @@ fn letters(code_page: Option<&Path>, language: u8) -> Result<Letters> {
     })
 }
 
-/// What Windows 1252 has between 0x80 and 0x9F, where ISO 8859-1 has controls.
+/// Characters of Windows 1252 between 0x80 and 0x9F, where ISO 8859-1 has controls.
 const WESTERN: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}', '\u{90}',
     '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',

@@ -63,7 +63,7 @@ fn add(rest: &mut Bytes<'_>, geometry: &mut Geometry, depth: u32) -> Result<(), 
     Ok(())
 }
 
-/// How places are written in one geometry.
+/// Notation of places in one geometry.
 struct Reader {
     order: Order,
     has_z: bool,

@@ -41,7 +41,7 @@ pub enum Bound {
 /// Most trees of one row of a file.
 const MOST_TREES: usize = 200_000;
 
-/// What a row's meaning and form (in the database's system, metres) come to on its ground; `hash` tells it from other rows. Parts that have no
+/// Binds a row's meaning and form (in the database's system, metres) to its ground; `hash` tells it from other rows. Parts that have no
 /// ground, or a form that does not go with the meaning, are left out.
 pub fn bind(meaning: &Meaning, geometry: &Geometry, hash: u64, ground: &dyn Ground) -> Vec<Bound> {
     let areas = || geometry.areas.iter();
@@ -200,7 +200,7 @@ impl Bound {
         }
     }
 
-    /// How far beside a voxel it may ask for the ground to know what stands on it, metres.
+    /// Returns how far beside a voxel it may ask for the ground to know what stands on it, metres.
     pub fn margin(&self) -> f64 {
         match self {
             Self::Wood(wood) => wood.reach(),
@@ -235,7 +235,7 @@ impl Bound {
         }
     }
 
-    /// Its solids over the voxels of a square, with their row-major index.
+    /// Raises its solids over the voxels of a square, with their row-major index.
     pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
         match self {
             Self::Building(building) => building.raise(square, out),
@@ -249,7 +249,7 @@ impl Bound {
         }
     }
 
-    /// What it makes of the ground of a square: `natural` are the heights of its voxels, row-major, metres, NaN where there is none.
+    /// Grades the ground of a square: `natural` are the heights of its voxels, row-major, metres, NaN where there is none.
     pub fn grade(&self, square: &Square, natural: &[f64]) -> Vec<Graded> {
         match self {
             Self::Way(way) => way.grade(square, natural),

@@ -94,7 +94,7 @@ impl BoundBuilding {
         STEEPEST.min(self.roof.height_m / spacing)
     }
 
-    /// Its solids, with the index of their voxel: one for each plane of the roof over it.
+    /// Raises its solids, with the index of their voxel: one for each plane of the roof over it.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         for cover in self.footprint.cover_with_walls(square) {
             let index = square.index(cover.column, cover.row);
@@ -198,7 +198,7 @@ impl BoundBuilding {
     }
 }
 
-/// Of several half-planes the three that leave the least of what lies beyond the others: above the roof, or before a wall.
+/// Chooses, of several half-planes, the three that leave the least of what lies beyond the others: above the roof, or before a wall.
 fn least_harm(
     bounds: &[usize],
     halves: &[HalfPlane],

@@ -1,4 +1,4 @@
-//! What covers areas and lines without a form of its own: water, pavement, woods, walls and hedges.
+//! Covers of areas and lines without a form of their own: water, pavement, woods, walls and hedges.
 
 use glam::DVec2;
 
@@ -18,7 +18,7 @@ pub struct BoundCover {
     /// Height of all of its ground, metres; `None`: as it is.
     pub(super) level_m: Option<f64>,
     pub(super) paint: Paint,
-    /// It is the ground itself, and not something on it.
+    /// Whether it is the ground itself, and not something on it.
     pub(super) is_ground: bool,
 }
 
@@ -37,7 +37,7 @@ impl BoundCover {
         Some(Self { level_m: Some(*level), footprint, paint: WATER, is_ground: false })
     }
 
-    /// What it makes of the ground.
+    /// Grades the ground.
     pub fn grade(&self, square: &Square) -> Vec<Graded> {
         let rank = match (self.level_m, self.paint) {
             _ if self.is_ground => Rank::Ground,
@@ -54,7 +54,7 @@ impl BoundCover {
     }
 }
 
-/// Where a barrier stands.
+/// Course of a barrier.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Course {
     /// Along a line.
@@ -71,7 +71,7 @@ pub struct BoundBarrier {
 }
 
 impl BoundBarrier {
-    /// Its solids, with the index of their voxel. It follows the ground, and along a line it is a voxel thick at least, so that its faces are straight.
+    /// Raises its solids, with the index of their voxel. It follows the ground, and along a line it is a voxel thick at least, so that its faces are straight.
     pub fn raise(&self, square: &Square, ground: &dyn Ground, out: &mut Vec<(usize, Solid)>) {
         let half = 0.5 * self.barrier.thickness_m.max(square.spacing);
         match &self.course {
@@ -126,7 +126,7 @@ pub struct BoundWood {
     pub(super) wood: Wood,
 }
 
-/// How much heights of trees differ, as a share to either side.
+/// Share to either side by which heights of trees differ.
 const HEIGHTS: f64 = 0.25;
 /// Diameter of a crown as a share of the tree's height, and as a share of the trees' distance at the most.
 const SLENDER: f64 = 0.45;
@@ -143,7 +143,7 @@ impl BoundWood {
         self.wood.height_m * (1.0 + HEIGHTS) * TALLER
     }
 
-    /// Its trees that may reach into a square: one in each cell of a lattice that is the same for all of the database.
+    /// Returns the trees that may reach into a square: one in each cell of a lattice that is the same for all of the database.
     pub fn trees(&self, square: &Square, ground: &dyn Ground) -> Vec<PlacedTree> {
         let cell = self.wood.cell(square.spacing);
         let margin = (self.reach() / square.spacing).ceil() + 1.0;
@@ -185,7 +185,7 @@ impl BoundWood {
 }
 
 impl PlacedTree {
-    /// Its solids over the voxels of a square, with their row-major index.
+    /// Raises its solids over the voxels of a square, with their row-major index.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         let Self { kind, place, base_m, hash } = *self;
         BoundTree { place, base_m, tree: kind.tree(), hash }.raise(square, out);

@@ -30,7 +30,7 @@ pub(crate) struct Footprint {
     pub bounds: [f64; 4],
 }
 
-/// What a polygon covers of a voxel.
+/// Part of a voxel that a polygon covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cover {
     pub column: usize,
@@ -48,7 +48,7 @@ const STEPS: f64 = (1 << 20) as f64;
 const LEAST: f64 = 1.0 / 4096.0;
 /// Edges of one voxel that are tried as walls: the longest of them.
 const MOST_TRIED: usize = 4;
-/// By which share of a voxel two walls must be nearer than one to what is covered.
+/// Share of a voxel by which two walls must be nearer than one to what is covered.
 const BETTER: f64 = 1e-4;
 
 impl Footprint {
@@ -97,7 +97,7 @@ impl Footprint {
         self.edges().flat_map(along).collect()
     }
 
-    /// What it covers of each voxel that it touches.
+    /// Finds what it covers of each voxel that it touches.
     pub fn cover(&self, square: &Square) -> Vec<Cover> {
         self.cover_within(square, 0.0)
     }
@@ -130,14 +130,14 @@ const MOST_CORNERS: usize = 512;
 struct Part {
     columns: Range<usize>,
     rows: Range<usize>,
-    /// How far beside a voxel walls count, voxels.
+    /// Distance beside a voxel at which walls count, voxels.
     margin: f64,
     /// Side of a voxel, metres.
     spacing: f64,
 }
 
 impl Part {
-    /// What rings, in voxels, cover of each voxel, row by row.
+    /// Finds what rings, in voxels, cover of each voxel, row by row.
     fn cover(&self, rings: &[Vec<DVec2>], covers: &mut Vec<Cover>) {
         let Self { columns, rows, margin, spacing } = self;
         let (margin, spacing) = (*margin, *spacing);
@@ -209,16 +209,16 @@ impl Part {
     }
 }
 
-/// How far a wall along a voxel's border may reach into it by rounding, voxels.
+/// Distance by which a wall along a voxel's border may reach into it by rounding, voxels.
 const BY_ROUNDING: f64 = 1e-6;
 
 /// Edges in and beside a row of voxels; all in voxels.
 #[derive(Default)]
 struct Beside {
     rings: Vec<Vec<DVec2>>,
-    /// From where to where each edge goes eastward.
+    /// Extent of each edge eastward.
     crossing: Vec<(f64, f64)>,
-    /// How far beside a voxel they count.
+    /// Distance beside a voxel at which they count.
     margin: f64,
 }
 
@@ -272,14 +272,14 @@ fn turned(ring: &[DVec2], counter_clockwise: bool) -> Option<Vec<DVec2>> {
     Some(places)
 }
 
-/// From where to where each edge within a row of voxels goes; those along its border cross no voxel.
+/// Finds the extent of each edge within a row of voxels; those along its border cross no voxel.
 fn crossing(band: &[Vec<DVec2>], bottom: f64, top: f64) -> Vec<(f64, f64)> {
     let edges = band.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
     let inside = edges.filter(|(a, b)| a.y != b.y || (a.y != bottom && a.y != top));
     inside.map(|(a, b)| (a.x.min(b.x), a.x.max(b.x))).collect()
 }
 
-/// How often rings go around a place, counter-clockwise: what areas count, too.
+/// Counts how often rings go around a place, counter-clockwise: what areas count, too.
 fn windings(rings: &[Vec<DVec2>], place: DVec2) -> i32 {
     let edges = rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
     let crosses = |(a, b): (&DVec2, &DVec2)| {
@@ -297,7 +297,7 @@ fn clip_all(rings: &[Vec<DVec2>], low: DVec2, high: DVec2) -> Vec<Vec<DVec2>> {
     rings.iter().map(|ring| clipped(ring, low, high)).filter(|ring| ring.len() > 2).collect()
 }
 
-/// What of a ring lies within a box.
+/// Clips a ring to a box.
 fn clipped(ring: &[DVec2], low: DVec2, high: DVec2) -> Vec<DVec2> {
     let ring = clip(ring, |place| place.x - low.x);
     let ring = clip(&ring, |place| high.x - place.x);
@@ -305,7 +305,7 @@ fn clipped(ring: &[DVec2], low: DVec2, high: DVec2) -> Vec<DVec2> {
     clip(&ring, |place| high.y - place.y)
 }
 
-/// What of a ring has a distance of 0 and more.
+/// Clips a ring to where its distance is 0 and more.
 fn clip(ring: &[DVec2], distance: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
     let mut kept = Vec::with_capacity(ring.len() + 4);
     let Some(&last) = ring.last() else { return kept };
@@ -323,7 +323,7 @@ fn clip(ring: &[DVec2], distance: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
     kept
 }
 
-/// What is covered of one voxel, in voxels.
+/// Part of one voxel that is covered, in voxels.
 struct Covered<'r> {
     rings: &'r [Vec<DVec2>],
     centre: DVec2,
@@ -394,7 +394,7 @@ impl Covered<'_> {
 
     /// Length, outward normal and distance from the centre of each edge that is not the voxel's own border.
     fn edges(&self) -> Vec<(f64, DVec2, f64)> {
-        /// What clipping leaves beside the border, voxels.
+        /// Size of what clipping leaves beside the border, voxels.
         const SLACK: f64 = 1e-9;
         let on_border = |a: DVec2, b: DVec2| {
             let (a, b) = (a - self.centre, b - self.centre);

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, dvec2};
 
-/// What lies within a line: `normal · place ≤ distance`.
+/// Half-plane within a line: `normal · place ≤ distance`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct HalfPlane {
     /// Unit vector to the outside.
@@ -16,14 +16,14 @@ impl HalfPlane {
         self.normal.to_angle()
     }
 
-    /// Where its line crosses that of another one; `None` if they are parallel.
+    /// Finds where its line crosses that of another one; `None` if they are parallel.
     pub fn crossing(&self, other: &Self) -> Option<DVec2> {
         let turn = self.normal.perp_dot(other.normal);
         let at = (other.normal.perp() * self.distance - self.normal.perp() * other.distance) / -turn;
         at.is_finite().then_some(at)
     }
 
-    /// How far a place lies beyond it.
+    /// Returns how far a place lies beyond it.
     pub fn beyond(&self, place: DVec2) -> f64 {
         self.normal.dot(place) - self.distance
     }
@@ -53,7 +53,7 @@ impl Patch {
         self.corners.iter().map(|(corner, _)| *corner)
     }
 
-    /// What of it lies within a half-plane of that number (Sutherland and Hodgman 1974).
+    /// Clips it to a half-plane of that number (Sutherland and Hodgman 1974).
     #[must_use]
     pub fn within(&self, half: &HalfPlane, number: usize) -> Self {
         let mut kept = Vec::with_capacity(self.corners.len() + 1);
@@ -71,7 +71,7 @@ impl Patch {
         Self { corners: kept }
     }
 
-    /// What lies within all of some half-planes, by their index.
+    /// Clips it to all of some half-planes, by their index.
     #[must_use]
     pub fn within_all<'h>(self, halves: impl IntoIterator<Item = (usize, &'h HalfPlane)>) -> Self {
         halves.into_iter().fold(self, |patch, (number, half)| patch.within(half, number))
@@ -82,7 +82,7 @@ impl Patch {
         0.5 * self.corners().zip(next).map(|(a, b)| a.perp_dot(b)).sum::<f64>()
     }
 
-    /// Its centroid: a place within, wherever rounding leaves two corners for one.
+    /// Returns the centroid: a place within, wherever rounding leaves two corners for one.
     pub fn middle(&self) -> DVec2 {
         let mean = self.corners().sum::<DVec2>() / self.corners.len().max(1) as f64;
         let pairs = self.corners().zip(self.corners().cycle().skip(1));

@@ -1,4 +1,4 @@
-//! What features are only together: bridges in several pieces, roads that meet, and buildings that stand there as a whole and in parts.
+//! Relations of features: bridges in several pieces, roads that meet, and buildings that stand there as a whole and in parts.
 
 use std::collections::{HashMap, HashSet};
 
@@ -88,7 +88,7 @@ fn chained(first: &Geometry, second: &Geometry) -> Option<Path> {
 /// Share of a building that its parts cover, from which on they stand for it.
 const COVERED: f64 = 0.6;
 
-/// What features of all layers are together.
+/// Relates the features of all layers to each other.
 pub fn prepare(features: &mut [Feature]) {
     join_bridges(features);
     join_roads(features);
@@ -129,7 +129,7 @@ fn join_roads(features: &mut [Feature]) {
         Meaning::Way(way) if way.kind == WayKind::Road => Some(way),
         _ => None,
     };
-    /// What meets at a node: how many roads, the half width of the widest one, and whether one of them ends there.
+    /// Roads that meet at a node: how many, the half width of the widest one, and whether one of them ends there.
     #[derive(Default)]
     struct Meeting {
         roads: usize,

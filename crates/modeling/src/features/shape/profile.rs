@@ -15,7 +15,7 @@ use super::solid::Ground;
 
 /// Metres between stations.
 const STEP: f64 = 4.0;
-/// How many times as steep as from one fixed place to the next a line may be in between, if that is more than its grade: with less room it would be a ramp, whatever
+/// Ratio of a line's slope in between to that from one fixed place to the next, if that is more than its grade: with less room it would be a ramp, whatever
 /// the ground is like.
 const STEEPER: f64 = 2.0;
 /// Most stations of a line.

@@ -1,4 +1,4 @@
-//! What lies along lines: which voxels, how far along, how far to the side.
+//! Voxels along lines: which, how far along, how far to the side.
 //!
 //! ```text
 //! along a segment        off = distance from its line
@@ -22,7 +22,7 @@ pub(super) struct Line {
     along: Vec<f64>,
 }
 
-/// How a line ends.
+/// End of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
     Round,
@@ -34,7 +34,7 @@ pub(super) enum Ends {
 pub(super) struct Cross {
     pub column: usize,
     pub row: usize,
-    /// How far its centre lies off the line, metres, ≥ 0.
+    /// Distance of its centre from the line, metres, ≥ 0.
     pub off: f64,
     /// Distance along the line, metres.
     pub along: f64,
@@ -44,7 +44,7 @@ pub(super) struct Cross {
     pub tangent: DVec2,
 }
 
-/// How much farther than its edges a mitre reaches: at a right angle.
+/// Ratio by which a mitre reaches farther than its edges: at a right angle.
 const MITRE: f64 = std::f64::consts::SQRT_2;
 
 impl Line {
@@ -91,7 +91,7 @@ impl Line {
         self.along.get(index).copied()
     }
 
-    /// Its places.
+    /// Returns the places of the line.
     pub fn places(&self) -> &[DVec2] {
         &self.places
     }

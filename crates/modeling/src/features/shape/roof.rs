@@ -20,7 +20,7 @@ use super::patch::{HalfPlane, Patch};
 use super::sectors::Sectors;
 use super::walls::Walls;
 
-/// Where the rings of a dome lie, degrees from its top around the ellipsoid's middle: the lowest planes are as steep as slopes of solids can be told.
+/// Angles of a dome's rings, degrees from its top around the ellipsoid's middle: the lowest planes are as steep as slopes of solids can be told.
 const RINGS: [f64; 6] = [0.0, 15.0, 30.0, 45.0, 60.0, 90.0];
 
 /// A plane: height above the eaves over a place, and its slope.
@@ -45,7 +45,7 @@ impl Plane {
         }
     }
 
-    /// Where it is no higher than another one, from a place; `None` if they are parallel.
+    /// Returns the half-plane in which it is no higher than another one, from a place; `None` if they are parallel.
     pub fn below(&self, other: &Self, from: DVec2) -> Option<HalfPlane> {
         let rising = self.slope - other.slope;
         let normal = rising.try_normalize()?;
@@ -65,7 +65,7 @@ pub(super) enum Form {
     Planes(Vec<Plane>),
     /// The least of the planes around a middle, those over each edge of a hull one after the other.
     Around(Sectors, Vec<Plane>),
-    /// From all walls with a slope, up to a height; with valleys where corners point inward.
+    /// Roof that rises from all walls with a slope, up to a height; with valleys where corners point inward.
     FromWalls { walls: Walls, slope: f64, most: f64 },
 }
 
@@ -239,7 +239,7 @@ pub(super) fn greatest(planes: &[Plane], place: DVec2) -> f64 {
     planes.iter().map(|plane| plane.height(place)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Of surfaces, each the greatest of some planes, those that may be the least somewhere between places; one at least, if there are any.
+/// Chooses, of surfaces that are each the greatest of some planes, those that may be the least somewhere between places; one at least, if there are any.
 fn least_somewhere(mut all: Vec<Vec<Plane>>, corners: &[DVec2]) -> Vec<Vec<Plane>> {
     // No higher than that, and no lower: planes are so in corners.
     let highest = |planes: &Vec<Plane>| {
@@ -259,7 +259,7 @@ fn least_somewhere(mut all: Vec<Vec<Plane>>, corners: &[DVec2]) -> Vec<Vec<Plane
     all
 }
 
-/// Of such surfaces those that are the least at places, each once.
+/// Chooses of such surfaces those that are the least at places, each once.
 fn least_at(all: Vec<Vec<Plane>>, places: impl Iterator<Item = DVec2>) -> Vec<Vec<Plane>> {
     let mut kept: Vec<Vec<Plane>> = Vec::new();
     for place in places {

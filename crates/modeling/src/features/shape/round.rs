@@ -37,10 +37,10 @@ struct Section {
 /// A voxel beside the axis.
 struct Place {
     index: usize,
-    /// Of its centre from the axis, metres.
+    /// Distance of its centre from the axis, metres.
     distance: f64,
     outward: DVec2,
-    /// From its centre to a corner, outward, metres.
+    /// Distance from its centre to a corner, outward, metres.
     reach: f64,
 }
 
@@ -68,7 +68,7 @@ const LEAST_SHARE: f64 = 0.4;
 const STEPS: f64 = 8.0;
 /// Most sections.
 const MOST: f64 = 4096.0;
-/// How high a dome and a cone are, as shares of the radius.
+/// Heights of a dome and a cone, as shares of the radius.
 const DOME: f64 = 0.35;
 const CONE: f64 = 0.5;
 /// Height of a cooling tower's waist as a share of the whole, and radius at its top as a share of that at its foot.
@@ -81,7 +81,7 @@ impl BoundUpright {
         self.base_m + self.upright.height_m
     }
 
-    /// Its solids, with the index of their voxel.
+    /// Raises its solids, with the index of their voxel.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         if 2.0 * self.radius < square.spacing {
             return self.thin(square, self.radius, (None, self.top_m()), out);
@@ -169,7 +169,7 @@ impl BoundUpright {
         (0..count).map(section).collect()
     }
 
-    /// Its least radius, metres.
+    /// Returns the least radius, metres.
     fn least(&self) -> f64 {
         self.radius * self.upright.taper.clamp(0.0, 1.0)
     }
@@ -226,7 +226,7 @@ impl BoundUpright {
     }
 }
 
-/// What a pole hides at least, so that it is seen at all.
+/// Share that a pole hides at least, so that it is seen at all.
 const FAINTEST: f64 = 0.07;
 
 /// A tree where it stands.
@@ -235,7 +235,7 @@ pub struct BoundTree {
     pub(super) place: DVec2,
     pub(super) base_m: f64,
     pub(super) tree: Tree,
-    /// What tells it from others.
+    /// Hash that tells it from others.
     pub(super) hash: u64,
 }
 
@@ -250,7 +250,7 @@ impl BoundTree {
         self.base_m + self.tree.height_m
     }
 
-    /// Its solids, with the index of their voxel: stem and crown.
+    /// Raises its solids, with the index of their voxel: stem and crown.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         let Tree { height_m, crown_m, leaf, paint } = self.tree;
         let radius = 0.5 * crown_m;

@@ -19,7 +19,7 @@ pub(super) struct Sectors {
 const MANY: usize = 64;
 
 impl Sectors {
-    /// Of a counter-clockwise hull; `None` where it has few edges, or the middle does not lie within all of them.
+    /// Divides a counter-clockwise hull; `None` where it has few edges, or the middle does not lie within all of them.
     pub fn of(hull: &[DVec2], middle: DVec2) -> Option<Self> {
         let edges = || hull.iter().zip(hull.iter().cycle().skip(1));
         if hull.len() < MANY || !edges().all(|(a, b)| (*b - *a).perp_dot(middle - *a) > 0.0) {

@@ -10,10 +10,10 @@ use hedgehop::voxel::{Cut, HeightCode, Span};
 /// A rectangle of voxels: row-major from the south-west, rows northward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Square {
-    /// Where voxels are counted from, metres in the database's system: the same for all squares of a database, so that a voxel has one place to the last
+    /// Origin of voxels, metres in the database's system: the same for all squares of a database, so that a voxel has one place to the last
     /// bit.
     pub origin: DVec2,
-    /// Its south-west voxel, counted eastward and northward.
+    /// South-west voxel of the square, counted eastward and northward.
     pub first: [i64; 2],
     /// Side of a voxel, metres, > 0.
     pub spacing: f64,
@@ -75,26 +75,26 @@ impl Square {
     }
 }
 
-/// How far a plane may be off by rounding, metres.
+/// Distance by which a plane may be off by rounding, metres.
 const BY_ROUNDING: f64 = 1e-9;
 
-/// Where a solid ends within its voxel.
+/// End of a solid within its voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wall {
-    /// It fills the voxel.
+    /// Fills the voxel.
     Whole,
     /// A plane; there is nothing beyond it.
     Plane {
         /// Direction of its outside, radians counter-clockwise from east.
         facing: f64,
-        /// How far it lies from the voxel's centre in that direction, metres.
+        /// Distance from the voxel's centre in that direction, metres.
         distance_m: f64,
     },
-    /// What is within two planes; facings and distances as above.
+    /// Ends at two planes; facings and distances as above.
     Corner([(f64, f64); 2]),
-    /// What is within three; beyond the third one the same thing goes on.
+    /// Ends at three; beyond the third one the same thing goes on.
     Wedge([(f64, f64); 3]),
-    /// It fills the voxel, and its sides look in this direction, radians counter-clockwise from east.
+    /// Fills the voxel, and its sides look in this direction, radians counter-clockwise from east.
     Round(f64),
 }
 
@@ -104,7 +104,7 @@ impl Wall {
         Self::Plane { facing: normal.y.atan2(normal.x), distance_m }
     }
 
-    /// Its planes: facings and distances.
+    /// Iterates over its planes: facings and distances.
     pub fn planes(&self) -> impl Iterator<Item = (f64, f64)> + use<> {
         let planes = match *self {
             Self::Plane { facing, distance_m } => [Some((facing, distance_m)), None, None],
@@ -131,7 +131,7 @@ pub struct Solid {
     pub high_m: f64,
     /// Slope of the upper end, eastward and northward, rise over run.
     pub slope: [f64; 2],
-    /// Where it ends.
+    /// End within the voxel.
     pub wall: Wall,
     /// Colour of the upper end, sRGB.
     pub top: [u8; 3],
@@ -145,7 +145,7 @@ pub struct Solid {
     pub parallel: bool,
     /// A strip along the wall's line, as wide as the solid is high.
     pub strip: bool,
-    /// By the first planes of its wall: beyond it the same thing goes on, another plane of its roof.
+    /// Whether the same thing goes on beyond the first planes of its wall, another plane of its roof.
     pub joined: [bool; 2],
 }
 
@@ -167,7 +167,7 @@ impl Solid {
         }
     }
 
-    /// Its code for voxels of this side (metres); `None` if nothing of it is left.
+    /// Encodes it for voxels of this side (metres); `None` if nothing of it is left.
     pub fn encode(&self, heights: &HeightCode, spacing: f64) -> Option<Span> {
         let (mut low, mut high) =
             (self.low_m.map_or(Span::GROUND, |low| heights.encode(low)), heights.encode(self.high_m));
@@ -233,7 +233,7 @@ impl Solid {
     }
 }
 
-/// By how many steps of a cut parts of a roof lap over each other where more than two meet.
+/// Steps of a cut by which parts of a roof lap over each other where more than two meet.
 const LAP: f64 = 1.0;
 
 /// A slope in [`Span::SLOPE_STEPS`].

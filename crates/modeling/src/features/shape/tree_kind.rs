@@ -11,7 +11,7 @@ use super::solid::{Solid, Square};
 const HEIGHTS: f64 = 16.0;
 const CROWNS: f64 = 8.0;
 
-/// How much a kind's height and crown may differ from the tree's, as factors.
+/// Factors by which a kind's height and crown may differ from the tree's.
 pub(super) const TALLER: f64 = 1.03;
 pub(super) const WIDER: f64 = 1.08;
 
@@ -30,13 +30,13 @@ pub struct TreeKind {
 /// A tree of a wood that stands on a voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlacedTree {
-    /// Which kind.
+    /// Kind of the tree.
     pub kind: TreeKind,
-    /// Where its axis is.
+    /// Place of its axis.
     pub place: DVec2,
     /// Height of the ground there, metres.
     pub base_m: f64,
-    /// What tells it from others.
+    /// Hash that tells it from others.
     pub hash: u64,
 }
 
@@ -87,7 +87,7 @@ impl TreeKind {
         2 * (0.5 * self.tree().crown_m / spacing).floor() as usize + 1
     }
 
-    /// What it is made of over voxels of this side (metres): how many of them eastward and northward, and its solids with their row-major index,
+    /// Raises it over voxels of this side (metres): how many of them eastward and northward, and its solids with their row-major index,
     /// metres above its foot. Its axis is that of the voxel in the middle.
     pub fn voxels(self, spacing: f64) -> (usize, Vec<(usize, Solid)>) {
         let (tree, side) = (self.tree(), self.side(spacing));

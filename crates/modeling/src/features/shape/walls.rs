@@ -50,7 +50,7 @@ impl Wall {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Walls {
     walls: Vec<Wall>,
-    /// Of many walls, where they are.
+    /// Lattice that finds walls, if there are many.
     cells: Option<Cells>,
 }
 
@@ -76,7 +76,7 @@ impl Walls {
         Self { walls, cells }
     }
 
-    /// How far a place within lies from the walls that the water of a roof over it runs to, metres, if the roof rises from all of them alike, and these: one, or
+    /// Returns how far a place within lies from the walls that the water of a roof over it runs to, metres, if the roof rises from all of them alike, and these: one, or
     /// the two of a corner that points inward. There they are valleys, and the farther one counts.
     pub fn eaves(&self, place: DVec2) -> Option<(f64, Vec<Eaves>)> {
         let mut nearest = None;
@@ -131,14 +131,14 @@ struct Cells {
     edges: Vec<Vec<u32>>,
     /// Corners that point inward by more than 120°.
     sharp: Vec<u32>,
-    /// What all others leave of the distance from them.
+    /// Share that all others leave of the distance from them.
     share: f64,
 }
 
 /// Cells along the longer side, at most.
 const MOST_CELLS: f64 = 512.0;
 
-/// What a corner that points inward leaves of its distance at the least: half of it at 120°.
+/// Share of its distance that a corner that points inward leaves at the least: half of it at 120°.
 const LEAST_SHARE: f64 = 0.5;
 
 impl Cells {

@@ -24,7 +24,7 @@ const CROSS_SLOPE: f64 = 0.02;
 /// Metres to either side over which profiles are smoothed.
 const SMOOTH: f64 = 24.0;
 
-/// What a feature makes of a voxel's ground.
+/// Ground of a voxel as a feature makes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Graded {
     /// Row-major index of the voxel in its square.
@@ -33,20 +33,20 @@ pub struct Graded {
     pub height_m: Option<f64>,
     /// Surface, and the share of the voxel that it covers, above 0…1; `None`: as it was.
     pub paint: Option<(Paint, f64)>,
-    /// Of several, the greatest is seen.
+    /// Rank of the feature; of several, the greatest is seen.
     pub rank: Rank,
     /// Height that the ground must rise above for all of this, metres.
     pub above_m: f64,
 }
 
 impl Graded {
-    /// Of a voxel of this index whatever its height; nothing yet.
+    /// Begins a voxel of this index whatever its height; nothing is changed yet.
     pub fn any(index: usize, rank: Rank) -> Self {
         Self { index, height_m: None, paint: None, rank, above_m: f64::NEG_INFINITY }
     }
 }
 
-/// What lies over what, lowest first.
+/// Order in which features lie over each other, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
     /// The ground itself, as maps show what grows or lies there.
@@ -89,7 +89,7 @@ pub struct BoundWay {
     pub(super) line: Line,
     pub(super) half: f64,
     profile: Profile,
-    /// How far off the line the ground may change, metres.
+    /// Distance from the line within which the ground may change, metres.
     pub(super) reach: f64,
     cross_slope: f64,
     ends: Ends,
@@ -155,7 +155,7 @@ impl BoundWay {
         (graded != natural).then_some(graded)
     }
 
-    /// What it makes of the ground: `natural` are the heights of the square's voxels, NaN where there is none.
+    /// Grades the ground: `natural` are the heights of the square's voxels, NaN where there is none.
     pub fn grade(&self, square: &Square, natural: &[f64]) -> Vec<Graded> {
         let grade = |cross: Cross| {
             let index = square.index(cross.column, cross.row);
@@ -182,7 +182,7 @@ pub struct BoundBridge {
     pub(super) half: f64,
     /// Heights of the deck's upper side at its ends, metres.
     ends_m: [f64; 2],
-    /// How much higher than between its ends it is in its middle, metres.
+    /// Height of its middle above a line between its ends, metres.
     arch_m: f64,
     /// Thickness of the deck, metres.
     thickness_m: f64,
@@ -193,7 +193,7 @@ pub struct BoundBridge {
 
 /// Room under a bridge that it should have, metres.
 const CLEARANCE: f64 = 4.5;
-/// How far below the upper side of a deck the ground lies where it would rise through that, metres.
+/// Depth of the ground below the upper side of a deck where it would rise through that, metres.
 const BEDDED: f64 = 0.1;
 /// Parapets: height and thickness, metres.
 const PARAPET: f64 = 1.0;
@@ -250,7 +250,7 @@ impl BoundBridge {
         self.ends_m[0].max(self.ends_m[1]) + self.arch_m + PARAPET
     }
 
-    /// What it makes of the ground, after all ways: where that would reach the deck's upper side, it lies right below and looks like it. Else both would be seen in
+    /// Grades the ground, after all ways: where that would reach the deck's upper side, it lies right below and looks like it. Else both would be seen in
     /// turns.
     pub fn grade(&self, square: &Square) -> Vec<Graded> {
         let grade = |cross: Cross| {
@@ -274,7 +274,7 @@ impl BoundBridge {
         is_edge && cross.off >= 0.75 * spacing && spacing <= PARAPET_COARSEST
     }
 
-    /// Its solids, with the index of their voxel.
+    /// Raises its solids, with the index of their voxel.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         // A corner of a voxel may be covered whose centre is not.
         let reach = self.half + 0.7072 * square.spacing;

@@ -14,11 +14,11 @@ use hedgehop::voxel::Material;
 /// One span of one wire.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundWire {
-    /// Its ends.
+    /// Ends of the wire.
     pub(super) ends: [DVec2; 2],
-    /// Their heights, metres.
+    /// Heights of its ends, metres.
     pub(super) ends_m: [f64; 2],
-    /// How far its middle hangs below the straight line, metres.
+    /// Depth by which its middle hangs below the straight line, metres.
     pub(super) sag_m: f64,
     /// Thickness, metres.
     pub(super) thickness_m: f64,
@@ -42,7 +42,7 @@ impl BoundWire {
         (height, (last - first - 4.0 * self.sag_m * (1.0 - 2.0 * share)) / length)
     }
 
-    /// Its solids, with the index of their voxel: strips.
+    /// Raises its solids, with the index of their voxel: strips.
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         let [a, b] = self.ends;
         let Some(tangent) = (b - a).try_normalize() else { return };
@@ -100,7 +100,7 @@ fn stored_grade(tangent: DVec2, grade: f64) -> [f64; 2] {
     slope
 }
 
-/// From where to where along a line of a length one coordinate lies within bounds.
+/// Finds from where to where along a line of a length one coordinate lies within bounds.
 fn within(start: f64, step: f64, length: f64, low: f64, high: f64) -> Option<(f64, f64)> {
     if step == 0.0 {
         return (start >= low && start < high).then_some((0.0, length));

@@ -14,9 +14,9 @@ use super::compression;
 /// Bytes of a chunk's samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Size {
-    /// As many as are needed.
+    /// Bytes that are needed.
     pub needed: usize,
-    /// As many as there may be: some programs store the last strip with rows beyond the image.
+    /// Most bytes that there may be: some programs store the last strip with rows beyond the image.
     pub most: usize,
 }
 

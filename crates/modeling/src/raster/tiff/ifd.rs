@@ -24,7 +24,7 @@ const KIND_BYTES: [u64; 19] = [0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8
 struct Entry {
     kind: u16,
     count: u64,
-    /// Where the values begin, bytes.
+    /// Begin of the values, bytes.
     at: u64,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Directory<'a> {
     file: &'a InputFile,
     pub order: ByteOrder,
     entries: BTreeMap<u16, Entry>,
-    /// Where the next directory begins; 0 if this is the last.
+    /// Begin of the next directory; 0 if this is the last.
     next: u64,
     big: bool,
 }

@@ -1,4 +1,4 @@
-//! What a GeoTIFF says about its samples besides their layout: place, CRS, nodata, scale, units.
+//! Metadata of a GeoTIFF besides the layout of its samples: place, CRS, nodata, scale, units.
 
 use super::super::band::{Statement, Subject};
 use super::super::{GeoTransform, RasterInfo, nodata, side};
@@ -73,7 +73,7 @@ fn geo(info: &RasterInfo, directory: &Directory<'_>) -> Result<Option<GeoTransfo
     }
 }
 
-/// What GDAL's metadata say of bands: `<Item name="SCALE" sample="0" role="scale">0.1</Item>`.
+/// Applies what GDAL's metadata say of bands: `<Item name="SCALE" sample="0" role="scale">0.1</Item>`.
 fn apply_items(info: &mut RasterInfo, xml: &str) -> Result<()> {
     for item in xml.split("<Item").skip(1) {
         let Some((attributes, rest)) = item.split_once('>') else { continue };

@@ -109,7 +109,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     })
 }
 
-/// What a directory is taken for.
+/// Meaning of a directory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     /// Heights or colours.
@@ -118,7 +118,7 @@ enum Meaning {
     Mask,
 }
 
-/// How pixels are stored.
+/// Layout of the pixels.
 #[derive(Debug)]
 struct Layout {
     width: u32,
@@ -127,9 +127,9 @@ struct Layout {
     sample: SampleType,
     /// The first bands are red, green and blue.
     is_rgb: bool,
-    /// Its first band has a colour table, whatever kind of colours it states: GDAL writes such.
+    /// Whether its first band has a colour table, whatever kind of colours it states: GDAL writes such.
     is_palette: bool,
-    /// What the last bands are, as TIFF's tag 338 says.
+    /// Meaning of the last bands, as TIFF's tag 338 says.
     extra: Vec<u64>,
     white_is_zero: bool,
     /// Samples are single bits, which become 0 and 255.
@@ -206,7 +206,7 @@ impl Layout {
         Ok(layout)
     }
 
-    /// What each band is; nothing is said of bands where only greys are told, of which satellites have many.
+    /// Describes each band; nothing is said of bands where only greys are told, of which satellites have many.
     fn described(&self) -> Vec<Band> {
         let first = self.bands as usize - self.extra.len();
         let role = |band: usize| match (band.checked_sub(first).map(|extra| self.extra[extra]), band) {
@@ -231,7 +231,7 @@ impl Layout {
         (self.width.div_ceil(self.chunk.0), self.height.div_ceil(self.chunk.1))
     }
 
-    /// Where chunks lie; the table of a huge file must fit into the cache's budget too.
+    /// Reads where chunks lie; the table of a huge file must fit into the cache's budget too.
     fn read_table(
         &mut self,
         file: &InputFile,
@@ -272,7 +272,7 @@ impl Layout {
         Ok(())
     }
 
-    /// Where rows lie, if they lie in the file as they are.
+    /// Returns where rows lie, if they lie in the file as they are.
     fn placement(&self, order: super::sample::ByteOrder) -> Option<Placement> {
         let absent = self.offsets.contains(&0) || self.byte_counts.contains(&0);
         let separate = self.planar && self.offsets.len() > 1;

@@ -1,4 +1,4 @@
-//! Where chunks lie, held against what they must hold: samples that are not compressed have no other check.
+//! Table of chunks, held against what they must hold: samples that are not compressed have no other check.
 
 use super::{Layout, compression};
 use crate::raster::blocks::block_bytes;

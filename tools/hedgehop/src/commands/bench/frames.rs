@@ -1,4 +1,4 @@
-//! What single frames took: wall time, CPU time, stages.
+//! Times of single frames: wall time, CPU time, stages.
 //!
 //! On a machine that does other work meanwhile, wall time counts that work too; CPU time hardly does. Of
 //! the passes over a frame the fastest one is reported, as a whole: it is the one that was disturbed least,
@@ -21,15 +21,15 @@ pub(super) struct FrameTimes {
     pub wall: Duration,
     /// CPU time of all threads in it, where the system tells.
     pub cpu: Option<Duration>,
-    /// Its stages.
+    /// Times of its stages.
     pub stages: StageTimes,
 }
 
 /// A frame with its clocks.
 pub(super) struct Timed {
-    /// What was rendered.
+    /// Picture that was rendered.
     pub picture: Picture,
-    /// What its stages took.
+    /// Times of its stages.
     pub stages: StageTimes,
     wall: Duration,
     cpu: Option<Duration>,
@@ -47,7 +47,7 @@ impl Timed {
         Ok(Self { picture, stages, wall, cpu })
     }
 
-    /// Its times as those of frame `number`.
+    /// Returns the times as those of frame `number`.
     pub(super) fn times(&self, number: u64) -> FrameTimes {
         FrameTimes { number, wall: self.wall, cpu: self.cpu, stages: self.stages }
     }

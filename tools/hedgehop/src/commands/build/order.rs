@@ -1,4 +1,4 @@
-//! What is built, whoever says it.
+//! Order of a build, from the command line or a recipe.
 //!
 //! ```text
 //! without shadows:  ──build──▶ AREA.hop
@@ -24,22 +24,22 @@ use tempfile::TempDir;
 
 use crate::area;
 
-/// What is to be built, whoever says it.
+/// Order of a build.
 pub struct Order {
     pub options: BuildOptions,
     /// The sun whose shadows go into the colours.
     shadows: Option<SunSetting>,
-    /// Who says it, if it is not the command line.
+    /// Recipe that gives the order, if it is not the command line.
     recipe: Option<Recipe>,
 }
 
 impl Order {
-    /// What a command line says.
+    /// Builds the order that a command line gives.
     pub fn new(options: BuildOptions, shadows: Option<SunSetting>) -> Self {
         Self { options, shadows, recipe: None }
     }
 
-    /// What a recipe says.
+    /// Builds the order that a recipe gives.
     pub fn of(recipe: &Path) -> Result<Self> {
         let recipe = Recipe::read(recipe)?;
         Ok(Self { options: recipe.options.clone(), shadows: recipe.shadows, recipe: Some(recipe) })
@@ -150,7 +150,7 @@ impl Order {
     }
 }
 
-/// What a build has made, if it is there still.
+/// Opens what a build has made, if it is there still.
 fn built(output: &Path, report: &BuildReport) -> Result<PageFile> {
     let source = PageFile::open(output)?;
     if source.header().content_hash == report.content_hash {
@@ -160,16 +160,16 @@ fn built(output: &Path, report: &BuildReport) -> Result<PageFile> {
     Err(Error::Configuration(format!("another build changed {path} meanwhile; repeat the command")))
 }
 
-/// Where a database without shadows lies while, or as long as, another one has them.
+/// Place of a database without shadows while, or as long as, another one has them.
 enum Aside {
     /// Beside the output, for the builds to come.
     Kept(PathBuf),
-    /// In a folder that goes with it.
+    /// Folder that is removed with it.
     Temporary(TempDir),
 }
 
 impl Aside {
-    /// What lies there is replaced if a build left it for this output, and only then.
+    /// Prepares a file that is kept. A file that lies there is replaced if a build left it for this output, and only then.
     fn kept(output: &Path) -> Result<Self> {
         let path = without_shadows(output);
         // A link that leads nowhere is somebody's, too.
@@ -200,7 +200,7 @@ impl Aside {
     }
 }
 
-/// Where builds that keep their steps have the database without shadows of one that has them.
+/// Returns where builds that keep their steps have the database without shadows of one that has them.
 fn without_shadows(output: &Path) -> PathBuf {
     const ENDING: &str = "without-shadows.hop";
     if output.extension().is_some_and(|extension| extension == "hop") {

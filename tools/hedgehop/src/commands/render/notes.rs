@@ -1,4 +1,4 @@
-//! What a render says besides its frames.
+//! Notes of a render besides its frames.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::sequence::Fineness;
 /// Degrees between two suns whose shadows nobody can tell apart.
 const ONE_SUN: f32 = 0.5;
 
-/// Where pages of a level are not to be had at all, if there are such.
+/// Says where pages of a level are not to be had at all, if there are such.
 pub fn elsewhere(is_whole: bool, is_damaged: bool) -> &'static str {
     match (is_whole, is_damaged) {
         (true, false) => "",

@@ -23,7 +23,7 @@ use crate::view::ranges;
 
 /// Frames that are there already, as a manifest lists them.
 struct Earlier {
-    /// Those whose files are there.
+    /// Records whose files are there.
     frames: Vec<FrameRecord>,
     /// Says what made them otherwise; `None`: they are of the same render.
     difference: Option<String>,

@@ -22,13 +22,13 @@ use crate::view::ranges;
 #[derive(Debug)]
 struct Candidate {
     file: PathBuf,
-    /// Its number, if its entry or its name has one.
+    /// Number of the frame, if its entry or its name has one.
     number: Option<u64>,
-    /// What the manifest says of it.
+    /// Hash that the manifest states.
     blake3: Option<String>,
 }
 
-/// What is wrong with one.
+/// Fault of one frame.
 #[derive(Debug, PartialEq)]
 struct Problem {
     file: PathBuf,
@@ -36,7 +36,7 @@ struct Problem {
     what: String,
 }
 
-/// What was found out about a folder.
+/// Findings about a folder.
 #[derive(Debug)]
 struct Report {
     checked: usize,
@@ -113,7 +113,7 @@ fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, 
     Ok((all, unlisted))
 }
 
-/// What is wrong with each, in order; as many threads as cores decode them.
+/// Checks each, in order; as many threads as cores decode them.
 fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<String>>> {
     let mut found: Vec<Mutex<Option<String>>> = Vec::new();
     found.resize_with(candidates.len(), Mutex::default);
@@ -138,7 +138,7 @@ fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<
     Ok(found.into_iter().map(|found| found.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
 
-/// What is wrong with one.
+/// Says what is wrong with one.
 fn fault(Candidate { file, blake3, .. }: &Candidate) -> Option<String> {
     if !file.is_file() {
         return Some("it is missing".to_owned());
