@@ -22,6 +22,7 @@ fn pages(criterion: &mut Criterion) {
         bencher.iter(|| area.page(black_box(FINEST)).unwrap().map(|view| view.width));
     });
     group.throughput(Throughput::Bytes(bytes));
+
     group.bench_function("first touch", |bencher| {
         let fresh = || MemPages::from_bytes("terrain.hop", area.bytes()).unwrap();
         bencher.iter_batched_ref(
@@ -30,6 +31,7 @@ fn pages(criterion: &mut Criterion) {
             BatchSize::PerIteration,
         );
     });
+
     group.bench_function("decode to a buffer", |bencher| {
         bencher.iter(|| area.whole_page(FINEST).unwrap().map(|view| view.to_buffer()));
     });

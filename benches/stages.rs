@@ -102,6 +102,7 @@ fn encode(criterion: &mut Criterion) {
     let area = terrain::area(terrain::ROUGHNESS[1].1);
     let frame: Frame =
         render_frame(&area, &camera(&area, 0.0), &RenderOptions::default(), &farm).unwrap().frame;
+
     let info = FrameInfo {
         frame: 1,
         seconds: 0.0,
@@ -112,6 +113,7 @@ fn encode(criterion: &mut Criterion) {
         settings_digest: String::new(),
         writer: "bench".into(),
     };
+
     let mut group = criterion.benchmark_group("encode");
     group.throughput(Throughput::Elements(u64::from(WIDTH * HEIGHT)));
     for name in ["frame.png", "frame.exr"] {

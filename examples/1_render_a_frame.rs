@@ -52,8 +52,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         settings_digest: String::new(),
         writer: "example 1".into(),
     };
+
     let picture = Path::new(text(5, "hedgehop-demo/example-1.png"));
     let written = write_frame(picture, &frame, &info)?;
     println!("wrote {}, {} bytes", picture.display(), written.bytes);
+
     Ok(())
 }

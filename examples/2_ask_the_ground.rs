@@ -43,6 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (Some(here), Some(there)) = (ground_height(&area, west)?, ground_height(&area, east)?) else {
         return Ok(());
     };
+
     let (eye, target) = (west.extend(here + MAST), east.extend(there + MAST));
     let ray = GridRay::new(&header.grid, eye, (target - eye).normalize());
     let mut marcher = Marcher::new(&area, LevelBands::finest_only(), Surface::Smooth);
@@ -51,5 +52,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(contact) => println!("the ground hides the other mast, {:.0} m from here", contact.range),
         None => println!("the masts see each other over {distance:.0} m"),
     }
+
     Ok(())
 }

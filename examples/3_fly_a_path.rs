@@ -45,6 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let seconds = (frame - 1) as f64 / FRAMES_PER_SECOND;
         let pose = trajectory.pose_at(seconds);
         let rendered = render_frame(&area, &Camera::new(pose, 480, 270), &RenderOptions::default(), &farm)?;
+
         let info = FrameInfo {
             frame,
             seconds,
@@ -55,9 +56,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             settings_digest: String::new(),
             writer: "example 3".into(),
         };
+
         let file = PathBuf::from(format!("hedgehop-demo/example-3/{frame:04}.png"));
         write_frame(&file, &rendered.frame, &info)?;
         println!("{}: yaw {:.0}, roll {:.0}", file.display(), pose.attitude.yaw, pose.attitude.roll);
     }
+
     Ok(())
 }

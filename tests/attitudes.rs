@@ -75,12 +75,14 @@ fn pose(random: &mut Random, looks_at_ground: bool) -> Pose {
         attitude.yaw = ahead.x.atan2(ahead.y).rem_euclid(TAU).to_degrees();
         attitude.pitch = ahead.z.atan2(ahead.truncate().length()).to_degrees();
     }
+
     // The corners of all cases.
     match (4.0 * random.share()) as u32 {
         0 => attitude.roll = 90.0 * (4.0 * random.share()).floor(),
         1 => attitude.pitch = [-90.0, 0.0, 90.0][(3.0 * random.share()) as usize],
         _ => {}
     }
+
     Pose { eye, attitude, hfov: of_any_size(random, FIELDS_OF_VIEW) }
 }
 
@@ -124,6 +126,7 @@ fn assert_alike(detail: f64, seed: u64) {
     let renderer = Renderer::new(&*AREA, &options);
     let mut random = Random(seed);
     let mut failed = Vec::new();
+
     for name in ["planar", "cylindrical", "equirectangular", "fisheye", "table"] {
         let mut all = Differences::default();
         let mut by_planes = 0;
@@ -135,6 +138,7 @@ fn assert_alike(detail: f64, seed: u64) {
             all.add(&found, &truth);
             by_planes += usize::from(renderer.engine_for(&camera).unwrap() == Engine::Planes);
         }
+
         assert_eq!(by_planes, POSES, "{name}");
         assert!(all.errors.len() > all.pixels / 5, "{name}: {} pixels of ground", all.errors.len());
         let figures = all.figures();
@@ -142,6 +146,7 @@ fn assert_alike(detail: f64, seed: u64) {
             failed.push((name, figures));
         }
     }
+
     assert!(failed.is_empty(), "more than {BOUNDS:?}: {failed:?}");
 }
 
@@ -169,6 +174,7 @@ fn every_field_of_view_is_seen_as_rays_do() {
     let renderer = Renderer::new(&*AREA, &options);
     let mut random = Random(number("HEDGEHOP_SEED", 3));
     let (mut all, mut off, mut by_planes) = (Differences::default(), Vec::new(), 0);
+
     for index in 0..poses {
         let mut pose = pose(&mut random, index % 4 < 2);
         pose.hfov = match index % 2 {
@@ -188,6 +194,7 @@ fn every_field_of_view_is_seen_as_rays_do() {
             off.push(format!("{figures:?}: {index}: {pose:?}"));
         }
     }
+
     let figures = all.figures();
     println!("{poses} poses, {by_planes} by planes, {} off, all together {figures:?}", off.len());
     assert!(off.is_empty(), "more than {POSE_BOUNDS:?}:\n{}", off.join("\n"));

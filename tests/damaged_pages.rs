@@ -111,6 +111,7 @@ fn damaged_pages_are_as_absent_ones_and_flagged() {
     };
     let sound = file("sound.hop", &area);
     let page = |level, px, py| PageId { level, px, py };
+
     for bad in [vec![page(0, 1, 1)], vec![page(1, 0, 0)], vec![page(0, 0, 0), page(0, 1, 1), page(2, 0, 0)]] {
         let (path, absent) =
             (file("bad.hop", &damaged(&area, &bad)), file("absent.hop", &without(&area, &bad)));
@@ -124,6 +125,7 @@ fn damaged_pages_are_as_absent_ones_and_flagged() {
                 );
                 assert_eq!(stand_ins(&found) > 0, bad.iter().any(|id| id.level < 2), "{bad:?}, {engine:?}");
             }
+
             assert_eq!(
                 (stand_ins(&expected), stand_ins(&frame(&sound, COARSER, engine, 1, None).unwrap())),
                 (0, 0)
@@ -239,6 +241,7 @@ fn numbers(value: &serde_json::Value, path: &str) -> Vec<String> {
 #[test]
 fn numbers_that_no_build_writes_are_refused_or_do_no_harm() {
     use hedgehop::voxel::{CorridorRecord, MaterialRecord, build_in_memory};
+
     let grid = Grid { nx: 300, ny: 280, spacing: 8.0, origin: DVec2::ZERO };
     let heights: Vec<f64> = (0..300 * 280).map(|post| 50.0 + f64::from(post % 37)).collect();
     let metadata = Metadata {
@@ -248,6 +251,7 @@ fn numbers_that_no_build_writes_are_refused_or_do_no_harm() {
         baked_sun: Some([120.0, 30.0]),
         ..Metadata::default()
     };
+
     let store = build_in_memory(grid, &heights, &vec![[90; 3]; heights.len()], None, &metadata).unwrap();
     let sound = store.bytes().to_vec();
 
@@ -263,6 +267,7 @@ fn numbers_that_no_build_writes_are_refused_or_do_no_harm() {
             ));
         }
     }
+
     let json = serde_json::to_value(&metadata).unwrap();
     let paths = numbers(&json, "");
     assert!(paths.len() >= 10, "{paths:?}");
@@ -293,6 +298,7 @@ fn numbers_that_no_build_writes_are_refused_or_do_no_harm() {
         }
         seen += 1;
     }
+
     assert!(refused > 150 && seen > 20, "{refused} refused, {seen} seen");
 }
 

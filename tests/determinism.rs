@@ -32,6 +32,7 @@ fn terrain() -> Terrain {
 fn views() -> Vec<(Camera, RenderOptions)> {
     let attitudes = [[40.0, 0.0, 0.0], [130.0, -15.0, 25.0], [300.0, -90.0, 0.0], [0.0, -2.0, 90.0]];
     let table = RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 50, 40).unwrap();
+
     // Widths that are and are not whole tasks.
     let screens = [
         ([64, 36], Screen::Planar { hfov: 60.0 }),
@@ -43,6 +44,7 @@ fn views() -> Vec<(Camera, RenderOptions)> {
         ([50, 50], Screen::Fisheye { fov: 200.0 }),
         ([50, 40], Screen::Table(Arc::new(table))),
     ];
+
     let mut views = Vec::new();
     for (ypr, ([width, height], screen)) in
         attitudes.into_iter().flat_map(|ypr| screens.iter().map(move |screen| (ypr, screen)))
@@ -60,6 +62,7 @@ fn views() -> Vec<(Camera, RenderOptions)> {
             views.push((camera.clone(), options));
         }
     }
+
     views
 }
 
@@ -131,6 +134,7 @@ fn frames_do_not_depend_on_how_many_are_in_flight() {
     let one = Farm::new(1).unwrap();
     let expected: Vec<_> =
         views.iter().map(|(_, (camera, options))| bits(&render(&world, camera, options, &one))).collect();
+
     for workers in [1, 2, 5] {
         let farm = Farm::new(workers).unwrap();
         for in_flight in 1..=3 {
@@ -145,6 +149,7 @@ fn frames_do_not_depend_on_how_many_are_in_flight() {
                 },
             )
             .unwrap();
+
             assert!(found == expected, "{workers} workers, {in_flight} frames in flight");
         }
     }
@@ -180,6 +185,7 @@ fn frames_do_not_depend_on_where_pages_come_from_or_which_were_touched_before() 
     write_arrays(&path, &arrays, &Metadata::default(), false).unwrap();
     let farm = Farm::new(2).unwrap();
     let warm = PageFile::open(&path).unwrap();
+
     for (camera, options) in some_views() {
         let expected = bits(&render(&world, &camera, &options, &farm));
         assert!(
@@ -210,6 +216,7 @@ fn encoded_frames_are_the_same_bytes() {
         settings_digest: "none".into(),
         writer: "a test".into(),
     };
+
     for name in ["frame.png", "frame.exr"] {
         let encode = |workers| {
             let frame = render(&world, &camera, &options, &Farm::new(workers).unwrap());

@@ -54,6 +54,7 @@ fn figures(attitudes: &[(f64, f64)]) -> [f64; 5] {
     let fine = RenderOptions { detail: 50.0, ..options() };
     let renderer = Renderer::new(&area, &fine);
     let (mut errors, mut apart, mut light) = (Vec::new(), 0.0, 0.0);
+
     for &(pitch, roll) in attitudes {
         let camera = camera(&area, pitch, roll);
         let truth = render_reference(&area, &camera, &fine, &farm).unwrap().frame;
@@ -65,6 +66,7 @@ fn figures(attitudes: &[(f64, f64)]) -> [f64; 5] {
         let sum: f64 = differences.map(|(a, b)| f64::from((a - b).abs())).sum();
         light += sum / (3 * found.colour.len() * attitudes.len()) as f64;
     }
+
     errors.sort_by(f64::total_cmp);
     let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
     [at(0.5), at(0.99), at(0.996), apart, light]
@@ -90,6 +92,7 @@ fn areas_are_seen_whole_from_above() {
         let (area, farm) = (area.unwrap(), Farm::new(1).unwrap());
         let fine = RenderOptions { detail: 50.0, ..options() };
         let size = 10.0 * DVec2::new(f64::from(nx), f64::from(ny));
+
         for (pitch, place) in
             [(-90.0, (0.5, 0.5)), (-90.0, (0.02, 0.5)), (-80.0, (0.97, 0.99)), (-60.0, (0.5, 0.01))]
         {
@@ -165,6 +168,7 @@ fn light_beside_holes_is_that_of_the_ground() {
         // Never darker than a grey of 100 of 255.
         colours.push(if (x / 3 + y / 2) % 2 == 0 { [255, 250, 245] } else { [100, 110, 120] });
     }
+
     let area = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
     let farm = Farm::new(1).unwrap();
     for (yaw, hfov) in [(0.0, 60.0), (13.0, 40.0), (-31.0, 80.0), (44.0, 60.0)] {

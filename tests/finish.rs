@@ -80,6 +80,7 @@ fn whoever_works_makes_the_same_picture() {
         shutter: 180.0,
         ..Finish::default()
     };
+
     let source = hills();
     let moment = turning(20.0, 100.0);
     let exposure = Exposure { finish: &finish, interval: 0.1, moment: &moment };
@@ -108,6 +109,7 @@ fn more_rays_keep_the_light_and_one_of_their_ranges() {
         .frame_with(&still(0.0).camera.enlarged(4), &still(0.0).scenery, &farm)
         .unwrap()
         .frame;
+
     for (row, column) in [(0, 0), (40, 80), (89, 159), (44, 79)] {
         let ray = (4 * row + 2) * 640 + 4 * column + 2;
         assert_eq!(four.range[row * 160 + column], fine.range[ray]);
@@ -124,12 +126,14 @@ fn a_moving_body_is_drawn_out_by_as_much_as_it_moves() {
     let open = Finish { shutter: 180.0, ..Finish::default() };
     let [sharp, blurred] =
         [Finish::default(), open].map(|finish| exposed(&clear_air(), finish, &moving, &farm));
+
     let bare = exposed(
         &clear_air(),
         Finish::default(),
         &|_| Moment { scenery: Scenery::default(), ..moving(0.0) },
         &farm,
     );
+
     // How much the ball changes each column, and that as a share of all of it.
     let changed = |frame: &Frame| {
         let mut columns = vec![0.0_f64; 160];
@@ -138,6 +142,7 @@ fn a_moving_body_is_drawn_out_by_as_much_as_it_moves() {
         }
         columns
     };
+
     let extent = |columns: &[f64]| {
         let all: f64 = columns.iter().sum();
         let most = columns.iter().fold(0.0_f64, |most, light| most.max(light.abs()));
@@ -146,12 +151,15 @@ fn a_moving_body_is_drawn_out_by_as_much_as_it_moves() {
         let last = columns.iter().rposition(is_changed).unwrap();
         (all, (last - first) as f64, 0.5 * (first + last) as f64)
     };
+
     let ((all, width, middle), (drawn, wider, later)) =
         (extent(&changed(&sharp)), extent(&changed(&blurred)));
     assert!((drawn / all - 1.0).abs() < 0.03, "light: {all} {drawn}");
+
     // Eleven moments are ten elevenths of the way apart.
     assert!((wider - width - 9.1).abs() <= 1.5, "width: {width} {wider}");
     assert!((middle - later).abs() <= 1.0, "the middle of the time: {middle} {later}");
+
     // What is no light is of the frame's own time.
     assert!(sharp.range == blurred.range && sharp.id == blurred.id);
 }
@@ -162,15 +170,18 @@ fn a_lens_sees_the_same_world_bent() {
     let plane = camera([20.0, -8.0, 6.0]);
     let screen = Screen::Lens { hfov: 60.0, k: [-0.2, 0.02] };
     let lens = Camera::with_screen(plane.pose, screen.clone(), 160, 90);
+
     // Round trips of positions, and corners that are filled from beyond the plane's.
     for at in [DVec2::new(0.5, 0.5), DVec2::new(80.0, 45.0), DVec2::new(159.5, 3.0)] {
         let ray = lens.ray(at.x, at.y).unwrap();
         let back = lens.screen_from_world(ray.origin + ray.direction * 700.0).unwrap();
         assert!((back - at).length() < 1e-9, "{at} {back}");
     }
+
     let corner = lens.ray(0.0, 0.0).unwrap();
     assert!(plane.screen_from_world(corner.origin + corner.direction).unwrap().x < -3.0);
     assert_eq!(screen.to_string(), "lens hfov_deg=60 k1=-0.2 k2=0.02");
+
     // Both engines see it alike, and depth is along the axis.
     let frame = |engine| {
         let options = RenderOptions { engine, ..clear_air() };
@@ -196,6 +207,7 @@ fn what_is_out_of_range_is_refused() {
         let said = Renderer::new(&source, &clear_air()).developed(&exposure, &farm).unwrap_err().to_string();
         assert!(said.contains(part), "{said}");
     }
+
     let huge = |_: f64| Moment {
         camera: Camera::new(camera([0.0; 3]).pose, 1 << 20, 1 << 10),
         scenery: Scenery::default(),

@@ -263,12 +263,14 @@ fn most_of_what_is_foreseen_of_a_level_flight_is_touched() {
         assert_recalled(&seen, &camera);
         foreseen += seen.foreseen.len();
         touched += seen.touched.len();
+
         for (index, part) in seen.foreseen.iter().enumerate() {
             let [all, of_these] = &mut classes[usize::from(index >= seen.likely)];
             *all += 1;
             *of_these += usize::from(seen.touched.contains(part));
         }
     }
+
     assert!(touched * 10 >= foreseen * 7, "precision: {touched} of {foreseen}");
     let [[likely, right], [others, wrong]] = classes;
     assert!(

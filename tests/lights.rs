@@ -59,6 +59,7 @@ fn a_lamp_is_as_bright_as_the_square_of_its_distance_and_the_air_leave_it() {
     let per_luminance = f64::from(options().brightness().per_luminance());
     let white = (lux / (illuminance(10.0) + LUX)).powf(0.27);
     assert!((per_luminance * lux / std::f64::consts::PI / white - 1.0).abs() < 1e-5);
+
     for visibility in [f64::INFINITY, 8000.0, 2500.0] {
         for distance in [400.0, 1500.0, 4000.0] {
             let options = RenderOptions { visibility, ..options() };
@@ -118,15 +119,19 @@ fn lamps_are_hidden_by_ground_and_bodies_before_them_and_no_others() {
         attitude: Attitude::default(),
         albedo: Vec3::splat(0.5),
     };
+
     let bright = seen(lamp(2000.0, 1300.0, 101.0, 1000.0), &[]);
     assert!(bright > 0.1, "{bright}");
     assert_eq!(seen(lamp(2000.0, 1300.0, 101.0, 1000.0), std::slice::from_ref(&wall)), 0.0);
+
     // In front of the wall, and beside it.
     assert!(seen(lamp(2000.0, 960.0, 101.0, 1000.0), std::slice::from_ref(&wall)) > bright);
     assert!(seen(lamp(2100.0, 1300.0, 101.0, 1000.0), std::slice::from_ref(&wall)) > 0.9 * bright);
+
     // Under the ground, and behind the eye.
     assert_eq!(seen(lamp(2000.0, 1300.0, 40.0, 1000.0), &[]), 0.0);
     assert_eq!(seen(lamp(2000.0, -500.0, 220.0, 1.0e6), &[]), 0.0);
+
     // On the ground at all distances.
     for north in [600.0, 1500.0, 2500.0, 4000.0, 4800.0] {
         assert!(seen(lamp(2050.0, north, 100.0, 1.0e5), &[]) > 0.0, "{north}");
@@ -164,6 +169,7 @@ fn neither_order_nor_workers_nor_tasks_change_a_byte() {
     turned.rotate_left(77);
     let table = Arc::new(RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 90, 60).unwrap());
     let pose = VIEW.camera().pose;
+
     for screen in [
         Screen::Planar { hfov: 60.0 },
         Screen::Fisheye { fov: 190.0 },
@@ -191,6 +197,7 @@ fn engines_screens_and_outputs_agree() {
     let camera = VIEW.camera();
     let lights = crowd();
     let things = Things { lights: &lights, ..Things::default() };
+
     let see = |engine, camera: &Camera| {
         let renderer = Renderer::new(&*PLAIN, &RenderOptions { engine, ..options() });
         (
@@ -198,10 +205,12 @@ fn engines_screens_and_outputs_agree() {
             renderer.picture_with(camera, things, &FARM).unwrap().0.rgb,
         )
     };
+
     let (planes, picture) = see(Engine::Planes, &camera);
     let (reference, _) = see(Engine::Reference, &camera);
     let sum = |colours: &[[f32; 3]]| colours.iter().map(|colour| f64::from(colour[1])).sum::<f64>();
     assert!((sum(&planes) / sum(&reference) - 1.0).abs() < 0.01);
+
     // What is not brighter than white is the same in a picture.
     let codes = hedgehop::colour::srgb8_picture(&planes);
     let dim = planes.iter().map(|colour| Vec3::from(*colour).max_element() < 0.98);
@@ -209,6 +218,7 @@ fn engines_screens_and_outputs_agree() {
     let worst =
         far.filter(|(_, dim)| *dim).flat_map(|((a, b), _)| (0..3).map(|at| a[at].abs_diff(b[at]))).max();
     assert!(worst.unwrap() <= 3, "{worst:?}");
+
     // A table of the same rays shows the same, but for what lies between its directions.
     let table = Arc::new(RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 320, 180).unwrap());
     let (by_table, _) =
@@ -221,6 +231,7 @@ fn channels_that_abut_show_a_lamp_between_them_once() {
     let wide = VIEW.camera();
     let lights: Vec<_> =
         (0..9).map(|step| lamp(2000.0 + 0.9 * f64::from(step), 1300.0, 210.0, 60.0)).collect();
+
     let turned = |yaw: f64| {
         let channel = Attitude { yaw, ..Attitude::default() };
         let screen = Screen::Cylindrical { hfov: 30.0 };
@@ -231,6 +242,7 @@ fn channels_that_abut_show_a_lamp_between_them_once() {
     let both = frame(&options(), &both, &[], &lights).colour;
     let (left, right) = (turned(-15.0), turned(15.0));
     let mut worst: f32 = 0.0;
+
     for row in 0..180 {
         for column in 0..320 {
             let part = if column < 160 { left[row * 160 + column] } else { right[row * 160 + column - 160] };
@@ -238,6 +250,7 @@ fn channels_that_abut_show_a_lamp_between_them_once() {
             worst = worst.max((Vec3::from(part) - Vec3::from(whole)).abs().max_element());
         }
     }
+
     assert!(worst < 2.0e-3, "{worst}");
 }
 

@@ -108,11 +108,13 @@ fn never_waits_and_refines(engine: Engine, least_psnr: f64) {
     let (camera, expected) = (camera(0), expected(engine, &camera(0)));
     let ((asked, is_asked), (let_go, go_on)) = (channel(), channel());
     let standstill = Standstill { plan: &plan, asked, go_on: Mutex::new(go_on) };
+
     pages
         .live(&standstill, |flight| {
             plan.tell(0, 0.0, &camera).unwrap();
             let begun = flight.begin(0);
             is_asked.recv().unwrap();
+
             // Nothing can come any more: all frames see the same.
             let (first, share) = see(&renderer.over(&begun), &camera, 1).unwrap();
             assert!(share > 0.2 && share <= 1.0, "{share}");
@@ -120,11 +122,13 @@ fn never_waits_and_refines(engine: Engine, least_psnr: f64) {
             assert!(likeness > least_psnr && first != expected, "{likeness} dB");
             drop(begun);
             flight.deliver(0);
+
             for workers in [1, 2, 3] {
                 let present = flight.begin(1);
                 let again = see(&renderer.over(&present), &camera, workers).unwrap();
                 assert!(again == (first.clone(), share), "{workers} workers");
             }
+
             flight.deliver(1);
             assert_never_waited(pages.paging());
             assert!(pages.paging().pages_late > 0);
@@ -133,6 +137,7 @@ fn never_waits_and_refines(engine: Engine, least_psnr: f64) {
             drop(let_go);
             let since = Instant::now();
             let mut shares = vec![share];
+
             for frame in 2.. {
                 plan.tell(frame, f64::from(frame), &camera).unwrap();
                 let present = flight.begin(frame);
@@ -146,6 +151,7 @@ fn never_waits_and_refines(engine: Engine, least_psnr: f64) {
                 }
                 assert!(since.elapsed() < PATIENCE, "{shares:?}");
             }
+
             assert_never_waited(pages.paging());
             // Whoever waits sees the same, of the light that was computed meanwhile.
             assert!(see(&renderer, &camera, 2).unwrap().0 == expected);
@@ -171,11 +177,13 @@ fn pictures_depend_on_the_pages_that_are_there_and_on_nothing_else() {
         let farm = Farm::new(1).unwrap();
         Renderer::new(&pages, &options(Engine::Planes)).foresee(&camera, &farm).unwrap().parts
     };
+
     // Every other page is there.
     let half = open(None);
     for part in needs.iter().step_by(2) {
         touch(&half, *part);
     }
+
     let known = Renderer::new(&pages, &options(Engine::Planes));
     let whole = see(&known, &camera, 2).unwrap();
     half.live(&Nothing, |flight| {
@@ -246,11 +254,13 @@ fn where_a_view_is_larger_than_memory_its_nearest_pages_stay() {
         needs.into_iter().for_each(|part| touch(&pages, part));
         pages.paging().resident_bytes
     };
+
     let pages = open(Some(needed / 2));
     let renderer = Renderer::new(&pages, &options(Engine::Planes));
     let farm = Farm::new(1).unwrap();
     let plan = LivePlan::new(&renderer, &farm);
     let since = Instant::now();
+
     pages
         .live(&plan, |flight| {
             let (mut read, mut same) = (0, 0);
@@ -367,6 +377,7 @@ fn a_live_plan_foresees_what_the_flight_then_needs() {
         let plan = LivePlan::new(&renderer, &farm);
         assert!(plan.predict(9).is_none() && plan.needs(9).unwrap().parts.is_empty());
         const KNOWN: u32 = 20;
+
         for frame in 0..=KNOWN {
             plan.tell(frame, f64::from(frame) / 30.0, &seen(frame)).unwrap();
         }
@@ -380,6 +391,7 @@ fn a_live_plan_foresees_what_the_flight_then_needs() {
             let missed = needed.iter().filter(|id| !foreseen.contains(id)).count();
             assert!(missed * 20 <= needed.len(), "{name}, {ahead}: {missed} of {}", needed.len());
         }
+
         let behind = renderer_page(&pages, seen(KNOWN).pose, -1500.0);
         let before = renderer_page(&pages, seen(KNOWN).pose, 1000.0);
         assert!(!plan.is_behind(KNOWN, before));

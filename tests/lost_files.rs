@@ -45,6 +45,7 @@ fn complaints(engine: Engine, change: impl Fn(&Path)) -> [String; 3] {
         assert!(complaint.starts_with(&path.display().to_string()), "{complaint}");
         complaint
     };
+
     [
         complaint(renderer.picture(&camera(), &farm).map(drop)),
         complaint(renderer.frame(&camera(), &farm).map(drop)),

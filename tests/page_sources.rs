@@ -165,6 +165,7 @@ fn views_over_pages_without_bytes_are_those_over_pages_in_full() {
     let full = InFull::of(&pages);
     assert_eq!((pages.directory().len(), full.full.len()), (48 + 4 + 1 + 1, 40 + 2));
     let eye = |x: f64, y: f64, z: f64| DVec3::new(3.0e5 + x, 5.0e6 + y, z);
+
     for (eye, yaw, pitch) in [
         // On a hill towards the gap, in the gap towards the other one, and down on all of it.
         (eye(450.0, 420.0, 150.0), 60.0, -8.0),

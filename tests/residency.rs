@@ -55,6 +55,7 @@ fn fly(path: &Path, budget: Option<u64>, workers: usize, brings: bool) -> Flown 
     let frames: Vec<_> =
         (0..).zip(&cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
     let mut pictures = Vec::new();
+
     let later = pages
         .ahead_of(FRAMES, &plan, |flight| {
             let batch = Batch { frames: &frames, in_flight: 2, observer: &Silent };
@@ -63,6 +64,7 @@ fn fly(path: &Path, budget: Option<u64>, workers: usize, brings: bool) -> Flown 
                 Ok(renderer.picture(camera, farm)?.0.rgb)
             };
             let mut delivered = 0;
+
             farm.fly(&batch, render, |_, picture| {
                 pictures.push(picture);
                 flight.deliver(delivered);
@@ -70,9 +72,11 @@ fn fly(path: &Path, budget: Option<u64>, workers: usize, brings: bool) -> Flown 
                 Ok(())
             })
             .unwrap();
+
             flight.frames()
         })
         .unwrap();
+
     Flown { pictures, later, total: pages.paging() }
 }
 
@@ -83,6 +87,7 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
     assert_eq!((free.total.demand_misses, free.total.pages_evicted), (0, 0));
     assert!(free.total.resident_bytes_most == free.total.resident_bytes);
     let budgets = [free.total.resident_bytes, free.total.resident_bytes * 5 / 8, 1 << 20];
+
     for (budget, workers) in budgets.into_iter().flat_map(|budget| [(budget, 1), (budget, 2)]) {
         let flown = fly(&path, Some(budget), workers, true);
         assert!(flown.pictures == free.pictures, "{budget} bytes, {workers} workers");
@@ -91,6 +96,7 @@ fn pictures_are_the_same_under_every_budget_and_pages_come_in_time() {
             assert!(flown.total.demand_misses > 0);
             continue;
         }
+
         let misses: u64 = flown.later.iter().map(|frame| frame.demand_misses).sum();
         assert_eq!(misses, 0, "{budget} bytes, {workers} workers: {:?}", flown.total);
         assert!(flown.total.resident_bytes_most <= budget, "{:?}", flown.total);
@@ -185,6 +191,7 @@ fn frames_wait_only_for_pages_whose_paint_they_have_in_sight() {
     let distant = Distant::new(&pages);
     let renderer = Renderer::new(&distant, &RenderOptions::default());
     let mut seen = 0;
+
     for (index, (_, camera)) in cameras().iter().enumerate().step_by(6) {
         let farm = Farm::new(1 + index % 3).unwrap();
         let picture = renderer.picture(camera, &farm).unwrap().0;
@@ -197,6 +204,7 @@ fn frames_wait_only_for_pages_whose_paint_they_have_in_sight() {
         assert_eq!(announced.len(), brought - seen, "frame {index}: each is announced, and nothing else");
         seen = brought;
     }
+
     assert!(seen > 10, "{seen} pages");
 }
 

@@ -68,6 +68,7 @@ fn workers_tasks_and_time_decide_as_they_should() {
     let source = hills();
     let table = Arc::new(RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 50, 40).unwrap());
     let pose = view(700.0, [20.0, -10.0, 8.0], [1, 1]).pose;
+
     let cameras = [
         view(300.0, [20.0, 5.0, 0.0], [131, 77]),
         view(700.0, [20.0, -10.0, 8.0], [131, 77]),
@@ -75,6 +76,7 @@ fn workers_tasks_and_time_decide_as_they_should() {
         Camera::with_screen(pose, Screen::Cylindrical { hfov: 200.0 }, 120, 50),
         Camera::with_screen(pose, Screen::Table(table), 50, 40),
     ];
+
     for camera in &cameras {
         let renderer = Renderer::new(&source, &options(Engine::Planes, ALL)).at(30.0);
         let seen = |farm: &Farm| {
@@ -87,8 +89,10 @@ fn workers_tasks_and_time_decide_as_they_should() {
             let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
             assert!(seen(&farm) == expected, "{workers} workers");
         }
+
         let later = renderer.at(31.0).picture_with(camera, &bodies(), &one).unwrap().0.rgb;
         assert!(later != expected.0, "clouds stand still");
+
         // Where the screen has no picture all stays black.
         if let Screen::Fisheye { .. } = camera.screen() {
             assert_eq!(expected.0[..3], [0; 3]);
@@ -124,6 +128,7 @@ fn no_step_shows_at_the_horizon() {
     let farm = Farm::new(2).unwrap();
     let in_fog = Weather { clouds: None, ..ALL };
     let below_clouds = Weather { fog: None, ..ALL };
+
     for (weather, height) in [(in_fog, 150.0), (in_fog, 186.0), (below_clouds, 160.0), (below_clouds, 400.0)]
     {
         let eye = DVec3::new(256_000.0, 256_000.0, height);
@@ -137,6 +142,7 @@ fn no_step_shows_at_the_horizon() {
             };
             (90..=110).map(|row| (row, step(row))).collect::<Vec<_>>()
         };
+
         let (own, without) = (steps(weather), steps(Weather { clouds: None, ..weather }));
         for ((row, step), (_, ground)) in own.into_iter().zip(without) {
             if (99..=101).contains(&row) {
@@ -175,11 +181,13 @@ fn what_falls_is_the_same_whoever_renders_and_both_engines_cover_the_ground_alik
                 renderer.frame(&camera, farm).unwrap().frame.colour,
             )
         };
+
         let expected = see(Engine::Planes, &Farm::new(1).unwrap(), 40.0);
         for (workers, lines, rows) in [(3, 16, 5), (2, 48, 64)] {
             let farm = Farm::new(workers).unwrap().with_task_size(TaskSize { lines, rows });
             assert!(see(Engine::Planes, &farm, 40.0) == expected, "{workers} workers");
         }
+
         let farm = Farm::new(2).unwrap();
         assert!(see(Engine::Planes, &farm, 0.0).0 != expected.0, "the eye's motion makes no difference");
         let far = |one: &[u8], other: &[u8], within: u8| {
@@ -197,6 +205,7 @@ fn snow_is_white_and_what_falls_hides_the_distance() {
     let source = hills();
     let farm = Farm::new(2).unwrap();
     let camera = view(400.0, [20.0, -25.0, 0.0], [160, 90]);
+
     let mean = |weather: Weather| {
         let frame =
             Renderer::new(&source, &options(Engine::Planes, weather)).frame(&camera, &farm).unwrap().frame;
@@ -240,6 +249,7 @@ fn fog_ends_on_a_cliff_as_it_does_elsewhere() {
         // A row is a box to planes, and a point to rays.
         assert!((truth - found).abs() < 0.03 + 0.5 * jump, "row {row}: {found}, not {truth}");
     }
+
     let mean = truth.iter().zip(&found).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / truth.len() as f32;
     assert!(mean < 0.004, "{mean}");
 }

@@ -93,6 +93,7 @@ impl Extrapolation {
             };
             eye += (velocity + bend * (seconds.max(last.seconds) - middle.seconds)) * ahead;
         }
+
         if !(eye.is_finite() && angles.is_finite()) {
             (eye, angles) = (last.eye, last.angles);
         }
@@ -101,6 +102,7 @@ impl Extrapolation {
             pitch: angles.y.clamp(-90.0, 90.0),
             roll: short_way(angles.z),
         };
+
         Some(Pose { eye, attitude, hfov: last.hfov })
     }
 }
@@ -170,6 +172,7 @@ mod tests {
             let [metres, degrees] = errors(18, turn);
             assert!(metres > 0.1 && metres < 1.0 && degrees < 1e-9, "{metres} m, {degrees}°");
         }
+
         // A pull-up: the path bends up at 3 g until it climbs at 30°.
         let climb = |t: f64| {
             let angle = (0.15 * t).min(0.5);
@@ -199,20 +202,24 @@ mod tests {
         let at = |x: f64| pose(DVec3::new(x, 0.0, 0.0), 350.0, 0.0, 0.0);
         known.observe(2.0, &at(10.0)).unwrap();
         assert_eq!(known.pose_at(3.0), Some(at(10.0)));
+
         // Not later: passed over.
         known.observe(2.0, &at(99.0)).unwrap();
         known.observe(1.0, &at(99.0)).unwrap();
         assert_eq!(known.pose_at(3.0), Some(at(10.0)));
         known.observe(3.0, &at(12.0)).unwrap();
         assert_eq!(known.pose_at(4.0).unwrap().eye.x, 14.0);
+
         // A time before the last pose is that of the last pose.
         assert_eq!(known.pose_at(0.0).unwrap().eye.x, 12.0);
         for broken in [at(f64::NAN), at(f64::INFINITY), Pose { hfov: f64::NAN, ..at(0.0) }] {
             assert!(matches!(known.observe(4.0, &broken), Err(Error::Configuration(_))));
         }
+
         let turned = pose(DVec3::ZERO, f64::NAN, 0.0, 0.0);
         assert!(known.observe(4.0, &turned).is_err() && known.observe(f64::NAN, &at(0.0)).is_err());
         assert_eq!(known.pose_at(4.0).unwrap().eye.x, 14.0);
+
         // Next to no time and a long way between them: no speed that numbers can hold.
         known.observe(3.0_f64.next_up(), &at(1e300)).unwrap();
         assert_eq!(known.pose_at(4.0).unwrap().eye.x, 1e300);

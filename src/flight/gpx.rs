@@ -72,6 +72,7 @@ impl Points {
                         )
                     })
                 };
+
                 self.open = Some(Point {
                     line: place.line,
                     depth: place.depth,
@@ -101,6 +102,7 @@ impl Points {
             }
             _ => {}
         }
+
         Ok(())
     }
 

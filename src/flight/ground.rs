@@ -65,6 +65,7 @@ fn subdivide(spline: &Spline, least: &[Option<f64>]) -> (Vec<f64>, Vec<Option<f6
     let length = |pair: &[f64]| (spline.position(pair[1]) - spline.position(pair[0])).truncate().length();
     let total: f64 = spline.times().windows(2).map(length).sum();
     let spacing = SPACING.max(total / MOST_LOOKS);
+
     for (pair, ends) in spline.times().windows(2).zip(least.windows(2)) {
         let step = pair[1] - pair[0];
         let parts = (length(pair) / spacing).ceil().clamp(1.0, MOST_LOOKS) as u32;
@@ -79,6 +80,7 @@ fn subdivide(spline: &Spline, least: &[Option<f64>]) -> (Vec<f64>, Vec<Option<f6
             heights.push(if part == 0 { ends[0] } else { between });
         }
     }
+
     times.extend(spline.times().last());
     heights.extend(least.last().copied());
     (times, heights)

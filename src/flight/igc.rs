@@ -53,9 +53,11 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
     if logged.is_empty() {
         return Err(Error::invalid(source.path, "there is no fix (B record) in this IGC file"));
     }
+
     let by_gnss = logged.iter().any(|fix| fix.gnss.is_some_and(|metres| metres != 0.0));
     let mode = if by_gnss { gnss_mode(source, text, &mut notes) } else { pressure_mode(source, &mut notes) };
     let total = logged.len();
+
     let fixes: Vec<RawFix> = logged
         .into_iter()
         .filter_map(|fix| {
@@ -63,9 +65,11 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
             Some(RawFix::positioned(fix.line, fix.time, fix.horizontal, Altitude { metres, mode }))
         })
         .collect();
+
     if fixes.len() < total {
         notes.push(format!("{} fixes without valid GNSS altitude were dropped.", total - fixes.len()));
     }
+
     Ok(Reading::of_one("IGC", fixes, notes))
 }
 
@@ -75,6 +79,7 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
     let mut days = 0.0;
     let mut lines =
         (1_u64..).zip(text.lines().map(str::trim_end)).filter(|(_, line)| !line.is_empty()).peekable();
+
     while let Some((number, line)) = lines.next() {
         if line.starts_with('I') {
             refinements = refinements_of(line);
@@ -83,6 +88,7 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
         if !line.starts_with('B') {
             continue;
         }
+
         let Ok(record) = BRecord::parse(line) else {
             if lines.peek().is_none() && !logged.is_empty() {
                 notes.push(format!("Line {number}, the last, is cut off and was dropped."));
@@ -91,6 +97,7 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
             return Err(source
                 .at_line(number, "this B record is damaged; delete the line or download the file again"));
         };
+
         let fraction = digits(line, refinements.seconds.as_ref()).unwrap_or(0.0);
         let of_day = f64::from(record.timestamp.seconds_since_midnight()) + fraction;
         if let Some(previous) = logged.last()
@@ -98,6 +105,7 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
         {
             days += 1.0;
         }
+
         logged.push(Logged {
             line: number,
             time: of_day + days * DAY,
@@ -106,6 +114,7 @@ fn log(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Result<Vec<L
             pressure: f64::from(record.pressure_alt),
         });
     }
+
     Ok(logged)
 }
 
@@ -158,6 +167,7 @@ fn gnss_mode(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Altitu
             .then_some(AltitudeMode::Msl)
             .or(kind.starts_with("MSL").then_some(AltitudeMode::Msl)))
     };
+
     if let Some(mode) = text.lines().take(PREAMBLE).find_map(header) {
         notes.push(format!("GNSS altitudes are flown, {} (HFALG header).", from_where(mode)));
         return mode;
@@ -166,6 +176,7 @@ fn gnss_mode(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Altitu
         notes.push(format!("GNSS altitudes are flown, {}.", from_where(mode)));
         return mode;
     }
+
     let approved = text.lines().next().is_some_and(|line| {
         let code = line.as_bytes();
         code.len() >= 4 && code[0] == b'A' && code[1].is_ascii_alphanumeric() && code[1] != b'X'
@@ -179,6 +190,7 @@ fn gnss_mode(source: &Source<'_>, text: &str, notes: &mut Vec<String>) -> Altitu
         "GNSS altitudes are flown, {}, {why}; the file does not say (--alt-mode says otherwise).",
         from_where(mode)
     ));
+
     mode
 }
 

@@ -51,10 +51,12 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
         };
         return Err(Error::unsupported(source.path, what, remedy));
     }
+
     let mut notes = tracks.notes;
     if tracks.missing > 0 {
         notes.push(format!("{} fixes without position were dropped.", tracks.missing));
     }
+
     notes.dedup();
     Ok(Reading { format: "KML gx:Track", fixes: tracks.fixes, parts: tracks.tracks, noun: "tracks", notes })
 }
@@ -91,6 +93,7 @@ impl Tracks {
             ("altitudeMode", Step::Close(text), Some(lists)) => lists.mode = Some(text.to_owned()),
             _ => {}
         }
+
         Ok(())
     }
 
@@ -106,12 +109,14 @@ impl Tracks {
                 ),
             ));
         }
+
         let mode = self.altitude_mode(source, &lists)?;
         for (index, (line, coordinate)) in lists.coordinates.iter().enumerate() {
             let &[longitude, latitude, ref rest @ ..] = coordinate.as_slice() else {
                 self.missing += 1;
                 continue;
             };
+
             let metres = match (mode, rest.first()) {
                 (None, _) => 0.0,
                 (Some(_), Some(&metres)) => metres,
@@ -120,6 +125,7 @@ impl Tracks {
                         .at_line(*line, "this gx:coord has no altitude; write longitude latitude altitude"));
                 }
             };
+
             let altitude = Altitude { metres, mode: mode.unwrap_or(AltitudeMode::Agl) };
             let horizontal = Horizontal::LonLat(longitude, latitude);
             let mut raw = RawFix::positioned(*line, lists.times[index], horizontal, altitude);
@@ -127,6 +133,7 @@ impl Tracks {
             raw.fix = Fix { yaw: angle(0), pitch: angle(1), roll: angle(2), ..raw.fix };
             self.fixes.push(raw);
         }
+
         Ok(())
     }
 

@@ -152,11 +152,13 @@ impl Motion {
         let moving = |&(_, speed): &(f64, f64)| speed > 0.0 && speed >= self.standstill;
         let mut before: Option<f64> = None; // last time in motion
         let mut still = false;
+
         for sample in speeds {
             if !moving(sample) {
                 still = true;
                 continue;
             }
+
             if still {
                 let to = heading(sample.0);
                 let from = before.map_or(to, heading);
@@ -164,12 +166,15 @@ impl Motion {
                 holds.push(Hold { start, end: sample.0, from, to });
                 still = false;
             }
+
             before = Some(sample.0);
         }
+
         if let (true, Some(last)) = (still, before) {
             let held = heading(last);
             holds.push(Hold { start: last, end: f64::INFINITY, from: held, to: held });
         }
+
         holds
     }
 

@@ -59,6 +59,7 @@ pub(super) fn choose(source: &Source<'_>, reading: &mut Reading) -> Result<()> {
     if source.options.sort {
         sort(source, reading)?;
     }
+
     Ok(())
 }
 
@@ -84,6 +85,7 @@ fn sort(source: &Source<'_>, reading: &mut Reading) -> Result<()> {
         let count = if steps_back == 1 { String::new() } else { format!("{steps_back} ") };
         reading.notes.push(format!("Fixes were sorted by time, which went back {count}{times}."));
     }
+
     Ok(())
 }
 

@@ -75,10 +75,12 @@ pub(super) fn assemble(source: &Source<'_>, mut reading: Reading) -> Result<Trac
             format!("this {format} holds no fix; give at least one position"),
         ));
     };
+
     let swapped = looks_swapped(fixes);
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());
     let mut last = first;
     let mut repeated = 0_usize;
+
     for raw in fixes {
         check_ranges(source, raw, swapped)?;
         let step = raw.fix.time - last.fix.time;
@@ -93,6 +95,7 @@ pub(super) fn assemble(source: &Source<'_>, mut reading: Reading) -> Result<Trac
                 ),
             ));
         }
+
         let time = raw.fix.time - first.fix.time;
         if !time.is_finite() || time > DURATION_LIMIT {
             return Err(source.at_line(raw.line, "the time is more than thirty years after the first fix"));
@@ -101,13 +104,16 @@ pub(super) fn assemble(source: &Source<'_>, mut reading: Reading) -> Result<Trac
             repeated += 1;
             continue;
         }
+
         kept.push(Fix { time, horizontal: wrapped(raw.fix.horizontal), ..raw.fix });
         last = *raw;
     }
+
     let mut notes = reading.notes;
     if repeated > 0 {
         notes.push(format!("{repeated} fixes repeat the time of the fix before them and were dropped."));
     }
+
     Ok(Track { path: source.path.to_owned(), format, fixes: kept, notes })
 }
 
@@ -132,6 +138,7 @@ fn check_ranges(source: &Source<'_>, raw: &RawFix, swapped: bool) -> Result<()> 
     if !fix.time.is_finite() {
         return fail("the time is not a finite number".into());
     }
+
     match fix.horizontal {
         Horizontal::LonLat(longitude, latitude) => {
             if !within(latitude, 90.0) {
@@ -154,20 +161,24 @@ fn check_ranges(source: &Source<'_>, raw: &RawFix, swapped: bool) -> Result<()> 
             }
         }
     }
+
     if !within(fix.altitude.metres, COORDINATE_LIMIT) {
         return fail(format!("altitude {:e} m is more than {COORDINATE_LIMIT:e} m", fix.altitude.metres));
     }
     if let Some(pitch) = fix.pitch.filter(|&pitch| !within(pitch, 90.0)) {
         return fail(format!("pitch {pitch} is outside −90…90 degrees (nose up is positive)"));
     }
+
     for (name, angle) in [("yaw", fix.yaw), ("roll", fix.roll)] {
         if let Some(angle) = angle.filter(|&angle| !within(angle, 3600.0)) {
             return fail(format!("{name} {angle} is more than ten turns; give degrees"));
         }
     }
+
     if let Some(hfov) = fix.hfov.filter(|&hfov| !(hfov > 0.0 && hfov < 180.0)) {
         return fail(format!("hfov {hfov} is not between 0 and 180 degrees"));
     }
+
     Ok(())
 }
 

@@ -60,6 +60,7 @@ fn read_text(source: &Source<'_>, text: &str) -> Result<Reading> {
     if text.trim().is_empty() {
         return Err(Error::invalid(source.path, "the file is empty; give at least one position"));
     }
+
     if text.trim_start().starts_with('<') {
         let start: String = text.chars().take(4096).collect::<String>().to_ascii_lowercase();
         return match (start.contains("<gpx"), start.contains("<kml") || start.contains(":kml")) {
@@ -74,12 +75,14 @@ fn read_text(source: &Source<'_>, text: &str) -> Result<Reading> {
             )),
         };
     }
+
     if named("gpx") || named("kml") {
         return Err(Error::invalid(
             source.path,
             "line 1: this is no XML; rename the file if it is a table (.csv)",
         ));
     }
+
     if named("igc") || igc::looks_like_igc(text) { igc::read(source, text) } else { csv::read(source, text) }
 }
 

@@ -41,6 +41,7 @@ fn smoothed_fix(times: &[f64], points: &[DVec3], index: usize, sigma: f64) -> DV
     if end - first < ENOUGH {
         return point;
     }
+
     // Normal equations of Σ w (c0 + c1 u + c2 u² − p)² with p relative to the fix itself.
     let mut moments = [0.0; 5];
     let mut sums = [DVec3::ZERO; 3];
@@ -55,10 +56,12 @@ fn smoothed_fix(times: &[f64], points: &[DVec3], index: usize, sigma: f64) -> DV
             power *= u;
         }
     }
+
     let [m0, m1, m2, m3, m4] = moments;
     let normal = DMat3::from_cols_array(&[m0, m1, m2, m1, m2, m3, m2, m3, m4]);
     let solve = normal.inverse().x_axis; // the matrix is symmetric: first column = first row
     let shift = sums[0] * solve.x + sums[1] * solve.y + sums[2] * solve.z;
+
     if shift.is_finite() { point + shift.clamp_length_max(REACH) } else { point }
 }
 

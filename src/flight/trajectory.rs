@@ -89,17 +89,20 @@ impl Trajectory {
         if recorded {
             smooth_recorded(&times, &mut points, interval, &mut notes);
         }
+
         placement.heights(&mut points, ground)?;
         let above_ground = |fix: &Fix| fix.altitude.mode == AltitudeMode::Agl;
         if recorded && !track.fixes.iter().any(above_ground) {
             smooth_heights(&times, &mut points, interval);
         }
+
         let mut spline = Spline::through(times.clone(), points);
         let mut raised = 0.0;
         if let Some(lifted) = ground::lift(&spline, &least_heights(track, options.clearance), ground) {
             (spline, raised) = (lifted.spline, lifted.most);
             notes.push(format!("The path was raised over the ground by up to {:.1} m: it keeps its height above hills between fixes, too.", lifted.most));
         }
+
         let attitude = if let (Some(yaw), Some(pitch), Some(roll)) = (&given.yaw, &given.pitch, &given.roll) {
             let at = |time| Attitude { yaw: yaw.at(time), pitch: pitch.at(time), roll: roll.at(time) };
             AttitudeSource::Given(Orientations::new(&times, at))
@@ -111,12 +114,14 @@ impl Trajectory {
                     track.path.display()
                 )));
             }
+
             if given.yaw.is_none() && !motion.moves {
                 notes.push("The single fix gives no heading: the view is to the north.".into());
             }
             notes.extend(derived_note(&given, &motion, options.level));
             AttitudeSource::Derived { motion, given, level: options.level }
         };
+
         let hfov = Samples::new(track.fixes.iter().map(|fix| (fix.time, fix.hfov)));
         Ok(Self { spline, attitude, hfov, default_hfov: options.hfov, notes, raised })
     }
@@ -186,6 +191,7 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
     if track.fixes.is_empty() {
         return fail("the track has no fix");
     }
+
     let finite = |fix: &Fix| {
         let (x, y) = match fix.horizontal {
             Horizontal::LonLat(x, y) | Horizontal::Xy(x, y) => (x, y),
@@ -196,6 +202,7 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
             && angles.iter().flatten().all(|value| value.is_finite())
             && fix.hfov.is_none_or(|hfov| hfov > 0.0 && hfov < 180.0)
     };
+
     if !track.fixes.iter().all(finite) {
         return fail(
             "the track holds a number that is not finite or beyond 10⁹ m, or a field of view outside 0…180 degrees",
@@ -204,6 +211,7 @@ fn check(track: &Track, options: &BindOptions) -> Result<()> {
     if track.fixes[0].time != 0.0 || track.fixes.windows(2).any(|pair| pair[1].time - pair[0].time < CLOCK) {
         return fail("the times of the track do not start at 0 and increase by at least a microsecond");
     }
+
     Ok(())
 }
 
@@ -273,6 +281,7 @@ impl<'a> Placement<'a> {
                 AltitudeMode::Ellipsoid => metres - self.undulation(fix)?,
             };
         }
+
         Ok(())
     }
 

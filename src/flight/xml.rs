@@ -41,6 +41,7 @@ pub(super) fn walk(
     let mut lines = LineCounter { text: text.as_bytes(), position: 0, line: 1 };
     let mut depth = 0_usize;
     let mut content = String::new();
+
     loop {
         let line = lines.at(reader.buffer_position());
         let event = reader.read_event().map_err(|error| {
@@ -49,6 +50,7 @@ pub(super) fn walk(
             let error = error.to_string().replace(char::is_control, " ");
             source.at_line(line, format!("the XML is damaged ({error}); export the file again"))
         })?;
+
         match event {
             Event::Start(start) => {
                 content.clear();

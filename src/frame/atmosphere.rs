@@ -123,6 +123,7 @@ impl Atmosphere {
     pub fn sky(&self, eye: f64, direction: Vec3) -> Vec3 {
         let up = direction.z.max(0.0);
         let clear = 1.0 - (-SKY_DEPTH * up * up / (up + SKY_ONSET)).exp();
+
         // Air that is hazier than a clear day's hides the blue, or a white mountain would stand before it.
         let start = self.scale_heights(eye);
         let column = self.excess() * SCALE_HEIGHT * (-start).exp() / up.max(f32::MIN_POSITIVE);
@@ -134,10 +135,12 @@ impl Atmosphere {
         if below >= 0.0 {
             return light.lerp(sky, (-fog.depth_to_sky(below, direction.z)).exp());
         }
+
         // From above, fog is a floor without end, which haze hides towards the horizon.
         if direction.z >= 0.0 {
             return sky;
         }
+
         let before = fog.before(below, direction.z, f32::MAX);
         horizon.lerp(light, (-self.optical_depth(eye, direction.z, before)).exp())
     }

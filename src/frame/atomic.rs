@@ -64,10 +64,12 @@ pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
     let Some(name) = path.file_name() else {
         return Err(Error::Configuration(format!("{}: names no file to write to", path.display())));
     };
+
     // Renaming would put a file in the place of a device or a pipe.
     if std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return Err(Error::Configuration(format!("{} is no regular file; write to one", path.display())));
     }
+
     std::fs::create_dir_all(folder).map_err(|source| {
         Error::io(path, format!("write it, since there can be no folder {}", folder.display()), source)
     })?;
@@ -79,11 +81,13 @@ pub(super) fn temporary_for(path: &Path) -> Result<NamedTempFile> {
         suffix.push(".");
         suffix.push(extension);
     }
+
     let mut builder = Builder::new();
     builder.prefix(&prefix).suffix(&suffix);
     if let Some(permissions) = usual_permissions() {
         builder.permissions(permissions);
     }
+
     builder.tempfile_in(folder).map_err(|source| write_error(path, own_words(source)))
 }
 

@@ -43,6 +43,7 @@ pub fn existing(path: &Path, camera: &Camera, info: &FrameInfo) -> Existing {
         Err(error) if error.kind() == ErrorKind::NotFound => return Existing::Missing,
         Err(error) => return Existing::Broken(format!("it cannot be read: {error}")),
     };
+
     match entries(path, &bytes, Some((camera.width, camera.height))) {
         Ok(found) => match info.difference(camera, &found) {
             Some(what) => Existing::Different(what),

@@ -72,6 +72,7 @@ pub(super) fn encode(path: &Path, frame: &Frame, info: &FrameInfo) -> Result<Vec
         line_order: LineOrder::Increasing,
     };
     let mut image = Image::from_layer(Layer::new(size, attributes, encoding, channels));
+
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),
@@ -100,6 +101,7 @@ fn channels(frame: &Frame) -> Channels {
     };
     let alpha = FlatSamples::F16(rays(frame).map(|ray| ray.map_or(f16::ZERO, |_| f16::ONE)).collect());
     let level = FlatSamples::U32(frame.level.iter().copied().map(u32::from).collect());
+
     let named = [
         ("R", colour(0)),
         ("G", colour(1)),
@@ -113,6 +115,7 @@ fn channels(frame: &Frame) -> Channels {
         ("level", level),
         ("id", FlatSamples::U32(frame.id.clone())),
     ];
+
     let aov =
         further(frame).into_iter().map(|(name, samples)| AnyChannel::new(name.as_str(), float(samples)));
     AnyChannels::sort(
@@ -174,6 +177,7 @@ fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttr
     let motion = frame.aov.motion.as_ref().map_or("", |_| MOTION_CONVENTIONS);
     let conventions = format!("{CAMERA_CONVENTIONS}; {CHANNEL_CONVENTIONS}{motion}");
     entries.push(("hedgehop.conventions", Value::Text(conventions)));
+
     for (name, value) in entries {
         let value = match value {
             Value::Text(value) => AttributeValue::Text(text(&value)),
@@ -181,11 +185,13 @@ fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttr
         };
         attributes.other.insert(text(name), value);
     }
+
     for (name, value) in frame.aov.matte.iter().flat_map(Matte::attributes) {
         attributes.other.insert(text(&name), AttributeValue::Text(text(&value)));
     }
     attributes.software_name = Some(text(&info.writer));
     attributes.world_to_camera = Some(camera_from_world(camera));
+
     // OpenEXR's own attributes know planes only; `hedgehop.screen` says what others are.
     if let Screen::Planar { hfov } = *camera.screen() {
         attributes.horizontal_field_of_view = Some(hfov as f32);
@@ -194,6 +200,7 @@ fn attributes(frame: &Frame, info: &FrameInfo, channels: &Channels) -> LayerAttr
         // The window that the screen covers in the plane at distance 1 (OpenEXR, Technical Introduction).
         attributes.screen_window_width = (f64::from(camera.width) / camera.focal_px()) as f32;
     }
+
     attributes
 }
 
@@ -319,6 +326,7 @@ pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, 
         .pedantic()
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
+
     let layer = image.layer_data;
     let mut entries = entries_of(&layer.attributes);
     let channels = layer.channel_data;
@@ -328,6 +336,7 @@ pub(super) fn decode(bytes: &[u8], size: Option<(u32, u32)>) -> Result<Decoded, 
         Some(_) => return Err("its content does not match the digest in its header".to_owned().into()),
         None => return Err("its header has lost the digest of its content".to_owned().into()),
     }
+
     Ok(Decoded { width, height, channels, entries })
 }
 
@@ -411,6 +420,7 @@ mod tests {
         let layer = flat(&encoded(&frame));
         let FlatSamples::F32(depth) = plane(&layer, "Z") else { panic!("Z is float") };
         let matrix = layer.attributes.world_to_camera.unwrap();
+
         for row in 4..12 {
             for column in 0..16 {
                 let at = row * 16 + column;
@@ -430,6 +440,7 @@ mod tests {
                 assert_eq!(view[3], 1.0);
             }
         }
+
         assert_eq!(depth[0], f32::INFINITY, "the sky");
     }
 

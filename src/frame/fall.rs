@@ -128,6 +128,7 @@ impl Nature {
         if !(NEAREST..=HALF).contains(&range) {
             return None;
         }
+
         let before = place - (moves - velocity) * TIME;
         let [to, from] = [place, before].map(|at| camera.screen_from_world(eye + at));
         let (to, from) = (to?.as_vec2(), from?.as_vec2());
@@ -135,10 +136,12 @@ impl Nature {
         if !(to - from).is_finite() || (to - from).length() > longest {
             return None;
         }
+
         let width = (self.width / (range * camera.pixel_angle())) as f32;
         // Thinner than a pixel, it covers a part of it; at the cube's sides it comes and goes unseen.
         let fades = (1.0 - (range / HALF).powi(2)) as f32;
         let share = self.share * width.min(1.0) * fades;
+
         (share > UNSEEN).then_some(Streak {
             from,
             to,
@@ -155,6 +158,7 @@ impl Streak {
         let reach = self.half + 0.5;
         let (along, low) = (self.to - self.from, self.from.y.min(self.to.y));
         let high = self.from.y.max(self.to.y);
+
         // Floats convert saturating.
         let top = ((low - reach).max(first as f32) as usize).max(first);
         let bottom = ((high + reach).ceil().max(0.0) as usize).min(end);
@@ -168,12 +172,14 @@ impl Streak {
                     Some(((at - self.from.y) / along.y).clamp(0.0, 1.0))
                 }
             };
+
             let ends = match (part(middle - reach), part(middle + reach)) {
                 (Some(a), Some(b)) => [self.from.x + along.x * a, self.from.x + along.x * b],
                 _ => [self.from.x, self.to.x],
             };
             let left = (ends[0].min(ends[1]) - reach).max(0.0) as usize;
             let right = ((ends[0].max(ends[1]) + reach).ceil().max(0.0) as usize).min(width);
+
             for column in left..right {
                 let off = Vec2::new(column as f32 + 0.5, middle) - self.from;
                 let share = (off.dot(along) / along.length_squared().max(1.0e-6)).clamp(0.0, 1.0);

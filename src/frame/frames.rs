@@ -111,6 +111,7 @@ fn range(item: &str) -> Result<Range, String> {
     if last < first {
         return Err(format!("`{item}` runs backwards ({first} is above {last})"));
     }
+
     Ok(Range { first, last: last - (last - first) % step, step })
 }
 

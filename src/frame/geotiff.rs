@@ -151,6 +151,7 @@ impl Maker<'_> {
         if self.observer.cancelled() {
             return Err(Error::Interrupted(format!("{} was not written", self.path.display())));
         }
+
         let bands = self.kind.map.bands;
         let mut samples = if layer == 0 {
             tile([column, row])?
@@ -166,9 +167,11 @@ impl Maker<'_> {
             }
             samples
         };
+
         self.fill_beside(&mut samples, layer, [column, row]);
         self.set_aside(&samples, layer, [column, row])?;
         self.observer.advance(1);
+
         Ok(samples)
     }
 
@@ -271,12 +274,14 @@ fn tags(
     is_big: bool,
 ) -> Vec<(u16, Values)> {
     use Values::{Ascii, Double, Long, Long8, Short};
+
     let (map, layer) = (kind.map, &layers[index]);
     let offsets = if is_big {
         Long8(offsets.to_vec())
     } else {
         Long(offsets.iter().map(|&offset| offset as u32).collect())
     };
+
     let mut tags = vec![
         (254, Long(vec![u32::from(index > 0)])),
         (256, Long(vec![layer.width])),
@@ -293,6 +298,7 @@ fn tags(
         (325, Long(layer.places.iter().map(|(_, length)| *length).collect())),
         (339, Short(vec![1; map.bands])),
     ];
+
     if index == 0 {
         let [west, north] = map.north_west;
         tags.push((33_550, Double(vec![map.pixel, map.pixel, 0.0])));
@@ -305,9 +311,11 @@ fn tags(
             tags.push((34_737, Ascii(text.clone())));
         }
     }
+
     if kind.has_voids {
         tags.push((42_113, Ascii(NO_DATA.to_string())));
     }
+
     tags
 }
 
@@ -327,6 +335,7 @@ fn directories(kind: &Kind<'_>, layers: &[Layer], offsets: &[Vec<u64>], start: u
     let mut place =
         start + tags.iter().map(|tags| directory_bytes(tags.len()).next_multiple_of(8)).sum::<u64>();
     let mut next = start;
+
     for (index, tags) in tags.iter().enumerate() {
         next += directory_bytes(tags.len()).next_multiple_of(8);
         let (mut directory, mut values) = (Vec::new(), Vec::new());
@@ -335,11 +344,13 @@ fn directories(kind: &Kind<'_>, layers: &[Layer], offsets: &[Vec<u64>], start: u
         } else {
             (tags.len() as u16).to_le_bytes().to_vec()
         });
+
         for (tag, value) in tags {
             let (kind, count, mut own) = value.encode();
             directory.extend(tag.to_le_bytes());
             directory.extend(kind.to_le_bytes());
             directory.extend(word(count));
+
             if own.len() <= room {
                 own.resize(room, 0);
                 directory.extend(own);
@@ -350,10 +361,12 @@ fn directories(kind: &Kind<'_>, layers: &[Layer], offsets: &[Vec<u64>], start: u
                 values.extend(own);
             }
         }
+
         directory.extend(word(if index + 1 < layers.len() { next } else { 0 }));
         directory.resize(directory.len().next_multiple_of(8), 0);
         all.push((directory, values));
     }
+
     all.iter().for_each(|(directory, _)| bytes.extend_from_slice(directory));
     all.iter().for_each(|(_, values)| bytes.extend_from_slice(values));
     bytes
@@ -365,10 +378,12 @@ fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File
         layers.iter().flat_map(|layer| &layer.places).map(|(_, length)| u64::from(*length)).sum();
     let is_big = stored > MOST_SMALL;
     let start: u64 = if is_big { 16 } else { 8 };
+
     // Their length does not depend on where tiles lie.
     let nowhere: Vec<Vec<u64>> = layers.iter().map(|layer| vec![0; layer.places.len()]).collect();
     let mut end = start + directories(kind, layers, &nowhere, start, is_big).len() as u64;
     let mut offsets = nowhere;
+
     // Readers want what they show first in front: the smallest overview.
     for (layer, offsets) in layers.iter().zip(&mut offsets).rev() {
         for ((_, length), offset) in layer.places.iter().zip(offsets) {
@@ -376,6 +391,7 @@ fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File
             end += u64::from(*length);
         }
     }
+
     let mut file = io::BufWriter::new(file);
     file.write_all(b"II")?;
     if is_big {
@@ -387,6 +403,7 @@ fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File
         file.write_all(&42_u16.to_le_bytes())?;
         file.write_all(&(start as u32).to_le_bytes())?;
     }
+
     file.write_all(&directories(kind, layers, &offsets, start, is_big))?;
     for (from, length) in layers.iter().rev().flat_map(|layer| &layer.places) {
         aside.seek(SeekFrom::Start(*from))?;
@@ -395,6 +412,7 @@ fn assemble(file: &mut File, kind: &Kind<'_>, layers: &[Layer], aside: &mut File
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
     }
+
     file.flush()
 }
 
@@ -425,16 +443,19 @@ mod tests {
             let map = GeoTiff { width, height, bands, north_west: [500.0, 900.0], pixel: 2.0, keys: None };
             written(&map, &path);
             let mut decoder = Decoder::new(File::open(&path).unwrap()).unwrap();
+
             for layer in 0..layers {
                 let wanted = (width.div_ceil(1 << layer), height.div_ceil(1 << layer));
                 assert_eq!(decoder.dimensions().unwrap(), wanted);
                 let DecodingResult::U8(samples) = decoder.read_image().unwrap() else { panic!() };
+
                 // Blocks of equal values stay what they are in the middle.
                 for (x, y) in [(3, 1), (wanted.0 - 1, 1), (wanted.0 / 2, wanted.1 - 1)] {
                     let sample = samples[(y * wanted.0 + x) as usize * bands];
                     let (x, y) = (x << layer, y << layer);
                     assert!(sample.abs_diff(value(x, y, 0)) <= 1, "{width} {layer} {x} {y}: {sample}");
                 }
+
                 assert_eq!(decoder.more_images(), layer + 1 < layers);
                 if layer + 1 < layers {
                     decoder.next_image().unwrap();
@@ -456,6 +477,7 @@ mod tests {
         let [voids, full] = ["voids.tif", "full.tif"].map(|name| folder.path().join(name));
         write_geotiff(&voids, &map, &mut tile, &Silent).unwrap();
         write_full_geotiff(&full, &map, &mut tile, &Silent).unwrap();
+
         for (path, mean) in [(voids, 200), (full, 100)] {
             let mut decoder = Decoder::new(File::open(&path).unwrap()).unwrap();
             let nodata = decoder.find_tag(Tag::GdalNodata).unwrap();
@@ -465,6 +487,7 @@ mod tests {
             let (across, down) = decoder.dimensions().unwrap();
             assert_eq!((across, down), (301, 258));
             let DecodingResult::U8(samples) = decoder.read_image().unwrap() else { panic!() };
+
             for (row, line) in samples.chunks_exact(3 * across as usize).enumerate() {
                 let (inside, last) = line.split_last_chunk::<3>().unwrap();
                 assert!(inside.iter().all(|sample| *sample == mean), "row {row}");

@@ -68,6 +68,7 @@ impl FrameInfo {
         let text = |text: &str| Value::Text(text.replace('\0', " "));
         let pose = &camera.pose;
         let eye = format!("{} {} {}", pose.eye.x, pose.eye.y, pose.eye.z);
+
         let mut entries = vec![
             ("hedgehop.frame", Value::Text(self.frame.to_string())),
             ("hedgehop.seconds", Value::Number(self.seconds)),
@@ -82,9 +83,11 @@ impl FrameInfo {
             ("hedgehop.roll_deg", Value::Number(pose.attitude.roll)),
             ("hedgehop.screen", Value::Text(camera.screen().to_string())),
         ];
+
         if let Screen::Planar { hfov } = *camera.screen() {
             entries.push(("hedgehop.hfov_deg", Value::Number(hfov)));
         }
+
         entries
     }
 

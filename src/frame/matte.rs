@@ -58,6 +58,7 @@ impl Matte {
         for (pixel, _) in frame.level.iter().enumerate().filter(|(_, level)| **level != Frame::SKY_LEVEL) {
             (planes[0][pixel], planes[1][pixel]) = (ground, 1.0);
         }
+
         let ids: Vec<f32> = (0..self.most_id()).map(|number| id(&self.name(number))).collect();
         let id_of = |number: u32| ids.get(number as usize).copied().unwrap_or(ground);
         let mut shares: Vec<(f32, f32)> = Vec::new();
@@ -71,12 +72,14 @@ impl Matte {
                     None => shares.push((id, cover.share)),
                 }
             }
+
             // Those of equal share stay in their order.
             shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
             for (rank, planes) in planes.chunks_exact_mut(2).enumerate() {
                 (planes[0][pixel], planes[1][pixel]) = shares.get(rank).copied().unwrap_or_default();
             }
         }
+
         let name = |plane: usize| format!("{LAYER}{:02}.{}", plane / PARTS.len(), PARTS[plane % PARTS.len()]);
         planes.into_iter().enumerate().map(|(plane, samples)| (name(plane), samples)).collect()
     }

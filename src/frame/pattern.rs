@@ -97,6 +97,7 @@ impl FramePattern {
         if text.is_empty() {
             return Err(Error::Configuration("-o is empty; write for instance frames/####.png".to_owned()));
         }
+
         let cut = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
         let (folder, file) = text.split_at(cut);
         let file = if file.is_empty() { "####.png" } else { file };
@@ -110,9 +111,11 @@ impl FramePattern {
                 ))),
             };
         }
+
         let implied = placeholder.is_none();
         let dot = file.rfind('.').unwrap_or(file.len());
         let place = placeholder.unwrap_or(Placeholder { start: dot, end: dot, width: DEFAULT_WIDTH });
+
         let name = Name::Numbered {
             folder: PathBuf::from(folder),
             before: file[..place.start].to_owned(),
@@ -120,6 +123,7 @@ impl FramePattern {
             after: file[place.end..].to_owned(),
             implied,
         };
+
         Ok(Self { target, name })
     }
 

@@ -35,6 +35,7 @@ fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, 
     let entries = info.entries(camera).into_iter().map(|(name, value)| (name, value.to_string()));
     let writer = ("Software", info.writer.replace('\0', " "));
     let conventions = ("hedgehop.conventions", CAMERA_CONVENTIONS.to_owned());
+
     for (name, text) in entries.chain([writer, conventions]) {
         // tEXt is read by more programs, but holds Latin-1 alone.
         if text.is_ascii() {
@@ -43,9 +44,11 @@ fn encode_rgb(rgb: &[u8], camera: &Camera, info: &FrameInfo) -> Result<Vec<u8>, 
             encoder.add_itxt_chunk(name.to_owned(), text)?;
         }
     }
+
     let mut writer = encoder.write_header()?;
     writer.write_image_data(rgb)?;
     writer.finish()?;
+
     Ok(bytes)
 }
 
@@ -68,6 +71,7 @@ pub(super) fn decode(
     if header.color_type != ::png::ColorType::Rgb || header.bit_depth != ::png::BitDepth::Eight {
         return Err("it is not 8-bit RGB".to_owned().into());
     }
+
     let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
     let length = reader.output_buffer_size().ok_or_else(|| "it is too large for this machine".to_owned())?;
     let mut rgb = vec![0; length];
@@ -78,6 +82,7 @@ pub(super) fn decode(
     let unicode =
         info.utf8_text.iter().filter_map(|chunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?)));
     let entries = latin.chain(unicode).collect();
+
     Ok((Picture { width, height, rgb }, entries))
 }
 

@@ -40,6 +40,7 @@ pub fn read_ray_table(path: &Path) -> Result<RayTable> {
         );
         return Err(Error::invalid(path, what));
     }
+
     let decoded = exr::decode(&bytes, None).map_err(no_table)?;
     let has = |names: &&[&str; 3]| names.iter().all(|name| decoded.channel(name).is_some());
     let Some(names) = CHANNELS.iter().find(has) else {
@@ -49,6 +50,7 @@ pub fn read_ray_table(path: &Path) -> Result<RayTable> {
         );
         return Err(Error::invalid(path, what));
     };
+
     let pixels = width as usize * height as usize;
     let plane = |name: &str| match decoded.channel(name) {
         Some(FlatSamples::F32(samples)) if samples.len() == pixels => Ok(samples),
@@ -58,6 +60,7 @@ pub fn read_ray_table(path: &Path) -> Result<RayTable> {
             "write the table of rays with float channels (pixel type FLOAT)",
         )),
     };
+
     let [x, y, z] = [plane(names[0])?, plane(names[1])?, plane(names[2])?];
     let directions = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| [x, y, z]).collect();
     RayTable::new(width, height, directions).map_err(|error| match error {

@@ -152,6 +152,7 @@ impl FrameRecord {
         };
         let name =
             file.and_then(|(path, _)| path.file_name()).map(|name| name.to_string_lossy().into_owned());
+
         Self {
             frame: info.frame,
             file: name,
@@ -234,6 +235,7 @@ impl Manifest {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, "create the folder", source))?;
         let _lock = lock(folder);
+
         // A manifest that cannot be read says nothing about frames that could be kept.
         if let Ok(Some(earlier)) = Self::read(folder)
             && self.difference(&earlier).is_none()
@@ -244,6 +246,7 @@ impl Manifest {
             let kept = earlier.frames.into_iter();
             self.frames.extend(kept.filter(|frame| !made.contains(&frame.frame) && exists(&frame.file)));
         }
+
         self.frames.sort_by_key(|frame| frame.frame);
         self.damaged_pages.sort_unstable();
         self.damaged_pages.dedup();
@@ -254,6 +257,7 @@ impl Manifest {
         let poses = folder.join(POSES);
         atomic::write_bytes(&poses, &poses_csv(&poses, &self.frames)?)?;
         atomic::write_bytes(&manifest, &text)?;
+
         Ok(self)
     }
 
@@ -294,6 +298,7 @@ fn changed_settings(there: &serde_json::Value, here: &serde_json::Value) -> Stri
         [there, here].into_iter().filter_map(serde_json::Value::as_object).flat_map(|object| object.keys());
     let keys: std::collections::BTreeSet<&String> =
         keys.filter(|key| there.get(*key) != here.get(*key)).collect();
+
     let clause = |key: &&String| {
         let value =
             |settings: &serde_json::Value| settings.get(*key).filter(|value| !value.is_null()).cloned();
@@ -308,10 +313,12 @@ fn changed_settings(there: &serde_json::Value, here: &serde_json::Value) -> Stri
             (None, here) => format!("{key} is not set, but {} here", here.unwrap_or_default()),
         }
     };
+
     let mut clauses: Vec<String> = keys.iter().take(MOST_CLAUSES).map(clause).collect();
     if keys.len() > MOST_CLAUSES {
         clauses.push(format!("and {} more settings differ", keys.len() - MOST_CLAUSES));
     }
+
     clauses.join(", ")
 }
 
@@ -432,12 +439,14 @@ mod tests {
         assert_eq!(said, r#"sky is "haze", not "clear""#);
         assert_eq!(manifest("clear").difference(&manifest("clear")), None);
         let bare = serde_json::json!({});
+
         for (one, said) in [
             (serde_json::json!({"scene": {"blake3": "a"}}), "it has a scene, and this has none"),
             (serde_json::json!({"radius_m": 2.5}), "radius_m is 2.5, and not set here"),
         ] {
             assert_eq!(changed_settings(&one, &bare), said);
         }
+
         assert_eq!(changed_settings(&bare, &serde_json::json!({"scene": {}})), "it has no scene");
         std::fs::write(folder.path().join(MANIFEST), b"{").unwrap();
         let message = Manifest::read(folder.path()).unwrap_err().to_string();

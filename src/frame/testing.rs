@@ -14,6 +14,7 @@ pub fn frame(width: u32, height: u32) -> Frame {
         attitude: Attitude { yaw: 33.0, pitch: -5.25, roll: 20.0 },
         hfov: 60.0,
     };
+
     let mut frame = Frame {
         camera: Camera::new(pose, width, height),
         colour: Vec::new(),
@@ -23,6 +24,7 @@ pub fn frame(width: u32, height: u32) -> Frame {
         id: Vec::new(),
         aov: super::Aov::default(),
     };
+
     for row in 0..height {
         for column in 0..width {
             let sky = row < height / 3;
@@ -34,6 +36,7 @@ pub fn frame(width: u32, height: u32) -> Frame {
             frame.id.push(if sky { Frame::SKY_ID } else { (3 << 16) | (row << 8) | (column % 2) });
         }
     }
+
     frame
 }
 

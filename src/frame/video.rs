@@ -73,10 +73,12 @@ fn encode_with(
     let Some(first) = frames.peek() else {
         return Err(Error::Configuration(format!("{}: no frames for the video", out.display())));
     };
+
     let picture = read_picture(first)?;
     note_choices(encoder, &picture, out, observer);
     let mut pipe = Pipe::start(program, encoder, (picture.width, picture.height), rate, out)?;
     observer.begin("video", total, "frames");
+
     for path in frames {
         if observer.cancelled() {
             return Err(interrupted(out));
@@ -87,6 +89,7 @@ fn encode_with(
         }
         observer.advance(1);
     }
+
     pipe.finish()?;
     observer.end();
     Ok(())
@@ -126,6 +129,7 @@ fn choose_encoder(program: &OsStr, out: &Path) -> Result<&'static Encoder> {
             )));
         }
     };
+
     let listing = Command::new(program)
         .args(["-hide_banner", "-loglevel", "error", "-encoders"])
         .stdin(Stdio::null())
@@ -133,6 +137,7 @@ fn choose_encoder(program: &OsStr, out: &Path) -> Result<&'static Encoder> {
         .map_err(|error| missing(out, &error))?;
     let listing = String::from_utf8_lossy(&listing.stdout);
     let has = |name: &str| listing.lines().any(|line| line.split_whitespace().nth(1) == Some(name));
+
     suitable.iter().find(|encoder| has(encoder.name)).ok_or_else(|| {
         let names: Vec<_> = suitable.iter().map(|encoder| encoder.name).collect();
         Error::unsupported(
@@ -183,12 +188,14 @@ impl Pipe {
             let what = format!("a video of {}×{} pixels", size.0, size.1);
             return Err(Error::unsupported(out, what, "render frames of at least 2×2 (--size)"));
         }
+
         let temporary = atomic::temporary_for(out)?;
         let mut command = Command::new(program);
         command.args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]);
         command.args(["-s", &format!("{}x{}", size.0, size.1)]);
         command.args(["-r", &format!("{}/{}", rate.numerator(), rate.denominator()), "-i", "-", "-an"]);
         command.args(["-vf", FILTER, "-c:v", encoder.name]).args(encoder.options).args(TAGS);
+
         // `file:` keeps a colon in the name from being taken for a protocol.
         let mut target = OsString::from("file:");
         target.push(temporary.path());
@@ -197,10 +204,12 @@ impl Pipe {
         let (Some(pixels), Some(errors)) = (child.0.stdin.take(), child.0.stderr.take()) else {
             return Err(Error::unsupported(out, "ffmpeg has no pipes", "write y4m with `-o -`"));
         };
+
         let complaints = std::thread::Builder::new()
             .name("ffmpeg-complaints".to_owned())
             .spawn(move || read_complaints(errors))
             .map_err(|error| Error::io(out, "start a thread for ffmpeg's messages", error))?;
+
         Ok(Self { child, pixels, complaints, temporary, out: out.to_owned(), size })
     }
 

@@ -54,6 +54,7 @@ fn frames_become_a_video_with_exact_rate_and_tags() {
     if !ffmpeg_is_there() {
         return;
     }
+
     let (folder, out) = testing::place("a b:c.mp4");
     for (extension, size) in [("png", (64, 48)), ("exr", (65, 49))] {
         let notes = Notes::default();
@@ -61,6 +62,7 @@ fn frames_become_a_video_with_exact_rate_and_tags() {
         let (words, first) = probe(&out);
         assert!(words.contains("23.98 fps"), "{words}");
         assert!(words.contains("64x48"), "{words}");
+
         // Range, matrix, primaries, transfer.
         assert!(words.contains("yuv420p(tv, bt709/bt709/iec61966-2-1"), "{words}");
         assert!(words.contains("frame=    8"), "{words}");
@@ -69,6 +71,7 @@ fn frames_become_a_video_with_exact_rate_and_tags() {
         assert!(extension == "exr" || error / (expected.len() as u64) < 4, "mean error {error}");
         assert_eq!(notes.0.lock().unwrap().iter().any(|note| note.contains("even sizes")), size.0 == 65);
     }
+
     let left: Vec<_> = std::fs::read_dir(folder.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())

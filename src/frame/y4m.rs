@@ -74,12 +74,14 @@ impl<W: Write> Y4mWriter<W> {
             let what = format!("{} bytes are no frame of {}×{} pixels", rgb.len(), self.width, self.height);
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
+
         let (pixels, _) = rgb.as_chunks::<3>();
         let [luma, blue, red] = &mut self.planes;
         luma.clear();
         luma.extend(pixels.iter().map(|&pixel| luma_code(pixel)));
         blue.clear();
         red.clear();
+
         match self.chroma {
             Chroma::Full => {
                 for &pixel in pixels {
@@ -94,6 +96,7 @@ impl<W: Write> Y4mWriter<W> {
                 }
             }
         }
+
         self.encoder.write_frame(&y4m::Frame::new([luma, blue, red], None)).map_err(plain)
     }
 

@@ -51,9 +51,11 @@ impl Clock {
                     }
                     return Some(page);
                 }
+
                 self.hand = (self.hand + 1) % self.ring.len();
             }
         }
+
         None
     }
 }

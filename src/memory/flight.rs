@@ -119,11 +119,13 @@ impl Flight<'_> {
         if self.pages.is_whole() {
             return;
         }
+
         self.pages.manage();
         let mut next = 0;
         let mut needs = None;
         let mut in_sight = Sights::new();
         let leaves_paint = self.pages.budget() < u64::MAX && foresight.brings_paint();
+
         while next < count && !self.stopped.load(Ordering::Acquire) {
             let done = self.delivered.load(Ordering::Acquire);
             self.pages.deliver(done);
@@ -152,6 +154,7 @@ impl Flight<'_> {
                     continue;
                 }
             }
+
             if news.recv().is_err() {
                 return;
             }
@@ -201,6 +204,7 @@ impl ResidentPages {
             news: sender,
             frames: Mutex::new((self.paging(), Vec::new())),
         };
+
         sync::scope(|scope| {
             let flight = &flight;
             let stop = Stop(flight);

@@ -227,6 +227,7 @@ mod tests {
         let (watch, beside) = unsafe { (Watch::new(&cut), Watch::new(&other)) };
         assert_eq!((cut[600_000], watch.failed()), (7, None));
         file.set_len(4096).unwrap();
+
         let threads: Vec<_> = std::thread::scope(|scope| {
             let read = |at: usize| {
                 scope.spawn({
@@ -236,10 +237,12 @@ mod tests {
             };
             [600_000, 700_000, 800_000].map(read).into_iter().map(|thread| thread.join().unwrap()).collect()
         });
+
         assert_eq!(threads, [0; 3]);
         assert!([600_000, 700_000, 800_000].contains(&watch.failed().unwrap()));
         assert_eq!((cut[0], whole[0], beside.failed()), (0, 7, None));
         drop(watch);
+
         // Its slot is free again, and knows nothing of what was there.
         assert_eq!(unsafe { Watch::new(&whole) }.failed(), None);
     }

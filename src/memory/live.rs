@@ -114,8 +114,10 @@ impl Thread<'_> {
             pages.keep_for(frame, &needs);
             self.next = Some(Errand { frame, pages: needs });
         }
+
         let mut wanted: Vec<PagePart> = self.wanted.drain(..).collect();
         pages.take_wanted(&mut wanted);
+
         // Workers ask in any order: heights come next to their paint.
         wanted.sort_by_key(|part| (std::cmp::Reverse(part.page().level), part.page(), *part));
         self.wanted = wanted.into();
@@ -125,6 +127,7 @@ impl Thread<'_> {
         if has_room && !self.wanted.is_empty() {
             return true;
         }
+
         // Those for which there is no room are asked for again if they are still needed.
         pages.forget_wanted(self.wanted.drain(..));
         if self.next.is_none()
@@ -133,6 +136,7 @@ impl Thread<'_> {
         {
             self.farther = Some(Errand { frame, pages: self.foresee(frame) });
         }
+
         let (errand, need): (_, fn(_, _) -> _) = match (&mut self.next, &mut self.farther) {
             (next @ Some(_), _) => (next, Need::Now),
             (None, farther) => (farther, Need::Ahead),
@@ -142,6 +146,7 @@ impl Thread<'_> {
         if !has_room || needs.is_empty() {
             *errand = None;
         }
+
         true
     }
 
@@ -166,11 +171,13 @@ impl ResidentPages {
         self.manage();
         self.bring_coarsest()?;
         let begun = AtomicU32::new(0);
+
         let look = |flight: &Flight<'_>, news: &Receiver<()>| {
             self.manage();
             if self.is_whole() {
                 return;
             }
+
             let mut thread = Thread {
                 flight,
                 begun: &begun,
@@ -180,13 +187,16 @@ impl ResidentPages {
                 next: None,
                 farther: None,
             };
+
             while !flight.stopped.load(Ordering::Acquire) {
                 if !thread.work() && news.recv().is_err() {
                     break;
                 }
             }
+
             self.end_wanting();
         };
+
         self.fly_beside(look, |flight| fly(&LiveFlight { flight, begun: &begun }))
     }
 

@@ -55,12 +55,14 @@ impl PagePlan {
         let mut plan = Self::default();
         let mut last_needed = HashMap::new();
         let mut known = HashSet::new();
+
         // Bytes that come to be needed ahead of each frame, less those that no longer are.
         let mut changes = vec![0_i64; count as usize + 1];
         for frame in 0..count {
             if observer.cancelled() {
                 return Err(Error::Interrupted("the flight was not planned to its end".into()));
             }
+
             let mut needs = FrameNeeds::default();
             known.clear();
             for part in foresight.needs(frame)?.parts {
@@ -68,6 +70,7 @@ impl PagePlan {
                 if file.directory().stored_part_index(part).is_none() {
                     continue;
                 }
+
                 let bytes = file.store().part_bytes(part);
                 let before = last_needed.insert(part, frame);
                 needs.pages += u64::from(known.insert(part.page()));
@@ -76,6 +79,7 @@ impl PagePlan {
                     needs.first_bytes += bytes;
                     plan.first_use.push((part, frame));
                 }
+
                 if before.is_some_and(|before| frame - before > LOOKAHEAD) {
                     needs.read_bytes += bytes;
                 }
@@ -84,15 +88,18 @@ impl PagePlan {
                 changes[from as usize] += bytes as i64;
                 changes[frame as usize + 1] -= bytes as i64;
             }
+
             needs.read_bytes += needs.first_bytes;
             plan.frames.push(needs);
             observer.advance(1);
         }
+
         let mut ahead = 0;
         for (needs, change) in plan.frames.iter_mut().zip(changes) {
             ahead += change;
             needs.ahead_bytes = u64::try_from(ahead).unwrap_or(0);
         }
+
         observer.end();
         Ok(plan)
     }
@@ -174,6 +181,7 @@ mod tests {
         let file = PageFile::open(&path).unwrap();
         let page = file.directory().get(PageId { level: 0, px: 0, py: 0 }).unwrap().length;
         let page = u64::from(page);
+
         // One page that comes again too late to be kept for it, one that does in time, and one that is not there.
         let mut needs = vec![vec![]; 100];
         needs[0] = vec![0, 1, 70];

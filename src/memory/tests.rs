@@ -109,12 +109,14 @@ fn pages_without_bytes_are_always_there() {
         assert!(frame.bounds(id).unwrap().is_some() && site.pages.page(id).unwrap().is_some());
         site.pages.bring(&[id]);
     }
+
     assert!(!frame.has(page(0)) && frame.page(page(0)).unwrap().is_none());
     assert_eq!(site.wanted(), fine(&[0]));
     let paging = site.pages.paging();
     let counts = [paging.demand_misses, paging.pages_read, paging.bytes_read, paging.resident_bytes];
     assert_eq!((counts, paging.pages_late), ([0; 4], 2));
     drop(frame);
+
     // All of the database is what has bytes.
     let bytes = site.pages.bytes();
     assert!(bytes < 1_500_000, "{bytes}");
@@ -139,17 +141,21 @@ fn a_frame_sees_what_was_there_when_it_began_and_wants_the_rest_once() {
     for _ in 0..3 {
         assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
     }
+
     assert!(site.news.1.try_recv().is_ok(), "the memory thread was told");
     assert_eq!(site.wanted(), fine(&[2]));
+
     // What comes while it is rendered is not for it, but for the next one.
     site.bring(&fine(&[2]), Need::Now(0, NOTHING_BEHIND));
     assert!(!frame.has(page(2)) && frame.page(page(2)).unwrap().is_none());
     assert_eq!(site.wanted(), []);
     assert!(site.present().page(page(2)).unwrap().is_some());
+
     // Nowhere and absent are not wanted.
     assert!(frame.page(PageId { level: 0, px: 99, py: 0 }).unwrap().is_none());
     let paging = site.pages.paging().since(&before);
     assert_eq!((paging.demand_misses, paging.pages_late, paging.pages_read), (0, 2, 2));
+
     // Wanted in vain: it may be asked for again.
     frame.page(page(3)).unwrap();
     site.pages.forget_wanted(site.wanted().into_iter());
@@ -216,14 +222,17 @@ fn what_is_likely_to_be_read_has_room_before_what_may_be() {
         site.pages.read(&expected);
         Some(expected.into_iter().map(|(part, _)| part).collect::<Vec<_>>())
     };
+
     // Far ahead nothing is done by halves; soon what is likely must do.
     assert_eq!(expect(3, &needs(&[1, 2, 3], 2)), None);
     assert_eq!(expect(2, &needs(&[1, 2, 3], 2)), Some(vec![heights(1), heights(2)]));
     assert_eq!(expect(2, &needs(&[4, 1, 2], 3)), None, "three are too many before a frame is delivered");
+
     // What may be read and is there gives way to what is likely, also where the frame was asked for in vain before.
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), None);
     site.pages.deliver(3);
     assert_eq!(expect(3, &needs(&[4, 5, 1, 2], 2)), Some(vec![heights(4), heights(5)]));
+
     // With room for all of it, all of it comes.
     site.pages.deliver(4);
     assert_eq!(expect(9, &needs(&[6, 7], 1)), Some(vec![heights(6), heights(7)]));
@@ -240,6 +249,7 @@ fn what_is_in_sight_is_brought_and_stays_for_the_frame() {
     assert_eq!(site.pages.paging().pages_in_sight, 2);
     site.pages.bring(&[page(1)]);
     assert_eq!(site.pages.paging().pages_in_sight, 2, "it is there");
+
     // Others have no room while frame 4 is in flight.
     let expect = |frame, parts: &[PagePart]| {
         let expected = site.pages.expect(frame, &PageNeeds::from(parts.to_vec()), None, NOTHING_BEHIND)?;
@@ -251,6 +261,7 @@ fn what_is_in_sight_is_brought_and_stays_for_the_frame() {
     site.pages.deliver(5);
     assert_eq!(expect(8, &fine(&[5, 6])), Some(fine(&[5, 6])));
     assert!(!site.pages.is_at_hand(page(1)));
+
     // A frame needs what it needs, also where others have all the room.
     assert!(site.bytes() <= site.pages.budget());
     site.pages.begin(5);

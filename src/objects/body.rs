@@ -172,6 +172,7 @@ impl Placed {
             Self::new(body, eye, sight, corners, position, world_from_body * axes)
         };
         let plain = |shape: Shape| (Sight::Shape(shape), shape.corners());
+
         match &body.form {
             Form::Shape(shape) => {
                 let (sight, corners) = plain(*shape);
@@ -307,10 +308,12 @@ fn line_parts(eye: DVec3, forward: DVec3, line: [f64; 3], footprint: Footprint) 
     let aside = (eye - forward * nearest).length();
     let distance = |at: f64| aside.hypot(at - nearest);
     let farthest = distance(0.0).max(distance(length));
+
     // Up to there it is wide enough.
     let first = width / (pixels * footprint.at(1.0)).max(f64::MIN_POSITIVE);
     let first = first.max(distance(nearest.clamp(0.0, length)));
     let mut ends = vec![0.0, length];
+
     if let Footprint::Angle(_) = footprint
         && first < farthest
     {
@@ -326,6 +329,7 @@ fn line_parts(eye: DVec3, forward: DVec3, line: [f64; 3], footprint: Footprint) 
         ends.sort_unstable_by(f64::total_cmp);
         ends.dedup();
     }
+
     ends
 }
 

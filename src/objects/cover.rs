@@ -213,6 +213,7 @@ fn count_faces<V: Simd>(simd: V, aim: usize, albedo: Vec3, batches: &[Seen<V>], 
             break;
         }
     }
+
     let Some(([x, y, z], lane)) = first else { return };
     let normal = [simd.splat(lane_of(x, lane)), simd.splat(lane_of(y, lane)), simd.splat(lane_of(z, lane))];
     let zero = simd.splat(0.0);
@@ -228,6 +229,7 @@ fn count_faces<V: Simd>(simd: V, aim: usize, albedo: Vec3, batches: &[Seen<V>], 
                 sums[index] = sums[index] + values[index].select(mask, zero);
             }
         }
+
         if rays > 0 {
             let [x, y, z, range] = sums;
             let normal = Vec3::new(total(x), total(y), total(z)) / rays as f32;
@@ -358,12 +360,14 @@ fn inside<V: Simd>(simd: V, shape: &Shape, origin: Lanes<V::F>, direction: Lanes
             let b = flat::<V>(below, direction) - below[2] * direction[2] * slope;
             let c = flat::<V>(below, below) - below[2] * below[2] * slope;
             let ([low, high], meets) = roots(simd, a, b, c);
+
             // Steep rays leave one half of the double cone and enter the other, of which the lower one counts.
             let zero = simd.splat(0.0);
             let (is_steep, sinks) = (a.lt(zero), direction[2].lt(zero));
             let steep = [high.select(sinks, all[0]), all[1].select(sinks, low)];
             let side = [steep[0].select(is_steep, low), steep[1].select(is_steep, high)];
             let caps = between(simd, origin[2], direction[2], 0.0, height as f32);
+
             Inside { side, caps, meets }
         }
         Shape::Disc { radius } => {
@@ -385,6 +389,7 @@ impl Aim {
         let (enter, leave) = (side[0].max(caps[0]), side[1].min(caps[1]));
         let begin = simd.splat(-self.begin);
         let starts_outside = begin.le(enter);
+
         // From inside, the inner side is seen.
         let at = enter.select(starts_outside, leave);
         let is_cap = starts_outside & side[0].lt(caps[0]) | !starts_outside & caps[1].lt(side[1]);
@@ -393,10 +398,12 @@ impl Aim {
         if !is_seen.any() {
             return;
         }
+
         let point = along(origin, direction, at);
         let normal = self.normal(simd, point, direction, is_cap);
         seen.at = far.select(is_seen, seen.at);
         seen.aim = simd.splat(index as f32).select(is_seen, seen.aim);
+
         for axis in 0..3 {
             let [right, forward, up] = &self.axes;
             let turned = normal[1].mul_add(simd.splat(forward[axis]), normal[0] * simd.splat(right[axis]));
@@ -430,10 +437,12 @@ impl Aim {
                 [x, y, (simd.splat(height as f32) - z) * simd.splat(slope)]
             }
         };
+
         let normal =
             [zero.select(is_cap, side[0]), zero.select(is_cap, side[1]), one.select(is_cap, side[2])];
         let length = dot::<V>(normal, normal).max(simd.splat(SLOW * SLOW)).rsqrt();
         let length = (zero - length).select(zero.lt(dot::<V>(normal, direction)), length);
+
         [normal[0] * length, normal[1] * length, normal[2] * length]
     }
 }

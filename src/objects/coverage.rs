@@ -81,6 +81,7 @@ impl Coverage {
         let width = self.size[0] as f64;
         let (left, right) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let sums = &mut self.sums[STRIDE * row..STRIDE * (row + 1)];
+
         let mut add = |from: f64, to: f64, height: f64| {
             let pixel = from as usize;
             let inside = height * (0.5 * (from + to) - pixel as f64);
@@ -94,6 +95,7 @@ impl Coverage {
         if left >= width {
             return;
         }
+
         let per_column = if right > left { height / (right - left) } else { 0.0 };
         let (mut at, end) = (left.max(0.0), right.min(width));
         if left < 0.0 {
@@ -103,6 +105,7 @@ impl Coverage {
             let inside = if left < 0.0 || right > width { (end - at) * per_column } else { height };
             return add(at, end, inside);
         }
+
         while at < end {
             let next = (at.floor() + 1.0).min(end);
             add(at, next, (next - at) * per_column);
@@ -160,6 +163,7 @@ mod tests {
             };
             let points: Vec<_> = (0..corners).map(corner).collect();
             let rows = coverage.put(&points);
+
             for row in 0..32 {
                 let mut shares = [0.0; 20];
                 coverage.shares(row).for_each(|(column, share)| shares[column] = share);
@@ -175,6 +179,7 @@ mod tests {
                 }
             }
         }
+
         assert!(edges > 5000, "{edges}");
     }
 }

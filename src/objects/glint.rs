@@ -107,6 +107,7 @@ impl Glint {
         let least = simd.splat((1.0 + self.reach * self.reach * per_width).powf(-1.5));
         let (edge, radius) = (self.radius + CORE_ENDS * CORE, simd.splat(self.radius));
         let parts = columns.start / LANES..columns.end.div_ceil(LANES);
+
         for row in rows {
             let down = row as f32 + 0.5 - place.y;
             for part in parts.clone() {
@@ -115,11 +116,13 @@ impl Glint {
                 let inverse = square.mul_add(simd.splat(per_width), one).rsqrt();
                 let glare = (inverse * inverse * inverse - least).max(zero);
                 let mut core = zero;
+
                 if down.abs() < edge {
                     let beyond = (square.sqrt() - radius).max(zero) * simd.splat(1.0 / CORE);
                     let share = exp_neg(simd, beyond * beyond * simd.splat(0.5));
                     core = share.select(square.lt(simd.splat(edge * edge)), zero);
                 }
+
                 for (channel, sum) in glow.sums[row * PARTS + part].iter_mut().enumerate() {
                     let light = core.mul_add(simd.splat(self.core[channel]), simd.load(&sum.0));
                     glare.mul_add(simd.splat(self.glare[channel]), light).store(&mut sum.0);
@@ -234,6 +237,7 @@ mod tests {
             let glint = Glint::new(DVec2::new(160.0, 100.0) + offset, Vec3::splat(5.0), 0.0, 1.0e-3).unwrap();
             let screen = shown(&glint);
             let sum: Vec3 = screen.iter().sum();
+
             let middle: Vec2 = screen
                 .iter()
                 .enumerate()
@@ -241,12 +245,15 @@ mod tests {
                     light.x * Vec2::new((at % SIZE[0]) as f32 + 0.5, (at / SIZE[0]) as f32 + 0.5)
                 })
                 .sum();
+
             let middle = middle / sum.x - (DVec2::new(160.0, 100.0) + offset).as_vec2();
             assert!(middle.length() < 0.02, "{offset}: {middle}");
+
             // What a lens with the pixels' own resolution sees of it.
             let squares: f32 = screen.iter().map(|light| light.x * light.x).sum();
             squares.sqrt()
         };
+
         let seen: Vec<_> =
             (0_u8..20).map(|step| brightest(DVec2::new(0.05, 0.023) * f64::from(step))).collect();
         let (low, high) =

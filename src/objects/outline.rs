@@ -162,12 +162,14 @@ impl Outline {
         let pixels = body.radius / lens.camera.footprint().at((body.centre - eye).length());
         self.rim.clear();
         self.points.clear();
+
         match *shape {
             Shape::Cylinder { radius, height } if body.is_part => {
                 sides(radius, height, body.eye(), &mut self.rim);
             }
             _ => rim(shape, body.eye(), pixels, &mut self.rim),
         }
+
         let screen_from_body = screen_from_world * body.body_from_world.transpose();
         let start = screen_from_world * offset;
         for point in &self.rim {
@@ -177,9 +179,11 @@ impl Outline {
             }
             self.points.push(place.truncate() / place.z);
         }
+
         if matches!(shape, Shape::Box { .. }) {
             hull(&mut self.points);
         }
+
         self.points.len() > 2
     }
 }
@@ -237,6 +241,7 @@ mod tests {
             let (low, high) =
                 points.iter().fold((points[0], points[0]), |(low, high), at| (low.min(*at), high.max(*at)));
             let mut met = 0;
+
             for step in 0..300 {
                 let at = |by: f64| 1.4 * (f64::from(step) * by).fract() - 0.2;
                 let place = low + (high - low) * DVec2::new(at(0.618), at(0.755));
@@ -248,8 +253,10 @@ mod tests {
                     met += i32::from(hit.is_some());
                 }
             }
+
             all += met;
         }
+
         assert!(all > 10_000, "{all}");
     }
 

@@ -165,11 +165,13 @@ impl<'v> Looking<'v> {
         if !self.row.iter().any(|body| body.columns.contains(&column)) {
             return None;
         }
+
         let ground = ground();
         let (lens, place) = (self.square.lens, DVec2::new(column as f64, row as f64) + 0.5);
         let middle = lens.line(place)?;
         let (origin, footprint) = (middle.origin(lens.camera), lens.camera.footprint());
         let distance = |body: &Placed| (body.centre - origin).length();
+
         let is_near = |body: &Placed| {
             let distance = distance(body);
             // Hidden, whatever of it the pixel holds.
@@ -187,11 +189,13 @@ impl<'v> Looking<'v> {
         if self.near.is_empty() {
             return None;
         }
+
         let shown = |(hit, offset): (Hit, DVec2)| ground.shows(&hit, offset).then_some(hit);
         let look = |near: &[&Placed]| {
             nearest(near.iter().copied(), &middle, footprint).map(|hit| (hit, DVec2::ZERO)).and_then(shown)
         };
         let pixels = |body: &Placed, metres: f64| metres / footprint.at(distance(body) + body.radius);
+
         // Of small bodies nearly all pixels have an edge.
         if self.near.iter().any(|body| pixels(body, body.radius) >= SMALL) {
             let centre = look(&self.near);
@@ -206,6 +210,7 @@ impl<'v> Looking<'v> {
                 return None;
             }
         }
+
         let seen = self.shares(place, &ground, shade)?;
         Some(match look(&self.near) {
             Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },

@@ -103,6 +103,7 @@ impl<'v> Plot<'v> {
             part: Vec::new(),
             spare: Vec::new(),
         };
+
         for (index, shown) in square.bodies.iter().enumerate() {
             let is_plain = match &shown.placed.sight {
                 Sight::Shape(shape) => plot.outline.find(&square.lens, &shown.placed, shape),
@@ -114,6 +115,7 @@ impl<'v> Plot<'v> {
                 plot.leave(shown);
             }
         }
+
         plot
     }
 
@@ -142,22 +144,26 @@ impl<'v> Plot<'v> {
         };
         let [nearest, farthest] = ends(&shown.placed);
         let mut own: Option<Range<usize>> = None;
+
         for row in touched {
             for (column, share) in self.coverage.shares(row) {
                 if share < LEAST {
                     continue;
                 }
+
                 let pixel = row * SQUARE + column;
                 let claim = &mut self.claims[pixel];
                 if *claim == Claim::LEFT {
                     continue;
                 }
+
                 if *claim == Claim::FREE {
                     self.grounds[pixel] = ground(columns.start + column, rows.start + row);
                 }
                 if nearest * self.grounds[pixel].least() > 1.0 {
                     continue;
                 }
+
                 match claim.body() {
                     None => {
                         *claim = Claim::by(index);
@@ -182,6 +188,7 @@ impl<'v> Plot<'v> {
                 }
             }
         }
+
         match own {
             Some(rows) => self.places.push(Place { body: index, rows, points: first..self.points.len() }),
             None => self.points.truncate(first),
@@ -214,6 +221,7 @@ impl<'v> Plot<'v> {
         let corner = DVec2::new(columns.start as f64, rows.start as f64);
         let middle = DVec2::new(f64::from(half(columns)), f64::from(half(rows)));
         let pencil = Pencil::new(lens, corner + middle)?;
+
         for place in std::mem::take(&mut self.places) {
             let placed = &bodies[place.body].placed;
             let Sight::Shape(shape) = placed.sight else { continue };
@@ -225,6 +233,7 @@ impl<'v> Plot<'v> {
                     let offset = [first as f32 + 0.5 - half(columns), row as f32 + 0.5 - half(rows)];
                     let run = Run { place: &place, first: row * SQUARE + first, offset };
                     let (own, middles) = self.middles(&aim, &run, columns.len() - first);
+
                     for lane in (0..LANES).filter(|lane| own >> lane & 1 == 1) {
                         let (column, row) = (columns.start + first + lane, rows.start + row);
                         let ray = lens.ray(&lens.line(DVec2::new(column as f64, row as f64) + 0.5)?);
@@ -233,10 +242,12 @@ impl<'v> Plot<'v> {
                             put(row, column, &seen);
                         }
                     }
+
                     first += LANES;
                 }
             }
         }
+
         Some(())
     }
 
@@ -305,6 +316,7 @@ impl<'v> Plot<'v> {
         let faces = &mut self.faces;
         faces.clear();
         let mut met = self.isa.run(Rays { aim, rays: &FEW, middle, ground, faces });
+
         if met.all == 0 {
             let size = [&self.square.columns, &self.square.rows].map(|range| range.len() as f32);
             let corner = [0, 1].map(|axis| f64::from(middle[axis] - 0.5 + 0.5 * size[axis]));
@@ -312,17 +324,21 @@ impl<'v> Plot<'v> {
             clip(outline, corner.into(), &mut self.part, &mut self.spare);
             let Some(centre) = mean(&self.part) else { return 0.0 };
             let mut rays = [[[0.0; LANES]; 2]];
+
             for lane in 0..LANES {
                 let corner = self.part[lane % self.part.len()];
                 let place = centre.lerp(corner, WAYS[lane / self.part.len() % WAYS.len()]) - 0.5;
                 (rays[0][0][lane], rays[0][1][lane]) = (place.x as f32, place.y as f32);
             }
+
             faces.clear();
             met = self.isa.run(Rays { aim, rays: &rays, middle, ground, faces });
         }
+
         if met.before == met.all || met.behind == met.all {
             return self.shares[run.first + lane] / met.all.count_ones().max(1) as f32;
         }
+
         faces.clear();
         self.isa.run(Rays { aim, rays: &ALL, middle, ground, faces });
         1.0 / (ALL.len() * LANES) as f32

@@ -151,6 +151,7 @@ mod tests {
             let end = range.min(200.0);
             let steps = 40_000;
             let peak = f64::from(puff.depth) / (puff.radius * std::f64::consts::TAU.sqrt());
+
             let expected: f64 = (0..steps)
                 .map(|step| end * (f64::from(step) + 0.5) / f64::from(steps))
                 .map(|at| {
@@ -158,6 +159,7 @@ mod tests {
                     peak * (-0.5 * off.length_squared() / puff.radius.powi(2)).exp() * end / f64::from(steps)
                 })
                 .sum();
+
             let depth = f64::from(seen.depth(direction, range));
             assert!((depth - expected).abs() < 2.0e-4 * (1.0 + expected), "{puff:?}: {depth} {expected}");
         }

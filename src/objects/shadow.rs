@@ -221,6 +221,7 @@ impl Caster {
         let world_from_sun = sun_from_world.transpose();
         let to_sun = [world_from_sun.z_axis, world_from_sun.x_axis * SUN, world_from_sun.y_axis * SUN]
             .map(|part| world_from_body.transpose() * part);
+
         Self {
             id: body.id,
             form,
@@ -334,6 +335,7 @@ mod tests {
         let casters = casters(&bodies, to_sun);
         let all: Vec<_> = casters.casters.iter().collect();
         let mut dark = 0;
+
         for step in 0..4000 {
             let at = |by: f64| 260.0 * (f64::from(step) * by).fract() - 30.0;
             let point = DVec3::new(at(0.618), at(0.755), 0.0);
@@ -343,6 +345,7 @@ mod tests {
             assert_eq!(found, casters.share(&all, &patch), "{point}");
             dark += u32::from(found < 1.0);
         }
+
         assert!(dark > 100, "{dark}");
     }
 }

@@ -143,6 +143,7 @@ impl Shape {
                 } else {
                     return None;
                 };
+
                 Some(round.and(Inside::between(2, 0.0, height, origin, direction)?))
             }
             Self::Cone { radius, height } => {
@@ -170,11 +171,13 @@ fn cone(slope: f64, origin: DVec3, direction: DVec3) -> Option<Inside> {
         DVec3::new(point.x, point.y, -square * point.z)
     };
     let half = b * b - a * c;
+
     // Below the tip is one of the two halves of the double cone.
     let is_below = |at: f64| origin.z + direction.z * at <= 0.0;
     if half < 0.0 {
         return (a < 0.0 && is_below(0.0)).then_some(Inside::ALL);
     }
+
     // Without the difference of like numbers.
     let sum = -(b + half.sqrt().copysign(b));
     let [first, second] = if sum == 0.0 { [0.0; 2] } else { [sum / a, c / sum] };
@@ -186,6 +189,7 @@ fn cone(slope: f64, origin: DVec3, direction: DVec3) -> Option<Inside> {
             normals: [normal(low), normal(high)],
         });
     }
+
     // The line leaves one half and enters the other.
     let (never, unknown) = (f64::INFINITY, DVec3::Z);
     if direction.z < 0.0 {

@@ -87,6 +87,7 @@ impl Sheets {
             Sight::Mesh(mesh) => mesh,
         };
         let first = self.facets.len();
+
         let (begin, ratio) = if lens.is_straight() {
             let known = self.sheet(lens, square, body, mesh)?;
             let length = lens.line(place)?.direction.length();
@@ -105,12 +106,14 @@ impl Sheets {
             mesh.before(&basis, &around, &mut self.facets);
             (basis.begin, 1.0)
         };
+
         let facets = first..self.facets.len();
         let footprint = match lens.camera.footprint() {
             Footprint::Angle(angle) => [angle as f32, 0.0],
             Footprint::Width(width) => [0.0, width as f32],
         };
         let patch = Patch { mesh, facets, begin, ratio, footprint, albedo: body.albedo, axes: body.axes() };
+
         (!patch.facets.is_empty()).then_some(Item::Mesh(patch))
     }
 

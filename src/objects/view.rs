@@ -194,6 +194,7 @@ impl Cone {
                 .map(|at| at as f64)
                 .collect::<Vec<_>>()
         };
+
         let (columns, rows) = (ends(columns), ends(rows));
         let positions = rows.iter().flat_map(|row| columns.iter().map(move |column| (*column, *row)));
         let rays: Vec<_> = positions.filter_map(|(column, row)| camera.ray(column, row)).collect();
@@ -202,11 +203,13 @@ impl Cone {
         let axis = sum.try_normalize().unwrap_or(first.direction);
         let origin = rays.iter().map(|ray| ray.origin).sum::<DVec3>() / rays.len() as f64;
         let most = |value: &dyn Fn(&Ray) -> f64| rays.iter().map(value).fold(0.0, f64::max);
+
         // Between those that were asked there are others, up to a stride away.
         let (angle, width) = match camera.footprint() {
             Footprint::Angle(angle) => (STRIDE as f64 * angle, 0.0),
             Footprint::Width(width) => (0.0, STRIDE as f64 * width),
         };
+
         Some(Self {
             origin,
             axis,

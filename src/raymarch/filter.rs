@@ -327,10 +327,12 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
         let centre_at = units.clamp(low, high);
         let centre = self.cursor.smooth_height(level, centre_at)?;
         let mut slope = [0.0; 2];
+
         for (axis, step) in [DVec2::new(side, 0.0), DVec2::new(0.0, side)].into_iter().enumerate() {
             let (behind_at, ahead_at) = ((centre_at - step).max(low), (centre_at + step).min(high));
             let ahead = self.cursor.smooth_height(level, ahead_at)?;
             let behind = self.cursor.smooth_height(level, behind_at)?;
+
             let (rise, run) = match (behind, centre, ahead) {
                 (Some(behind), _, Some(ahead)) => (ahead - behind, ahead_at - behind_at),
                 (None, Some(centre), Some(ahead)) => (ahead - centre, ahead_at - centre_at),
@@ -341,6 +343,7 @@ impl<'a, S: PageSource> SurfaceFilter<'a, S> {
                 slope[axis] = rise / (run[axis] * self.grid.spacing);
             }
         }
+
         Ok(DVec2::from_array(slope))
     }
 }

@@ -300,6 +300,7 @@ impl<'a, S: PageSource> Marcher<'a, S> {
                 block_contact(search.ray, step, top?, place).map(|(range, face)| (range, Some(face)))
             }),
         };
+
         match found {
             Some(contact) => Ok(contact.map(|(range, face)| Contact {
                 range,

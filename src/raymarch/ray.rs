@@ -83,14 +83,17 @@ impl GridRay {
                 (above <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY))
             };
         }
+
         // Roots of a parabola that opens upward, without cancellation (Press et al., Numerical Recipes, §5.6).
         let discriminant = rise * rise - 4.0 * self.bend * above;
         if discriminant < 0.0 {
             return None;
         }
+
         let q = -0.5 * (rise + discriminant.sqrt().copysign(rise));
         let one = q / self.bend;
         let other = if q == 0.0 { one } else { above / q };
+
         Some((one.min(other), one.max(other)))
     }
 

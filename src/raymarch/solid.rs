@@ -103,6 +103,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
             if self.measure.is_clear(ray, &group, view.highest(x, y, GROUP).into()) {
                 continue;
             }
+
             for block in CellWalk::new(ray, blocks.inside(&group, GROUP), group.enter, group.leave) {
                 let [x, y] = corner_on_page(block.cell);
                 if self.measure.is_clear(ray, &block, view.block(x, y).high.into()) {
@@ -115,6 +116,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
                 }
             }
         }
+
         Ok(left)
     }
 
@@ -131,6 +133,7 @@ impl<'a, S: PageSource> Solids<'a, S> {
         let [x, y] = cell.map(|cell| (cell % i64::from(BLOCK_SIDE)) as u32);
         let at = within - 0.5;
         let measure = self.measure;
+
         let holds = |span: &&Span| {
             let half = 0.5 * (measure.height(span.high) - measure.height(span.low)) / spacing;
             span.opacity() >= dense
@@ -139,10 +142,12 @@ impl<'a, S: PageSource> Solids<'a, S> {
                     if index == 0 && span.is(Span::STRIP) { beyond.abs() <= half } else { beyond <= 0.0 }
                 })
         };
+
         let top = |span: &Span| {
             measure.height(span.high) + DVec2::from(span.slopes().map(f64::from)).dot(at) * spacing
         };
         let spans = self.blocks.get(block, &view).of(x, y);
+
         Ok(spans.iter().filter(holds).map(top).reduce(f64::max))
     }
 }
@@ -260,6 +265,7 @@ impl Measure {
         if (is_level && is_over(high)) || (hangs && (is_level || !span.is(Span::PARALLEL)) && is_under(low)) {
             return None;
         }
+
         let mut stretch = Stretch::new(passage, high);
         let wall = |index: usize| {
             let cut = span.cuts[index];
@@ -267,6 +273,7 @@ impl Measure {
                 .then(|| (index, DVec2::from(cut.normal().map(f64::from)), f64::from(cut.distance())))
         };
         let walls = [wall(0), wall(1), wall(2)];
+
         // The last wall that the ray came through.
         let mut through = None;
         for (index, normal, distance) in walls.into_iter().flatten() {
@@ -279,10 +286,12 @@ impl Measure {
             } else {
                 stretch.cut(|at, _| beyond(at), Face::Side, normal.extend(0.0));
             }
+
             if stretch.enter > before {
                 through = Some((index, stretch.enter));
             }
         }
+
         let slope = DVec2::from(span.slopes().map(f64::from));
         let rise = |at: DVec2| slope.dot(at) * self.spacing;
         stretch.cut(|at, above| above - rise(at), Face::Top, (-slope).extend(1.0).normalize());
@@ -298,10 +307,12 @@ impl Measure {
                 stretch.cut(|_, above| down - above, Face::Bottom, DVec3::NEG_Z);
             }
         }
+
         let Stretch { enter, leave, mut face, mut normal, .. } = stretch;
         if enter >= leave {
             return None;
         }
+
         // Through a side of the voxel, or where it meets another part of the same thing.
         let is_side = enter == passage.ranges[0];
         let is_joint = through.is_some_and(|(index, at)| at == enter && span.is_joined(index));
@@ -317,15 +328,18 @@ impl Measure {
             {
                 normal = wall.1.extend(0.0);
             }
+
             if rise(at) - above < SEAM * self.spacing {
                 (face, normal) = (Face::Top, (-slope).extend(1.0).normalize());
             }
         }
+
         // An eye within a span sees it as if it were all side.
         if enter == 0.0 {
             let direction = ray.slope * DVec3::new(self.spacing, self.spacing, 1.0);
             (face, normal) = (Face::Side, -direction);
         }
+
         let opacity = f64::from(span.opacity());
         // A thin wire is stored as a strip that hides less: by its own width, or next to nothing would be left of it.
         let unit = match span.is(Span::STRIP) {
@@ -334,6 +348,7 @@ impl Measure {
         };
         let way = (leave - enter) / unit;
         let opacity = if opacity < 1.0 { 1.0 - (1.0 - opacity).powf(way) } else { 1.0 };
+
         Some(SolidHit { range: enter, end: leave, opacity, face, normal, span: *span })
     }
 }

@@ -53,6 +53,7 @@ pub fn standing_on(
 ) -> MemPages {
     const PART: u32 = 20;
     const FOOT: u16 = 5000;
+
     let grid = Grid { nx: SIDE, ny: SIDE, spacing: SPACING, origin: DVec2::new(1000.0, 2000.0) };
     let voxels = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
     let spans: BTreeMap<_, _> =
@@ -65,6 +66,7 @@ pub fn standing_on(
     let arrays = Arrays { grid, heights: &heights, colours: &grass, attributes: None };
     let (mut parts, mut placed) = (Vec::new(), Vec::new());
     let corners = (0..SIDE / PART).flat_map(|y| (0..SIDE / PART).map(move |x| (PART * x, PART * y)));
+
     for corner in corners.filter(|_| objects) {
         let above = |code: u16| if code == Span::GROUND { code } else { code - FOOT };
         let part = SharedObject::new([PART as u16; 2], SpanTable::rise(CODE, SPACING), |x, y, out| {
@@ -75,6 +77,7 @@ pub fn standing_on(
         placed.push(([i64::from(corner.0), i64::from(corner.1)], placement));
         parts.push(part);
     }
+
     let own = if objects { BTreeMap::new() } else { spans.clone() };
     let standing = Standing {
         heights: &ground,
@@ -84,6 +87,7 @@ pub fn standing_on(
         placed: &placed,
         code: CODE,
     };
+
     build_standing(&arrays, &standing, &Metadata::default()).unwrap()
 }
 
@@ -170,6 +174,7 @@ fn walls_are_straight_whatever_their_direction() {
             }
         }
     }
+
     assert!(worst < 0.03, "{worst} of a voxel");
 }
 
@@ -222,9 +227,11 @@ fn hipped(half_ridge: f64, x: u32, y: u32) -> Vec<Span> {
     if (centre - APEX).abs().max_element() > 8.0 {
         return Vec::new();
     }
+
     let side = |quarter: u8| {
         let out = DVec2::from_angle(f64::from(quarter) * std::f64::consts::FRAC_PI_2).round();
         let (mut cuts, mut joined, mut count) = ([Cut::NONE; 3], 0, 0);
+
         // Lines at an eighth of a turn to either side of `out`, beyond which the neighbours are lower, and the ridge.
         let has_ridge = half_ridge > 0.0 && quarter % 2 == 1;
         for turn in [96_u8, 160, 128].into_iter().take(if has_ridge { 3 } else { 2 }) {
@@ -237,16 +244,19 @@ fn hipped(half_ridge: f64, x: u32, y: u32) -> Vec<Span> {
             if distance <= -reach {
                 return None;
             }
+
             if distance < reach {
                 cuts[count] = Cut::wall(facing, (distance * f64::from(Cut::STEPS)).round() as i32);
                 joined |= Span::JOINED.get(count).copied().unwrap_or_default();
                 count += 1;
             }
         }
+
         let high = 20.0 - 0.5 * SPACING * (out.dot(centre - APEX) - out.x.abs() * half_ridge);
         let slope = (out * -0.5 * f64::from(Span::SLOPE_STEPS)).to_array().map(|slope| slope.round() as i8);
         Some(Span { cuts, slope, state: Span::OPAQUE | joined, ..pillar(high) })
     };
+
     (0..4).filter_map(side).collect()
 }
 
@@ -269,6 +279,7 @@ fn four_planes_of_a_roof_meet_in_a_point_or_in_a_ridge_shorter_than_a_voxel() {
             let length = ((to - from) * DVec3::new(SPACING, SPACING, 1.0)).length();
             worst = worst.max((hits[0].range - length).abs());
         }
+
         // A step of a cut is 16 mm.
         assert!(worst < 0.02, "{worst} m");
     }
@@ -353,6 +364,7 @@ fn a_wire_is_a_strip_as_wide_as_it_is_high() {
         };
         if y == 150 && (100..200).contains(&x) { vec![wire] } else { Vec::new() }
     });
+
     let at = |x: f64| 10.0 - 0.5 * thick + 0.25 * (x - 100.0) * SPACING;
     // From the south at its height: met half its width before the line; above and below it: not.
     for x in [100.2, 120.9, 133.0, 177.77] {
@@ -363,6 +375,7 @@ fn a_wire_is_a_strip_as_wide_as_it_is_high() {
             let (hits, ..) = met(&pages, DVec3::new(x, 140.0, z), DVec3::new(x, 150.0, z));
             assert!(hits.is_empty());
         }
+
         // From above it is narrow, too.
         for (aside, is_met) in [(0.04, true), (0.06, false)] {
             let over = DVec3::new(x, 150.5 + aside, 90.0);
@@ -415,6 +428,7 @@ fn strewn(x: u32, y: u32) -> Vec<Span> {
     if draw(9) > 0 || (x / 40 + y / 40).is_multiple_of(3) {
         return Vec::new();
     }
+
     let mut spans: Vec<_> = (0..1 + draw(2))
         .map(|index| {
             let low = 10.0 * f64::from(index) + f64::from(draw(4));
@@ -428,6 +442,7 @@ fn strewn(x: u32, y: u32) -> Vec<Span> {
             Span { low, slope, cuts, state, ..own }
         })
         .collect();
+
     spans.sort_by_key(|span| (span.low, span.high));
     spans
 }
@@ -449,6 +464,7 @@ proptest! {
         let pages = &STREWN[usize::from(placed)];
         let curvature = if is_curved { Curvature::standard() } else { Curvature::FLAT };
         let base = Marcher::new(pages, LevelBands::finest_only(), Surface::Smooth).curved(curvature);
+
         // Along axes and diagonals, too; along a border or through a corner a ray may be on either side of it.
         let snap = |value: f64, step: f64| if is_snapped { (value / step).round() * step } else { value };
         let turn = snap(turn, std::f64::consts::FRAC_PI_4);
@@ -460,6 +476,7 @@ proptest! {
         if is_endless {
             cursor = cursor.endless();
         }
+
         let size = DVec2::splat(f64::from(SIDE));
         let over = if is_endless { Some((0.0, 1500.0)) } else { ray.clip(size, 100.0) };
         let Some((start, end)) = over else { return Ok(()) };
@@ -471,11 +488,13 @@ proptest! {
             solids.along_each_voxel(&ray, [start, end], least, &mut expected).unwrap(),
         ];
         prop_assert_eq!(found.len(), expected.len(), "{:?} {:?}", found, expected);
+
         for (found, expected) in found.iter().zip(&expected) {
             let errors = [found.range - expected.range, found.end - expected.end, found.opacity - expected.opacity];
             prop_assert!(errors.iter().all(|error| error.abs() < 1e-9), "{:?} {:?}", found, expected);
             prop_assert!(found.span == expected.span);
         }
+
         prop_assert!((left[0] - left[1]).abs() < 1e-9);
     }
 }

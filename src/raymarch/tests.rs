@@ -38,11 +38,13 @@ fn naive_contact(source: &MemPages, surface: Surface, ray: &GridRay) -> Option<f
     let header = source.header();
     let mut cursor = PageCursor::new(source);
     let size = DVec2::new(f64::from(header.grid.nx), f64::from(header.grid.ny));
+
     let mut inside = |range: f64| {
         let point = ray.at(range);
         if point.cmplt(DVec3::new(0.0, 0.0, f64::MIN)).any() || point.x > size.x || point.y > size.y {
             return false;
         }
+
         let height = match surface {
             Surface::Smooth => cursor.smooth_height(0, point.truncate()).unwrap(),
             Surface::Blocks => {
@@ -51,8 +53,10 @@ fn naive_contact(source: &MemPages, surface: Surface, ray: &GridRay) -> Option<f
                 cursor.height(0, cell).unwrap().unwrap()
             }
         };
+
         height.is_some_and(|height| point.z <= height)
     };
+
     let step = 0.05 * header.grid.spacing;
     let mut range = 0.0;
     while range < REACH {
@@ -66,6 +70,7 @@ fn naive_contact(source: &MemPages, surface: Surface, ray: &GridRay) -> Option<f
         }
         range += step;
     }
+
     None
 }
 
@@ -102,6 +107,7 @@ proptest! {
         let direction = Attitude { yaw, pitch, roll: 0.0 }.world_from_view().z_axis;
         let ray = GridRay::new(&grid, eye, direction);
         let surface = if blocks { Surface::Blocks } else { Surface::Smooth };
+
         // A steep ray through a void can meet the far wall below what the oracle walks.
         let found = contact(&source, surface, &ray).filter(|&range| range < REACH);
         let expected = naive_contact(&source, surface, &ray);
@@ -175,6 +181,7 @@ fn a_ramp_is_hit_at_the_closed_form_at_every_level() {
     let local = DVec2::new(500.0, 1500.0);
     let eye = (grid.origin + local).extend(600.0);
     let mut levels = std::collections::BTreeSet::new();
+
     for pitch in [-80.0, -40.0, -20.0, -10.0, -5.0, -1.0, 0.5] {
         let direction = Attitude { yaw: 90.0, pitch, roll: 0.0 }.world_from_view().z_axis;
         let bands = LevelBands::new(&grid, 4, 0.02, -100.0, 1.0);
@@ -185,6 +192,7 @@ fn a_ramp_is_hit_at_the_closed_form_at_every_level() {
         let exact = above / (east * direction.x + north * direction.y - direction.z);
         assert!((contact.range / exact - 1.0).abs() < 1e-4, "pitch {pitch}: {} {exact}", contact.range);
     }
+
     assert!(levels.len() >= 3, "the ramp was seen at levels {levels:?} only");
 }
 

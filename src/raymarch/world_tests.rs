@@ -232,6 +232,7 @@ fn compare_with_copies(
     let mut endless = Marcher::new(&one, bands(&one), surface(blocks)).endless(1.0e4);
     let mut copies = Marcher::new(&nine, bands(&nine), surface(blocks));
     let ray = copies.ray(eye, direction);
+
     // Where copies end, so do their neighbours' posts.
     let is_within = |contact: &Contact| {
         let margin = 0.5 * 4_f64.powi(i32::from(contact.level)) + 1e-6;
@@ -241,6 +242,7 @@ fn compare_with_copies(
     };
     let found = endless.first_contact(&ray, 0.0).unwrap();
     let expected = copies.first_contact(&ray, 0.0).unwrap();
+
     if found.iter().chain(&expected).all(is_within) {
         match (found, expected) {
             (Some(found), Some(expected)) => {
@@ -255,6 +257,7 @@ fn compare_with_copies(
             (None, None) => {}
         }
     }
+
     Ok(())
 }
 
@@ -264,6 +267,7 @@ fn a_bent_ray_meets_a_plane_at_the_root_of_its_parabola() {
     let c = TIGHT.inverse_diameter;
     let eye = (source.header().grid.origin + DVec2::new(55.0, 2000.0)).extend(103.0);
     let mut hits = 0;
+
     for tenths in 1..60 {
         let pitch = -0.1 * f64::from(tenths);
         for level in 0..4 {
@@ -276,6 +280,7 @@ fn a_bent_ray_meets_a_plane_at_the_root_of_its_parabola() {
             if square.abs() < 1e-6 {
                 continue;
             }
+
             let exact = (square > 0.0).then(|| (-slope - square.sqrt()) / (2.0 * c) / ray.ground_cosine);
             hits += u32::from(exact.is_some());
             match (found, exact) {
@@ -286,6 +291,7 @@ fn a_bent_ray_meets_a_plane_at_the_root_of_its_parabola() {
             }
         }
     }
+
     assert!(hits > 100 && hits < 59 * 4 - 20, "{hits}");
 }
 
@@ -343,6 +349,7 @@ fn attributes_colours_and_ground_repeat_with_the_area() {
         let contact = marcher.first_contact(&ray, 0.0).unwrap().unwrap();
         filter.sample(&ray, &contact).unwrap()
     };
+
     for x in [3.0, 150.0, 299.0] {
         let (here, there) = (seen(x), seen(x - 900.0));
         assert!((here.normal - there.normal).length() < 1e-5 && here.albedo == there.albedo);
@@ -351,6 +358,7 @@ fn attributes_colours_and_ground_repeat_with_the_area() {
         assert!((ground(place) - ground(place + DVec2::new(600.0, -400.0))).abs() < 1e-6);
         assert_eq!(ground_height(&source, place + DVec2::new(600.0, 0.0)).unwrap(), None);
     }
+
     // From 29 m down to 0 m over the seam: halfway on it, by central differences over two voxels.
     assert!((endless_ground_height(&source, grid.origin).unwrap().unwrap() - 14.5).abs() < 1e-2);
     let tilt = seen(0.0).normal;

@@ -80,6 +80,7 @@ impl<S: PageSource> Renderer<'_, S> {
                 "a picture of {width}×{height} pixels is too large for {side} × {side} rays a pixel (--antialias): {MOST_RAYS} rays are the most"
             )));
         }
+
         let render = |moment: &Moment, describes: bool| {
             let camera = moment.camera.enlarged(side);
             self.at(moment.seconds).seen_with(&camera, (&moment.scenery).into(), describes, farm)
@@ -88,6 +89,7 @@ impl<S: PageSource> Renderer<'_, S> {
         if !finish.gathers() {
             return Ok(Rendered { frame, account });
         }
+
         let open = interval * finish.shutter / 360.0;
         let count = if open > 0.0 {
             let moved = motion(&own, [&moment(-0.5 * open), &moment(0.5 * open)], &frame.range, side);
@@ -98,22 +100,26 @@ impl<S: PageSource> Renderer<'_, S> {
         } else {
             1
         };
+
         let (side, columns) = (side as usize, width as usize);
         let mut light = vec![[0.0; 3]; columns * height as usize];
         let weight = 1.0 / count as f32;
         gather(&frame.colour, side, weight, &mut light, columns, farm);
+
         for index in (0..count).filter(|index| *index != count / 2) {
             let offset = ((index as f64 + 0.5) / count as f64 - 0.5) * open;
             let rendered = render(&moment(offset), false)?;
             gather(&rendered.frame.colour, side, weight, &mut light, columns, farm);
             account += rendered.account;
         }
+
         // Shares of bodies are those of pixels at the frame's own time.
         let aov = if self.options.matte && describes {
             self.at(own.seconds).seen_with(&own.camera, (&own.scenery).into(), true, farm)?.frame.aov
         } else {
             Aov::default()
         };
+
         let frame = Frame {
             aov,
             camera: own.camera,
@@ -123,6 +129,7 @@ impl<S: PageSource> Renderer<'_, S> {
             level: thin(&frame.level, side, columns),
             id: thin(&frame.id, side, columns),
         };
+
         Ok(Rendered { frame, account })
     }
 
@@ -163,6 +170,7 @@ fn motion(own: &Moment, ends: [&Moment; 2], range: &[f32], side: u32) -> f64 {
             |index: u32, count: u32, size: u32| (2 * index + 1) as f64 / (2 * count) as f64 * f64::from(size);
         [at(look % LOOKS[0], LOOKS[0], camera.width), at(look / LOOKS[0], LOOKS[1], camera.height)]
     });
+
     let seen = places.filter_map(|[column, row]| {
         let ray = camera.ray(column, row)?;
         let pixel = (row * f64::from(side)) as usize * width + (column * f64::from(side)) as usize;
@@ -170,10 +178,12 @@ fn motion(own: &Moment, ends: [&Moment; 2], range: &[f32], side: u32) -> f64 {
         let point = ray.origin + ray.direction * if range.is_finite() { range } else { SKY };
         shift(ends.map(|end| &end.camera), [point; 2])
     });
+
     let bodies = own.scenery.bodies.iter().zip(ends[0].scenery.bodies.iter().zip(&ends[1].scenery.bodies));
     let bodies = bodies
         .filter(|(body, _)| is_in_sight(camera, body.position))
         .filter_map(|(_, (one, other))| shift(ends.map(|end| &end.camera), [one.position, other.position]));
+
     seen.chain(bodies).fold(0.0, f64::max)
 }
 

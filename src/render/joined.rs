@@ -94,6 +94,7 @@ impl<S: PageSource> Renderer<'_, S> {
         if self.options.matte {
             rendered.frame.aov.matte = Some(matte::of_ground(self, &rendered.frame, farm)?);
         }
+
         rendered.account.times.image += timed(|| {
             let frame = &mut rendered.frame;
             let shadows = Shadows::of(self, camera, bodies);
@@ -104,27 +105,33 @@ impl<S: PageSource> Renderer<'_, S> {
                 let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
                 shadows.cast(camera, rows.collect(), &frame.range, farm)?;
             }
+
             if !bodies.is_empty() {
                 bodies.into_frame(self, shadows.as_ref(), frame, farm)?;
             }
             shadows.map_or(Ok(()), Shadows::check)?;
+
             if !sought.is_empty() {
                 let glints = sought.seen(&frame.range, farm)?;
                 let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
                 glints.add(self.isa, rows.collect(), farm)?;
             }
+
             let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
             puffs::add(self, camera, puffs, rows.collect(), &frame.range, farm)?;
             clouds::into_frame(self, frame, farm)?;
             let rows = frame.colour.chunks_mut(camera.width as usize * SQUARE).map(Pixels::Linear);
+
             fall::add(self, camera, rows.collect(), &frame.range, farm)
         })?;
+
         let Frame { range, level, .. } = &mut rendered.frame;
         for ((range, level), own) in range.iter_mut().zip(level).zip(own.unwrap_or_default()) {
             if *level != Frame::BODY_LEVEL {
                 *range = own;
             }
         }
+
         Ok(rendered)
     }
 
@@ -154,6 +161,7 @@ impl<S: PageSource> Renderer<'_, S> {
         let bodies = Bodies::find(&view, camera.height, farm)?;
         let weather = &self.options.weather;
         let has_weather = weather.clouds.is_some() || weather.precipitation.is_some();
+
         // What comes after bodies asks how far these are.
         let asks_all = !puffs.is_empty() || has_weather;
         let ranges_count = asks_all || !sought.is_empty();
@@ -163,6 +171,7 @@ impl<S: PageSource> Renderer<'_, S> {
         if !takes_all {
             sought.mark(&mut parts);
         }
+
         let mut range = self.shared.ranges.take();
         range.resize(if takes_range { camera.width as usize * camera.height as usize } else { 0 }, 0.0);
         let (mut picture, mut account) = match self.planes(camera, farm)? {
@@ -174,6 +183,7 @@ impl<S: PageSource> Renderer<'_, S> {
                 (Picture { width: camera.width, height: camera.height, rgb }, account)
             }
         };
+
         self.source.intact()?;
         account.times.image += timed(|| {
             if let Some(shadows) = &shadows {
@@ -188,15 +198,18 @@ impl<S: PageSource> Renderer<'_, S> {
                     farm,
                 )?;
             }
+
             shadows.map_or(Ok(()), Shadows::check)?;
             if !sought.is_empty() {
                 let glints = sought.seen(&range, farm)?;
                 glints.add(self.isa, rows_of(&mut picture).collect(), farm)?;
             }
+
             puffs::add(self, camera, puffs, rows_of(&mut picture).collect(), &range, farm)?;
             clouds::into_picture(self, camera, &mut picture, &range, farm)?;
             fall::add(self, camera, rows_of(&mut picture).collect(), &range, farm)
         })?;
+
         self.shared.ranges.give_back(range);
         Ok((picture, account))
     }

@@ -88,6 +88,7 @@ impl<'c> Sought<'c> {
         let options = &renderer.options;
         let firmament = options.night.stars.filter(|_| !options.sun.is_up());
         let mut points = Vec::new();
+
         // Without an eye nothing tells how bright a lamp is.
         let has_eye = !matches!(camera.screen(), Screen::Orthographic { .. });
         if has_eye && (!lights.is_empty() || firmament.is_some()) {
@@ -99,6 +100,7 @@ impl<'c> Sought<'c> {
                 per_luminance: f64::from(options.brightness().per_luminance()),
                 finder: Finder::new(camera),
             };
+
             let drop = |at: DVec3| options.curvature.drop_at((at - camera.pose.eye).truncate().length());
             each(lights, farm, &mut points, |light| {
                 eye.lamp(light, light.position - DVec3::Z * drop(light.position))
@@ -107,6 +109,7 @@ impl<'c> Sought<'c> {
                 each(stars(), farm, &mut points, |star| eye.star(star, &firmament))?;
             }
         }
+
         Ok(Self { camera, points })
     }
 
@@ -142,10 +145,12 @@ impl<'c> Sought<'c> {
         each(&self.points, farm, &mut glints, |point| {
             Ok(Glint::new(point.position, point.light * point.share(&shown), point.radius, point.angle))
         })?;
+
         // Sums depend on the order of their terms; that of the lamps is not to count.
         glints.sort_unstable_by_key(Glint::rank);
         let across = size[0].div_ceil(SQUARE);
         let mut squares = vec![Vec::new(); across * size[1].div_ceil(SQUARE)];
+
         for (index, glint) in (0..).zip(&glints) {
             let [columns, rows] = glint.extent(size);
             for row in rows.start / SQUARE..rows.end.div_ceil(SQUARE) {
@@ -154,6 +159,7 @@ impl<'c> Sought<'c> {
                 }
             }
         }
+
         Ok(Glints { camera: self.camera, glints, squares, size })
     }
 }
@@ -234,11 +240,13 @@ impl Kernel for Adding<'_, '_> {
         let has_blind = matches!(camera.screen(), Screen::Fisheye { .. } | Screen::Table(_));
         let rows = pixels.count() / width;
         let mut glow = Glow::none([0, first]);
+
         for (square, indices) in squares.iter().enumerate().filter(|(_, indices)| !indices.is_empty()) {
             glow.begin([square * SQUARE, first]);
             for &glint in indices {
                 glints[glint as usize].add(simd, &mut glow);
             }
+
             for row in glow.rows() {
                 for part in 0..PARTS {
                     let (mut light, column) = (glow.take(row, part), square * SQUARE + part * LANES);
@@ -294,6 +302,7 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         if intensity == Vec3::ZERO {
             return None;
         }
+
         let way = at - eye;
         let range = way.length().max(CLOSEST);
         let position = self.finder.position(at)?;
@@ -302,15 +311,18 @@ impl<S: PageSource> Eye<'_, '_, '_, S> {
         let radius = light.fixture.radius / (range * angle);
         let light = intensity * scale as f32;
         let size = [self.camera.width, self.camera.height].map(|size| size as usize);
+
         // What is too faint or beside the screen needs no closer look.
         let [columns, rows] = Glint::new(position, light, radius, angle)?.extent(size);
         if columns.is_empty() || rows.is_empty() {
             return None;
         }
+
         let lifted_at = at + DVec3::Z * (LIFT + LIFT_PIXELS * angle * range);
         let lifted = self.finder.position(lifted_at);
         let through = self.atmosphere.veil(eye.z, (way / range).as_vec3(), range as f32).through;
         let (asked, inverse) = (Some(lifted.unwrap_or(position)), (1.0 + BEHIND) / range);
+
         Some((Point { position, asked, inverse, light: light * through, radius, angle }, lifted_at - eye))
     }
 
@@ -397,6 +409,7 @@ impl<'c> Finder<'c> {
         let nearest = self.samples.iter().max_by(|a, b| a.0.dot(towards).total_cmp(&b.0.dot(towards)));
         let mut at = nearest?.1;
         let ray = |at: DVec2| self.camera.ray(at.x, at.y).map(|ray| ray.direction);
+
         for _ in 0..STEPS {
             let here = ray(at)?;
             let across = ray(at + DVec2::new(0.5, 0.0))? - ray(at - DVec2::new(0.5, 0.0))?;
@@ -412,6 +425,7 @@ impl<'c> Finder<'c> {
             }
             at += step;
         }
+
         let off = ray(at)?.dot(towards);
         (off > self.camera.pixel_angle().cos()).then_some(at)
     }

@@ -36,6 +36,7 @@ pub(super) fn of_ground<S: PageSource>(
             || row > 0 && is_sky(column, row - 1) != own
             || row + 1 < height && is_sky(column, row + 1) != own
     };
+
     let mut bands: Vec<Vec<Cover>> = vec![Vec::new(); height.div_ceil(SQUARE)];
     farm.each(Stage::Image, bands.iter_mut().collect(), |band, covers| {
         let rows = band * SQUARE..((band + 1) * SQUARE).min(height);
@@ -53,6 +54,7 @@ pub(super) fn of_ground<S: PageSource>(
                     hits += u32::from(marcher.first_contact(&ray, 0.0)?.is_some());
                 }
             }
+
             // What the frame shows there has some share, if all rays pass it by.
             let least = if is_sky(column, row) { 0.0 } else { 0.5 };
             let share = (hits as f32).max(least) / RAYS as f32;
@@ -60,8 +62,10 @@ pub(super) fn of_ground<S: PageSource>(
                 covers.push(Cover { pixel: (row * width + column) as u32, id: Cover::GROUND, share });
             }
         }
+
         Ok(())
     })?;
+
     renderer.source.intact()?;
     Ok(Matte { covers: bands.concat(), ..Matte::default() })
 }
@@ -79,6 +83,7 @@ impl Bodies<'_> {
         };
         let mut rows: Vec<Vec<Cover>> = self.rows.iter().map(|_| Vec::new()).collect();
         let tasks = self.rows.iter().zip(&mut rows).collect();
+
         farm.each(Stage::Image, tasks, |_, (squares, covers)| {
             for square in squares {
                 let ground = |column, row| shown.ground(column, row);
@@ -98,16 +103,19 @@ impl Bodies<'_> {
                     }
                 });
             }
+
             // Squares stand side by side; what a pixel has stays in order.
             covers.sort_by_key(|cover| cover.pixel);
             Ok(())
         })?;
+
         let mut covers = rows.concat();
         let has_body = |pixel: u32| covers.binary_search_by_key(&pixel, |cover| cover.pixel).is_ok();
         let alone: Vec<Cover> = skyline.iter().copied().filter(|cover| !has_body(cover.pixel)).collect();
         covers.extend(alone);
         covers.sort_by_key(|cover| cover.pixel);
         matte.covers = covers;
+
         Ok(())
     }
 }

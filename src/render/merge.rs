@@ -104,6 +104,7 @@ impl<'v> Bodies<'v> {
         let ranges = covered.chunks_mut(width * SQUARE).chain(std::iter::repeat_with(Default::default));
         let shown = Shown { range, width };
         let tasks: Vec<_> = self.rows.into_iter().zip(rows_of(picture).zip(ranges)).collect();
+
         farm.each(Stage::Image, tasks, |index, (squares, (mut pixels, range))| {
             each_pixel(&look, &shown, &squares, |row, column, seen| {
                 let pixel = (row - index * SQUARE) * width + column;
@@ -115,9 +116,11 @@ impl<'v> Bodies<'v> {
             });
             Ok(())
         })?;
+
         if !covered.is_empty() {
             range.copy_from_slice(&covered);
         }
+
         Ok(())
     }
 
@@ -136,6 +139,7 @@ impl<'v> Bodies<'v> {
             self.complete_matte(renderer.isa, frame, &mut matte, farm)?;
             frame.aov.matte = Some(matte);
         }
+
         let shown = Shown { range: &ground, width };
         let rows = width * SQUARE;
         let planes = frame
@@ -145,6 +149,7 @@ impl<'v> Bodies<'v> {
             .zip(frame.normal.chunks_mut(rows))
             .zip(frame.level.chunks_mut(rows).zip(frame.id.chunks_mut(rows)));
         let tasks: Vec<_> = self.rows.into_iter().zip(planes).collect();
+
         farm.each(Stage::Image, tasks, |index, (squares, (((colour, range), normal), (level, id)))| {
             each_pixel(&look, &shown, &squares, |row, column, seen| {
                 let pixel = (row - index * SQUARE) * width + column;

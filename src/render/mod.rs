@@ -166,6 +166,7 @@ impl RenderOptions {
         let pose = camera.pose;
         let attitude = DVec3::new(pose.attitude.yaw, pose.attitude.pitch, pose.attitude.roll);
         let bend = self.curvature.inverse_diameter;
+
         let within = [
             (self.visibility > 0.0, "visibility must be more than 0 m"),
             (self.sun.elevation.abs() <= 90.0, "the sun must stand -90 to 90° high"),
@@ -177,6 +178,7 @@ impl RenderOptions {
             (pose.eye.is_finite() && attitude.is_finite(), "the pose must be finite"),
             (camera.width > 0 && camera.height > 0, "a frame needs at least one pixel"),
         ];
+
         match within.iter().find(|(holds, _)| !holds) {
             Some((_, sentence)) => Err(Error::Configuration((*sentence).to_owned())),
             None => Ok(()),

@@ -159,6 +159,7 @@ pub fn frame<S: PageSource>(
     let width = view.camera.width as usize;
     let band = band_rows(farm) * width;
     let mut outlines = vec![false; if describes { frame.range.len() } else { 0 }];
+
     let bands = frame
         .colour
         .chunks_mut(band)
@@ -171,9 +172,11 @@ pub fn frame<S: PageSource>(
             outlines,
         })
         .collect();
+
     let account = render(renderer, view, farm, bands, Scale::ALL)?;
     let own =
         describes.then(|| super::surface::describe(renderer, &mut frame, &outlines, farm)).transpose()?;
+
     Ok((Rendered { frame, account }, own))
 }
 
@@ -196,6 +199,7 @@ fn render<S: PageSource>(
     let groups: Vec<_> = (0..view.shape.groups()).map(|index| view.shape.kept(index)).collect();
     let size = groups.iter().map(|kept| kept.rows).sum();
     let with_range = bands.first().is_some_and(Band::has_range);
+
     // What a frame before left in it is overwritten, or not looked at.
     let mut fan = renderer.shared.fans.take();
     fan.cells.resize(size, Cell::default());
@@ -204,12 +208,14 @@ fn render<S: PageSource>(
     for tilts in &mut fan.tilts {
         tilts.resize(if stands { size } else { 0 }, Sixteen::default());
     }
+
     let rays =
         see(renderer, view, farm, [&marching, &shading], Seen { groups: &groups, scale, fan: &mut fan })?;
     let tint = renderer.options.brightness().tint().to_array();
     let depths = Depths { inverse: &fan.inverse, tilts: fan.tilts.each_ref().map(Vec::as_slice) };
     let planes = Planes { shape: &view.shape, cells: &fan.cells, scale, tint, depths };
     let (rows, width) = (band_rows(farm), view.camera.width as usize);
+
     farm.each(Stage::Image, bands, |index, band| {
         imaging.time(|| {
             band.fill(renderer.isa, planes, width, index * rows);
@@ -218,6 +224,7 @@ fn render<S: PageSource>(
     })?;
     renderer.shared.fans.give_back(fan);
     let times = StageTimes { march: marching.total(), shade: shading.total(), image: imaging.total() };
+
     Ok(Account { times, rays })
 }
 
@@ -382,6 +389,7 @@ fn see<S: PageSource>(
     let scale = seen.scale;
     let rays = Mutex::new(Rays::default());
     let unpainted = Mutex::new(Unpainted::default());
+
     // What a worker looked up serves all of its tasks.
     let worker = |waits: bool| {
         let light = RadiancePages::new(renderer.source, &renderer.shared.radiance);
@@ -401,6 +409,7 @@ fn see<S: PageSource>(
             profile: renderer.shared.profiles.lend(),
         }
     };
+
     let group = |index| view.shape.group(index, &header.grid, view.eye, bend);
     // Returns pages that are missing: nothing is painted then.
     let paint = |Paint { painter, light, stander }: &mut Paint<'_>,
@@ -423,6 +432,7 @@ fn see<S: PageSource>(
                 scale,
                 inverse: &mut *depths.inverse,
             };
+
             rows.fill(renderer.isa, profile, lights, &painter.air, &squares, sums);
             if let Some(stander) = stander {
                 let (air, field) = (&painter.air, field(renderer, &ladder, kept));
@@ -431,10 +441,12 @@ fn see<S: PageSource>(
                     standing::Seen { group, profile, bare_until, field, ladder, kept, scale, air, squares };
                 stander.put(&seen, &mut cells[kept.filled.clone()], depths.of(0..kept.filled.len()))?;
             }
+
             view.shape.finish(*index, depths.inverse, depths.tilts);
         }
         Result::Ok(missing)
     };
+
     farm.each_with(
         Stage::March,
         seen.tasks(per_task),
@@ -455,6 +467,7 @@ fn see<S: PageSource>(
                 if let Some((heights, step)) = brush.painter.air.edge() {
                     profile.refine(renderer.isa, heights, step);
                 }
+
                 let missing = shading.time(|| paint(brush, &group, &mut look, profile))?;
                 if !missing.is_empty() {
                     let mut unpainted = unpainted.lock().unwrap_or_else(PoisonError::into_inner);
@@ -466,9 +479,11 @@ fn see<S: PageSource>(
                     }
                 }
             }
+
             Ok(())
         },
     )?;
+
     let Unpainted { looks, pages } = unpainted.into_inner().unwrap_or_else(PoisonError::into_inner);
     if !looks.is_empty() {
         renderer.source.bring(&Vec::from_iter(pages));
@@ -482,5 +497,6 @@ fn see<S: PageSource>(
             },
         )?;
     }
+
     Ok(rays.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

@@ -26,10 +26,12 @@ pub fn add<S: PageSource>(
     if puffs.is_empty() || matches!(camera.screen(), Screen::Orthographic { .. }) {
         return Ok(());
     }
+
     let options = &renderer.options;
     let lens = Lens::new(camera);
     let mut seen: Vec<_> =
         puffs.iter().filter_map(|puff| SeenPuff::new(*puff, &lens, options.curvature)).collect();
+
     // Front to back, whatever order they come in.
     seen.sort_by_cached_key(SeenPuff::rank);
     let (atmosphere, tint) = (options.atmosphere(renderer.source.header()), options.brightness().tint());
@@ -39,6 +41,7 @@ pub fn add<S: PageSource>(
     };
     let lit: Vec<_> = seen.iter().map(|puff| (puff, light(puff))).collect();
     let width = camera.width as usize;
+
     farm.each(Stage::Image, pixels, |index, mut pixels| {
         let first = index * SQUARE;
         let rows = first..(first + SQUARE).min(camera.height as usize);
@@ -48,12 +51,14 @@ pub fn add<S: PageSource>(
             if among.is_empty() {
                 continue;
             }
+
             for row in rows.clone() {
                 for column in columns.clone() {
                     let middle = DVec2::new(column as f64, row as f64) + 0.5;
                     let Some(ray) = lens.ray_at(middle) else { continue };
                     let end = f64::from(range[row * width + column]);
                     let (mut through, mut light) = (1.0, Vec3::ZERO);
+
                     for (puff, own) in &among {
                         let depth = puff.depth(ray.direction, end);
                         if depth > 0.0 {
@@ -65,6 +70,7 @@ pub fn add<S: PageSource>(
                             }
                         }
                     }
+
                     if through < 1.0 {
                         let pixel = (row - first) * width + column;
                         pixels.put(pixel, light + pixels.light(pixel) * through);
@@ -72,6 +78,7 @@ pub fn add<S: PageSource>(
                 }
             }
         }
+
         Ok(())
     })
 }

@@ -81,6 +81,7 @@ fn render_subimage<S: PageSource>(
     if options.tile_world {
         filter = filter.endless();
     }
+
     let contacts: Vec<Vec<Option<Contact>>> =
         columns.clone().map(|column| march_column(&mut marcher, camera, column)).collect::<Result<_>>()?;
     let marched = Instant::now();
@@ -91,6 +92,7 @@ fn render_subimage<S: PageSource>(
     let coarser = contacts.iter().flatten().flatten().filter(stands_in).count() as u64;
     let rays = Rays { all: contacts.iter().map(|column| column.len() as u64).sum(), coarser };
     let mut hits = Vec::new();
+
     for (column, contacts) in columns.zip(&contacts) {
         for (row, contact) in contacts.iter().enumerate() {
             let ray = camera.ray(f64::from(column) + 0.5, row as f64 + 0.5);
@@ -98,6 +100,7 @@ fn render_subimage<S: PageSource>(
                 pixels.push(Pixel::default());
                 continue;
             };
+
             let ray = marcher.ray(ray.origin, ray.direction);
             let mut pixel = Pixel::default();
             marcher.solids(&ray, contact.as_ref(), &mut hits)?;
@@ -106,14 +109,17 @@ fn render_subimage<S: PageSource>(
                 let radiance = sensor.of_solid(&sample);
                 pixel.front.push(Layer { sample, radiance, opacity: hit.opacity as f32 });
             }
+
             if let Some(contact) = contact {
                 let mut sample = filter.sample(&ray, contact)?;
                 sample.attributes.flags |= filter.stand_in(&ray, contact)?;
                 pixel.ground = Some((sample, sensor.radiance(&sample)));
             }
+
             pixels.push(pixel);
         }
     }
+
     Ok(SubimagePixels { pixels, rays, march: marched - started, shade: marched.elapsed() })
 }
 
@@ -157,6 +163,7 @@ fn add_solids(frame: &mut Frame, subimages: &[SubimagePixels], atmosphere: &Atmo
         let Some(ray) = frame.camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
         let target = row * width + column;
         let (mut light, mut left) = (Vec3::ZERO, 1.0);
+
         for Layer { sample, radiance, opacity } in &pixel.front {
             let direction = ray.direction.as_vec3();
             let seen = atmosphere.haze(*radiance, ray.origin.z, direction, sample.range as f32);
@@ -170,6 +177,7 @@ fn add_solids(frame: &mut Frame, subimages: &[SubimagePixels], atmosphere: &Atmo
                 frame.id[target] = Frame::pixel_id(sample.attributes);
             }
         }
+
         frame.colour[target] = (light + Vec3::from_array(frame.colour[target]) * left).to_array();
     }
 }

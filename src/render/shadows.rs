@@ -122,6 +122,7 @@ impl Lights {
         let share = [0, 1].map(|axis| ((pixel[axis] - self.first[axis]) % CELL) as f32 / CELL as f32);
         let mut mean = Light { range, normal: Vec3::ZERO, sun: 0.0, air: Vec3::ZERO };
         let (mut dark, mut is_lit, mut faces_it) = ([0.0, f64::INFINITY], false, false);
+
         for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
             let corner = [first[0] + right, first[1] + down];
             let known = &mut self.known[corner[1] * CORNERS + corner[0]];
@@ -132,9 +133,11 @@ impl Lights {
                     *known.insert(light(at)?)
                 }
             };
+
             let Some(own) = own.filter(|own| own.is_of(range)) else {
                 return Ok(None);
             };
+
             let of = |share: f32, step: usize| if step == 1 { share } else { 1.0 - share };
             let weight = of(share[0], right) * of(share[1], down);
             mean.normal += own.normal * weight;
@@ -144,10 +147,12 @@ impl Lights {
             is_lit |= own.sun > 0.0;
             faces_it |= own.normal.dot(self.to_sun) > 0.0;
         }
+
         if !is_lit || !faces_it {
             self.dark[first[1] * CORNERS + first[0]] = dark;
         }
         mean.normal = mean.normal.normalize_or(Vec3::Z);
+
         Ok(Some(mean))
     }
 }
@@ -254,17 +259,20 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                 };
                 let of_square = self.casters.over(&all);
                 let mut lights = Lights::of([column, first], &ground.shown, self.to_sun);
+
                 for block in blocks {
                     let of_block = block.among(&of_square);
                     if of_block.is_empty() {
                         continue;
                     }
+
                     let filter = filter.get_or_insert_with(|| self.filter(camera));
                     for cell in self.parts(&ground, [&block.columns, &block.rows], CELL) {
                         let among = cell.among(&of_block);
                         if among.is_empty() {
                             continue;
                         }
+
                         let asides = ground.asides(&cell);
                         for [column, row] in cell.pixels() {
                             let among = (&among[..], &asides);
@@ -278,6 +286,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                     }
                 }
             }
+
             Ok(())
         })
     }
@@ -303,13 +312,16 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
                 far = if far < *range && *range < f32::INFINITY { *range } else { far };
             }
         }
+
         if near > far {
             return None;
         }
+
         let beside = BESIDE * f64::from(far - near);
         let ends = [(f64::from(near) - beside).max(0.0), f64::from(far) + beside];
         let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
         let ray = ground.lens.ray_at(DVec2::new(middle(&columns), middle(&rows)));
+
         // At the rim of a round picture any pixel will do.
         let radius = RADIUS * columns.len().max(rows.len()) as f64;
         let ray = ray.map(|ray| (ray, radius)).or_else(|| {
@@ -320,6 +332,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         let (ray, radius) = ray?;
         let points = ends.into_iter().map(|range| ray.origin + ray.direction * range);
         let bounds = self.casters.bounds(points, radius * self.footprint.at(ends[1]))?;
+
         Some(Block { columns, rows, bounds })
     }
 
@@ -339,13 +352,16 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         if plane.inverse <= 0.0 || lights.are_dark([column, row], range) {
             return Ok(None);
         }
+
         let Some(ray) = lens.ray_at(DVec2::new(column as f64, row as f64) + 0.5) else { return Ok(None) };
         let middle = ray.origin + ray.direction * range;
         let [across, along] = plane.slope.map(|slope| f64::from(slope).abs() * range * range);
+
         // As far as half of the pixel reaches each way.
         if !self.casters.is_near(among, middle, self.footprint.at(range) + 0.5 * (across + along)) {
             return Ok(None);
         }
+
         let [right, down] = asides.map(|aside| {
             let inverse = plane.at(aside.offset);
             let way = (ray.direction + aside.direction) / inverse - ray.direction * range;
@@ -355,6 +371,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         if share == 1.0 {
             return Ok(None);
         }
+
         let between = lights.between([column, row], range, |pixel| self.light(ground, filter, pixel))?;
         let light = match between {
             Some(light) => Some(light),
@@ -362,6 +379,7 @@ impl<'r, 'a, S: PageSource> Shadows<'r, 'a, S> {
         };
         let Some(Light { normal, sun, air, .. }) = light else { return Ok(None) };
         let left = self.daylight.on(normal, sun * share) / self.daylight.on(normal, sun);
+
         Ok(Some((left, air)))
     }
 

@@ -29,6 +29,7 @@ fn village(as_objects: bool) -> MemPages {
             if inside.min_element() < -0.75 {
                 continue;
             }
+
             // Two walls at corners.
             let mut cuts = [Cut::NONE; 3];
             let walls =
@@ -38,6 +39,7 @@ fn village(as_objects: bool) -> MemPages {
                 let angle = DVec2::from_angle(turn).rotate(normal).to_angle();
                 *cut = Cut::wall(turn_of(angle), (beyond * 128.0).round() as i32);
             }
+
             let down = DVec2::from_angle(turn).rotate(DVec2::new(0.0, -to.y.signum())) * 0.7;
             let wall = Span {
                 cuts,
@@ -46,14 +48,17 @@ fn village(as_objects: bool) -> MemPages {
                 side: [225, 215, 190 - 30 * index as u8],
                 ..pillar(6.0 + 0.7 * SPACING * (half.y - to.y.abs()))
             };
+
             spans.push(wall);
         }
+
         for (centre, high) in
             [((130.0, 140.0), 14.0), ((134.0, 150.0), 11.0), ((165.0, 185.0), 16.0), ((190.0, 170.0), 12.0)]
         {
             let out = at - DVec2::from(centre);
             tree(out, high, DENSE, &mut spans);
         }
+
         if (118..123).contains(&x) {
             spans.push(Span {
                 low: CODE.encode(8.0),
@@ -62,6 +67,7 @@ fn village(as_objects: bool) -> MemPages {
                 ..pillar(9.5)
             });
         }
+
         spans.sort_by_key(|span| (span.low, span.high));
         spans
     })
@@ -223,6 +229,7 @@ fn parapets_of_rising_decks_hide_their_roads() {
         if !(140..156).contains(&x) || !(120..200).contains(&y) {
             return Vec::new();
         }
+
         let high = 8.0 + 0.25 * SPACING * (f64::from(y) - 160.0);
         let sloping = |low: f64, high: f64| Span {
             low: CODE.encode(low),
@@ -232,12 +239,14 @@ fn parapets_of_rising_decks_hide_their_roads() {
             side: grey,
             ..pillar(high)
         };
+
         let deck = Span { top: asphalt, ..sloping(high - 1.0, high) };
         match x {
             140 | 155 => vec![deck, sloping(high, high + 1.5)],
             _ => vec![deck],
         }
     });
+
     let farm = Farm::new(2).unwrap();
     let options = RenderOptions { curvature: Curvature::FLAT, ..RenderOptions::of(pages.header()) };
     for height in [7.0, 9.3, 11.0, 14.0] {
@@ -245,6 +254,7 @@ fn parapets_of_rising_decks_hide_their_roads() {
         let fast = Renderer::new(&pages, &options).frame(&camera, &farm).unwrap().frame;
         let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
         let light = |frame: &Frame, index: usize| f64::from(frame.colour[index][1]);
+
         // Where a face fills a pixel and those about it.
         let is_inner = |at: &usize| {
             let own = light(&exact, *at);
@@ -311,11 +321,13 @@ impl Differences {
         };
         let mut all = Self { within: Vec::new(), own: Vec::new(), sky: 0.0, light: 0.0 };
         let pixels: usize = cameras.iter().map(|camera| (camera.width * camera.height) as usize).sum();
+
         for camera in cameras {
             let renderer = Renderer::new(pages, &options);
             let fast = renderer.seen_with(camera, Things::default(), describes, &farm).unwrap().frame;
             let exact = render_reference(pages, camera, &options, &farm).unwrap().frame;
             let mut marcher = marcher(pages, camera, &options);
+
             for (index, (&found, &own)) in fast.range.iter().zip(&exact.range).enumerate() {
                 let [one, other] = [&fast, &exact].map(|frame| Vec3::from_array(frame.colour[index]));
                 all.light += f64::from((one - other).abs().element_sum()) / (3 * pixels) as f64;
@@ -328,6 +340,7 @@ impl Differences {
                 all.within.push(error.min(least_error(&mut marcher, camera, index, (found, error))));
             }
         }
+
         all.within.sort_by(f64::total_cmp);
         all.own.sort_by(f64::total_cmp);
         all
@@ -374,6 +387,7 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
         camera(110.0, 160.0, 3.0, [60.0, 2.0, 0.0]),
         camera(150.0, 150.0, 90.0, [30.0, -60.0, 0.0]),
     ];
+
     let of_pyramid = [
         camera(150.0, 145.0, 21.0, [35.0, -5.0, 0.0]),
         camera(160.0, 158.0, 24.0, [0.0, -50.0, 0.0]),
@@ -381,6 +395,7 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
     ];
     // Level roofs and pitched ones that go on into a hillside, and come out of it where it falls again.
     let hill = |_: u32, y: u32| (12.0 - 0.35 * SPACING * (f64::from(y) - 150.0).abs()).max(0.0);
+
     let buried = standing_on(hill, false, |x, y| {
         let is_house = |from: u32| (from..from + 12).contains(&x) && (125..175).contains(&y);
         match (is_house(140), is_house(160)) {
@@ -391,6 +406,7 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
             _ => Vec::new(),
         }
     });
+
     let of_hill = [
         camera(150.0, 95.0, 16.0, [5.0, -8.0, 0.0]),
         camera(156.0, 200.0, 20.0, [183.0, -12.0, 0.0]),
@@ -402,12 +418,14 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
         camera(100.0, 155.0, 60.0, [80.0, -25.0, 0.0]),
         camera(203.0, 210.0, 2.5, [225.0, 0.0, 0.0]),
     ];
+
     // Level: planes and rows are those of pixels, and there is nothing between them.
     let of_level_wood = [
         camera(150.0, 100.0, 14.0, [20.0, 0.0, 0.0]),
         camera(100.0, 155.0, 25.0, [80.0, 0.0, 0.0]),
         camera(203.0, 210.0, 2.5, [225.0, 0.0, 0.0]),
     ];
+
     // Straight down on a roof, a deck and a crown, and up from below these.
     let of_poles = [
         camera(150.3, 140.4, 40.0, [0.0, -90.0, 0.0]),
@@ -417,6 +435,7 @@ fn planes_see_what_stands_within_the_bounds_of_the_surface() {
         camera(120.6, 150.2, 1.6, [0.0, 88.0, 0.0]),
         camera(131.4, 141.1, 1.6, [0.0, 90.0, 0.0]),
     ];
+
     for (name, pages, cameras, own_too) in [
         ("village from above and below", village(false), &of_poles[..], true),
         ("village", village(false), &of_village[..], true),

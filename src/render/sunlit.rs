@@ -130,6 +130,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
         let side = self.renderer.source.header().grid.spacing * f64::from(power).exp2();
         let cell = point / side;
         let first = cell.floor().to_array().map(|corner| corner as i64);
+
         let corners = latest.filter(|corners| corners.first == first).unwrap_or_else(|| {
             let at = |number: usize| {
                 let corner = std::array::from_fn(|axis| first[axis] + (number >> axis & 1) as i64);
@@ -142,8 +143,10 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
                     share
                 })
             };
+
             Corners { first, shares: std::array::from_fn(at) }
         });
+
         *latest = Some(corners);
         corners.at((cell - cell.floor()).as_vec3().to_array())
     }
@@ -205,6 +208,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
             let units = (place.middle.truncate() - header.grid.origin) / header.grid.spacing;
             return ShadeSampler::new(shades).share(*source, 0, units);
         }
+
         let mut marcher = self.marcher(place.radius);
         let (mut free, mut all) = (0.0, 0.0);
         for rim in [-1.0, 0.0, 1.0] {
@@ -214,6 +218,7 @@ impl<'r, 'a, S: PageSource> Sunlit<'r, 'a, S> {
                 (free, all) = (free + f32::from(u8::from(is_free)), all + 1.0);
             }
         }
+
         Ok(free / all)
     }
 }

@@ -30,6 +30,7 @@ pub fn describe<S: PageSource>(
     let camera = frame.camera.clone();
     let (width, rows) = (camera.width as usize, farm.task_size().rows.max(1) as usize);
     let source = renderer.source;
+
     let tasks: Vec<_> = frame
         .normal
         .chunks_mut(width * rows)
@@ -38,6 +39,7 @@ pub fn describe<S: PageSource>(
         .zip(ranges.chunks_mut(width * rows))
         .zip(outlines.chunks(width * rows))
         .collect();
+
     farm.each(Stage::Image, tasks, |task, ((((normal, level), id), range), outlines)| {
         let mut sight = Sight {
             marcher: reference::marcher(source, &camera, &renderer.options),
@@ -45,6 +47,7 @@ pub fn describe<S: PageSource>(
             bands: level_bands(source.header(), &camera, &renderer.options),
             hits: Vec::new(),
         };
+
         for (pixel, range) in range.iter_mut().enumerate() {
             let (column, row) = (pixel % width, task * rows + pixel / width);
             let Some(ray) = camera.ray(column as f64 + 0.5, row as f64 + 0.5) else { continue };
@@ -56,8 +59,10 @@ pub fn describe<S: PageSource>(
             (*range, normal[pixel], level[pixel]) = (seen.range, seen.normal.to_array(), seen.level);
             id[pixel] = Frame::pixel_id(seen.attributes);
         }
+
         Ok(())
     })?;
+
     Ok(ranges)
 }
 
@@ -90,6 +95,7 @@ impl<S: PageSource> Sight<'_, S> {
                 return Ok(seen.map(|seen| Seen { range, ..seen }));
             }
         }
+
         let mut hit = self.marcher.half_hidden(ray, None, &mut self.hits)?;
         // As a rule what hides the ground is much nearer, and the ground is looked for no further.
         let until = self.hits.iter().map(|hit| hit.end).fold(0.0, f64::max);
@@ -103,6 +109,7 @@ impl<S: PageSource> Sight<'_, S> {
             let (range, attributes) = (hit.range as f32, sample.attributes);
             return Ok(Some(Seen { range, normal: sample.normal, level: 0, attributes }));
         }
+
         contact.map(|contact| self.ground(ray, &contact)).transpose()
     }
 

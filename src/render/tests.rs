@@ -18,6 +18,7 @@ fn values_that_make_no_picture_are_refused() {
     };
     assert!(frame(sound).is_ok());
     let beyond = Sun { azimuth: 0.0, elevation: 91.0 };
+
     for broken in [
         (DVec3::NAN, 60.0, sound.2),
         (DVec3::ONE, 180.0, sound.2),

@@ -68,6 +68,7 @@ impl Scene {
         let going_on = self.objects.iter().filter(|object| keeps_to_ground(object));
         let reach = going_on.fold(Reach::default(), |reach, object| reach.with(object.leans));
         let mut first = self.objects.len();
+
         let actors = self.objects.iter().map(|object| {
             let options = BindOptions { level: !object.banks, hfov: UNUSED_HFOV, clearance: None };
             let of_object = |error: Error| {
@@ -81,6 +82,7 @@ impl Scene {
                 };
                 Error::invalid(&self.path, format!("line {}: object `{}`: {what}", object.line, object.name))
             };
+
             let bind = |track: &Track| Trajectory::bind(track, crs, ground, &options).map_err(of_object);
             let trajectory = bind(&object.track)?;
             let to = object.to.as_ref().map(bind).transpose()?.map(|end| end.pose_at(0.0).eye);
@@ -89,6 +91,7 @@ impl Scene {
                 let what = format!("a line must be more than 0 m and at most 100 km long, not {length} m");
                 return Err(of_object(Error::Configuration(what)));
             }
+
             first += object.parts.len();
             let lean = || Slope::bind(&object.track, &trajectory, object.form.corners(), ground);
             let actor = Actor {
@@ -103,10 +106,12 @@ impl Scene {
                 beyond: object.beyond,
                 onward: None,
             };
+
             let goes_on = keeps_to_ground(object) && actor.trajectory.duration() > 0.0;
             let onward = goes_on.then(|| actor.onward(reach, ground));
             Ok(Actor { onward, ..actor })
         });
+
         let actors: Vec<Actor> = actors.collect::<Result<_>>()?;
         let names: Vec<String> = self.names().collect();
         let numbers: HashMap<&str, usize> = names.iter().map(String::as_str).zip(0..).collect();
@@ -117,6 +122,7 @@ impl Scene {
         let owners = actors.iter().enumerate();
         let owners =
             owners.flat_map(|(actor, Actor { parts, .. })| parts.iter().map(move |_| actor)).collect();
+
         Ok(Cast { actors, names, owners, lamps, plumes })
     }
 }

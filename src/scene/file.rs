@@ -61,6 +61,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         .map(|metres| reading.number("visibility_m", metres, |metres| metres > 0.0, "must be more than 0 m"))
         .transpose()?;
     let precipitation = table.precipitation.map(|falls| falls.read(&reading)).transpose()?;
+
     let weather = Weather {
         precipitation,
         ground: table.ground.unwrap_or_default().read(&reading, precipitation.as_ref())?,
@@ -68,10 +69,12 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         fog: table.fog.map(|fog| fog.read(&reading)).transpose()?,
         clouds: table.clouds.map(|clouds| clouds.read(&reading)).transpose()?,
     };
+
     let finish = table.picture.unwrap_or_default().read(&reading)?;
     let hud = table.hud.map(|hud| hud.read(&reading)).transpose()?.unwrap_or_default();
     let mut objects: BTreeMap<String, Object> = BTreeMap::new();
     let mut models = Models::default();
+
     for table in table.object {
         let span = table.span();
         let object = object(&reading, table, &mut models, &mut hasher)?;
@@ -81,6 +84,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         }
         objects.insert(object.name.clone(), object);
     }
+
     for object in objects.values() {
         for part in &object.parts {
             let name = format!("{}{BETWEEN}{}", object.name, part.name);
@@ -90,6 +94,7 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
             }
         }
     }
+
     let mut lights = Vec::new();
     let mut lamps = 0;
     for (index, table) in table.light.iter().enumerate() {
@@ -100,9 +105,11 @@ pub(super) fn read(path: &Path) -> Result<Scene> {
         }
         lights.push(light);
     }
+
     let plumes = table.plume.into_iter().enumerate();
     let plumes = plumes.map(|(index, table)| plume(&reading, table, index + 1)).collect::<Result<_>>()?;
     let objects = objects.into_values().collect();
+
     Ok(Scene {
         path: path.to_owned(),
         digest: hasher.finalize().to_hex().to_string(),

@@ -54,6 +54,7 @@ pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<K
                     return Err(reading.wrong(length.span(), "give to or length_m, not both"));
                 }
             };
+
             let width = sizes.one("width_m", &table.width_m)?;
             return Ok(Form::Line { length, width, pixels: sizes.pixels("width_px", &table.width_px)? });
         }
@@ -96,6 +97,7 @@ pub(super) fn form(reading: &Reading<'_>, table: &ObjectTable, given: &Spanned<K
             Shape::Disc { radius: sizes.one("radius_m", &table.radius_m)? }
         }
     };
+
     Ok(shape.into())
 }
 
@@ -118,6 +120,7 @@ impl Sizes<'_, '_> {
             ("size_px", table.size_px.as_ref().map(Spanned::span)),
             ("to", table.to.as_ref().map(Spanned::span)),
         ];
+
         let other =
             given.into_iter().find_map(|(key, span)| Some(key).zip(span).filter(|_| !keys.contains(&key)));
         other.map_or(Ok(()), |(key, span)| {

@@ -110,6 +110,7 @@ fn model(
     if let Some(up) = table.up.as_ref().filter(|up| is_vox && *up.get_ref() == Up::Y) {
         return Err(reading.wrong(up.span(), "up of a .vox model is \"z\": MagicaVoxel has no other"));
     }
+
     let named: Vec<&Spanned<String>> =
         table.part.iter().filter_map(|part| part.get_ref().node.as_ref()).collect();
     for (index, node) in named.iter().enumerate() {
@@ -118,6 +119,7 @@ fn model(
             return Err(reading.wrong(node.span(), what));
         }
     }
+
     let mut nodes: Vec<Option<&str>> = named.iter().map(|node| Some(node.get_ref().as_str())).collect();
     let (mut files, mut notes) = (Vec::new(), Vec::new());
     let mut get = |path: &Spanned<PathBuf>, nodes: &[Option<&str>], rests: &[Rest]| -> Result<Arc<Cut>> {
@@ -129,18 +131,21 @@ fn model(
         notes.extend(got.notes);
         Ok(got.cut)
     };
+
     let finest = get(path, &nodes, &[])?;
     for (node, found) in named.iter().zip(&finest.nodes) {
         if let Err(what) = found {
             return Err(reading.wrong(node.span(), format!("the model of {whose} {what}")));
         }
     }
+
     let found = || finest.nodes.iter().filter_map(|found| found.as_ref().ok());
     let rests: Vec<Rest> = found().map(|node| node.rest).collect();
     if table.levels.len() > MOST_LEVELS {
         let span = table.levels[MOST_LEVELS].span();
         return Err(reading.wrong(span, format!("an object has at most {MOST_LEVELS} levels")));
     }
+
     let mut coarser: Vec<(Arc<Cut>, f64)> = Vec::new();
     for level in &table.levels {
         let level = level.get_ref();
@@ -152,12 +157,14 @@ fn model(
             "must be more than 0 pixels, and less from level to level",
         )?;
         let cut = get(&level.model, &nodes, &rests)?;
+
         // What a level shows at rest, coarser ones do not move again.
         for (node, _) in nodes.iter_mut().zip(&cut.nodes).filter(|(_, found)| found.is_err()) {
             *node = None;
         }
         coarser.push((cut, below));
     }
+
     notes.dedup();
     let size = whole_size(&finest, &coarser);
     let above = found().map(|node| node.above).enumerate();
@@ -169,6 +176,7 @@ fn model(
     let levels = coarser.iter().map(|(cut, below)| Level { mesh: cut.rest.clone(), below: *below });
     let rest = Model::new(finest.rest.clone(), levels);
     let form = Arc::new(if rests.is_empty() { rest } else { rest.seen_with(size) }).into();
+
     Ok(Look { form, files, notes, nodes: looks.collect() })
 }
 
@@ -210,6 +218,7 @@ fn fit(reading: &Reading<'_>, table: &ObjectTable) -> Result<Fit> {
         }
         (None, None) => Size::Scale(1.0),
     };
+
     let turn = match &table.turn_deg {
         Some(turn) => {
             let angles: [f64; 3] = reading.numbers("turn_deg", turn)?;
@@ -223,6 +232,7 @@ fn fit(reading: &Reading<'_>, table: &ObjectTable) -> Result<Fit> {
         }
         None => Attitude::default(),
     };
+
     let is_z_up = table.up.as_ref().is_some_and(|up| *up.get_ref() == Up::Z);
     let origin = table.origin.as_ref().map_or(Origin::Model, |origin| *origin.get_ref());
     Ok(Fit { size, is_z_up, turn, origin })

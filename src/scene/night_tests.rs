@@ -58,6 +58,7 @@ fn lamps_stand_on_their_own_ground_and_are_turned_as_the_scene_says() {
     let (low, high) = runway.iter().fold((f64::MAX, f64::MIN), |(low, high), lamp| {
         (low.min(lamp.position.x), high.max(lamp.position.x))
     });
+
     // Eastward from the threshold on.
     assert!((low - 999.0).abs() < 1e-6 && (high - 1601.0).abs() < 1e-6, "{low} {high}");
     let msl = lights("[[light]]\nkind = \"papi\"\nat = [1000, 500, 321]\naltitude = \"msl\"", 0.0);
@@ -65,6 +66,7 @@ fn lamps_stand_on_their_own_ground_and_are_turned_as_the_scene_says() {
     let string = "[[light]]\nkind = \"string\"\nat = [0, 0, 1]\nto = [0, 100, 3]\nspacing_m = 24\n";
     let heights: Vec<_> = lights(string, 0.0).iter().map(|lamp| (lamp.position.y, lamp.position.z)).collect();
     assert_eq!(heights, [(0.0, 101.0), (25.0, 101.5), (50.0, 102.0), (75.0, 102.5), (100.0, 103.0)]);
+
     // A flash runs along.
     let running = format!("{string}flash_s = [4, 0.9]\nrunning_s = 4");
     for (seconds, place) in [(0.1, 0.0), (1.1, 25.0), (2.1, 50.0), (3.1, 75.0)] {
@@ -79,6 +81,7 @@ fn lamps_go_with_objects_flash_and_turn() {
         "{CAR}[[light]]\nobject = \"car\"\noffset_m = [0.5, 2, 1]\nyaw_deg = 180\nbeam_deg = [20, 10]\nflash_s = [1, 0.5]\n"
     );
     let lamp = &lights(&text, 5.0)[0];
+
     // Eastward: its right is south.
     let body = bind(&text).unwrap().bodies_at(5.0)[0].position;
     let off = lamp.position - body;
@@ -93,6 +96,7 @@ fn lamps_go_with_objects_flash_and_turn() {
         let lamp = &lights(beacon, seconds)[0];
         lamp.towards(lamp.position + DVec3::new(0.0, 5000.0, 350.0)).y
     };
+
     // A turn takes four seconds; white first, green half a turn later.
     assert!(
         north(0.0) > 1000.0 * north(1.0)
@@ -142,10 +146,12 @@ fn mistakes_are_told_with_line_and_key() {
         ("[[plume]]\nkind = \"smoke\"\nat = [1, 2, 3]\nlife_s = 600\nper_s = 100", "line 1", "puffs"),
         ("[[plume]]\nkind = \"smoke\"\nat = [1, 2, 3]\nopacity = 1", "line 4", "opacity"),
     ];
+
     for (text, line, key) in cases {
         let error = read(text).unwrap_err().to_string();
         assert!(error.contains(line) && error.contains(key), "{text}: {error}");
     }
+
     for (text, what) in [
         ("\n[[light]]\nobject = \"bus\"\n", "no object `bus`"),
         ("\n[[plume]]\nkind = \"smoke\"\nobject = \"bus\"\n", "no object `bus`"),

@@ -115,6 +115,7 @@ pub(super) fn object(
     let whose = format!("object `{}`", table.name);
     let look = look(reading, &table, &whose, &span, models, hasher)?;
     let albedo = table.albedo(reading)?.unwrap_or_else(|| linear_from_srgb8(GREY));
+
     let start = match &table.start_s {
         Some(_) if table.track.is_none() => {
             return Err(
@@ -124,10 +125,12 @@ pub(super) fn object(
         Some(start) => reading.number("start_s", start, |_| true, "must be finite")?,
         None => 0.0,
     };
+
     if table.track.is_none() && (table.track_number.is_some() || table.sort.is_some()) {
         let what = "track_number and sort are about a track; give one, or leave them out";
         return Err(reading.wrong(span, what));
     }
+
     let mut track = match &table.track {
         Some(track) => moving(reading, &table, track, hasher)?,
         None => standing(reading, &table, span)?,
@@ -135,6 +138,7 @@ pub(super) fn object(
     if table.leans() {
         lean(reading, &table, &mut track)?;
     }
+
     let to = table.to.as_ref().map(|to| end(reading, &table, to)).transpose()?;
     let beyond = match &table.beyond {
         Some(beyond) if table.track.is_none() => {
@@ -143,6 +147,7 @@ pub(super) fn object(
         }
         beyond => beyond.as_ref().map(|beyond| *beyond.get_ref()).unwrap_or_default(),
     };
+
     let mut object = Object {
         line,
         form: look.form,
@@ -158,6 +163,7 @@ pub(super) fn object(
         parts: Vec::new(),
         name: table.name.clone(),
     };
+
     parts(reading, &table, look.nodes, &mut object, models, hasher)?;
     Ok(object)
 }
@@ -177,22 +183,26 @@ fn lean(reading: &Reading<'_>, table: &ObjectTable, track: &mut Track) -> Result
     if let Some(to) = &table.to {
         return wrong(to.span(), "a line that goes to a place leans as its ends say; leave slope out");
     }
+
     let is_above_ground = |mode: AltitudeMode| mode == AltitudeMode::Agl;
     if let Some(altitude) =
         table.altitude.as_ref().filter(|above| !is_above_ground((*above.get_ref()).into()))
     {
         return wrong(altitude.span(), "with slope altitudes are above the ground; give altitude = \"agl\"");
     }
+
     let mut is_lowered = false;
     for fix in track.fixes.iter_mut().filter(|fix| !is_above_ground(fix.altitude.mode)) {
         fix.altitude = Altitude { metres: 0.0, mode: AltitudeMode::Agl };
         is_lowered = true;
     }
+
     if is_lowered {
         track
             .notes
             .push("With slope it stands on the ground; the altitudes of its track are left out.".into());
     }
+
     Ok(())
 }
 
@@ -268,12 +278,14 @@ fn moving(
     if let Some(span) = places.into_iter().chain(angles).flatten().next() {
         return Err(reading.wrong(span, "an object with a track is where, and turned as, its track says"));
     }
+
     let path = reading.path.parent().unwrap_or(".".as_ref()).join(track.get_ref());
     let whose = format!("the track of object `{}`", table.name);
     let of_scene = |error: Error| reading.through(track.span(), &whose, error);
     if track.get_ref().to_string_lossy().chars().any(char::is_control) {
         return Err(reading.wrong(track.span(), "track must be the name of a file"));
     }
+
     let options = ReadOptions {
         altitude_mode: mode(table),
         track: table.track_number.as_ref().map(|number| *number.get_ref()),
@@ -283,6 +295,7 @@ fn moving(
     read.notes.iter_mut().for_each(|note| *note = of_track(note));
     let bytes = fs::read(&path).map_err(|source| of_scene(Error::io(&path, "read", source)))?;
     hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+
     Ok(read)
 }
 

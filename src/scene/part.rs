@@ -91,6 +91,7 @@ pub(super) fn refuse_keys(reading: &Reading<'_>, table: &ObjectTable, whole: Who
             "is for objects; a part is where offset_m says on its object, or on its parent",
         ),
     };
+
     let found = given.into_iter().find_map(|(key, span)| Some((key, span?)));
     found.map_or(Ok(()), |(key, span)| Err(reading.wrong(span, format!("{key} {what}"))))
 }
@@ -115,6 +116,7 @@ fn refuse_looks(reading: &Reading<'_>, table: &ObjectTable) -> Result<()> {
         ("origin", at(&table.origin)),
         ("levels", table.levels.first().map(Spanned::span)),
     ];
+
     let found = given.into_iter().find_map(|(key, span)| Some((key, span?)));
     found.map_or(Ok(()), |(key, span)| {
         Err(reading.wrong(span, format!("a node is as its object's model has it; leave out {key}, or node")))
@@ -147,18 +149,21 @@ pub(super) fn parts(
     for (index, entry) in entries.iter().enumerate() {
         order.push((depth(reading, &entries, entry)?, index));
     }
+
     // What others go with comes first, and the order of the file means nothing.
     order.sort_by(|(depth, index), (other_depth, other)| {
         let name = |index: usize| &entries[index].table.name;
         depth.cmp(other_depth).then_with(|| name(*index).cmp(name(*other)))
     });
     let number_of = |entry: usize| order.iter().position(|(_, index)| *index == entry);
+
     // Where each is on the object while nothing turns.
     let mut at_rest: Vec<Axes> = Vec::with_capacity(order.len());
     for (_, index) in &order {
         let Entry { table: own, span, whose, node, parent } = &entries[*index];
         let parent = parent.and_then(number_of);
         let below = parent.map_or(Axes { origin: DVec3::ZERO, turn: DMat3::IDENTITY }, |at| at_rest[at]);
+
         let (form, rest) = match node {
             Some(node) => {
                 let NodeLook { form, rest, .. } = &nodes[*node];
@@ -174,10 +179,12 @@ pub(super) fn parts(
                 (look.form, Rest { pivot: offset.into(), turn: DMat3::IDENTITY })
             }
         };
+
         let table = own.angles.as_ref().map(|path| angles(reading, path, whose, hasher)).transpose()?;
         at_rest.push(below.with(&Axes::from(rest)));
         let (table, samples) = table.unzip();
         object.files.extend(table.clone());
+
         object.parts.push(Part {
             name: own.name.clone(),
             line: reading.line(span),
@@ -189,6 +196,7 @@ pub(super) fn parts(
             joint: joint(reading, own, rest, samples.unwrap_or_default(), object.start)?,
         });
     }
+
     object.notes.dedup();
     Ok(())
 }
@@ -198,6 +206,7 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
     if let Some(beyond) = object.part.get(MOST_PARTS) {
         return Err(reading.wrong(beyond.span(), format!("an object has at most {MOST_PARTS} parts")));
     }
+
     let mut entries: Vec<Entry<'t>> = Vec::new();
     let mut node_entries = Vec::with_capacity(nodes.len());
     for table in &object.part {
@@ -208,10 +217,12 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
                 format!("a part's name has no `{BETWEEN}`, which stands between an object's and its own");
             return Err(reading.wrong(span, what));
         }
+
         let whose = format!("part `{}` of object `{}`", table.name, object.name);
         if entries.iter().any(|other| other.table.name == table.name) {
             return Err(reading.wrong(span, format!("there is a {whose} already; names tell parts apart")));
         }
+
         refuse_keys(reading, table, Whole::Part)?;
         let mut node = None;
         if table.node.is_some() {
@@ -219,8 +230,10 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
             node = Some(node_entries.len());
             node_entries.push(entries.len());
         }
+
         entries.push(Entry { table, span, whose, node, parent: None });
     }
+
     for index in 0..entries.len() {
         let Entry { table, whose, node, .. } = &entries[index];
         let parent = match (&table.parent, node) {
@@ -234,8 +247,10 @@ fn entries<'t>(reading: &Reading<'_>, object: &'t ObjectTable, nodes: &[NodeLook
             (None, Some(node)) => nodes[*node].above.map(|above| node_entries[above]),
             (None, None) => None,
         };
+
         entries[index].parent = parent;
     }
+
     Ok(entries)
 }
 
@@ -269,6 +284,7 @@ fn joint(
             *course = Course::Constant(degrees);
         }
     }
+
     for (index, samples) in samples.into_iter().enumerate() {
         let Some(samples) = samples else { continue };
         if let Some(value) = keys.get(index).copied().and_then(Option::as_ref) {
@@ -279,6 +295,7 @@ fn joint(
         }
         courses[index] = Course::Given(samples);
     }
+
     let axis = match &table.axis {
         Some(axis) => {
             let way = DVec3::from_array(reading.numbers("axis", axis)?);
@@ -290,6 +307,7 @@ fn joint(
         }
         None => DVec3::Z,
     };
+
     let turns = match &table.turn_rpm {
         Some(rpm) => {
             let holds = |rpm: f64| rpm.abs() <= FASTEST;
@@ -297,6 +315,7 @@ fn joint(
         }
         None => 0.0,
     };
+
     if let Some(start) = &table.start_s
         && table.turn_rpm.is_none()
         && table.angles.is_none()
@@ -304,9 +323,11 @@ fn joint(
         let what = "start_s says when turn_rpm or angles begin; give one, or leave start_s out";
         return Err(reading.wrong(start.span(), what));
     }
+
     let given = table.start_s.as_ref();
     let given =
         given.map(|start| reading.number("start_s", start, |_| true, "must be finite")).transpose()?;
+
     Ok(Joint { rest, courses, axis, turns, start: given.unwrap_or(start), waits: given.is_some() })
 }
 

@@ -131,14 +131,17 @@ fn a_rotor_stands_after_a_whole_turn_as_it_stood() {
         let seconds = f64::from(frame) / 25.0;
         assert_eq!(attitude(&fast, seconds), attitude(&fast, seconds + 1.0), "{seconds}");
     }
+
     // A quarter of a turn, clockwise from above: it began eastward.
     close(body(&fast, "tank/r", 0.25).world_from_body().y_axis, [0.0, -1.0, 0.0]);
     close(body(&fast, "tank/r", -0.25).world_from_body().y_axis, [0.0, 1.0, 0.0]);
+
     // As a tail rotor turns: clockwise as seen from its right, where it looks southward.
     let tail = rotor(60.0, "axis = [2, 0, 0]\nangle_deg = 30");
     let expected = DMat3::from_axis_angle(DVec3::NEG_Y, -(30.0 + 90.0_f64).to_radians()) * DVec3::X;
     close(body(&tail, "tank/r", 0.25).world_from_body().y_axis, expected.to_array());
     close(body(&tail, "tank/r", 0.25).world_from_body().x_axis, [0.0, -1.0, 0.0]);
+
     // One that waits.
     let late = rotor(-30.0, "start_s = 5");
     assert_eq!(attitude(&late, 2.0), attitude(&late, 5.0));
@@ -194,6 +197,7 @@ fn nodes_turn_about_their_own_origins_and_with_the_nodes_above() {
     near(place(&still, "t/turret").position, [0.0, 2.0, 56.0]);
     near(place(&still, "t/turret").world_from_body().y_axis, [-1.0, 0.0, 0.0]);
     near(place(&still, "t/gun").position, [-4.0, 2.0, 58.0]);
+
     // A whole model shows them where they are at rest: three triangles, the gun's backward.
     let whole = |cast: &Cast| {
         let all = cast.bodies_at(0.0);
@@ -203,17 +207,20 @@ fn nodes_turn_about_their_own_origins_and_with_the_nodes_above() {
                 [low.min(a).min(b), high.max(a).max(b)]
             })
     };
+
     let [at_rest, uncut] = [whole(&still), whole(&bind(MODEL))];
     assert!(
         (at_rest[0] - uncut[0]).length() < 1e-4 && (at_rest[1] - uncut[1]).length() < 1e-4,
         "{at_rest:?} {uncut:?}"
     );
+
     // The turret turns to the right, so that it looks ahead, and takes the gun with it, which lifts.
     let turned = bind(&format!("{MODEL}{}{}", node("gun", "pitch_deg = 90"), node("turret", "yaw_deg = 90")));
     near(place(&turned, "t/turret").position, [0.0, 2.0, 56.0]);
     near(place(&turned, "t/turret").world_from_body().y_axis, [0.0, 1.0, 0.0]);
     near(place(&turned, "t/gun").position, [0.0, 6.0, 58.0]);
     near(place(&turned, "t/gun").world_from_body().y_axis.abs(), [0.0, 0.0, 1.0]);
+
     // Without the turret being a part, the gun turns on the hull; what has no part stays.
     let alone = bind(&format!("{MODEL}{}", node("gun", "yaw_deg = 90")));
     near(place(&alone, "t/gun").position, [-4.0, 2.0, 58.0]);
@@ -229,6 +236,7 @@ fn levels_without_a_node_show_it_at_rest() {
     };
     let seen = |model: &Model, pixels: f64| model.at(pixels).map(|mesh| mesh.triangle_count());
     let [hull, turret, gun] = ["t", "t/turret", "t/gun"].map(model);
+
     for (pixels, counts) in [
         (1000.0, [Some(1), Some(1), Some(1)]),
         (200.0, [Some(1), Some(1), Some(1)]),
@@ -240,6 +248,7 @@ fn levels_without_a_node_show_it_at_rest() {
         let found = [&hull, &turret, &gun].map(|model| seen(model, pixels));
         assert_eq!(found, counts, "{pixels}");
     }
+
     // All of them change at once.
     assert!(hull.size() == gun.size() && hull.size() == turret.size() && hull.size() > 10.0);
 }
@@ -252,6 +261,7 @@ fn mistakes_of_parts_name_line_and_key() {
     let line = |text: &str, word: &str| {
         1 + text.lines().collect::<Vec<_>>().iter().rposition(|line| line.contains(word)).unwrap()
     };
+
     for (text, key, words) in [
         (part("radius = 3"), "radius =", "unknown field `radius`"),
         (part("at = [1, 2, 3]"), "at = [1,", "at is for objects"),
@@ -295,9 +305,11 @@ fn mistakes_of_parts_name_line_and_key() {
         assert!(key.is_empty() || message.contains(&place), "{text}: {message}, not {place}");
         assert!(!message.contains('\n'), "{message:?}");
     }
+
     let many: String = (0..101).map(|part| TURRET.replace("\"turret\"", &format!("\"{part}\""))).collect();
     assert!(read(&format!("{HULL}{many}")).unwrap_err().to_string().contains("at most 100 parts"));
     let twin = "[[object]]\nname = \"tank/turret\"\nshape = \"disc\"\nradius_m = 1\nat = [1, 2, 3]\n";
+
     assert!(
         read(&format!("{twin}{HULL}{TURRET}"))
             .unwrap_err()
@@ -333,6 +345,7 @@ fn what_leans_stands_on_an_inclined_plane_at_any_time() {
             );
         }
     }
+
     // Its front stays where it was on a map.
     let cast = read(&car("at = [100, 200, 0]\nyaw_deg = 30")).unwrap().bind(&Crs::local(), &plane).unwrap();
     assert!((cast.bodies_at(0.0)[0].attitude.yaw - 30.0).abs() < 1e-9);
@@ -354,22 +367,26 @@ fn what_leans_does_not_jump_where_the_ground_is_rough() {
         let [one, other] = [one, other].map(|body| body.world_from_body().z_axis);
         one.angle_between(other).to_degrees()
     };
+
     // It drives 12.5 mm from one to the next, over ground as steep as 45 degrees.
     for pair in bodies.windows(2) {
         let found = turned(&pair[0], &pair[1]);
         assert!(found < 0.4, "{found}");
         assert!((pair[1].position.z - pair[0].position.z).abs() < 0.01);
     }
+
     // Nor does it where its track ends and it goes on.
     let cast = read(&car("track = \"car.csv\"\nbeyond = \"dead-reckoning\""))
         .unwrap()
         .bind(&Crs::local(), &rough)
         .unwrap();
+
     for end in [0.0, 20.0] {
         let [inside, outside] = [-1.0e-6, 1.0e-6].map(|step| cast.bodies_at(end + step).remove(0));
         assert!((inside.position - outside.position).length() < 1e-3, "{end} s: {inside:?} {outside:?}");
         assert!(turned(&inside, &outside) < 0.1, "{end} s: {inside:?} {outside:?}");
     }
+
     // In steps of a quarter of a metre, as planes are apart, it would have jumped.
     let most = bodies.windows(21).map(|some| turned(&some[0], &some[20])).fold(0.0, f64::max);
     assert!(most > 1.0, "{most}");

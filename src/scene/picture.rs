@@ -108,6 +108,7 @@ impl Finish {
             (matches!(self.antialias, 1 | 2 | 4), "anti-aliasing (--antialias) takes 1, 2 or 4 rays a side"),
             ((0.0..=360.0).contains(&self.shutter), "the shutter (--shutter) must be open 0 to 360 degrees"),
         ];
+
         match within.iter().find(|(holds, _)| !holds) {
             Some((_, sentence)) => Err(Error::Configuration((*sentence).to_owned())),
             None => Ok(()),
@@ -237,6 +238,7 @@ impl PictureTable {
             let what = format!("antialias must be 1, 2 or 4, not {}", antialias.get_ref());
             return Err(reading.wrong(antialias.span(), what));
         }
+
         Ok(Finish {
             exposure: number(
                 "exposure_ev",
@@ -299,6 +301,7 @@ mod tests {
         let text = "[picture]\nexposure_ev = -1.5\ntone = \"filmic\"\ngamma = 2.2\ndither = \"ordered\"\nvignette = 0.4\n\
                     distortion = [-0.2, 0.01]\nantialias = 2\nshutter_deg = 180\n[hud]\nshow = [\"map\", \"time\"]\n";
         let (finish, hud) = read(text).unwrap();
+
         let expected = Finish {
             exposure: -1.5,
             tone: Tone::Filmic,
@@ -309,6 +312,7 @@ mod tests {
             antialias: 2,
             shutter: 180.0,
         };
+
         assert_eq!(finish, expected);
         assert!(finish.check().is_ok() && finish.is_developed() && finish.gathers());
         assert_eq!(hud.names(), ["time", "map"]);

@@ -92,6 +92,7 @@ impl Place<'_> {
                 return Err(reading.wrong(self.span.clone(), what));
             }
         };
+
         let angle = |key: &str, value: Option<&Spanned<f64>>, most: f64| match value {
             Some(value) => {
                 let want = format!("must lie between -{most} and {most} degrees");
@@ -99,6 +100,7 @@ impl Place<'_> {
             }
             None => Ok(0.0),
         };
+
         let fix = Fix {
             time: 0.0,
             horizontal,
@@ -108,6 +110,7 @@ impl Place<'_> {
             roll: Some(angle("roll_deg", self.roll, 360.0)?),
             hfov: None,
         };
+
         let path = format!("{}, {}", reading.path.display(), self.whose).into();
         Ok(Track { path, format: "single place", fixes: vec![fix], notes: Vec::new() })
     }

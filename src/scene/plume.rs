@@ -118,6 +118,7 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
     if name.trim().is_empty() || name.chars().any(char::is_control) || name.chars().count() > 200 {
         return Err(reading.wrong(span, "a plume's name must be 1 to 200 printable characters"));
     }
+
     let place = Place {
         whose: &format!("plume `{name}`"),
         keys: PLACE_KEYS,
@@ -129,10 +130,12 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
         roll: None,
         span: span.clone(),
     };
+
     let anchor = place.anchor(reading, table.object.as_ref())?;
     if let (Kind::Dust, Anchor::At(_)) = (kind, &anchor) {
         return Err(reading.wrong(given.span(), "dust is whirled up by what moves; give object"));
     }
+
     let (grey, presets) = presets(kind);
     let number = |key: &str,
                   value: &Option<Spanned<f64>>,
@@ -142,6 +145,7 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
         let value = value.as_ref();
         value.map_or(Ok(default), |value| reading.number(key, value, |number| range.contains(&number), &want))
     };
+
     let [opacity, size, growth, rise, life, rate] = presets;
     let life = number("life_s", &table.life_s, life, 0.1..=600.0)?;
     let rate = number("per_s", &table.per_s, rate, 0.1..=100.0)?;
@@ -149,12 +153,14 @@ pub(super) fn plume(reading: &Reading<'_>, table: Spanned<PlumeTable>, number: u
         let what = format!("life_s times per_s must be {MOST_PUFFS} puffs at most, not {}", life * rate);
         return Err(reading.wrong(span, what));
     }
+
     let colour = match &table.colour {
         Some(colour) => srgb(colour.get_ref()).ok_or_else(|| {
             reading.wrong(colour.span(), format!("colour must be #rrggbb (sRGB), not {:?}", colour.get_ref()))
         })?,
         None => grey,
     };
+
     Ok(Plume {
         line: reading.line(&span),
         offset: table
@@ -223,6 +229,7 @@ impl PlumeCast {
                     "all plumes together have at most {MOST_OF_ALL} puffs at a time"
                 )));
             }
+
             let source = match &plume.anchor {
                 Anchor::On(object) => Source::Actor(
                     actor(object).ok_or_else(|| wrong(&format!("there is no object `{object}`")))?,
@@ -233,8 +240,10 @@ impl PlumeCast {
                     Source::Place(bound.map_err(|error| wrong(&error.to_string()))?.pose_at(0.0).eye)
                 }
             };
+
             bound.push((plume.clone(), source));
         }
+
         Ok(Self(bound))
     }
 
@@ -250,6 +259,7 @@ impl PlumeCast {
                 if plume.start.is_some_and(|start| born < start) {
                     continue;
                 }
+
                 let (from, speed) = match source {
                     Source::Place(place) => (*place + plume.offset, 0.0),
                     Source::Actor(actor) => {
@@ -262,9 +272,11 @@ impl PlumeCast {
                         (now.eye + now.attitude.world_from_view() * DVec3::new(right, up, forward), speed)
                     }
                 };
+
                 puffs.extend(plume.puff(number, seconds - born, from, speed));
             }
         }
+
         puffs
     }
 }

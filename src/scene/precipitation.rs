@@ -100,6 +100,7 @@ impl PrecipitationTable {
             is_rate,
             "must be more than 0 and at most 300 mm/h",
         )?;
+
         let wind: [f64; 2] = match &self.wind_mps {
             Some(wind) => {
                 let speeds: [f64; 2] = reading.numbers("wind_mps", wind)?;
@@ -112,6 +113,7 @@ impl PrecipitationTable {
             }
             None => [0.0; 2],
         };
+
         Ok(Precipitation { kind: self.kind, rate, wind })
     }
 }

@@ -68,10 +68,12 @@ impl Base {
         let (right, forward) = (DVec2::new(cos, -sin), DVec2::new(sin, cos));
         let at = pose.eye.truncate();
         let place = |own: DVec2| at + right * own.x + forward * own.y;
+
         // Where the ground ends, it goes on level.
         let middle = ground(place(self.middle)).or_else(|| ground(at)).filter(|height| height.is_finite())?;
         let (mut sum, mut slope, mut squares) = (0.0, DVec2::ZERO, DVec2::ZERO);
         let steps = -(PLACES / 2)..=PLACES / 2;
+
         for (across, along) in
             steps.clone().flat_map(|across| steps.clone().map(move |along| (across, along)))
         {
@@ -83,9 +85,11 @@ impl Base {
             slope += own * height;
             squares += own * own;
         }
+
         // The places lie evenly about the middle, so that mean and slopes do not mix.
         let own = slope / squares;
         let mean = middle + sum / f64::from(PLACES * PLACES);
+
         Some(Plane { at, height: mean - own.dot(self.middle), rise: right * own.x + forward * own.y })
     }
 }

@@ -94,6 +94,7 @@ fn mistakes_name_line_and_key() {
     assert!(read(&tower(whole)).is_ok());
     let roof = |line: &str| format!("[[object]]\nname = \"r\"\nmodel = \"roof.obj\"\nat = [1, 2, 3]\n{line}");
     assert!(read(&roof("levels = [{ model = \"roof.obj\", below_px = 9 }]")).is_ok());
+
     let cases = [
         ("sun = 3", "line 1", "sun"),
         ("[sun]\nazimuth_deg = 10", "line 2", "elevation_deg"),
@@ -186,6 +187,7 @@ fn mistakes_name_line_and_key() {
         ("[[object", "line 1", ""),
         ("\u{0}", "line 1", ""),
     ];
+
     for (text, line, key) in cases {
         let message = read(text).unwrap_err().to_string();
         assert!(message.contains("scene.toml: "), "{text:?}: {message}");
@@ -295,6 +297,7 @@ fn mistakes_of_lines_and_points_name_the_key() {
         let error = read(&thing(shape, rest)).unwrap_err().to_string();
         assert!(error.contains(&format!("line {line}:")) && error.contains(word), "{rest}: {error}");
     }
+
     let same = read(&thing("line", "at = [1, 2, 3]\nwidth_m = 1\nto = [1, 2, 3]")).unwrap();
     let error = same.bind(&Crs::local(), &ground).unwrap_err().to_string();
     assert!(error.contains("line 1") && error.contains("more than 0 m"), "{error}");
@@ -338,6 +341,7 @@ fn what_goes_on_above_the_ground_keeps_its_height_there() {
         let ground = |place: DVec2| (place.x < 500.0).then(|| hill(place.x));
         Scene::read(&path).unwrap().bind(&Crs::local(), &ground).unwrap()
     };
+
     let all = [over("alt_agl_m", ""), over("alt_agl_m", "slope = true"), over("alt_msl_m", "")];
     for time in (-80..60).filter(|time| !(0..=10).contains(time)).map(|time| 0.5 + f64::from(time)) {
         let [agl, leaning, msl] = all.each_ref().map(|cast| cast.bodies_at(time).remove(0));
@@ -349,6 +353,7 @@ fn what_goes_on_above_the_ground_keeps_its_height_there() {
             let height = body.position.z - 3.0;
             assert!((height - hill(body.position.x)).abs() < 0.3 || ends, "{time} s: {body:?}");
         }
+
         let pitch = (0.5 * (0.05 * leaning.position.x).cos()).atan().to_degrees();
         assert!((leaning.attitude.pitch - pitch).abs() < 1.0 || ends, "{time} s: {leaning:?}, not {pitch}");
         assert!(!ends || (agl.position.z - 3.0 - hill(498.0)).abs() < 0.5, "{time} s: {agl:?}");

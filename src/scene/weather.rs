@@ -158,6 +158,7 @@ impl CloudsTable {
             let holds = |metres| CLOUD_SCALES.contains(&metres);
             reading.number("scale_m", metres, holds, "must be 100 m to 100 km")
         });
+
         let wind = self.wind_mps.as_ref().map(|given| {
             let wind: [f64; 2] = reading.numbers("wind_mps", given)?;
             if wind.into_iter().all(is_wind) {
@@ -166,6 +167,7 @@ impl CloudsTable {
             let what = format!("wind_mps must be two speeds of {FASTEST} m/s at most, not {wind:?}");
             Err(reading.wrong(given.span(), what))
         });
+
         Ok(Clouds {
             base,
             top,

@@ -154,6 +154,7 @@ impl Simd for Avx512 {
             let first = _mm512_permutex2var_epi32(low, order, high);
             let order = _mm512_add_epi32(order, _mm512_set1_epi32(1));
             let last = _mm512_permutex2var_epi32(low, order, high);
+
             // Bytes of `last` are four further on than those of `first`.
             let three = _mm_setr_epi8(0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, -1, -1, -1, -1);
             let fourth = _mm_setr_epi8(-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, 11, 12, 13, 14);
@@ -162,6 +163,7 @@ impl Simd for Avx512 {
                 _mm512_shuffle_epi8(last, _mm512_broadcast_i32x4(fourth)),
             );
             let fifth = _mm_setr_epi8(0, -1, -1, -1, 5, -1, -1, -1, 10, -1, -1, -1, 15, -1, -1, -1);
+
             [I(four), I(_mm512_shuffle_epi8(last, _mm512_broadcast_i32x4(fifth)))]
         }
     }

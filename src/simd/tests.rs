@@ -30,6 +30,7 @@ impl Kernel for Everything<'_> {
         let loaded = self.table.first_chunk().map(|shorts| simd.load_shorts(shorts));
         let triples_loaded = bytes[1..].first_chunk().map(|triples| simd.load_triples(triples));
         let fives_loaded = bytes.last_chunk().map(|fives| simd.load_fives(fives));
+
         let equal = [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.abs().sqrt(), a.floor()]
             .map(Floats::to_bits)
             .into_iter()
@@ -62,6 +63,7 @@ impl Kernel for Everything<'_> {
                 out
             })
             .collect();
+
         let positive = a.abs() + simd.splat(0.5);
         let near = [a.mul_add(b, a), a.neg_mul_add(b, a), positive.recip(), positive.rsqrt()]
             .map(|lanes| {
@@ -70,6 +72,7 @@ impl Kernel for Everything<'_> {
                 out
             })
             .to_vec();
+
         let bits = [m, n, m | mask, !m, i.eq(j), i.gt(j)].map(|mask| i32::from(mask.bits()));
         let answers = [m.any(), m.all(), (m | !m).all(), (m & !m).any()].map(i32::from);
         let mut triples = [0; 3 * LANES];
@@ -78,6 +81,7 @@ impl Kernel for Everything<'_> {
         let rough = (rough - simd.splat(1.0)).abs().le(simd.splat(2.2e-4)).all();
         let answers = [&answers[..], &[i32::from(rough)]].concat();
         let ends = [a.least(), b.greatest()].map(|end| end.to_bits() as i32);
+
         (equal, near, [&bits[..], &answers, &ends, &[i.least(mask), i.least(m & !m)]].concat(), triples)
     }
 }
@@ -90,12 +94,14 @@ fn all_sets_agree_with_the_portable_one() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         ((state >> 40) as f32 / (1 << 24) as f32 - 0.3) * 60.0
     };
+
     for case in 0..200 {
         let a = std::array::from_fn(|_| random());
         let b = std::array::from_fn(|lane| if lane == case % LANES { a[lane] } else { random() });
         let bits = (random() * 1000.0) as i32 as u16;
         let run = |isa: Isa| isa.run(Everything { a, b, bits, table: &table });
         let expected = run(Isa::PORTABLE);
+
         for isa in Isa::available() {
             let found = run(isa);
             assert_eq!(found.0, expected.0, "{isa}");

@@ -12,6 +12,7 @@ pub fn turned<T: Copy + Default>(rows: &[T], width: usize, columns: Range<usize>
     let mut turned = vec![T::default(); columns.len() * height];
     let row = |y: usize| &rows[y * width..][columns.clone()];
     let whole = height - height % TOGETHER;
+
     for top in (0..whole).step_by(TOGETHER) {
         let together: [_; TOGETHER] = array::from_fn(|y| row(top + y).as_chunks::<TOGETHER>());
         let squares = together[0].0.len();
@@ -22,17 +23,20 @@ pub fn turned<T: Copy + Default>(rows: &[T], width: usize, columns: Range<usize>
                 turned[column..][..TOGETHER].copy_from_slice(&values.map(|row| row[x]));
             }
         }
+
         for (y, (_, rest)) in together.into_iter().enumerate() {
             for (x, value) in rest.iter().enumerate() {
                 turned[(squares * TOGETHER + x) * height + top + y] = *value;
             }
         }
     }
+
     for y in whole..height {
         for (x, value) in row(y).iter().enumerate() {
             turned[x * height + y] = *value;
         }
     }
+
     turned
 }
 

@@ -31,11 +31,13 @@ pub(super) fn undistorted([k1, k2]: [f64; 2], seen: DVec2) -> Option<DVec2> {
     if radius == 0.0 {
         return Some(seen);
     }
+
     let off = |r: f64| r * (1.0 + r * r * (k1 + r * r * k2)) - radius;
     let (mut low, mut high) = (0.0, fold([k1, k2]));
     if off(high) < 0.0 || radius.is_nan() {
         return None;
     }
+
     let mut r = radius.min(0.5 * (low + high));
     for _ in 0..STEPS {
         let wrong = off(r);
@@ -53,6 +55,7 @@ pub(super) fn undistorted([k1, k2]: [f64; 2], seen: DVec2) -> Option<DVec2> {
         }
         r = next;
     }
+
     Some(seen * (r / radius))
 }
 

@@ -129,6 +129,7 @@ impl Screen {
                 "the field of view ({flag}) of a {name} screen must be more than 0° and at most {most}°, not {angle}°"
             )))
         };
+
         match *self {
             Self::Lens { k, .. } if !k.into_iter().all(f64::is_finite) => Err(Error::Configuration(
                 "a lens has finite coefficients of distortion (--distortion)".into(),
@@ -202,11 +203,13 @@ impl Mapping {
             Screen::Table(ref table) => (size / table.size().as_dvec2()).min_element() / table.pixel_angle(),
             Screen::Orthographic { width } => size.x / width,
         };
+
         // Whole pixels stay whole: channels that share an edge then share their rays to the last bit.
         let shift = match screen {
             Screen::Cylindrical { hfov } | Screen::Equirectangular { hfov, .. } => yaw * size.x / hfov,
             _ => 0.0,
         };
+
         Self { screen, size, scale, shift }
     }
 
@@ -279,6 +282,7 @@ impl Mapping {
                 return Some((DVec3::new(x / self.scale, y / self.scale, 0.0), DVec3::Z));
             }
         };
+
         Some((DVec3::ZERO, direction))
     }
 
@@ -292,6 +296,7 @@ impl Mapping {
             ahead - turn * (ahead / turn).round()
         };
         let level = point.x.hypot(point.z);
+
         let offset = match self.screen {
             Screen::Planar { .. } if point.z > 0.0 => point.truncate() / point.z * self.scale,
             Screen::Lens { k, .. } if point.z > 0.0 => seen(k, point.truncate() / point.z)? * self.scale,
@@ -312,6 +317,7 @@ impl Mapping {
             Screen::Orthographic { .. } if point.z >= 0.0 => point.truncate() * self.scale,
             _ => return None,
         };
+
         Some(DVec2::new(0.5 * self.size.x + offset.x, 0.5 * self.size.y - offset.y))
     }
 }

@@ -37,20 +37,24 @@ impl RayTable {
                 directions.len()
             )));
         }
+
         directions.iter_mut().for_each(|direction| *direction = unit(*direction));
         if directions.iter().all(|direction| *direction == [0.0; 3]) {
             return Err(Error::Configuration(
                 "no pixel of the table has a direction: all are zero or not finite".into(),
             ));
         }
+
         let mut hasher = blake3::Hasher::new();
         hasher.update(&width.to_le_bytes());
         for direction in &directions {
             hasher.update(&direction.map(f32::to_le_bytes).concat());
         }
+
         let directions: Vec<Vec3> = directions.into_iter().map(Vec3::from_array).collect();
         let size = UVec2::new(width, height);
         let pixel_angle = usual_angle(size, &directions);
+
         Ok(Self { size, directions, pixel_angle, digest: hasher.finalize().to_hex().to_string() })
     }
 
@@ -105,6 +109,7 @@ impl RayTable {
         };
         let ((left, u), (top, v)) = (axis(column, self.size.x), axis(row, self.size.y));
         let mut sum = DVec3::ZERO;
+
         for (dy, weight_y) in [(0, 1.0 - v), (1, v)] {
             for (dx, weight_x) in [(0, 1.0 - u), (1, u)] {
                 let weight = weight_x * weight_y;
@@ -117,6 +122,7 @@ impl RayTable {
                 }
             }
         }
+
         (sum.is_finite() && sum != DVec3::ZERO).then_some(sum)
     }
 }
@@ -142,10 +148,12 @@ fn usual_angle(size: UVec2, directions: &[Vec3]) -> f64 {
             }
         }
     }
+
     if angles.is_empty() {
         // Lone pixels say nothing of how wide they are; this makes the picture a radian wide.
         return 1.0 / f64::from(size.max_element());
     }
+
     let rank = ((angles.len() - 1) as f64 * USUAL) as usize;
     let (_, usual, _) = angles.select_nth_unstable_by(rank, f64::total_cmp);
     *usual

@@ -171,6 +171,7 @@ fn abutting_channels_share_the_rays_of_their_edge() {
         (Screen::Cylindrical { hfov: 90.0 }, 90.0, vec![-135.0, -45.0, 45.0, 135.0, 225.0]),
         (Screen::Equirectangular { hfov: 120.0, vfov: 90.0 }, 120.0, vec![-120.0, 0.0, 120.0, 240.0]),
     ];
+
     for (screen, step, yaws) in side_by_side {
         for pair in yaws.windows(2) {
             assert_eq!(pair[1] - pair[0], step);
@@ -186,11 +187,13 @@ fn abutting_channels_share_the_rays_of_their_edge() {
             }
         }
     }
+
     // One above the other, too.
     let [upper, lower] = [22.5, -22.5].map(|pitch| {
         let channel = Attitude { pitch, ..Attitude::default() };
         Camera::with_channel(own, channel, Screen::Planar { hfov: 45.0 }, 100, 100)
     });
+
     for column in 0..=100 {
         let [one, other] =
             [upper.ray(column.into(), 100.0), lower.ray(column.into(), 0.0)].map(Option::unwrap);
@@ -209,6 +212,7 @@ fn cylindrical_quarters_are_the_whole_to_the_bit() {
                 _ => Screen::Cylindrical { hfov: 90.0 },
             };
             let all = Camera::with_screen(own, whole, 4 * width, 90);
+
             for (index, yaw) in [-135.0, -45.0, 45.0, 135.0].into_iter().enumerate() {
                 let channel = Attitude { yaw, ..Attitude::default() };
                 let part = Camera::with_channel(own, channel, quarter.clone(), width, 90);
@@ -256,6 +260,7 @@ proptest! {
                 camera.ray(position.x, position.y)
             };
             let here = at(0.0, 0.0);
+
             for neighbour in [at(1.0, 0.0), at(0.0, 1.0)] {
                 let (Some(one), Some(other)) = (here, neighbour) else { continue };
                 prop_assert!((one.direction.length() - 1.0).abs() < 1e-12);

@@ -93,6 +93,7 @@ mod tests {
         let trace = Arc::new(Trace::new(3));
         let farm = Farm::new(3).unwrap().with_trace(&trace);
         let frames: Vec<_> = (1..=8).map(|number| (number, ())).collect();
+
         let render = |farm: &Farm, (): &()| {
             Stage::ALL.into_iter().try_for_each(|stage| {
                 farm.each(stage, (0..12).collect(), |_, task| {
@@ -101,6 +102,7 @@ mod tests {
                 })
             })
         };
+
         farm.fly(&Batch { frames: &frames, in_flight: 2, observer: &Silent }, render, |_, ()| Ok(()))
             .unwrap();
 
@@ -110,6 +112,7 @@ mod tests {
         let of = |phase: &str, pid: u64| -> Vec<&Value> {
             events.iter().filter(|event| event["ph"] == phase && event["pid"] == pid).collect()
         };
+
         for pid in [1, 2] {
             let names: Vec<_> =
                 of("M", pid).iter().map(|event| event["args"]["name"].as_str().unwrap()).collect();
@@ -119,12 +122,14 @@ mod tests {
             let tasks = complete.iter().filter(|event| event["args"]["stage"] == "image");
             assert_eq!(tasks.filter(|event| event["args"]["frame"] == 5).count(), 12);
             let mut threads: BTreeMap<u64, Vec<(u64, u64)>> = BTreeMap::new();
+
             for event in complete {
                 // Nanoseconds are exact again once they are whole.
                 let [start, duration] =
                     ["ts", "dur"].map(|key| (event[key].as_f64().unwrap() * 1000.0).round() as u64);
                 threads.entry(event["tid"].as_u64().unwrap()).or_default().push((start, start + duration));
             }
+
             assert!(threads.len() >= 4);
             for (thread, mut spans) in threads {
                 spans.sort_unstable();

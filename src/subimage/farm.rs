@@ -169,6 +169,7 @@ impl Farm {
                 }
             }
         };
+
         let Some(pool) = &self.pool else { return take_part(0) };
         pool.in_place_scope(|scope| {
             for _ in 0..workers {

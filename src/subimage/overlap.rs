@@ -87,6 +87,7 @@ impl Farm {
                 window.finish(index, self.fly_one(driver, *number, frame, render));
             }
         };
+
         let drive = &drive;
         thread::scope(|scope| {
             let drivers: Vec<_> = (0..in_flight).map(|driver| scope.spawn(move || drive(driver))).collect();
@@ -98,6 +99,7 @@ impl Farm {
                     Ok(())
                 })
             };
+
             for driver in drivers {
                 driver.join().unwrap_or_else(|panic| resume_unwind(panic));
             }
@@ -288,6 +290,7 @@ mod tests {
             let (frames, begun, taken) = (frames(), AtomicUsize::new(0), AtomicUsize::new(0));
             let mut numbers = Vec::new();
             let all = batch(&frames, in_flight, &Silent);
+
             farm.fly(
                 &all,
                 |farm, &index| {
@@ -304,6 +307,7 @@ mod tests {
                 },
             )
             .unwrap();
+
             assert!(numbers.iter().eq(frames.iter().map(|(number, _)| number)));
         });
     }
@@ -328,6 +332,7 @@ mod tests {
                     Ok(())
                 },
             );
+
             assert_eq!(outcome.unwrap_err().to_string(), "frame 7");
             assert_eq!(taken, 7);
         });
@@ -372,6 +377,7 @@ mod tests {
                     Ok(())
                 },
             );
+
             assert!(matches!(outcome, Err(Error::Interrupted(_))));
             assert_eq!(taken, begun.into_inner());
             assert!((6..6 + in_flight).contains(&taken));
@@ -393,6 +399,7 @@ mod tests {
                 farm.fly(&all, |farm, &index| render(farm, index), |_, ()| Ok(()))
             }));
             assert!(rendering.is_err());
+
             let taking = catch_unwind(AssertUnwindSafe(|| {
                 farm.fly(
                     &all,
@@ -403,6 +410,7 @@ mod tests {
                     },
                 )
             }));
+
             assert!(taking.is_err());
         });
     }
@@ -419,11 +427,13 @@ mod tests {
         let trace = Arc::new(Trace::new(3));
         let farm = Farm::new(3).unwrap().with_trace(&trace);
         let frames = frames();
+
         // The last task of a frame waits for the next frame to begin: it ends only if that
         // happens, or when so much time has passed that the assertion below should fail.
         let patience = Duration::from_secs(30);
         let begun = (Mutex::new([false; 7]), Condvar::new());
         begun.0.lock().unwrap()[6] = true;
+
         let render = |farm: &Farm, frame: usize| {
             Stage::ALL.into_iter().try_for_each(|stage| {
                 farm.each(stage, (0..10).collect(), |_, task| {
@@ -437,12 +447,14 @@ mod tests {
                 })
             })
         };
+
         farm.fly(&batch(&frames[..6], 2, &Silent), |farm, &index| render(farm, index), |_, ()| Ok(()))
             .unwrap();
         let spans = trace.frames();
         assert_eq!(spans.len(), 6);
         assert!(spans.iter().all(|span| span.driver < 2));
         let tasks = trace.tasks();
+
         for pair in frames[..6].windows(2) {
             let ended = tasks.iter().filter(|task| task.frame == pair[0].0).map(|task| task.end).max();
             let begun = tasks.iter().filter(|task| task.frame == pair[1].0).map(|task| task.start).min();

@@ -78,6 +78,7 @@ pub fn makespan(frames: &[FrameWork], workers: usize, in_flight: usize) -> Durat
         (0..workers.max(1)).map(|worker| Reverse((Duration::ZERO, worker))).collect();
     let mut ended: Vec<Option<Duration>> = vec![None; frames.len()];
     let (mut delivered, mut now) = (0, Duration::ZERO);
+
     // (when it is ready, frame, stage); the earliest first. What follows from a stage is never ready before it.
     let mut ready: BinaryHeap<_> =
         frames.iter().enumerate().take(in_flight).map(|(n, frame)| Reverse((frame.serial, n, 0))).collect();
@@ -86,6 +87,7 @@ pub fn makespan(frames: &[FrameWork], workers: usize, in_flight: usize) -> Durat
             ready.push(Reverse((hand_out(tasks, at, &mut workers), n, stage + 1)));
             continue;
         }
+
         ended[n] = Some(at);
         while let Some(end) = ended.get(delivered).copied().flatten() {
             now = now.max(end);
@@ -96,6 +98,7 @@ pub fn makespan(frames: &[FrameWork], workers: usize, in_flight: usize) -> Durat
             delivered += 1;
         }
     }
+
     now
 }
 
@@ -206,11 +209,13 @@ mod tests {
         farm.fly(&batch, render, |_, ()| Ok(())).unwrap();
         let work = FrameWork::from_trace(&trace);
         assert_eq!(work.len(), 3);
+
         for (work, span) in work.iter().zip(trace.frames()) {
             assert_eq!(work.total(), span.end - span.start);
             assert!(work.serial >= MS * 2);
             assert!(work.stages.iter().all(|tasks| tasks.len() == 4 && tasks.iter().all(|&task| task >= MS)));
         }
+
         let least = FrameWork::least([work.clone(), vec![frame(0, &[&[0; 4], &[9000; 4]]); 3]]);
         assert_eq!(least[0].stages[1], work[0].stages[1]);
         assert_eq!(least[0].total(), work[0].stages[1].iter().sum::<Duration>());
@@ -223,6 +228,7 @@ mod tests {
         let task_times = |stage| (0..24).map(|task| length(task, stage)).collect();
         let work = FrameWork { serial: MS * 5, stages: Stage::ALL.map(task_times).to_vec() };
         let frames: Vec<_> = (1..=6).map(|number| (number, ())).collect();
+
         let render = |farm: &Farm, (): &()| {
             std::thread::sleep(work.serial);
             Stage::ALL.into_iter().try_for_each(|stage| {
@@ -232,6 +238,7 @@ mod tests {
                 })
             })
         };
+
         for (workers, in_flight) in [(2, 1), (8, 1), (8, 2), (24, 2), (24, 3)] {
             let farm = Farm::new(workers).unwrap();
             let batch = Batch { frames: &frames, in_flight, observer: &Silent };

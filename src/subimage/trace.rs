@@ -109,6 +109,7 @@ mod tests {
                 })
                 .unwrap();
             }
+
             let tasks = trace.tasks();
             let mut noted: Vec<_> = tasks.iter().map(|span| (span.stage, span.task)).collect();
             noted.sort_unstable();
@@ -121,6 +122,7 @@ mod tests {
             for pair in tasks.windows(2).filter(|pair| pair[0].worker == pair[1].worker) {
                 assert!(pair[0].end <= pair[1].start);
             }
+
             let image = tasks.iter().filter(|span| span.stage == Stage::Image).map(|span| span.start).min();
             let march = tasks.iter().filter(|span| span.stage == Stage::March).map(|span| span.end).max();
             assert!(march <= image, "the second stage begins when the first has ended");

@@ -121,17 +121,20 @@ impl Course {
             let rows = self.dims(leg.level)[self.major];
             leg.near = if self.towards > 0 { leg.end.ceil() as i64 } else { leg.end.floor() as i64 };
             let there = if self.towards > 0 { rows - leg.near } else { leg.near + 1 };
+
             // A float converts saturating.
             let wanted = there.min((left / row).ceil() as i64);
             if wanted <= 0 {
                 return legs;
             }
+
             let is_coarsest = leg.level + 1 == self.level_count;
             leg.count = if is_coarsest { wanted } else { wanted.min(REACH) };
             legs.push(leg);
             if leg.count == wanted {
                 return legs;
             }
+
             left -= row * leg.count as f64;
             leg = self.coarser(&leg);
         }

@@ -25,6 +25,7 @@ impl Rows<'_> {
         if !(0..dims[major]).contains(&row) {
             return Ok(());
         }
+
         let side = i64::from(PAGE_SIDE);
         let end = (first + target.len() as i64).min(dims[1 - major]);
         let mut from = first.max(0);
@@ -34,6 +35,7 @@ impl Rows<'_> {
             let part = &mut target[(from - first) as usize..(until - first) as usize];
             let [px, py] = if major == 0 { [row / side, page] } else { [page, row / side] };
             let id = PageId { level, px: px as u32, py: py as u32 };
+
             match self.source.heights(id)? {
                 Some(view) => {
                     let stride = (view.width + 2 * APRON) as usize;
@@ -48,8 +50,10 @@ impl Rows<'_> {
                 }
                 None => self.stand_in(level, row, from..until, part)?,
             }
+
             from = until;
         }
+
         Ok(())
     }
 
@@ -58,12 +62,14 @@ impl Rows<'_> {
         if level + 1 >= self.source.header().level_count {
             return Ok(());
         }
+
         let coarser = |post: i64| (post as f64 + 0.5) / f64::from(RADIX) - 0.5;
         let (place, first) = (coarser(row), coarser(posts.start).floor());
         let count = (coarser(posts.end - 1).floor() - first) as usize + 2;
         let last =
             [self.course.major, 1 - self.course.major].map(|axis| self.course.dims(level + 1)[axis] - 1);
         let mut rows = [vec![0.0; count], vec![0.0; count]];
+
         for (next, heights) in (0..).zip(&mut rows) {
             let row = (place.floor() as i64 + next).clamp(0, last[0]);
             self.read(level + 1, row, first as i64, heights)?;
@@ -72,6 +78,7 @@ impl Rows<'_> {
             let nearest: Vec<_> = (0..count).map(|index| heights[within(index) as usize]).collect();
             *heights = nearest;
         }
+
         let share = (place - place.floor()) as f32;
         for (target, post) in target.iter_mut().zip(posts) {
             let place = coarser(post) - first;
@@ -79,6 +86,7 @@ impl Rows<'_> {
             let [low, high] = rows.each_ref().map(|row| mix(row[index], row[index + 1], across));
             *target = mix(low, high, share);
         }
+
         Ok(())
     }
 }

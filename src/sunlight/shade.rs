@@ -153,15 +153,18 @@ impl Shade {
         let mut heights = vec![NONE; strands + 1];
         let mut line = vec![0; (posts.end - posts.start) as usize];
         let count = rows.end - rows.start;
+
         for index in 0..count {
             let row = if course.towards > 0 { rows.end - 1 - index } else { rows.start + index };
             let (aside, share) = course.aside(row);
             reader.read(id.level, row, first + aside, &mut heights)?;
+
             // Where the posts lie between the strands.
             let place = -course.lean * row as f64;
             let strand = (posts.start as f64 + place).floor() as i64 - first;
             let own = &heights[(posts.start - first - aside) as usize..];
             let among = (place - place.floor()) as f32;
+
             self.isa.run(Lighting {
                 shadow: &shadow,
                 spread: course.spread(),
@@ -171,9 +174,11 @@ impl Shade {
                 soft,
                 line: &mut line,
             });
+
             put(&mut shares, stride, (course.major, id), (row, posts.start), &line);
             self.isa.run(Crossing { shadow: &mut shadow, row: &heights, share, step });
         }
+
         Ok(Some(ShadePage { shares, stride }))
     }
 }

@@ -150,6 +150,7 @@ impl SunSetting {
             let what = "the area is not placed on Earth; give the sun's azimuth and elevation, or build the area with --crs";
             return Err(wrong(what.into()));
         }
+
         let (longitude, latitude) =
             Transform::new(crs, &Crs::wgs84())?.apply(place.x, place.y).ok_or_else(|| {
                 wrong(format!("{}, {} of {} is no place on Earth", place.x, place.y, crs.name()))
@@ -164,6 +165,7 @@ impl SunSetting {
             );
             return Err(wrong(what));
         }
+
         let of_crate = |error: solar_positioning::Error| wrong(error.to_string());
         let late =
             delta_t::estimate_from_date(utc.year(), u32::from(u8::from(utc.month()))).map_err(of_crate)?;
@@ -179,6 +181,7 @@ impl SunSetting {
         let days = UNIX_EPOCH + seconds / DAY - J2000;
         let sidereal = SIDEREAL_AT_J2000 + SIDEREAL_PER_DAY * days + longitude;
         let firmament = Firmament { sidereal: sidereal.rem_euclid(360.0), latitude, convergence };
+
         Ok(Sky { sun, firmament })
     }
 }

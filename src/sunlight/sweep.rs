@@ -103,6 +103,7 @@ pub(super) fn carry(rows: &Rows<'_>, legs: &[Leg], strands: usize, isa: Isa) -> 
             Some((coarse, before)) => coarse.on_finer(course, leg, before),
         };
         let step = Step::of(course, leg.level);
+
         // From where the leg begins, half a row before its first.
         shadow.go(step.times(0.5));
         row.resize(leg.strands + 1, NONE);
@@ -113,7 +114,9 @@ pub(super) fn carry(rows: &Rows<'_>, legs: &[Leg], strands: usize, isa: Isa) -> 
             let part = if index == 0 { (leg.end - number as f64).abs() as f32 } else { 1.0 };
             isa.run(Crossing { shadow: &mut shadow, row: &row, share, step: step.times(part) });
         }
+
         carried = Some((shadow, leg));
     }
+
     Ok(carried.map_or_else(|| Shadow::none(strands), |(shadow, _)| shadow))
 }

@@ -49,6 +49,7 @@ fn a_towers_shadow_is_as_long_as_its_height_over_the_suns_tangent() {
         area(1024, 1.0, |x, y| if form(x - 512.5, y - 512.5) < 5.5 { 130.0 } else { 100.0 })
     };
     let (upright, turned) = (tower(&square), tower(&diamond));
+
     for elevation in [4.0_f64, 6.0, 8.0, 11.0, 15.0, 20.0, 27.0, 35.0, 45.0, 60.0] {
         for azimuth in (0..360).step_by(45) {
             let (source, roof) =
@@ -77,6 +78,7 @@ fn is_dark(height: &impl Fn(f64, f64) -> f64, at: [f64; 2], side: f64, sun: Sun)
         let [south, north] = [0.0, 1.0].map(|dy| post(0.0, dy) * (1.0 - u) + post(1.0, dy) * u);
         south * (1.0 - v) + north * v
     };
+
     let (sin, cos) = sun.azimuth.to_radians().sin_cos();
     let (start, rise) = (height(at[0], at[1]), sun.elevation.to_radians().tan());
     let mut distance = 0.1;
@@ -102,12 +104,14 @@ fn shadows_are_those_of_rays_towards_the_sun() {
         let shades = shades(&source, sun);
         let mut sampler = ShadeSampler::new(&shades);
         let (mut dark, mut wrong, mut all) = (0, 0, 0);
+
         for y in (1..side - 1).step_by(7) {
             for x in (1..side - 1).step_by(7) {
                 let at = [f64::from(x) + 0.5, f64::from(y) + 0.5];
                 let wanted = is_dark(&hills, at, f64::from(side), sun);
                 let share = f64::from(sampler.share(&source, 0, at.into()).unwrap());
                 (all, dark) = (all + 1, dark + i32::from(wanted));
+
                 // Ground that faces away has no light to lose.
                 let slope =
                     |dx: f64, dy: f64| 0.5 * (hills(at[0] + dx, at[1] + dy) - hills(at[0] - dx, at[1] - dy));
@@ -118,6 +122,7 @@ fn shadows_are_those_of_rays_towards_the_sun() {
                 wrong += i32::from(wanted != (share < 0.5) && lost > 0.1);
             }
         }
+
         assert!(dark * 20 > all, "{azimuth} {elevation}: {dark} of {all} are dark");
         assert!(wrong * 100 <= all, "{azimuth} {elevation}: {wrong} of {all} posts are wrong");
     }
@@ -163,6 +168,7 @@ fn instruction_sets_agree_and_neighbours_meet() {
             let other = shade.clone().with_isa(isa);
             assert!(other.page(&source, PageId { level: 0, px: 0, py: 0 }).unwrap().unwrap() == own, "{isa}");
         }
+
         let (east, north) = (page(1, 0), page(0, 1));
         let [side, apron] = [PAGE_SIDE, SHADE_APRON].map(|count| count as usize);
         let mut most = 0;
@@ -181,6 +187,7 @@ fn instruction_sets_agree_and_neighbours_meet() {
                 most = pairs.iter().map(|(a, b)| a.abs_diff(*b)).fold(most, u8::max);
             }
         }
+
         assert!(most <= 2, "{azimuth}: {most}");
     }
 }

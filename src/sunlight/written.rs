@@ -47,10 +47,12 @@ pub fn sun(
             return Err((one.span(), format!("{table} needs azimuth_deg, too")));
         }
     };
+
     let degrees = |key: &str, value: &Spanned<f64>, most: f64, want: &str| {
         let checked = Reading::checked(key, *value.get_ref(), |degrees| degrees.abs() <= most, want);
         checked.map_err(|what| (value.span(), what))
     };
+
     Ok(Some(SunSetting::At(Sun {
         azimuth: degrees("azimuth_deg", &azimuth, 360.0, "must lie between -360 and 360 degrees")?,
         elevation: degrees("elevation_deg", &elevation, 90.0, "must be -90 to 90 degrees")?,

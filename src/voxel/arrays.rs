@@ -208,6 +208,7 @@ impl Arrays<'_> {
             |x: u32, y: u32| clamped(first_y, y, self.grid.ny) * nx + clamped(first_x, x, self.grid.nx);
         let with_apron = || (0..height + 2 * APRON).flat_map(|y| (0..width + 2 * APRON).map(move |x| (x, y)));
         let own = || (APRON..height + APRON).flat_map(|y| (APRON..width + APRON).map(move |x| (x, y)));
+
         PageBuffer {
             width,
             height,

@@ -129,10 +129,12 @@ impl Assembly {
         if length > largest_page(id.level, size.0, size.1) + spans.next_multiple_of(PLANE_ALIGNMENT) {
             return Err(refuse("its planes are larger than the grid says"));
         }
+
         let mut directory = self.shared.directory.write().unwrap_or_else(PoisonError::into_inner);
         if id.is_bare() {
             directory.extend_to_bare();
         }
+
         let index = directory.index(id).ok_or_else(|| refuse("the grid has no such page"))?;
         if directory.get(id).is_some() {
             return Err(refuse("appended twice"));
@@ -145,11 +147,13 @@ impl Assembly {
             directory.set(index, entry);
             return Ok(());
         }
+
         let offset = self.end.next_multiple_of(PAGE_ALIGNMENT);
         write(&**storage, offset)
             .map_err(|error| self.storage_error(&format!("write {length} bytes at byte {offset}"), error))?;
         self.end = offset + length as u64;
         directory.set(index, PageEntry { offset, ..entry });
+
         Ok(())
     }
 
@@ -180,6 +184,7 @@ impl Assembly {
             if objects.is_empty() { Section::default() } else { Section::of(end, &objects) };
         let section = Section::of(end + objects.len() as u64, &entries);
         let json_section = Section::of(section.offset + section.length, &json);
+
         let mut header = FixedHeader {
             version: VERSION,
             grid: self.shared.grid,
@@ -191,6 +196,7 @@ impl Assembly {
             objects: objects_section,
             file_length: json_section.offset + json_section.length,
         };
+
         header.content_hash = header.identity(&json, &objects, &directory);
         self.write(end, &objects)?;
         self.write(section.offset, &entries)?;
@@ -200,6 +206,7 @@ impl Assembly {
         header.check_written(&record, &directory).map_err(invalid)?;
         self.write(0, &record)?;
         self.flush()?;
+
         Ok((header.content_hash, header.file_length))
     }
 
@@ -302,6 +309,7 @@ impl PageReadback {
             let attributes = bytemuck::from_bytes(scratch.as_slice());
             return Planes::empty(id.level, size, attributes).whole().map(Some).map_err(invalid);
         }
+
         scratch.resize(entry.length as usize);
         let read = storage.read_at(entry.offset, scratch.as_mut_slice());
         read.map_err(|error| Error::io(path, format!("read {id} back"), error))?;
@@ -311,6 +319,7 @@ impl PageReadback {
         if PagePart::all(id).any(|part| planes.crc(part) != entry.crc[part.number()]) {
             return Err(refuse("read back with a wrong checksum; check the disk, and build again"));
         }
+
         planes.whole().map(Some).map_err(|what| refuse(&what))
     }
 }

@@ -49,16 +49,19 @@ impl BlockSpans {
         for (voxel, count) in counts.iter_mut().enumerate().filter(|_| has_own) {
             *count = own(voxel).len() as u32;
         }
+
         for (placement, object) in placed() {
             over(placement, object, corner, |voxel, at| {
                 counts[voxel] = counts[voxel].saturating_add(object.count_at(placement, at));
             });
         }
+
         self.spans.clear();
         (self.starts, self.tops) = ([0; VOXELS + 1], [0.0; VOXELS]);
         if counts.iter().fold(0_u32, |sum, count| sum.saturating_add(*count)) > MOST {
             return false;
         }
+
         // Where the next one of each voxel goes.
         let mut ends = [0; VOXELS];
         let mut end = 0;
@@ -66,18 +69,21 @@ impl BlockSpans {
             (self.starts[voxel], ends[voxel]) = (end, end);
             end += counts[voxel];
         }
+
         self.starts[VOXELS] = end;
         self.spans.resize(end as usize, Span::NONE);
         let rise = rise as f32;
         for voxel in (0..VOXELS).filter(|_| has_own) {
             own(voxel).iter().for_each(|span| self.put(voxel, *span, &mut ends[voxel], rise));
         }
+
         for (placement, object) in placed() {
             over(placement, object, corner, |voxel, at| {
                 let spans = object.spans_at(placement, at);
                 spans.for_each(|span| self.put(voxel, span, &mut ends[voxel], rise));
             });
         }
+
         end > 0
     }
 

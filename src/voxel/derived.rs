@@ -53,6 +53,7 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
         if bytes <= self.budget {
             return;
         }
+
         // Frames in flight beside this one may still need theirs.
         let mut old: Vec<(u64, K)> = entries
             .iter()
@@ -60,6 +61,7 @@ impl<K: Eq + Hash + Copy + Ord, V: Clone + Bytes> Derived<K, V> {
             .filter(|(used, _)| used + 2 < now)
             .collect();
         old.sort_unstable();
+
         for (_, key) in old {
             if bytes <= self.budget {
                 break;

@@ -154,6 +154,7 @@ impl Directory {
         if version >= EMPTY_SINCE && entry.can_be_empty(id) {
             return Ok(());
         }
+
         let end = entry.offset.checked_add(u64::from(entry.length));
         let inside = entry.offset >= PAGE_ALIGNMENT && end.is_some_and(|end| end <= pages_end);
         if !inside
@@ -162,10 +163,12 @@ impl Directory {
         {
             return Err(format!("no page can lie at byte {}, length {}", entry.offset, entry.length));
         }
+
         let second = PagePart::numbered(1, id);
         if PagePart::all(id).all(|part| part != second) && entry.crc[second.number()] != 0 {
             return Err("a checksum of bounds, but the level has none".into());
         }
+
         Ok(())
     }
 

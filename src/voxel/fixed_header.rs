@@ -85,6 +85,7 @@ impl FixedHeader {
         put_u32(at::DIRECTORY_CRC, self.directory.crc);
         put_u32(at::METADATA_CRC, self.metadata.crc);
         put_u32(at::OBJECTS_CRC, self.objects.crc);
+
         for (field, value) in [
             (at::SPACING, self.grid.spacing),
             (at::ORIGIN_X, self.grid.origin.x),
@@ -96,6 +97,7 @@ impl FixedHeader {
         ] {
             field.put(&mut record, &value.to_le_bytes());
         }
+
         for (field, value) in [
             (at::DIRECTORY_OFFSET, self.directory.offset),
             (at::DIRECTORY_LENGTH, self.directory.length),
@@ -107,10 +109,12 @@ impl FixedHeader {
         ] {
             field.put(&mut record, &value.to_le_bytes());
         }
+
         at::MAGIC.put(&mut record, &MAGIC);
         at::CONTENT_HASH.put(&mut record, &self.content_hash.0);
         let crc = header_crc(&record);
         at::HEADER_CRC.put(&mut record, &crc.to_le_bytes());
+
         record
     }
 
@@ -146,6 +150,7 @@ impl FixedHeader {
         if file.is_empty() {
             return Err(Error::invalid(path, format!("the file is empty; {TRUNCATED}")));
         }
+
         let start = &file[..file.len().min(at::SIZE)];
         if start.iter().all(|&byte| byte == 0) {
             return Err(Error::invalid(path, format!("it has no header yet; {TRUNCATED}")));
@@ -159,6 +164,7 @@ impl FixedHeader {
         if start.len() < at::SIZE {
             return Err(Error::invalid(path, format!("truncated at byte {}; {TRUNCATED}", start.len())));
         }
+
         let version = at::VERSION.u32(start);
         if !(OLDEST..=VERSION).contains(&version) {
             let (age, remedy) = match version {
@@ -166,6 +172,7 @@ impl FixedHeader {
                 1..=VERSION => ("an older", "build the database again from its sources"),
                 _ => ("a newer", "update hedgehop, or build the database again with this version"),
             };
+
             return Err(Error::unsupported(
                 path,
                 format!(
@@ -174,6 +181,7 @@ impl FixedHeader {
                 remedy,
             ));
         }
+
         Ok(start)
     }
 
@@ -183,6 +191,7 @@ impl FixedHeader {
             length: length.u64(record),
             crc: crc.u32(record),
         };
+
         Self {
             version: at::VERSION.u32(record),
             grid: Grid {
@@ -232,6 +241,7 @@ impl FixedHeader {
         if offset < PAGE_ALIGNMENT || !offset.is_multiple_of(PLANE_ALIGNMENT as u64) {
             return Err(format!("no directory can begin at byte {offset}"));
         }
+
         let Section { offset: first, length: objects, .. } = self.objects;
         let fits = objects <= OBJECTS_LIMIT
             && first >= PAGE_ALIGNMENT
@@ -240,11 +250,13 @@ impl FixedHeader {
         if !(fits || self.objects == Section::default()) {
             return Err(format!("{objects} bytes of objects cannot begin at byte {first}"));
         }
+
         let follows = self.directory.end() == Some(self.metadata.offset);
         let ends = self.metadata.end() == Some(self.file_length);
         if !(follows && ends && self.metadata.length <= METADATA_LIMIT) {
             return Err("directory, metadata and length of the file do not fit together".into());
         }
+
         Ok(())
     }
 
@@ -261,6 +273,7 @@ impl FixedHeader {
             Directory::decode(&fixed.grid, bytes, fixed.pages_end(), fixed.version).map_err(invalid)?;
         let rise = SpanTable::rise(fixed.heights, fixed.grid.spacing);
         let objects = SharedObjects::decode(fixed.objects_of(file, path)?, rise).map_err(invalid)?;
+
         let header = Header {
             version: fixed.version,
             grid: fixed.grid,
@@ -272,6 +285,7 @@ impl FixedHeader {
             content_hash: fixed.content_hash,
             metadata,
         };
+
         Ok((header, directory))
     }
 

@@ -212,6 +212,7 @@ mod tests {
     #[test]
     fn document_and_constants_agree() {
         use header::*;
+
         assert_documented(
             "Fixed header",
             &[
@@ -243,6 +244,7 @@ mod tests {
                 ("reserved", header::RESERVED),
             ],
         );
+
         assert_documented(
             "Directory",
             &[
@@ -255,6 +257,7 @@ mod tests {
                 ("hash", entry::HASH),
             ],
         );
+
         assert_documented(
             "Spans",
             &[
@@ -264,6 +267,7 @@ mod tests {
                 ("reserved", spans::RESERVED),
             ],
         );
+
         assert_documented(
             "Objects",
             &[
@@ -275,6 +279,7 @@ mod tests {
                 ("reserved", objects::RESERVED),
             ],
         );
+
         assert_documented(
             "Page",
             &[

@@ -97,6 +97,7 @@ impl Metadata {
                 Err(format!("metadata: {name} is {value:?}, but must be within {least} and {most}"))
             }
         };
+
         bounded("void_share", self.void_share, 0.0..=1.0)?;
         bounded("empty_share", self.empty_share, 0.0..=1.0)?;
         bounded("filled_share", self.filled_share.unwrap_or(0.0), 0.0..=1.0)?;
@@ -104,6 +105,7 @@ impl Metadata {
             bounded("the azimuth of baked_sun", azimuth, -360.0..=360.0)?;
             bounded("the elevation of baked_sun", elevation, -90.0..=90.0)?;
         }
+
         if let Some(side) = self.imagery_pixel {
             bounded("imagery_pixel", side, SPACINGS)?;
         }
@@ -111,6 +113,7 @@ impl Metadata {
             bounded("the width of a corridor", corridor.width, f64::MIN_POSITIVE..=f64::MAX)?;
             bounded("the spacing of a corridor", corridor.spacing, SPACINGS)?;
         }
+
         if self.sources.len() > usize::from(u16::MAX) + 1 {
             return Err(format!(
                 "metadata: {} sources, but voxels tell {} apart",
@@ -121,6 +124,7 @@ impl Metadata {
         if self.materials.iter().any(|material| material.number == 0) {
             return Err("metadata: a material has number 0, which means that none is known".into());
         }
+
         Ok(())
     }
 }

@@ -234,6 +234,7 @@ impl PageLayout {
             end = start + bytes;
             start..end
         };
+
         Self {
             heights: plane(samples * size_of::<u16>()),
             low: plane(bounds * size_of::<u16>()),
@@ -309,6 +310,7 @@ impl<'a> Planes<'a> {
                 stated.0, stated.1, stated.2
             ));
         }
+
         let size = (at::WIDTH.u32(record), at::HEIGHT.u32(record));
         if size != self.size {
             return Err(format!(
@@ -316,16 +318,19 @@ impl<'a> Planes<'a> {
                 size.0, size.1, self.size.0, self.size.1
             ));
         }
+
         let flags = at::FLAGS.u32(record);
         if flags & !at::FLAG_UNIFORM != bounds_flag(id.level)
             || at::RESERVED.bytes(record).iter().any(|&b| b != 0)
         {
             return Err(format!("a page with unknown planes (flags {flags})"));
         }
+
         let length = PageLayout::new(size, flags, self.spans).length();
         if self.bytes.len() != length {
             return Err(format!("a page of {} bytes instead of {length}", self.bytes.len()));
         }
+
         Ok(())
     }
 
@@ -445,6 +450,7 @@ impl PageBuffer {
         let spans = self.spans.bytes();
         let layout = PageLayout::new(size, flags, spans);
         let mut bytes = vec![0; layout.length()];
+
         for (field, value) in [
             (at::LEVEL, u32::from(id.level)),
             (at::PX, id.px),
@@ -455,6 +461,7 @@ impl PageBuffer {
         ] {
             field.put(&mut bytes, &value.to_le_bytes());
         }
+
         let attributes = if uniform { &self.attributes[..1] } else { &self.attributes[..] };
         bytes[layout.heights].copy_from_slice(bytemuck::cast_slice(&self.heights));
         bytes[layout.low].copy_from_slice(bytemuck::cast_slice(&self.low));
@@ -462,11 +469,13 @@ impl PageBuffer {
         if spans > 0 {
             self.spans.encode(&mut bytes[layout.spans]);
         }
+
         bytes[layout.colours].copy_from_slice(bytemuck::cast_slice(&self.colours));
         bytes[layout.relief].copy_from_slice(bytemuck::cast_slice(&self.relief));
         bytes[layout.attributes].copy_from_slice(bytemuck::cast_slice(attributes));
         let mut crc = [0; PagePart::COUNT];
         PagePart::all(id).for_each(|part| crc[part.number()] = part_crc(&bytes, part, size, spans));
+
         EncodedPage { id, spans: spans as u32, crc, hash: page_hash(&bytes), bytes }
     }
 

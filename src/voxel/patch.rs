@@ -229,6 +229,7 @@ impl Patch {
         if self.known.length.saturating_sub(length) > self.most {
             return Ok(false);
         }
+
         let Some(file) = self.seize(target)? else { return Ok(false) };
         let (journal, ranges) = (journal_of(target), before(&pieces, &ends));
         if is_of_another(&journal, &file) {
@@ -243,16 +244,19 @@ impl Patch {
             self.hold_again()?;
             return Ok(false);
         }
+
         let changed = overwrite(&file, &ends, &pieces);
         if changed.is_ok() {
             // The file is whole: whoever opens it next removes what is left.
             let _ = remove_journal(&journal);
             return Ok(true);
         }
+
         // What cannot be taken back now is when the file is opened next.
         let _ = file.write_at(0, &[0; at::SIZE]);
         drop(file);
         let _ = recover(target);
+
         changed.map(|()| true)
     }
 
@@ -290,6 +294,7 @@ impl Patch {
         self.base.file().read_at(offset, scratch)?;
         let mut start = 0;
         let mut open: Option<usize> = None;
+
         while start < bytes.len() {
             let at = offset + start as u64;
             let end = bytes.len().min(start + (BLOCK - at % BLOCK) as usize);
@@ -302,8 +307,10 @@ impl Patch {
                 }
                 _ => {}
             }
+
             start = end;
         }
+
         pieces.extend(open.map(|begin| Piece { offset: offset + begin as u64, bytes: &bytes[begin..] }));
         Ok(())
     }

@@ -264,6 +264,7 @@ impl SharedObjects {
         if self.is_empty() {
             return Vec::new();
         }
+
         let mut bytes = vec![0; at::HEAD];
         at::COUNT.put(&mut bytes, &(self.0.len() as u32).to_le_bytes());
         for SharedObject { size: [width, depth], low, high, spans, .. } in &self.0 {
@@ -274,10 +275,12 @@ impl SharedObjects {
             at::SPANS.put(&mut record, &(spans.len() as u32).to_le_bytes());
             bytes.extend(record);
         }
+
         for SharedObject { starts, spans, .. } in &self.0 {
             bytes.extend_from_slice(bytemuck::cast_slice(starts));
             bytes.extend_from_slice(bytemuck::cast_slice(spans));
         }
+
         bytes.resize(bytes.len().next_multiple_of(PLANE_ALIGNMENT), 0);
         bytes
     }
@@ -287,12 +290,14 @@ impl SharedObjects {
         if bytes.is_empty() {
             return Ok(Self::default());
         }
+
         let short = || format!("{} bytes do not hold all objects", bytes.len());
         let (head, mut rest) = bytes.split_at_checked(at::HEAD).ok_or_else(short)?;
         let count = at::COUNT.u32(head) as usize;
         if count == 0 || count > Self::MOST || head[at::COUNT.end()..].iter().any(|&byte| byte != 0) {
             return Err(format!("{count} objects, but there may be 1 to {}", Self::MOST));
         }
+
         let records;
         (records, rest) = rest.split_at_checked(count * at::SIZE).ok_or_else(short)?;
         let mut take = |length: usize| {
@@ -301,12 +306,14 @@ impl SharedObjects {
             Ok::<_, String>(taken)
         };
         let mut objects = Vec::with_capacity(count);
+
         for record in records.chunks_exact(at::SIZE) {
             let number = |field: super::format::Field| u16::from_le_bytes(field.array(record));
             let size = [number(at::WIDTH), number(at::DEPTH)];
             if size.iter().any(|side| !(1..=SharedObject::MOST_VOXELS).contains(side)) {
                 return Err(format!("an object of {} x {} voxels", size[0], size[1]));
             }
+
             let voxels = usize::from(size[0]) * usize::from(size[1]);
             let starts: Vec<u32> = bytemuck::pod_collect_to_vec(take((voxels + 1) * size_of::<u32>())?);
             let count = at::SPANS.u32(record) as usize;
@@ -316,12 +323,14 @@ impl SharedObjects {
             if !is_whole || at::RESERVED.bytes(record).iter().any(|&byte| byte != 0) {
                 return Err("some spans of an object belong to no voxel".into());
             }
+
             let object = SharedObject { size, low: number(at::LOW), high: number(at::HIGH), starts, spans };
             match object.check(rise) {
                 Some(what) => return Err(format!("object {}: {what}", objects.len())),
                 None => objects.push(object),
             }
         }
+
         let is_over = rest.len() < PLANE_ALIGNMENT && rest.iter().all(|&byte| byte == 0);
         if is_over { Ok(Self(objects)) } else { Err("more bytes follow its objects".into()) }
     }

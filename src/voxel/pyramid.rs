@@ -115,6 +115,7 @@ fn means_with_apron(window: &FinerWindow) -> (Vec<u16>, Vec<[u8; 3]>) {
             means.push(mean(&averager, rows.map(|(h, c)| (&h[columns.clone()], &c[columns.clone()]))));
         }
     }
+
     let clamped = |own: &Range<u32>, coarse: &Range<u32>| -> Vec<usize> {
         let (first, last) = (coarse.start, coarse.end - 1);
         let with_apron = 0..own.len() as u32 + 2 * APRON;
@@ -122,9 +123,11 @@ fn means_with_apron(window: &FinerWindow) -> (Vec<u16>, Vec<[u8; 3]>) {
             .map(|k| ((own.start + k).saturating_sub(APRON).clamp(first, last) - first) as usize)
             .collect()
     };
+
     let (columns, rows) = (clamped(own_x, coarse_x), clamped(own_y, coarse_y));
     let stride = coarse_x.len();
     let replicated = rows.iter().flat_map(|row| columns.iter().map(move |column| row * stride + column));
+
     replicated.map(|index| means[index]).unzip()
 }
 
@@ -132,6 +135,7 @@ fn means_with_apron(window: &FinerWindow) -> (Vec<u16>, Vec<[u8; 3]>) {
 fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
     let Footprint { own_x, own_y, coarse_x, coarse_y, finer_x, finer_y, .. } = &window.footprint;
     let stride = own_x.len() + 2 * APRON as usize;
+
     // Beside the area lies what lies at its edge.
     let around = |own: &Range<u32>, coarse: &Range<u32>| -> Vec<u32> {
         let margin = i64::from(RELIEF_APRON);
@@ -142,16 +146,19 @@ fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
     let (columns, rows) = (around(own_x, coarse_x), around(own_y, coarse_y));
     let steps = window.steps();
     let half_step = (0.5 * rise / f64::from(RADIX)) as f32;
+
     // Of voxels whose neighbours the window holds; it ends further out, or with the area.
     let at_edge = |voxel: u32, coarse: &Range<u32>| voxel == coarse.start || voxel + 1 == coarse.end;
     let place = |voxel: u32, own: &Range<u32>| (voxel + APRON - own.start) as usize;
     let mut reliefs = Vec::with_capacity(columns.len() * rows.len());
+
     for &y in &rows {
         for &x in &columns {
             if let Some((own, at)) = window.own_at(x, y, RELIEF_APRON) {
                 reliefs.push(own.relief.get(at).copied().unwrap_or_default());
                 continue;
             }
+
             let mut moments = Moments::new(0.5 * rise);
             let posts = FinerWindow::span(x, 0, finer_x);
             for row in FinerWindow::span(y, 0, finer_y) {
@@ -161,6 +168,7 @@ fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
                 moments.count(codes.filter(|code| **code != HeightCode::EMPTY).count());
                 steps[posts].iter().for_each(|steps| moments.add(*steps));
             }
+
             let here = place(y, own_y) * stride + place(x, own_x);
             let own = [(1, at_edge(x, coarse_x)), (stride, at_edge(y, coarse_y))].map(|(next, at_edge)| {
                 let steps = half_steps(heights[here], heights[here - next], heights[here + next]);
@@ -169,6 +177,7 @@ fn reliefs(window: &FinerWindow, heights: &[u16], rise: f64) -> Vec<Relief> {
             reliefs.push(Relief::new(&moments, own));
         }
     }
+
     reliefs
 }
 
@@ -201,6 +210,7 @@ fn extremes(window: &FinerWindow, plane: &[u16], heights: &[u16], key: impl Fn(u
             |at: u32, coarse: &Range<u32>| at.saturating_sub(1).max(coarse.start)..(at + 2).min(coarse.end);
         let place = |at: u32, own: &Range<u32>| (at + APRON - own.start) as usize;
         let voxels = own_y.clone().flat_map(|y| own_x.clone().map(move |x| (x, y)));
+
         for ((x, y), extreme) in voxels.zip(&mut extremes) {
             let (columns, rows) = (around(x, coarse_x), around(y, coarse_y));
             let is_absent = |y: u32| columns.clone().any(|x| !window.is_stored(x, y));
@@ -214,6 +224,7 @@ fn extremes(window: &FinerWindow, plane: &[u16], heights: &[u16], key: impl Fn(u
             }
         }
     }
+
     extremes.into_iter().map(key).collect()
 }
 
@@ -243,6 +254,7 @@ fn majorities(window: &FinerWindow) -> Vec<Attributes> {
     if window.is_whole() && window.attributes.iter().all(|attributes| *attributes == first) {
         return vec![first; own_x.len() * own_y.len()];
     }
+
     let mut result = Vec::with_capacity(own_x.len() * own_y.len());
     let mut finer = Vec::with_capacity((RADIX * RADIX) as usize);
     for y in own_y.clone() {
@@ -259,6 +271,7 @@ fn majorities(window: &FinerWindow) -> Vec<Attributes> {
             result.push(majority(&finer));
         }
     }
+
     result
 }
 

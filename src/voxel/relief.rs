@@ -212,6 +212,7 @@ mod tests {
         };
         let posts: Vec<[f64; 2]> = posts.iter().map(|slopes| slopes.map(|s| f64::from(s) * 0.02)).collect();
         let four: Vec<[f64; 2]> = four.iter().map(|slopes| slopes.map(f64::from)).collect();
+
         for axes in [[0, 0], [0, 1], [1, 1]] {
             let ((mean, covariance), (found, spread)) = (moment(&posts, axes), moment(&four, axes));
             assert!((mean - found).abs() < 0.005, "{mean} {found}");

@@ -74,19 +74,23 @@ impl SpanTable {
                     if added.is_empty() {
                         continue;
                     }
+
                     block.occupied |= 1 << (row as u32 * BLOCK_SIDE + column as u32);
                     for span in added {
                         let [low, high] = span.reach(rise);
                         (block.low, block.high) = (block.low.min(low), block.high.max(high));
                     }
+
                     table.starts.push(table.spans.len() as u32);
                 }
             }
+
             if block.occupied == 0 {
                 block.low = 0;
             }
             table.blocks.push(block);
         }
+
         if table.spans.is_empty() { Self::default() } else { table }
     }
 
@@ -114,6 +118,7 @@ impl SpanTable {
             let Some(object) = objects.get(placement) else { continue };
             // The blocks from one voxel to the last one of the object that lies on the page.
             let size = object.size(placement);
+
             let range = |axis: usize, limit: u32| {
                 let first = i64::from(placement.first[axis]);
                 let last = (first + i64::from(size[axis]) - 1).min(i64::from(limit) - 1);
@@ -126,9 +131,11 @@ impl SpanTable {
                     .map(|block| (block, placement)),
             );
         }
+
         if by_block.is_empty() {
             return self;
         }
+
         by_block.sort_unstable();
         // What stands twice in one place stands there once.
         by_block.dedup();
@@ -136,6 +143,7 @@ impl SpanTable {
         if self.blocks.is_empty() {
             (self.blocks, self.starts) = (vec![SpanBlock::default(); count], vec![0]);
         }
+
         self.placed = vec![0; count + 1];
         for (block, placement) in by_block {
             self.placed[block as usize + 1] += 1;
@@ -145,9 +153,11 @@ impl SpanTable {
             block.low = if block.high == 0 { low } else { block.low.min(low) };
             block.high = block.high.max(high);
         }
+
         for index in 0..count {
             self.placed[index + 1] += self.placed[index];
         }
+
         self
     }
 
@@ -256,6 +266,7 @@ impl<'a> SpansView<'a> {
         if bytes.is_empty() {
             return Ok(Self::NONE);
         }
+
         let refuse = || format!("{} bytes hold no spans of {width} x {height} voxels", bytes.len());
         let head = bytes.get(..at::SIZE).ok_or_else(refuse)?;
         let voxels = at::VOXELS.u32(head);
@@ -269,6 +280,7 @@ impl<'a> SpansView<'a> {
         {
             return Err(refuse());
         }
+
         Ok(Self {
             blocks_across: across,
             blocks: plane(&bytes[blocks])?,
@@ -353,10 +365,12 @@ impl<'a> SpansView<'a> {
             if block.first != first {
                 return Some(format!("a block of spans begins with voxel {}, not {first}", block.first));
             }
+
             let last = first + block.occupied.count_ones();
             let Some(starts) = self.starts.get(first as usize..=last as usize) else {
                 return Some("its blocks of spans say more voxels than there are".into());
             };
+
             for ends in starts.windows(2) {
                 let Some(spans) =
                     self.spans.get(ends[0] as usize..ends[1] as usize).filter(|spans| !spans.is_empty())
@@ -367,8 +381,10 @@ impl<'a> SpansView<'a> {
                     return Some(what);
                 }
             }
+
             first = last;
         }
+
         let is_whole = self.blocks.is_empty()
             || (first as usize + 1 == self.starts.len()
                 && self.starts.first() == Some(&0)
@@ -376,6 +392,7 @@ impl<'a> SpansView<'a> {
         if !is_whole {
             return Some("some of its spans belong to no voxel".into());
         }
+
         self.check_placements(objects)
     }
 
@@ -388,6 +405,7 @@ impl<'a> SpansView<'a> {
                     self.placed[index]
                 ));
             }
+
             let corner = [index as u32 % self.blocks_across, index as u32 / self.blocks_across]
                 .map(|at| at * BLOCK_SIDE);
             let placements = self.placements_of(index);
@@ -395,6 +413,7 @@ impl<'a> SpansView<'a> {
                 let Some(object) = objects.get(placement) else {
                     return Some(format!("object {} is placed, but there is none", placement.number()));
                 };
+
                 let size = object.size(placement);
                 let reaches = (0..2).all(|axis| {
                     let (first, corner) = (i64::from(placement.first[axis]), i64::from(corner[axis]));
@@ -407,8 +426,10 @@ impl<'a> SpansView<'a> {
                     return Some(what);
                 }
             }
+
             before += placements.len() as u32;
         }
+
         let is_whole =
             before as usize == self.placements.len() && self.placed.last().is_none_or(|end| *end == before);
         (!is_whole).then(|| "some of its placements belong to no block".into())

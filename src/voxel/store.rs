@@ -202,8 +202,10 @@ impl<B: FileBytes> PageStore<B> {
         if stretch.is_empty() {
             return;
         }
+
         let up = |byte: usize| byte.next_multiple_of(LEAST_MAPPED);
         let down = |byte: usize| byte / LEAST_MAPPED * LEAST_MAPPED;
+
         // Pages share nothing with one another.
         let (mut start, mut end) = (down(stretch.start), up(stretch.end).min(extent.end));
         for other in PagePart::all(part.page()).filter(|other| *other != part && stays(*other)) {
@@ -214,6 +216,7 @@ impl<B: FileBytes> PageStore<B> {
                 end = down(stretch.end);
             }
         }
+
         if start < end {
             self.bytes.forget(start..end);
         }
@@ -270,6 +273,7 @@ impl<B: FileBytes> PageStore<B> {
         if let Some(attributes) = entry.empty() {
             return Ok(Some(Planes::empty(id.level, size, attributes)));
         }
+
         let planes = Planes::new(bytes, id.level, size, entry.spans)?;
         for part in parts {
             let known = &self.states[part.number() * self.directory.len() + index];
@@ -279,6 +283,7 @@ impl<B: FileBytes> PageStore<B> {
                 _ => self.check(part, entry, &planes)?,
             }
         }
+
         Ok(Some(planes))
     }
 

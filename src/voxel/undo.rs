@@ -113,6 +113,7 @@ impl Journal {
         if length < HEAD + HASH || !is_intact(file, length)? {
             return Ok(None);
         }
+
         let mut reader = BufReader::new(file);
         io::Seek::seek(&mut reader, io::SeekFrom::Start(MAGIC.len() as u64))?;
         let lengths = [number(&mut reader)?, number(&mut reader)?];
@@ -122,6 +123,7 @@ impl Journal {
         if count > (length - HEAD - HASH) / ENTRY {
             return Ok(None);
         }
+
         let mut ranges = Vec::new();
         let mut end = HEAD + count * ENTRY + HASH;
         for _ in 0..count {
@@ -131,6 +133,7 @@ impl Journal {
             end = sum;
             ranges.push(range);
         }
+
         Ok((end == length).then_some((Ends { lengths, headers }, ranges)))
     }
 
@@ -209,11 +212,13 @@ pub(super) fn write_journal(path: &Path, base: &File, ends: &Ends, ranges: &[Ran
     for number in [ends.lengths[0], ends.lengths[1], ranges.len() as u64] {
         put(&number.to_le_bytes())?;
     }
+
     ends.headers.iter().try_for_each(|header| put(header))?;
     for Range { offset, length } in ranges {
         put(&offset.to_le_bytes())?;
         put(&length.to_le_bytes())?;
     }
+
     let mut chunk = vec![0; CHUNK];
     for range in ranges {
         let mut done = 0;
@@ -224,11 +229,13 @@ pub(super) fn write_journal(path: &Path, base: &File, ends: &Ends, ranges: &[Ran
             done += bytes.len() as u64;
         }
     }
+
     let hash = hasher.finalize();
     writer.flush()?;
     stage();
     writer.write_all(hash.as_bytes())?;
     writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+
     sync_folder(folder_of(path))
 }
 
@@ -251,16 +258,19 @@ pub(super) fn recover(database: &Path) -> io::Result<()> {
     if !path.is_file() || !database.is_file() {
         return Ok(());
     }
+
     let target = OpenOptions::new().read(true).write(true).open(database)?;
     match target.try_lock() {
         Err(TryLockError::WouldBlock) => return Ok(()),
         locked => locked?,
     }
+
     // Read now: who held the file may have removed it.
     let Some(journal) = Journal::read(&path)? else {
         // One that was never finished belongs to a file that is whole; beside another it may be all that is left of what was there.
         return if has_header(&target) { remove_journal(&path) } else { Err(damaged()) };
     };
+
     match journal.ends.state(&target)? {
         State::Whole => remove_journal(&path),
         State::Half => journal.take_back(&target).and_then(|()| remove_journal(&path)),
@@ -310,6 +320,7 @@ pub fn open_to_read(database: &Path) -> Result<File> {
         let open = |error| Error::io(database, "open it as a database", error);
         let file = File::open(database).map_err(open)?;
         let is_late = begun.elapsed() > PATIENCE;
+
         match file.try_lock_shared() {
             Err(TryLockError::WouldBlock) if is_late || is_being_made(database, &file) => {
                 let what = "another process is writing it; repeat the command when that one has ended";
@@ -325,6 +336,7 @@ pub fn open_to_read(database: &Path) -> Result<File> {
                 Ok(()) => {}
             },
         }
+
         drop(file);
         std::thread::sleep(PAUSE);
     }

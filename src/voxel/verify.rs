@@ -104,8 +104,10 @@ fn check_pages<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> R
             found.extend(check_page(store, id).into_iter().map(problem));
             observer.advance(1);
         }
+
         found
     };
+
     observer.begin("verify", total as u64, "pages");
     let threads = thread::available_parallelism().map_or(1, usize::from).min(total);
     let found = thread::scope(|scope| {
@@ -115,10 +117,12 @@ fn check_pages<B: FileBytes>(store: &PageStore<B>, observer: &dyn Observer) -> R
             .flat_map(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
             .collect()
     });
+
     observer.end();
     if observer.cancelled() {
         return Err(Error::Interrupted("the database was not checked to its end".into()));
     }
+
     Ok(found)
 }
 
@@ -131,9 +135,11 @@ fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
     };
     let header = store.header();
     let (low, high) = header.height_range;
+
     // One code of slack: the range is of heights before they were rounded to codes.
     let codes =
         (header.heights.encode(low).saturating_sub(1).max(1), header.heights.encode(high).saturating_add(1));
+
     let checks = [
         check_hash(store, id),
         check_range(&view, codes),
@@ -142,6 +148,7 @@ fn check_page<B: FileBytes>(store: &PageStore<B>, id: PageId) -> Vec<String> {
         check_spans(store, &view),
         check_finer(store, id, &view),
     ];
+
     checks.into_iter().flatten().collect()
 }
 
@@ -197,6 +204,7 @@ fn check_order(view: &PageView<'_>) -> Option<String> {
 fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'_>) -> Option<String> {
     let grid = &store.header().grid;
     let (nx, ny) = grid.dims(id.level);
+
     // Of a page without bytes nobody knows what colours its voxels had, which are never seen.
     let is_empty = store.directory().is_empty_page(id);
     let clamped = |page: u32, k: u32, limit: u32| (page * PAGE_SIDE + k).saturating_sub(APRON).min(limit - 1);
@@ -205,6 +213,7 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
     let all = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
     let border = all.filter(|&(x, y)| !(is_own(x, view.width) && is_own(y, view.height)));
     let mut neighbour: Option<(PageId, PageView<'_>)> = None;
+
     for (x, y) in border {
         let (column, row) = (clamped(id.px, x, nx), clamped(id.py, y, ny));
         let owner = PageId { level: id.level, px: column / PAGE_SIDE, py: row / PAGE_SIDE };
@@ -214,6 +223,7 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
             let found = found.or_else(|| store.checked_page(owner.surface()).ok().flatten());
             neighbour = found.map(|view| (owner, view));
         }
+
         let Some((_, other)) = &neighbour else { continue };
         let there = aproned(other, column % PAGE_SIDE + APRON, row % PAGE_SIDE + APRON);
         let here = aproned(view, x, y);
@@ -229,6 +239,7 @@ fn check_apron<B: FileBytes>(store: &PageStore<B>, id: PageId, view: &PageView<'
             ));
         }
     }
+
     None
 }
 
@@ -270,6 +281,7 @@ fn differing_plane(expected: &PageBuffer, view: &PageView<'_>) -> Option<&'stati
     };
     let same = |other: u8, one: &u8| one.abs_diff(other) <= 1;
     let same_colour = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).all(|(one, other)| same(*other, one));
+
     if !expected.heights.iter().zip(view.heights).all(near) {
         Some("heights")
     } else if !expected.low.iter().zip(view.low).all(|(needed, low)| low <= needed) {
@@ -311,6 +323,7 @@ fn check_gaps(file: &[u8], directory: &Directory, pages_end: u64) -> Vec<Problem
     extents.push((pages_end, pages_end, None));
     let mut problems = Vec::new();
     let mut end = super::format::header::SIZE as u64;
+
     for (start, next_end, page) in extents {
         if start < end {
             problems.push(Problem {
@@ -324,5 +337,6 @@ fn check_gaps(file: &[u8], directory: &Directory, pages_end: u64) -> Vec<Problem
         }
         end = end.max(next_end);
     }
+
     problems
 }

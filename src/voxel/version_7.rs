@@ -15,11 +15,13 @@ pub fn in_full(pages: &MemPages) -> Result<MemPages> {
     let path = folder.path().join("full.hop");
     let Header { grid, heights, objects, metadata, height_range, .. } = pages.header();
     let mut writer = PageWriter::create(&path, *grid, *heights, false)?.with_objects(objects.clone());
+
     for (id, _) in pages.directory().present() {
         if let Some(page) = pages.whole_page(id)? {
             writer.append(&page.to_buffer().encode_in_full(id))?;
         }
     }
+
     writer.finish(metadata, *height_range)?;
 
     let mut bytes = std::fs::read(&path).map_err(|source| Error::io(&path, "read", source))?;

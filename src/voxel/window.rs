@@ -185,13 +185,16 @@ impl FinerWindow {
             }
             window.parts.push(if view.is_some() { Part::Stored } else { Part::Unknown });
         }
+
         if window.is_whole() {
             return Ok(window);
         }
+
         if window.low.is_empty() {
             // What is not stored is still empty.
             (window.low, window.high) = (window.heights.clone(), window.heights.clone());
         }
+
         for (index, &page) in pages.iter().enumerate() {
             let size = grid.page_size(page).unwrap_or((0, 0));
             let [x, y] = window.footprint.within(page, [size.0, size.1], 0);
@@ -202,6 +205,7 @@ impl FinerWindow {
                 window.parts[index] = Part::Made;
             }
         }
+
         for (index, &page) in pages.iter().enumerate() {
             if window.parts[index] == Part::Stored
                 && window.is_beside_absent(index)
@@ -210,9 +214,11 @@ impl FinerWindow {
                 window.copy_ring(page, &view);
             }
         }
+
         if window.parts.contains(&Part::Unknown) {
             window.own = Some(stand_in.page(id)?);
         }
+
         Ok(window)
     }
 
@@ -299,6 +305,7 @@ impl FinerWindow {
                 self.low[to.clone()].copy_from_slice(&view.low[from.clone()]);
                 self.high[to.clone()].copy_from_slice(&view.high[from.clone()]);
             }
+
             match view.attributes {
                 [uniform] => self.attributes[to].fill(*uniform),
                 plane => self.attributes[to].copy_from_slice(&plane[from]),
@@ -340,6 +347,7 @@ impl FinerWindow {
         let (width, rows) = (self.width, self.heights.len() / self.width);
         let row = |y: usize| &self.heights[y * width..][..width];
         let mut steps = vec![[0; 2]; self.heights.len()];
+
         // Columns with the outermost repeated, so that all posts are alike and many are looked at at once.
         let mut columns = vec![HeightCode::EMPTY; width + 2];
         for (y, steps) in steps.chunks_exact_mut(width).enumerate() {
@@ -350,6 +358,7 @@ impl FinerWindow {
             for x in 0..width {
                 steps[x] = [half_steps(here[x], west[x], east[x]), half_steps(here[x], south[x], north[x])];
             }
+
             // From one post to the next, not to the one after that.
             steps[0][0] *= 2;
             if width > 1 {
@@ -359,6 +368,7 @@ impl FinerWindow {
                 steps.iter_mut().for_each(|step| step[1] *= 2);
             }
         }
+
         steps
     }
 

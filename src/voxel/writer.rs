@@ -207,6 +207,7 @@ impl PageWriter {
         if is_patched {
             return Ok(());
         }
+
         let journal = journal_of(&target);
         let has_own_journal = File::open(&target).is_ok_and(|file| !is_of_another(&journal, &file));
         let renamed =
@@ -215,10 +216,12 @@ impl PageWriter {
             io::ErrorKind::AlreadyExists => already_exists(&target),
             _ => Error::io(&target, "give the finished file this name", failure.error),
         })?;
+
         // What was of the file before goes with it, and what is of one that was moved away waits for that.
         if has_own_journal {
             let _ = fs::remove_file(journal);
         }
+
         sync_folder(folder_of(&target))
             .map_err(|error| Error::io(&target, "flush its folder to the disk", error))
     }

@@ -34,6 +34,7 @@ fn straight_down_north_is_up_east_is_right_and_range_is_height_times_secant() {
         (false, false) => WHITE,
     };
     let world = Terrain::new([256; 2], 10.0, |_| 35.0, quadrants).in_memory();
+
     for (yaw, roll) in [(0.0, 0.0), (90.0, 0.0), (180.0, 0.0), (30.0, 0.0), (0.0, 90.0), (300.0, 45.0)] {
         for (size, hfov, height) in
             [([61, 61], 60.0, 800.0), ([80, 40], 90.0, 600.0), ([33, 64], 5.0, 4000.0)]
@@ -45,6 +46,7 @@ fn straight_down_north_is_up_east_is_right_and_range_is_height_times_secant() {
                 let range = height * screen.length() / view.focal();
                 let found = f64::from(frame.range[index]);
                 assert!((found / range - 1.0).abs() < 1e-6, "{view:?} {pixel:?}: {found} for {range}");
+
                 // At yaw 0 right is east and up is north. Yaw turns the nose, at the top, clockwise to
                 // the east; looking down, a right bank then brings what lies to the left into view.
                 let (sin, cos) = yaw.to_radians().sin_cos();
@@ -112,6 +114,7 @@ fn posts_around_the_eye_stand_where_yaw_says() {
     let height = |post| if near(post).is_some() { 60.0 } else { 0.0 };
     let colour = |post| near(post).map_or(DARK, |(_, colour, _)| colour);
     let world = Terrain::new([600; 2], 2.0, height, colour).in_memory();
+
     for (size, hfov) in [([160, 60], 60.0), ([240, 80], 110.0), ([90, 120], 40.0)] {
         for yaw in [0.0, 20.0, 45.0, 90.0, 135.0, 180.0, -90.0, 255.0, 340.0, 720.0] {
             for (pitch, roll) in [(0.0, 0.0), (3.0, 0.0), (0.0, 90.0), (-2.0, 180.0), (2.0, 20.0)] {
@@ -133,6 +136,7 @@ fn posts_around_the_eye_stand_where_yaw_says() {
                             ground.y.mul_add(towards.x, -ground.x * towards.y).atan2(ground.dot(towards))
                         })
                         .collect();
+
                     let axis = view.axes().transpose() * towards.extend(0.02);
                     let place = DVec2::new(axis.x, axis.z) / axis.y * view.focal();
                     let inside = axis.y > 0.0

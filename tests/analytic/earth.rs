@@ -19,6 +19,7 @@ fn foot_of_wall(eye_height: f64, surface: Surface, curvature: Curvature) -> (f64
     let spacing = 50.0;
     let height = |place: glam::DVec2| if place.x < WALL_AT { 0.0 } else { 400.0 };
     let sea = Terrain::new([1088, 64], spacing, height, |_| [90; 3]).in_memory();
+
     let view = View {
         eye: DVec3::new(1e-3, 0.5 * 64.0 * spacing, eye_height),
         ypr: [90.0, 0.0, 0.0],
@@ -27,6 +28,7 @@ fn foot_of_wall(eye_height: f64, surface: Surface, curvature: Curvature) -> (f64
     };
     let options = RenderOptions { surface, curvature, ..clear_air() };
     let frame = view.frame(&sea, &options);
+
     // The smooth surface begins to climb half a voxel before the wall.
     let is_wall = |index: usize| match surface {
         Surface::Blocks => frame.normal[index][2] == 0.0,
@@ -39,6 +41,7 @@ fn foot_of_wall(eye_height: f64, surface: Surface, curvature: Curvature) -> (f64
         let range = f64::from(frame.range[index]);
         eye_height + view.direction(pixel).z * range + curvature.drop_at(range)
     });
+
     (heights.fold(f64::INFINITY, f64::min), WALL_AT / view.focal())
 }
 
@@ -86,6 +89,7 @@ fn assert_horizon_dips(sea: &MemPages, middle: glam::DVec2, tile_world: bool) {
             let options = RenderOptions { curvature, tile_world, ..clear_air() };
             let frame = view.frame(sea, &options);
             let (mut ground, mut sky) = (0, 0);
+
             for (index, pixel) in view.pixels() {
                 let above = (view.direction(pixel).z.asin() + dip) * view.focal();
                 let is_sky = frame.range[index].is_infinite();
@@ -95,6 +99,7 @@ fn assert_horizon_dips(sea: &MemPages, middle: glam::DVec2, tile_world: bool) {
                 );
                 *(if is_sky { &mut sky } else { &mut ground }) += 1;
             }
+
             assert!(ground > 1000 && sky > 1000);
         }
     }

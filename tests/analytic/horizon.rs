@@ -42,6 +42,7 @@ fn fitted_border(view: &View, frame: &Frame, steep: bool) -> Option<(f64, f64)> 
     let (lines, steps) = if steep { (height, width) } else { (width, height) };
     let at = |line: u32, step: u32| if steep { (step, line) } else { (line, step) };
     let mut points = Vec::new();
+
     for line in 0..lines {
         for step in 1..steps {
             let (before, after) = (at(line, step - 1), at(line, step));
@@ -50,9 +51,11 @@ fn fitted_border(view: &View, frame: &Frame, steep: bool) -> Option<(f64, f64)> 
             }
         }
     }
+
     if points.len() < 20 {
         return None;
     }
+
     let count = points.len() as f64;
     let mean =
         points.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0 / count, sum.1 + point.1 / count));
@@ -61,6 +64,7 @@ fn fitted_border(view: &View, frame: &Frame, steep: bool) -> Option<(f64, f64)> 
     let middle = (0.5 * f64::from(lines), 0.5 * f64::from(steps));
     let offset = (mean.1 - middle.1 + slope * (middle.0 - mean.0)) / slope.hypot(1.0);
     let angle = if steep { 90.0 - slope.atan().to_degrees() } else { slope.atan().to_degrees() };
+
     Some((angle.rem_euclid(180.0), offset.abs()))
 }
 
@@ -70,16 +74,19 @@ fn an_endless_plane_ends_at_the_horizon() {
     let world = plane(256, 1.0e7).in_memory();
     let eye = DVec3::new(1.3e9, 1.25e9, GROUND + 30.0);
     let mut fitted = 0;
+
     for (size, hfov) in SCREENS {
         for pitch in [-20.0, -7.3, -1.0, 0.0, 0.4, 5.0, 20.0] {
             for roll in [0.0, 30.0, 90.0, 180.0, -65.0] {
                 let view = View { eye, ypr: [33.0, pitch, roll], hfov, size };
                 let frame = view.frame(&world, &clear_air());
                 assert_border(&view, &frame, DVec3::Z, 0.5);
+
                 // Right wing down by `roll` shows the horizon rising to the right, at `focal · tan(pitch)` from
                 // the centre.
                 let expected = (-roll).rem_euclid(180.0);
                 let steep = (expected - 90.0).abs() < 45.0;
+
                 if let Some((angle, offset)) = fitted_border(&view, &frame, steep) {
                     fitted += 1;
                     let turned = (angle - expected + 90.0).rem_euclid(180.0) - 90.0;
@@ -90,6 +97,7 @@ fn an_endless_plane_ends_at_the_horizon() {
             }
         }
     }
+
     assert!(fitted > 60, "the border was on {fitted} screens only");
 }
 
@@ -109,11 +117,13 @@ fn the_far_edge_is_seen_in_its_row() {
                     let ahead = DVec2::from_angle((90.0 - yaw).to_radians()) * 0.5 * side;
                     let edge = DVec2::new(-ahead.y, ahead.x).extend(0.0);
                     let normal = ahead.extend(-height).cross(edge);
+
                     // Only where that edge is the far one: within 45° of straight ahead.
                     let beyond = |pixel| {
                         let ground = view.direction(pixel).truncate();
                         ground.length() * 0.72 > ground.dot(ahead.normalize())
                     };
+
                     for (index, pixel) in view.pixels().filter(|&(_, pixel)| !beyond(pixel)) {
                         let above = view.distance(normal, pixel);
                         let sky = frame.range[index].is_infinite();
@@ -122,6 +132,7 @@ fn the_far_edge_is_seen_in_its_row() {
                             "{view:?}: {pixel:?} {above} {sky}"
                         );
                     }
+
                     if roll == 0.0 {
                         let depression = (height / (0.5 * side)).atan();
                         let row =
@@ -148,6 +159,7 @@ fn an_area_is_seen_from_outside_between_its_edges() {
         let frame = view.frame(&world, &clear_air());
         let near_edge = (-eye.truncate()).extend(-height).cross(DVec3::NEG_X);
         let (mut side_seen, mut top_seen) = (0, 0);
+
         for (index, pixel) in view.pixels() {
             let direction = view.direction(pixel);
             let found = f64::from(frame.range[index]);
@@ -161,6 +173,7 @@ fn an_area_is_seen_from_outside_between_its_edges() {
             if view.distance(near_edge, pixel).abs() <= 0.5 || across.min(side - across).abs() < 20.0 {
                 continue;
             }
+
             if direction.z < 0.0 && inside(to_plane) {
                 top_seen += 1;
                 assert!((found / to_plane - 1.0).abs() < 1e-4, "{pixel:?} of roll {roll}: {found}");
@@ -172,8 +185,10 @@ fn an_area_is_seen_from_outside_between_its_edges() {
                 assert!(found.is_infinite(), "{pixel:?} of roll {roll}: {found}");
             }
         }
+
         assert!(side_seen > 500 && top_seen > 500, "{side_seen} {top_seen}");
     }
+
     // From below the ground's height, the solid's side is in the way.
     let view =
         View { eye: DVec3::new(6000.0, -400.0, 50.0), ypr: [0.0, 0.0, 0.0], hfov: 30.0, size: [32, 16] };
@@ -182,6 +197,7 @@ fn an_area_is_seen_from_outside_between_its_edges() {
         let exact = 400.0 / view.direction(pixel).y;
         assert!((f64::from(frame.range[index]) / exact - 1.0).abs() < 1e-6, "{pixel:?}");
     }
+
     // With its back to the area it sees nothing but sky.
     let away = View { ypr: [180.0, 0.0, 0.0], ..view };
     assert!(away.frame(&world, &clear_air()).range.iter().all(|range| range.is_infinite()));

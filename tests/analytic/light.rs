@@ -23,6 +23,7 @@ fn the_sun_lights_the_side_that_faces_it() {
     let world = Terrain::new([256; 2], 10.0, height, |_| GREY).in_memory();
     let view =
         View { eye: DVec3::new(1280.0, 1280.0, 2500.0), ypr: [0.0, -90.0, 0.0], hfov: 50.0, size: [60, 60] };
+
     for (azimuth, lit) in [(0.0, DVec2::Y), (90.0, DVec2::X), (180.0, DVec2::NEG_Y), (270.0, DVec2::NEG_X)] {
         let options = RenderOptions { sun: Sun { azimuth, elevation: 35.0 }, ..clear_air() };
         let frame = view.frame(&world, &options);
@@ -30,15 +31,18 @@ fn the_sun_lights_the_side_that_faces_it() {
         for (index, pixel) in view.pixels() {
             let hit = view.direction(pixel) * f64::from(frame.range[index]);
             let (x, y) = (hit.x.abs(), hit.y.abs());
+
             // Away from the ridges, where the difference of heights that makes a normal spans two flanks.
             if (x - y).abs() < 200.0 || x.max(y) < 200.0 {
                 continue;
             }
+
             let outward = if x > y { DVec2::X * hit.x.signum() } else { DVec2::Y * hit.y.signum() };
             let normal = (outward * 0.4).extend(1.0).normalize();
             let found = Vec3::from_array(frame.normal[index]);
             assert!((found.as_dvec3() - normal).length() < 2e-3, "{pixel:?}: {found} for {normal}");
             let shade = f64::from(frame.colour[index][0]) / linear(128);
+
             match outward.dot(lit) {
                 facing if facing > 0.5 => {
                     bright += 1;
@@ -54,6 +58,7 @@ fn the_sun_lights_the_side_that_faces_it() {
                 }
             }
         }
+
         assert!(bright > 300 && dark > 300 && side > 600, "{bright} {dark} {side}");
     }
 }
@@ -70,6 +75,7 @@ fn contrast_falls_to_a_twentieth_at_the_visibility_range() {
             size: [16, 64],
         };
         let frame = view.frame(&world, &RenderOptions { visibility, ..clear_air() });
+
         // The sky just above the horizon is what distance fades into.
         let horizon = frame.colour[(31 * 16 + 8) as usize];
         let mut near_visibility = 0;
@@ -86,6 +92,7 @@ fn contrast_falls_to_a_twentieth_at_the_visibility_range() {
             }
             near_visibility += u32::from((range / visibility - 1.0).abs() < 0.2);
         }
+
         assert!(near_visibility > 0, "no pixel near {visibility} m");
     }
 }
@@ -95,6 +102,7 @@ fn the_row_of_five_percent_contrast_lies_at_the_visibility_range() {
     for visibility in [800.0, 5000.0, 30_000.0] {
         let world = Terrain::new([256; 2], visibility / 20.0, |_| 300.0, |_| [0; 3]).in_memory();
         let middle = DVec2::splat(128.0 * visibility / 20.0);
+
         // So low that haze is as thick at the eye as at the ground.
         let eye = middle.extend(300.0 + visibility / 4000.0);
         for engine in [Engine::Planes, Engine::Reference] {
@@ -105,6 +113,7 @@ fn the_row_of_five_percent_contrast_lies_at_the_visibility_range() {
             let ground = (128..256).filter(|row| frame.range[row * 16 + 8].is_finite());
             let apart = |row: &usize| (contrast(*row) / 0.05).ln().abs();
             let row = ground.min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap();
+
             // Contrast falls exponentially: what is left of the way to 5 % follows from that of the nearest row.
             let range = f64::from(frame.range[row * 16 + 8]) * 0.05_f64.ln() / contrast(row).ln();
             assert!(
@@ -137,8 +146,10 @@ fn a_far_checkerboard_has_half_the_light() {
                 assert!((light - 0.5).abs() < 0.01, "{view:?} {pixel:?}: {light} over {covered} voxels");
             }
         }
+
         assert!(coarse > 100, "{view:?}: {coarse}");
     }
+
     // From so near that a pixel covers less than a voxel, black and white are seen.
     let view =
         View { eye: DVec3::new(5000.0, 5000.0, 100.0), ypr: [0.0, -90.0, 0.0], hfov: 40.0, size: [64, 64] };
@@ -157,6 +168,7 @@ fn ground_of_one_colour_has_one_colour() {
     let flat = Terrain::new([700; 2], 10.0, |_| 80.0, |_| colour).in_memory();
     let hills = |post: DVec2| 150.0 + 60.0 * (post.x / 170.0).sin() * (post.y / 230.0).cos();
     let rolling = Terrain::new([700; 2], 10.0, hills, |_| colour).in_memory();
+
     for (ypr, hfov, size) in [
         ([0.0, -5.0, 0.0], 60.0, [64, 36]),
         ([130.0, -30.0, 40.0], 100.0, [50, 50]),
@@ -170,8 +182,10 @@ fn ground_of_one_colour_has_one_colour() {
                 if !is_of_one_surface(&frame, index) {
                     continue;
                 }
+
                 of_one_surface += 1;
                 let light = frame.colour[index].map(f64::from);
+
                 // Light on a slope changes, but by the same factor in each channel.
                 let shade = if level { 1.0 } else { light[2] / exact[2] };
                 assert!((0.2..2.0).contains(&shade), "{view:?} {pixel:?}: {shade}");
@@ -180,6 +194,7 @@ fn ground_of_one_colour_has_one_colour() {
                     assert!(wrong < rounding, "{view:?} {pixel:?}: {light:?} for {exact:?}");
                 }
             }
+
             assert!(of_one_surface > 500, "{view:?}: {of_one_surface}");
         }
     }

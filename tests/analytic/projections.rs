@@ -140,11 +140,13 @@ fn a_map_shows_heights_as_range_and_north_at_the_top() {
     let screen = Screen::Orthographic { width: 1100.0 };
     let camera = Camera::with_screen(pose(eye, [0.0, -90.0, 0.0]), screen.clone(), 110, 130);
     let frame = render(&world, &camera);
+
     for (index, &range) in frame.range.iter().enumerate() {
         let (column, row) = ((index % 110) as f64 + 0.5, (index / 110) as f64 + 0.5);
         let (east, north) = (500.0 + 10.0 * (column - 55.0), 500.0 + 10.0 * (65.0 - row));
         let inside = |at: f64| (0.0..1000.0).contains(&at);
         assert_eq!(range.is_finite(), inside(east) && inside(north), "{column} {row}");
+
         if range.is_finite() && (10.0..990.0).contains(&east) {
             assert!((f64::from(range) - (900.0 - 0.1 * east)).abs() < 0.01, "{east}: {range}");
             // Pixels are 10 m wide, posts 5 m apart: a pixel may blend one on either side.
@@ -154,11 +156,13 @@ fn a_map_shows_heights_as_range_and_north_at_the_top() {
             }
         }
     }
+
     // From the side: parallel rays at 30° to the ground meet it twice as far as they start above it.
     let flat = Terrain::new([200; 2], 5.0, |_| 0.0, |_| [99; 3]).in_memory();
     let eye = DVec3::new(500.0, 100.0, 300.0);
     let camera = Camera::with_screen(pose(eye, [0.0, -30.0, 0.0]), screen, 110, 30);
     let frame = render(&flat, &camera);
+
     for (index, &range) in frame.range.iter().enumerate() {
         let (right, up) = (10.0 * ((index % 110) as f64 - 54.5), 10.0 * (14.5 - (index / 110) as f64));
         assert_eq!(range.is_finite(), right.abs() < 500.0, "{right} {up}");
@@ -180,6 +184,7 @@ fn a_table_of_a_plane_shows_the_picture_of_the_plane() {
     let (mut seen, mut differ) = (0, 0);
     let of_one_surface =
         |&index: &usize| [&planar, &mapped].into_iter().all(|frame| screen::is_of_one_surface(frame, index));
+
     for index in (0..planar.range.len()).filter(of_one_surface) {
         seen += 1;
         let (one, other) = (planar.range[index], mapped.range[index]);
@@ -188,6 +193,7 @@ fn a_table_of_a_plane_shows_the_picture_of_the_plane() {
         let same = colours.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max) < 0.02;
         differ += usize::from(!(near && same));
     }
+
     // Its pixels are found to be 1 % narrower, so that levels begin a little farther, and silhouettes may flip.
     assert!(differ <= seen / 200, "{differ} pixels of {seen} differ");
     assert!(seen > planar.range.len() * 4 / 5, "{seen}");

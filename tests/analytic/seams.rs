@@ -55,6 +55,7 @@ fn check_ranges(view: &View, detail: f64, frame: &Frame) -> Result<(), TestCaseE
             let allowed = side_at(view, detail, range);
             prop_assert!(side <= allowed * 1.000_001, "{pixel:?}: a voxel of {side} m at {range} m");
             let hit = at(range);
+
             // Planes go straight over up to four voxels, and with roll from row to row.
             let side = by_engine(1.0, 4.0) * side;
             let between_rows = by_engine(0.0, 0.1 * range / view.focal());
@@ -79,6 +80,7 @@ fn check_ranges(view: &View, detail: f64, frame: &Frame) -> Result<(), TestCaseE
             }
         }
     }
+
     Ok(())
 }
 
@@ -97,6 +99,7 @@ fn check_cracks(view: &View, frame: &Frame) -> Result<(), TestCaseError> {
     };
     let [width, height] = view.size.map(i64::from);
     let tangent = |direction: DVec3| direction.z / direction.truncate().length();
+
     for (index, [column, row]) in view.pixels().filter(|&(index, _)| frame.range[index].is_infinite()) {
         let sky = view.direction([column, row]);
         for (dy, dx) in (-3..=3).flat_map(|dy| (-3..=3).map(move |dx| (dy, dx))) {
@@ -104,6 +107,7 @@ fn check_cracks(view: &View, frame: &Frame) -> Result<(), TestCaseError> {
             if !(0..width).contains(&x) || !(0..height).contains(&y) {
                 continue;
             }
+
             if frame.range[(y * width + x) as usize].is_finite() {
                 let ground = view.direction([x as u32, y as u32]);
                 let azimuth = sky.truncate().angle_to(ground.truncate()).abs();
@@ -117,6 +121,7 @@ fn check_cracks(view: &View, frame: &Frame) -> Result<(), TestCaseError> {
             }
         }
     }
+
     Ok(())
 }
 

@@ -68,6 +68,7 @@ pub fn seal(bytes: &mut [u8]) {
     put(bytes, VERSION, &FORMAT.to_le_bytes());
     put(bytes, FILE_LENGTH, &(bytes.len() as u64).to_le_bytes());
     let directory = part(bytes, u64_at(bytes, DIRECTORY_OFFSET), u64_at(bytes, DIRECTORY_LENGTH));
+
     for start in directory.clone().step_by(ENTRY) {
         if start + ENTRY <= directory.end {
             let length = u32::from_le_bytes(bytes[start + 8..start + 12].try_into().expect("four bytes"));
@@ -80,6 +81,7 @@ pub fn seal(bytes: &mut [u8]) {
             }
         }
     }
+
     let crc = crc32fast::hash(&bytes[directory]);
     put(bytes, DIRECTORY_CRC, &crc.to_le_bytes());
     let metadata = part(bytes, u64_at(bytes, METADATA_OFFSET), u64_at(bytes, METADATA_LENGTH));

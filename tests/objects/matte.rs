@@ -38,11 +38,13 @@ fn shares_add_up_to_what_bodies_hide() {
         let hidden = shares(engine, &PLAIN, &VIEW, &bodies);
         let bare = frame(engine, &PLAIN, &VIEW.camera(), &[]);
         let (mut sums, mut grounds) = (vec![0.0; hidden.len()], vec![0.0; hidden.len()]);
+
         for cover in &matte.covers {
             let sum = if cover.id == Cover::GROUND { &mut grounds } else { &mut sums };
             assert!(cover.share > 0.0 && cover.share <= 1.0);
             sum[cover.pixel as usize] += f64::from(cover.share);
         }
+
         for (pixel, (sum, hidden)) in sums.iter().zip(&hidden).enumerate() {
             assert!((sum - hidden).abs() < 2e-3, "{engine:?}, pixel {pixel}: {sum} of {hidden}");
             // What hides half or more is what the other channels tell of.
@@ -53,12 +55,14 @@ fn shares_add_up_to_what_bodies_hide() {
                 assert!((sum + grounds[pixel] - 1.0).abs() < 1e-4, "{engine:?}, pixel {pixel}");
             }
         }
+
         let mixed =
             matte.covers.chunk_by(|a, b| a.pixel == b.pixel).filter(|covers| covers.len() > 2).count();
         assert!(mixed > 4, "{engine:?}: {mixed} pixels with two bodies and ground");
         for covers in matte.covers.chunk_by(|a, b| a.pixel == b.pixel) {
             assert!(covers.is_sorted_by(|a, b| a.share >= b.share), "{covers:?}");
         }
+
         assert!(matte.covers.is_sorted_by_key(|cover| cover.pixel));
         // The smallest is there, and less than a pixel.
         let small = matte.covers.iter().filter(|cover| cover.id == 13).map(|cover| cover.share);
@@ -101,6 +105,7 @@ fn the_skyline_is_as_smooth_as_its_light() {
         let air = options.atmosphere(world.header());
         let covers = frame.aov.matte.unwrap().covers;
         let (mut wrong, mut wrong_by_pixels, mut partial) = (0.0, 0.0, 0);
+
         for cover in &covers {
             let (column, row) = (cover.pixel % camera.width, cover.pixel / camera.width);
             let ray = camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5).unwrap();
@@ -111,6 +116,7 @@ fn the_skyline_is_as_smooth_as_its_light() {
             wrong_by_pixels += (whole - light).abs();
             partial += u32::from(cover.share > 0.1 && cover.share < 0.9);
         }
+
         let count = covers.len() as f32;
         assert!(count > 150.0 && partial > 50, "{count} pixels of the skyline, {partial} in part");
         let [wrong, wrong_by_pixels] = [wrong, wrong_by_pixels].map(|sum: f32| sum / count);

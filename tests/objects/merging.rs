@@ -30,9 +30,11 @@ fn crowd() -> Vec<Body> {
                 5 => cube.clone().into(),
                 _ => ball.clone().into(),
             };
+
             let attitude =
                 Attitude { yaw: 360.0 * part(0.27), pitch: 30.0 * part(0.51), roll: 40.0 * part(0.77) };
             let albedo = Vec3::new(part(0.3) as f32, part(0.7) as f32, part(0.9) as f32);
+
             Body { id, attitude, albedo, ..black(form, place) }
         })
         .collect()
@@ -61,6 +63,7 @@ fn order_workers_and_tasks_change_nothing() {
     assert!(seen.len() > 40, "{} bodies are seen", seen.len());
     let (picture, _) = renderer.picture_with(&camera, &bodies, &FARM).unwrap();
     let mut turned = bodies.clone();
+
     for turn in 1..6 {
         turned.rotate_left(7 * turn);
         turned.swap(0, turn * 9);
@@ -111,12 +114,14 @@ fn screens_that_abut_show_one_picture() {
     let screen = |hfov| Screen::Cylindrical { hfov };
     let wide = Camera::with_screen(pose, screen(80.0), 320, 120);
     let all = renderer.frame_with(&wide, &crowd(), &FARM).unwrap().frame;
+
     for (side, first) in [(-20.0, 0), (20.0, 160)] {
         let channel = Attitude { yaw: side, ..Attitude::default() };
         let half = Camera::with_channel(pose, channel, screen(40.0), 160, 120);
         let frame = renderer.frame_with(&half, &crowd(), &FARM).unwrap().frame;
         let bodies = frame.level.iter().filter(|level| **level == Frame::BODY_LEVEL).count();
         assert!(bodies > 500, "{bodies} pixels of bodies");
+
         for pixel in 0..frame.id.len() {
             let other = pixel / 160 * 320 + first + pixel % 160;
             if [frame.level[pixel], all.level[other]].contains(&Frame::BODY_LEVEL) {

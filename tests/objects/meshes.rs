@@ -50,9 +50,11 @@ pub fn globe(radius: f32, rings: u32) -> Part {
             Vec3::new(sin * east, sin * north, cos)
         }
     };
+
     let normals: Vec<_> =
         (0..=rings).flat_map(|ring| (0..around).map(move |step| normal(ring, step))).collect();
     let at = |ring: u32, step: u32| ring * around + step % around;
+
     let triangles = (0..rings).flat_map(|ring| {
         (0..around).flat_map(move |step| {
             let [a, b, c, d] =
@@ -60,6 +62,7 @@ pub fn globe(radius: f32, rings: u32) -> Part {
             [[a, b, c], [a, c, d]]
         })
     });
+
     let positions = normals.iter().map(|normal| *normal * radius).collect();
     Part { normals, ..part(positions, triangles.collect()) }
 }
@@ -115,9 +118,11 @@ fn a_box_of_triangles_is_a_box() {
                 assert!((ranges[0] / ranges[1] - 1.0).abs() < 1e-3, "{ranges:?}");
             }
         }
+
         let differ = (0..shape.id.len()).filter(|pixel| shape.id[*pixel] != mesh.id[*pixel]).count();
         let screen = camera.screen();
         assert!(seen > 200 && differ <= seen / 500 + 1, "{screen:?}: {seen} pixels, {differ} differ");
+
         // Two rays of 96, of the brightest there is; a mesh tells more faces of a corner apart than two.
         assert!(worst < 0.03, "{screen:?}: {worst}");
     }
@@ -171,6 +176,7 @@ fn area_in_pixel(outline: &[[f64; 2]], column: usize, row: usize) -> f64 {
         (1, row as f64 + 1.0, -1.0),
     ];
     let mut part = outline.to_vec();
+
     for (axis, end, sign) in sides {
         let inside = |place: [f64; 2]| sign * (place[axis] - end);
         let whole = std::mem::take(&mut part);
@@ -186,6 +192,7 @@ fn area_in_pixel(outline: &[[f64; 2]], column: usize, row: usize) -> f64 {
             }
         }
     }
+
     let next = |index: usize| part[(index + 1) % part.len()];
     (0..part.len()).map(|at| 0.5 * (part[at][0] * next(at)[1] - next(at)[0] * part[at][1])).sum::<f64>().abs()
 }
@@ -204,6 +211,7 @@ fn faces_parallel_to_the_screen_are_whole() {
     ];
     let size = [192_u32, 108];
     let (mut edges, mut within, mut worst) = (0, 0, 0.0_f64);
+
     for (boxes, turn) in models.iter().flat_map(|boxes| (0..24).map(move |turn| (boxes, turn))) {
         let parts = boxes.iter().map(|[low, high]| {
             let mut part = cuboid(*high - *low);
@@ -212,10 +220,12 @@ fn faces_parallel_to_the_screen_are_whole() {
             part
         });
         let model = Arc::new(Model::new(Arc::new(Mesh::new(parts.collect()).unwrap()), []));
+
         // Yaws of 15° have sines and cosines that are rounded; the eye is turned as far, or by a right angle more.
         let yaw = 15.0 * f64::from(turn);
         let attitude = Attitude { yaw, ..Attitude::default() };
         let body = Body { attitude, ..black(model, [480.0, 510.0, 90.0]) };
+
         for (aside, away) in [(0.0, 31.0), (11.3, 37.7), (-17.0, 44.0)] {
             let view_yaw = yaw + 90.0 * f64::from(turn % 4);
             let (sin, cos) = view_yaw.to_radians().sin_cos();
@@ -231,6 +241,7 @@ fn faces_parallel_to_the_screen_are_whole() {
                 let areas = outlines.iter().map(|outline| area_in_pixel(outline, column, row));
                 let (least, most) =
                     areas.fold((0.0_f64, 0.0), |(most, sum), area| (most.max(area), sum + area));
+
                 // Of slabs that overlap in a pixel any part may be the other's.
                 let off = (least - seen).max(seen - most.min(1.0));
                 worst = worst.max(off);
@@ -244,6 +255,7 @@ fn faces_parallel_to_the_screen_are_whole() {
             }
         }
     }
+
     assert!(within > 100_000 && edges > 10_000, "{within} pixels within, {edges} with edges, {worst}");
 }
 
@@ -267,6 +279,7 @@ fn no_ray_passes_between_triangles() {
     let corner = PLAIN_ORIGIN.extend(0.0);
     let view = TURNED.world_from_view();
     let turn = glam::DMat3::from_cols(view.x_axis, view.z_axis, view.y_axis);
+
     for eye in
         [DVec3::new(400.0, 300.0, 90.0), DVec3::new(531.0, 401.0, 52.0), DVec3::new(3000.0, 9000.0, 4000.0)]
     {
@@ -283,10 +296,12 @@ fn no_ray_passes_between_triangles() {
             }
         }
     }
+
     let near =
         View { eye: DVec3::new(500.0, 330.0, 50.0), ypr: [23.0, 0.0, 5.0], hfov: 40.0, size: [256, 256] };
     let seen = shares(Engine::Planes, &PLAIN, &near, &[body]);
     let mut inside = 0;
+
     for row in 1..255 {
         for column in 1..255 {
             let around =
@@ -301,6 +316,7 @@ fn no_ray_passes_between_triangles() {
             }
         }
     }
+
     assert!(inside > 5000, "{inside}");
 }
 
@@ -320,13 +336,16 @@ fn textures_go_right_and_down() {
     let view = View { eye: DVec3::new(500.0, 320.0, 40.0), ypr: [0.0; 3], hfov: 40.0, size: [90, 60] };
     let frame = frame(Engine::Planes, &PLAIN, &view.camera(), &[body]);
     let at = |column: usize, row: usize| Vec3::from_array(frame.colour[row * 90 + column]);
+
     for (place, channel) in [((30, 15), 0), ((60, 15), 1), ((30, 45), 2)] {
         let colour = at(place.0, place.1);
         let others = [(channel + 1) % 3, (channel + 2) % 3].map(|other| colour[other]);
         assert!(others.iter().all(|other| *other < 0.3 * colour[channel]), "{place:?}: {colour}");
     }
+
     let white = at(60, 45);
     assert!(white.min_element() > 0.6 * white.max_element(), "{white}");
+
     // From behind it is not there.
     let back = View { eye: DVec3::new(500.0, 480.0, 40.0), ypr: [180.0, 0.0, 0.0], ..view };
     let seen = shares(Engine::Planes, &PLAIN, &back, &[black(model(wall), [500.0, 400.0, 20.0])]);
@@ -365,6 +384,7 @@ fn normals_of_corners_make_it_smooth() {
         &VIEW.camera(),
         &[light(black(Shape::Ellipsoid { radii: DVec3::splat(20.0) }, place))],
     );
+
     let apart = |part: Part| {
         let seen = frame(Engine::Planes, &PLAIN, &VIEW.camera(), &[light(black(model(part), place))]);
         let own = hedgehop::frame::Frame::body_id(1);
@@ -372,6 +392,7 @@ fn normals_of_corners_make_it_smooth() {
             (0..ball.id.len()).filter(|pixel| [&ball, &seen].iter().all(|frame| frame.id[*pixel] == own));
         inside.map(|pixel| (ball.colour[pixel][1] - seen.colour[pixel][1]).abs()).sum::<f32>()
     };
+
     let rough = globe(20.0, 24);
     let flat = Part { normals: Vec::new(), ..rough.clone() };
     let (smooth, flat) = (apart(rough), apart(flat));

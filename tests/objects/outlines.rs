@@ -77,6 +77,7 @@ fn ranges_are_exact() {
         (Shape::Cone { radius: 25.0, height: 50.0 }, BOX.0),
         (Shape::Ellipsoid { radii: DVec3::new(30.0, 10.0, 15.0) }, SPHERE.0),
     ];
+
     let camera = VIEW.camera();
     for (shape, place) in bodies {
         let frame = frame(Engine::Planes, &PLAIN, &camera, &[black(shape, place)]);
@@ -91,12 +92,14 @@ fn ranges_are_exact() {
                 let point = ray.origin + ray.direction * range - crate::PLAIN_ORIGIN.extend(0.0);
                 depth(&shape, point - DVec3::from(place))
             };
+
             // At outlines, and at the ground, the middle's ray may miss what most of the pixel sees.
             let is_at_ground = (ray.origin.z + ray.direction.z * range).abs() < 0.1;
             if is_at_ground || (0..200).all(|step| on(range * (0.99 + 1e-4 * f64::from(step))) < 0.0) {
                 misses += 1;
                 continue;
             }
+
             let (before, behind) = (on(range * (1.0 - 1e-4)), on(range * (1.0 + 1e-4)));
             assert!(
                 before <= 0.0 && behind >= 0.0,
@@ -104,6 +107,7 @@ fn ranges_are_exact() {
             );
             count += 1;
         }
+
         assert!(count > 200 && misses < 20, "{shape:?}: {count} pixels, {misses} missed");
     }
 }
@@ -137,6 +141,7 @@ fn bodies_enter_slopes_along_the_right_curve() {
     let place = centre.extend(ground(centre));
     let radius = 25.0;
     let view = View { eye: DVec3::new(500.0, 200.0, 290.0), ypr: [8.0, -28.0, 12.0], ..VIEW };
+
     let exact = exact_shares(&view, |eye, direction| {
         let offset = eye - place;
         let along = offset.dot(direction);
@@ -145,6 +150,7 @@ fn bodies_enter_slopes_along_the_right_curve() {
         let flat = (eye.truncate().dot(rise) - eye.z) / (direction.z - direction.truncate().dot(rise));
         discriminant > 0.0 && (flat < 0.0 || ball < flat)
     });
+
     let body = black(Shape::Ellipsoid { radii: DVec3::splat(radius) }, place.to_array());
     for engine in ENGINES {
         let seen = shares(engine, &slope, &view, std::slice::from_ref(&body));

@@ -80,6 +80,7 @@ fn engines_and_workers_see_parts_alike() {
     assert_eq!(bodies.len(), 4);
     let [planes, exact] =
         [Engine::Planes, Engine::Reference].map(|engine| frame(engine, &PLAIN, &VIEW.camera(), &bodies));
+
     for body in &bodies {
         let of = |frame: &Frame| frame.id.iter().filter(|id| **id == Frame::body_id(body.id)).count();
         assert!(
@@ -90,6 +91,7 @@ fn engines_and_workers_see_parts_alike() {
             of(&exact)
         );
     }
+
     let one = Farm::new(1).unwrap();
     let alone = Renderer::new(&*PLAIN, &options(Engine::Planes))
         .frame_with(&VIEW.camera(), &bodies, &one)
@@ -121,6 +123,7 @@ offset_m = [0, 3, 0]
 axis = [0, 1, 0]
 turn_rpm = 60
 "#;
+
     let cast = cast(text, &PLAIN);
     let view = View { eye: DVec3::new(500.0, 370.0, 20.0), ypr: [0.0; 3], hfov: 40.0, size: [160, 90] };
     let camera = view.camera();
@@ -130,6 +133,7 @@ turn_rpm = 60
         Step { camera: &camera, bodies: [&now, &then], curvature: Curvature::FLAT, is_backward: false };
     let vectors = motion(&seen, &step, &FARM).unwrap();
     let (sail, pivot) = (&now[1], DVec3::new(500.0, 397.0, 20.0) + PLAIN_ORIGIN.extend(0.0));
+
     // Clockwise as seen from the tip of its axis, which is where the eye is.
     let turn = DMat3::from_axis_angle(DVec3::Y, 0.04 * std::f64::consts::TAU);
     let mut count = 0;
@@ -146,6 +150,7 @@ turn_rpm = 60
         assert!(place.x < 90.0 || place.y > 60.0 || found.y > 0.0, "{place}: {found}");
         count += 1;
     }
+
     assert!(count > 300, "{count}");
 }
 
@@ -160,6 +165,7 @@ fn a_rotor_is_blurred_though_its_middle_stands_still() {
         renderer.exposed(&Exposure { finish: &finish, interval: 0.1, moment: &moment }, &FARM).unwrap().frame
     };
     let bare = frame(Engine::Planes, &PLAIN, &camera, &[]);
+
     // Pixels in which something is seen, and how much all of it changes.
     let changed = |frame: &Frame| {
         let change = frame.colour.iter().zip(&bare.colour).map(|(light, bare)| f64::from(light[1] - bare[1]));
@@ -167,6 +173,7 @@ fn a_rotor_is_blurred_though_its_middle_stands_still() {
         (change.iter().filter(|change| change.abs() > 1e-3).count(), change.iter().sum::<f64>())
     };
     let [sharp, open, still] = [exposed(0.0), exposed(180.0), exposed(1e-4)].map(|frame| changed(&frame));
+
     // The blades sweep 36 degrees.
     assert!(open.0 as f64 > 1.1 * sharp.0 as f64, "{sharp:?} {open:?}");
     assert!((open.1 / sharp.1 - 1.0).abs() < 0.25, "{sharp:?} {open:?}");

@@ -41,14 +41,17 @@ fn a_towers_shadow_is_as_long_as_its_height_over_the_suns_tangent() {
         for elevation in elevations.into_iter().step_by(each) {
             let under = under(engine, 90.0, elevation);
             let [found, bare] = [&[tower(12.0)][..], &[]].map(|bodies| see(&under, &map(), bodies));
+
             // Westward from the tower, whose roof ends 6 m from its middle.
             let wanted = 6.0 + 30.0 / f64::from(elevation as f32).to_radians().tan();
             let steps = (0..8000).map(|step| 7.5 + 0.05 * f64::from(step));
+
             // Of all light so much is the sky's, and the middle of an edge has half of the rest.
             let daylight = Daylight::new(under.sun);
             let sky = daylight.on(Vec3::Z, 0.0).y / daylight.on(Vec3::Z, 1.0).y;
             let dark = |west: &f64| light(&found, &bare, [-*west, 0.0]) < 0.5 + 0.5 * sky;
             let length = steps.filter(dark).fold(0.0, f64::max);
+
             // A voxel is 2 m wide.
             assert!((length - wanted).abs() < 1.2, "{engine:?} {elevation}: {length}, not {wanted}");
             let [inside, beside] = [[-20.0, 0.0], [-20.0, 9.0]].map(|place| light(&found, &bare, place));
@@ -66,10 +69,12 @@ fn bodies_lie_in_the_shadow_of_others_and_of_the_ground() {
     };
     let roof =
         Body { id: 9, ..black(Shape::Box { size: DVec3::new(60.0, 60.0, 1.0) }, [500.0, 500.0, 60.0]) };
+
     // From the south and a little above, where the roof hides nothing.
     let view =
         View { eye: DVec3::new(500.0, 400.0, 40.0), ypr: [0.0, -10.0, 0.0], hfov: 30.0, size: [200, 160] };
     let under = under(Engine::Planes, 180.0, 89.0);
+
     let brightness = |bodies: &[Body]| {
         let frame = see(&under, &view, bodies);
         let own = frame.id.iter().zip(&frame.colour).filter(|(id, _)| **id == Frame::body_id(1));
@@ -77,6 +82,7 @@ fn bodies_lie_in_the_shadow_of_others_and_of_the_ground() {
         assert!(light.len() > 500);
         light.iter().copied().fold(0.0, f32::max)
     };
+
     let [free, below] = [brightness(&[ball(1, 20.0)]), brightness(&[ball(1, 20.0), roof])];
     assert!((free - 0.5).abs() < 0.03, "{free}");
     assert!((below - 0.5 * 0.35).abs() < 0.03, "{below}");
@@ -88,9 +94,11 @@ fn bodies_lie_in_the_shadow_of_the_ground() {
     let world =
         Terrain::new([300, 300], 2.0, |place| if place.y > 400.0 { 100.0 } else { 0.0 }, |_| [120; 3]);
     let world = world.in_memory();
+
     let light = |north: f64, up: f64| {
         let shape = Shape::Ellipsoid { radii: DVec3::splat(4.0) };
         let body = Body { albedo: Vec3::splat(0.5), ..black(shape, [300.0, north, up]) };
+
         // From above, where the sun shines upon it.
         let view = View {
             eye: DVec3::new(300.0, north, up + 60.0),
@@ -102,11 +110,14 @@ fn bodies_lie_in_the_shadow_of_the_ground() {
         let renderer = Renderer::new(&world, &under);
         let frame = renderer.frame_with(&view.camera(), &[body], &FARM).unwrap().frame;
         assert_eq!(frame.id[32 * 64 + 32], Frame::body_id(1));
+
         frame.colour[32 * 64 + 32][1]
     };
+
     // On the ground and above it, before the shadow's end and behind it.
     let found = [light(350.0, 3.0), light(200.0, 3.0), light(350.0, 30.0), light(350.0, 110.0)];
     let wanted = [0.175, 0.5, 0.175, 0.5];
+
     // The pixel beside the middle sees the ball 2.4° aslant.
     assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.03), "{found:?}");
 }
@@ -117,10 +128,12 @@ fn the_grounds_shadow_ends_across_a_body() {
     let world =
         Terrain::new([300, 300], 2.0, |place| if place.y > 400.0 { 100.0 } else { 0.0 }, |_| [120; 3]);
     let world = world.in_memory();
+
     for (engine, north) in [Engine::Planes, Engine::Reference].into_iter().zip([330.0, 300.0]) {
         let renderer = Renderer::new(&world, &under(engine, 0.0, 30.0));
         let shape = Shape::Box { size: DVec3::new(40.0, 2.0, 120.0) };
         let tower = Body { albedo: Vec3::splat(0.5), ..black(shape, [300.0, north, 0.0]) };
+
         // From between the two, where its sunny side is.
         let view = View {
             eye: DVec3::new(300.0, north + 60.0, 60.0),
@@ -129,6 +142,7 @@ fn the_grounds_shadow_ends_across_a_body() {
             size: [160, 160],
         };
         let frame = renderer.frame_with(&view.camera(), &[tower], &FARM).unwrap().frame;
+
         // A pixel in the middle is 59 m / 80 high.
         let column = |row: usize| frame.colour[row * 160 + 80][1];
         let height = |row: usize| 60.0 - (row as f64 - 79.5) * 59.0 / 80.0;
@@ -136,6 +150,7 @@ fn the_grounds_shadow_ends_across_a_body() {
         assert!(bright > 1.8 * dark, "{engine:?}: {bright} {dark}");
         let lit = (0..160).filter(|row| column(*row) > 0.5 * (bright + dark)).max().unwrap();
         let wanted = 100.0 - (400.0 - north - 1.0) * 30.0_f64.to_radians().tan();
+
         // A cell of the lattice is 8 m high, and its shadow's edge may lie anywhere in it.
         assert!((height(lit) - wanted).abs() < 4.0, "{engine:?}: lit from {} m, not {wanted}", height(lit));
     }
@@ -153,6 +168,7 @@ fn what_stands_above_all_ground_is_in_free_sun() {
     let ball = Body { albedo: Vec3::splat(0.5), ..black(shape, [300.0, 300.0, 110.0]) };
     let view =
         View { eye: DVec3::new(300.0, 60.0, 130.0), ypr: [0.0, -5.0, 0.0], hfov: 50.0, size: [160, 120] };
+
     for (engine, elevation) in [(Engine::Planes, 30.0), (Engine::Reference, 30.0), (Engine::Planes, 12.0)] {
         let options = under(engine, 200.0, elevation);
         let [found, free] = worlds.each_ref().map(|world| {
@@ -163,6 +179,7 @@ fn what_stands_above_all_ground_is_in_free_sun() {
         let own = all.filter(|((found, free), _)| [**found, **free] == [Frame::body_id(1); 2]);
         let apart: Vec<f32> = own.map(|(_, (found, free))| (found[1] - free[1]).abs()).collect();
         let most = apart.iter().copied().fold(0.0, f32::max);
+
         // At its outline it shares pixels with the ground.
         let many = apart.iter().filter(|apart| **apart > 1e-6).count();
         assert!(apart.len() > 3000 && many * 20 < apart.len(), "{engine:?} {elevation}: {many}, {most}");
@@ -178,6 +195,7 @@ fn neither_order_nor_tasks_nor_what_is_out_of_sight_change_a_shadow() {
             Body { id, ..black(Shape::Cone { radius: 6.0, height: 9.0 }, place) }
         })
         .collect();
+
     let view =
         View { eye: DVec3::new(500.0, 200.0, 60.0), ypr: [5.0, -20.0, 9.0], hfov: 60.0, size: [251, 173] };
     let renderer = Renderer::new(&*PLAIN, &under(Engine::Planes, 140.0, 25.0));
@@ -189,6 +207,7 @@ fn neither_order_nor_tasks_nor_what_is_out_of_sight_change_a_shadow() {
     assert!(
         first == picture(&bodies, &Farm::new(3).unwrap().with_task_size(TaskSize { lines: 8, rows: 16 }))
     );
+
     // Behind the eye, with the sun behind it, too.
     let behind = Body { id: 50, ..black(Shape::Box { size: DVec3::splat(40.0) }, [600.0, 120.0, 60.0]) };
     let with_behind: Vec<_> = bodies.iter().cloned().chain([behind]).collect();

@@ -55,6 +55,7 @@ fn ranges_of_lines_are_exact() {
     let frame = frame(Engine::Planes, &PLAIN, &camera, &[line(ends[0], ends[1], 2.0 * radius, 0.0)]);
     let along = (ends[1] - ends[0]).normalize();
     let mut count = 0;
+
     for pixel in (0..frame.id.len()).filter(|pixel| frame.id[*pixel] == Frame::body_id(1)) {
         let ray = camera.ray((pixel % 200) as f64 + 0.5, (pixel / 200) as f64 + 0.5).unwrap();
         let outside = |range: f64| {
@@ -68,6 +69,7 @@ fn ranges_of_lines_are_exact() {
             count += 1;
         }
     }
+
     assert!(count > 200, "{count}");
 }
 
@@ -77,9 +79,11 @@ fn lines_are_as_many_pixels_wide_as_they_are_to_be() {
     let ends = [DVec3::new(497.0, 215.0, 58.0), DVec3::new(560.0, 900.0, 20.0)];
     let camera = VIEW.camera();
     let [from, to] = ends.map(|end| camera.screen_from_world(end + PLAIN_ORIGIN.extend(0.0)).unwrap());
+
     for pixels in [0.5, 1.0, 3.0] {
         let seen = shares(Engine::Planes, &PLAIN, &VIEW, &[line(ends[0], ends[1], 0.004, pixels)]);
         let rows = seen.chunks(200).map(|row| row.iter().sum::<f64>());
+
         // What a row or a column holds of it, whichever it crosses.
         let across = (to - from).abs();
         let slant = (to - from).length() / across.max_element();
@@ -90,6 +94,7 @@ fn lines_are_as_many_pixels_wide_as_they_are_to_be() {
         };
         let inside: Vec<_> = wide.into_iter().filter(|wide| *wide > 0.0).collect();
         assert!(inside.len() > 30, "{}", inside.len());
+
         for wide in &inside[4..inside.len() - 4] {
             // Towards the corners of a screen pixels see less than in its middle.
             let ratio = wide / (pixels * slant);

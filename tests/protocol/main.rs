@@ -211,6 +211,7 @@ fn fly_by(plan: &dyn Foresight, pages: &ResidentPages, frames: u32, beside: Opti
         for part in others {
             assert!(touch(pages, part).expect("no damage"), "{part:?}");
         }
+
         let missing = paint.iter().map(|part| part.page()).filter(|page| !pages.is_at_hand(*page));
         let missing: Vec<_> = missing.inspect(|page| pages.announce(*page)).collect();
         if !missing.is_empty() && plan.brings_paint() {
@@ -220,6 +221,7 @@ fn fly_by(plan: &dyn Foresight, pages: &ResidentPages, frames: u32, beside: Opti
             assert!(touch(pages, part).expect("no damage"), "{part:?}");
         }
     };
+
     let flown = pages.ahead_of(FRAMES, plan, |flight| {
         sync::scope(|scope| {
             let mut in_flight = VecDeque::new();
@@ -235,6 +237,7 @@ fn fly_by(plan: &dyn Foresight, pages: &ResidentPages, frames: u32, beside: Opti
             }
         });
     });
+
     flown.expect("the memory thread starts");
     check_account(pages);
 }
@@ -353,6 +356,7 @@ fn fly_late(pages: &ResidentPages, frames: u32, foresight: &dyn Foresight) {
                         see_twice(&present, &view(frame));
                     });
                 }));
+
                 if in_flight.len() == IN_FLIGHT {
                     in_flight.pop_front().into_iter().for_each(|first| first.join().expect("a frame"));
                     flight.deliver(frame + 1 - IN_FLIGHT as u32);
@@ -360,6 +364,7 @@ fn fly_late(pages: &ResidentPages, frames: u32, foresight: &dyn Foresight) {
             }
         });
     });
+
     flown.expect("the memory thread starts");
     check_account(pages);
     let paging = pages.paging();
@@ -395,12 +400,15 @@ fn a_flight_that_does_not_wait_may_end_at_any_time() {
 fn comes_by_itself(is_damaged: bool) {
     let file = PageFile::new(if is_damaged { &DAMAGED } else { &AREA });
     let expected = view(0).len() as u64 - u64::from(is_damaged);
+
     // With heights comes the paint, and fine pages are asked for by their heights.
     let reads = view(0).len() as u64 + 2 - u64::from(is_damaged);
     let pages = ResidentPages::new(file, None);
+
     let flown = pages.live(&Blind, |flight| {
         let before = pages.paging().pages_read;
         let present = flight.begin(0);
+
         // The memory thread has nothing to do, and sleeps, in some orders.
         sync::yield_now();
         assert_eq!(see_twice(&present, &view(0)), 0);
@@ -415,6 +423,7 @@ fn comes_by_itself(is_damaged: bool) {
             view(0).into_iter().filter_map(|part| touch(&present, part).ok()).filter(|is_here| *is_here);
         assert_eq!(seen.count() as u64, expected);
     });
+
     flown.expect("the memory thread starts");
     check_account(&pages);
 }

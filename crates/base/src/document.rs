@@ -155,6 +155,7 @@ pub fn text_of(path: &Path, kind: Kind, hasher: &mut blake3::Hasher) -> Result<S
         let what = format!("holds {length} bytes, more than the {MOST_BYTES} that a {} may have", kind.name);
         return Err(Error::invalid(path, what));
     }
+
     let bytes = fs::read(path).map_err(|source| Error::io(path, "read", source))?;
     hasher.update(&bytes);
     let bytes = unmarked(path, &bytes)?;
@@ -167,5 +168,6 @@ pub fn text_of(path: &Path, kind: Kind, hasher: &mut blake3::Hasher) -> Result<S
         let what = format!("has {tables} tables, more than the {MOST_TABLES} that a {} may have", kind.name);
         return Err(Error::invalid(path, what));
     }
+
     Ok(text.to_owned())
 }

@@ -29,6 +29,7 @@ pub(super) fn metric_code([west, south, east, north]: [f64; 4]) -> u32 {
     if ![west, south, east, north].iter().all(|degrees| degrees.is_finite()) {
         return WORLD;
     }
+
     let (south, north) = (south.min(north).clamp(-90.0, 90.0), south.max(north).clamp(-90.0, 90.0));
     let east = if east < west { east + 360.0 } else { east };
     let (longitude, latitude) = (west.midpoint(east), south.midpoint(north));
@@ -43,12 +44,14 @@ pub(super) fn metric_code([west, south, east, north]: [f64; 4]) -> u32 {
             best = (utm.code(), utm_error);
         }
     }
+
     for (code, at_pole, true_latitude) in polar_systems(latitude) {
         let error = polar_error(at_pole, true_latitude, latitude.signum(), south, north);
         if error < best.1 {
             best = (code, error);
         }
     }
+
     best.0
 }
 

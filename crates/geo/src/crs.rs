@@ -76,6 +76,7 @@ impl Crs {
         if entry.is_esri {
             crs.name = entry.to_string();
         }
+
         Ok(crs)
     }
 

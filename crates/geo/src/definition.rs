@@ -90,6 +90,7 @@ impl Definition {
                 text.len()
             ));
         }
+
         let mut pairs = Vec::new();
         for word in text.split_whitespace() {
             let word = word.strip_prefix('+').unwrap_or(word);
@@ -101,10 +102,12 @@ impl Definition {
             if key.is_empty() || value == Some("") || !sound(word) {
                 return Err(format!("'{word}' in '{text}' is not of the form +key=value"));
             }
+
             if !pairs.iter().any(|(known, _)| known == key) {
                 pairs.push((key.to_owned(), value.map(str::to_owned)));
             }
         }
+
         Ok(Self(pairs))
     }
 
@@ -176,6 +179,7 @@ impl Definition {
             }
             self.remove(&["nadgrids"]);
         }
+
         if self.get("datum").is_some_and(|datum| datum.eq_ignore_ascii_case("NAD27")) {
             self.remove(&["datum"]);
             self.push("ellps", "clrk66");
@@ -183,6 +187,7 @@ impl Definition {
                 self.push("towgs84", NAD27_TO_WGS84);
             }
         }
+
         Ok(())
     }
 
@@ -264,12 +269,14 @@ impl Definition {
         if matches!(name, "geocent" | "cart") {
             return Err("geocentric coordinates are no map; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif".into());
         }
+
         let mut text = self.to_string();
         // Longitudes run on across the border of the map, so that a pixel that reaches beyond ±180°
         // stays beside its neighbour. That needs the border to lie there.
         if CYLINDRICAL.contains(&name) && self.number("lon_0").unwrap_or(0.0) == 0.0 && !self.has("over") {
             text.push_str(" +over");
         }
+
         let proj = Proj::from_proj_string(&text).map_err(|error| match error {
             proj4rs::errors::Error::ProjectionNotFound => {
                 format!("the projection '{name}' is not supported; convert the data with: gdalwarp -t_srs EPSG:4326 IN OUT.tif")
@@ -277,6 +284,7 @@ impl Definition {
             other => format!("'{self}' is no usable PROJ definition: {other}"),
         })?;
         let (a, b) = proj.ellipse_parameters();
+
         let sound = a.is_finite()
             && b.is_finite()
             && b > 0.0
@@ -286,6 +294,7 @@ impl Definition {
         if !sound || !proj.has_forward() || !proj.has_inverse() {
             return Err(format!("'{self}' is no usable PROJ definition: check ellipsoid and units"));
         }
+
         Ok(proj)
     }
 
@@ -381,6 +390,7 @@ impl Canonical {
             _ if south => drop(self.words.insert("south".into(), String::new())),
             _ => {}
         }
+
         Some(())
     }
 

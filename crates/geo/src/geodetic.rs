@@ -36,6 +36,7 @@ impl Geodetic {
         if is_modern(&terms) {
             shifts.take_unknown_for("0,0,0");
         }
+
         let mut geodetic = Self { terms, shifts, doubt: None };
         on_earth(&geodetic.terms, &system.entry.to_string())?;
         if system.is_offset_by_degrees() {
@@ -55,10 +56,12 @@ impl Geodetic {
                 ));
             }
         }
+
         if geodetic.shifts.list().iter().all(Shift::is_unknown) {
             geodetic.assume(system.entry.name);
         }
         geodetic.doubt = geodetic.doubt.or_else(|| inexact(system, &geodetic.shifts));
+
         Ok(geodetic)
     }
 

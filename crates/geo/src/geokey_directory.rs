@@ -66,12 +66,14 @@ impl Keys {
                 directory.len()
             ));
         };
+
         let [version, _, _, count] = *header;
         if version != 1 {
             return Err(format!(
                 "tag 34735 (GeoKeyDirectory) has version {version}; only 1 is known; {REPAIR}"
             ));
         }
+
         let mut keys = Self::default();
         for index in 0..usize::from(count) {
             let entry = entries.get(4 * index..4 * index + 4);
@@ -84,6 +86,7 @@ impl Keys {
                 keys.values.insert(id, read.map_err(|reason| format!("geo key {id} {reason}; {REPAIR}"))?);
             }
         }
+
         Ok(keys)
     }
 

@@ -139,11 +139,13 @@ fn geographic_crs(keys: &Keys) -> Result<Horizontal, String> {
     if keys.broken {
         return Err(BROKEN.into());
     }
+
     let geodetic = geodetic(keys)?;
     let name = keys
         .text(key::GEODETIC_CITATION)
         .or(keys.text(key::CITATION))
         .map_or_else(|| geodetic.terms.clone(), shortened);
+
     Ok((Some(Crs::of("+proj=longlat", &geodetic, &name)?), None))
 }
 
@@ -170,11 +172,13 @@ fn geodetic(keys: &Keys) -> Result<Geodetic, String> {
     {
         terms = format!("{terms} +pm={longitude}");
     }
+
     let name = datum_name(keys).unwrap_or_else(|| terms.clone());
     if let Some(shift) = keys.numbers(key::TO_WGS84).filter(|shift| matches!(shift.len(), 3 | 7)) {
         let shift: Vec<String> = shift.iter().map(f64::to_string).collect();
         return Geodetic::stated(terms, Some(&shift.join(",")), &name);
     }
+
     match Geodetic::named(&name) {
         Some(system) => Ok(Geodetic { terms, ..Geodetic::registered(&system)? }),
         None => Geodetic::stated(terms, None, &name),
@@ -197,6 +201,7 @@ fn vertical(keys: &Keys) -> Result<VerticalCrs, String> {
         let name = named.then(|| "one that a broken key directory describes in part".to_owned());
         return Ok(VerticalCrs { name, ..VerticalCrs::default() });
     }
+
     let code = keys.code(key::VERTICAL_CRS).filter(|code| *code != USER_DEFINED).map(u32::from);
     let known = code.and_then(|code| heights::by_code(code).or_else(|| heights::part_of(code)));
     let by_datum = || match keys.code(key::VERTICAL_DATUM)? {
@@ -206,6 +211,7 @@ fn vertical(keys: &Keys) -> Result<VerticalCrs, String> {
         1027 => Some(VerticalDatum::Egm2008),
         _ => None,
     };
+
     let named = || {
         let code = code.map(|code| format!("EPSG:{code}"));
         code.or_else(|| keys.text(key::VERTICAL_CITATION).map(shortened))
@@ -224,5 +230,6 @@ fn vertical(keys: &Keys) -> Result<VerticalCrs, String> {
         let is_down = vertical.metres_per_unit.is_some_and(|metres| metres < 0.0);
         vertical.metres_per_unit = Some(if is_down { -unit } else { unit });
     }
+
     Ok(vertical)
 }

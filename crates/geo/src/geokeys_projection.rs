@@ -99,13 +99,16 @@ pub(super) fn ellipsoid_terms(keys: &Keys) -> Result<String, String> {
         Some(7043) => Some("WGS72"),
         _ => None,
     };
+
     if let Some(name) = named {
         return Ok(format!("+ellps={name}"));
     }
+
     let axis = keys.number(key::SEMI_MAJOR).filter(|axis| *axis > 0.0);
     let axis = axis.ok_or("the geo keys name neither a known datum nor an ellipsoid; write the reference system with: gdal_edit.py -a_srs EPSG:CODE FILE")?;
     let flattening = keys.number(key::INVERSE_FLATTENING).filter(|inverse| *inverse != 0.0);
     let minor = keys.number(key::SEMI_MINOR).filter(|minor| *minor > 0.0);
+
     Ok(match (flattening, minor) {
         (Some(inverse), _) => format!("+a={axis} +rf={inverse}"),
         (None, Some(minor)) => format!("+a={axis} +b={minor}"),

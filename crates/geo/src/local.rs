@@ -70,6 +70,7 @@ mod tests {
                 "a local system, 'a', in units of 0.3048006096012192 m",
             ),
         ];
+
         for (text, words) in table {
             assert_eq!(
                 LocalSystem::from_wkt(text).map(|local| local.words()).as_deref(),
@@ -77,6 +78,7 @@ mod tests {
                 "{text}"
             );
         }
+
         assert_eq!(LocalSystem::from_wkt(r#"GEOGCS["x"]"#), None);
         assert_eq!(LocalSystem::from_wkt("LOCAL_CS["), None);
     }

@@ -21,11 +21,13 @@ pub(super) fn codes(text: &str) -> Option<Vec<Code>> {
             return rest.split(',').map(|part| of_registry(part.trim().strip_prefix("crs:")?, ':')).collect();
         }
     }
+
     for scheme in ["urn:ogc:def:crs:", "urn:x-ogc:def:crs:"] {
         if let Some(rest) = lower.strip_prefix(scheme) {
             return Some(vec![of_registry(rest, ':')?]);
         }
     }
+
     if let Some(rest) = of_url(&lower, "def/crs-compound?") {
         let url = |part: &str| of_registry(of_url(part.split_once('=')?.1, "def/crs/")?, '/');
         return rest.split('&').map(url).collect();
@@ -36,6 +38,7 @@ pub(super) fn codes(text: &str) -> Option<Vec<Code>> {
     if let Some(rest) = of_url(&lower, "gml/srs/epsg.xml#") {
         return Some(vec![number(rest)]);
     }
+
     short(&lower)
 }
 
@@ -128,10 +131,12 @@ mod tests {
             ("WGS84", &[4326]),
             ("NAD27", &[4267]),
         ];
+
         for (text, expected) in table {
             let found = codes(text).unwrap_or_else(|| panic!("{text}"));
             assert_eq!(found.into_iter().collect::<Result<Vec<_>, _>>().as_deref(), Ok(expected), "{text}");
         }
+
         for text in [
             "IGNF:LAMB93",
             "a.prj",
@@ -143,6 +148,7 @@ mod tests {
         ] {
             assert_eq!(codes(text), None, "{text}");
         }
+
         assert_eq!(codes("EPSG:32632@2010.0"), Some(vec![Err("32632@2010.0".to_owned())]));
         assert_eq!(codes("EPSG:"), Some(vec![Err(String::new())]));
     }

@@ -87,12 +87,14 @@ pub(super) fn proj_terms(method: Method, given: &Parameters) -> Result<String, S
             "a parameter of the projection is not a finite number; repair the file's reference system".into(),
         );
     }
+
     let latitude = given.or(Term::Latitude, 0.0);
     let first = given.get(Term::Parallel1);
     let scale = given.or(Term::Scale, 1.0);
     if !SCALES.contains(&scale) {
         return Err(format!("a projection with a scale factor of {scale} is no map's; {CONVERT}"));
     }
+
     // Krovak's axes are turned by the method itself.
     let turned = given.or(Term::RectifiedAngle, 0.0);
     let takes_turn = matches!(
@@ -135,8 +137,10 @@ pub(super) fn proj_terms(method: Method, given: &Parameters) -> Result<String, S
         Method::Polyconic => format!("+proj=poly +lat_0={latitude}"),
         Method::Sinusoidal => "+proj=sinu".to_owned(),
     };
+
     let longitude = if words.starts_with("+proj=omerc") { "lonc" } else { "lon_0" };
     let (x, y) = (given.or(Term::FalseEasting, 0.0), given.or(Term::FalseNorthing, 0.0));
+
     // Writing to a String cannot fail.
     let _ = write!(words, " +{longitude}={} +x_0={x} +y_0={y}", given.or(Term::Longitude, 0.0));
     Ok(words)

@@ -104,11 +104,13 @@ impl Shifting {
         if crs.shifts().list().is_empty() {
             return Ok(None);
         }
+
         let shifts = crs.shifts().clone();
         let degrees = definition.own_degrees()?;
         let map = definition.load()?;
         let proj = |shift: &Shift| definition.with_shift(shift.towgs84.as_deref()).load();
         let projs = shifts.list().iter().map(proj).collect::<Result<_, String>>()?;
+
         let boxes = |shift: &Shift| {
             if shift.is_unknown() {
                 return vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]];
@@ -120,6 +122,7 @@ impl Shifting {
                 .map(|(west, east)| bounds_of([west, south, east, north], &degrees, &map))
                 .collect()
         };
+
         let own_areas = shifts.list().iter().map(boxes).collect();
         Ok(Some(Self { shifts, projs, own_areas }))
     }
@@ -197,21 +200,25 @@ impl Transform {
         if !(x.is_finite() && y.is_finite()) {
             return None;
         }
+
         let Some(systems) = &self.systems else { return Some((x, y)) };
         let mut point = (x, y, 0.0);
         if systems.from.degrees {
             point = (x.to_radians(), on_earth(y)?.to_radians(), 0.0);
         }
+
         let from = systems.from.at_own(point);
         let to = systems.to.at_other(from, &systems.wgs84, point);
         proj4rs::transform::transform(from, to, &mut point).ok()?;
         let (mut x, mut y, _) = point;
+
         if systems.to.degrees {
             (x, y) = (x.to_degrees(), on_earth(y.to_degrees())?);
             if let Some(centre) = self.centre {
                 x -= ((x - centre) / 360.0).round() * 360.0;
             }
         }
+
         (x.is_finite() && y.is_finite()).then_some((x, y))
     }
 

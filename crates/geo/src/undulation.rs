@@ -63,6 +63,7 @@ fn weights(t: f64) -> [f64; 4] {
 /// Undulation at a node, metres. Threads that meet at an unknown node compute the same value twice.
 fn node(column: i32, row: i32) -> f64 {
     static NODES: OnceLock<Box<[AtomicU32]>> = OnceLock::new();
+
     let (column, row) = match row {
         ..0 => (column + COLUMNS / 2, -row),
         ROWS.. => (column + COLUMNS / 2, 2 * (ROWS - 1) - row),
@@ -77,12 +78,15 @@ fn node(column: i32, row: i32) -> f64 {
     let Some(cell) = usize::try_from(row * COLUMNS + column).ok().and_then(|index| nodes.get(index)) else {
         return compute();
     };
+
     let bits = cell.load(Ordering::Relaxed);
     if bits != UNKNOWN {
         return f64::from(f32::from_bits(bits));
     }
+
     // Rounded even the first time, so that a place has one undulation whatever was asked before.
     let value = compute() as f32;
     cell.store(value.to_bits(), Ordering::Relaxed);
+
     f64::from(value)
 }

@@ -96,12 +96,14 @@ fn from_codes(codes: Vec<Code>) -> Result<(Crs, Option<VerticalCrs>), String> {
             ));
         }
     };
+
     let vertical = match vertical {
         None => heights::part_of(horizontal),
         Some(code) => Some(heights::by_code(code).ok_or_else(|| {
             format!("EPSG:{code} is not known here as a system of heights; say what the heights are measured from with --src-vdatum")
         })?),
     };
+
     Ok((Crs::by_code(horizontal)?, vertical))
 }
 

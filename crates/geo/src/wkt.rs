@@ -119,6 +119,7 @@ pub(super) fn parse(text: &str) -> Result<Node, String> {
     if text.len() > LONGEST {
         return Err(format!("a WKT of {} bytes is too long (the limit is {LONGEST})", text.len()));
     }
+
     let mut parser = Parser { text, place: 0 };
     let word = parser.word()?;
     let root = parser.node(word, 0)?;
@@ -133,9 +134,11 @@ pub(super) fn parse(text: &str) -> Result<Node, String> {
     if !VERTICAL.iter().any(|vertical| vertical.eq_ignore_ascii_case(&word)) {
         return Err(parser.error("a second system that is no vertical one before it"));
     }
+
     let vertical = parser.node(word, 0)?;
     parser.skip_space();
     let name = Item::Text(root.name().to_owned());
+
     parser.ended(Node { word: "COMPD_CS".into(), items: vec![name, Item::Node(root), Item::Node(vertical)] })
 }
 
@@ -218,6 +221,7 @@ impl Parser<'_> {
         if depth > DEEPEST {
             return Err(self.error("too many brackets within each other"));
         }
+
         self.place += 1;
         let mut items = Vec::new();
         loop {

@@ -125,6 +125,7 @@ fn projected(node: &Node) -> Result<Crs, String> {
         Some(Err(reason)) => return Err(reason),
         _ => {}
     }
+
     let base = node.child(&GEOGRAPHIC).ok_or_else(|| format!("the WKT has no geographic part; {REPAIR}"))?;
     let conversion = node.child(&["CONVERSION"]).unwrap_or(node);
     let named = conversion.child(&["PROJECTION", "METHOD"]);
@@ -141,6 +142,7 @@ fn projected(node: &Node) -> Result<Crs, String> {
     if let Some(axis) = axes(node, method)? {
         terms += &format!(" +axis={axis}");
     }
+
     Ok(Crs::of(&terms, &geodetic(base, Role::OfMap(node.name()))?, node.name())?.named(node.name()))
 }
 
@@ -156,6 +158,7 @@ fn axes(node: &Node, method: Method) -> Result<Option<&'static str>, String> {
             .into_iter()
             .find(|word| matches!(word.as_str(), "east" | "west" | "north" | "south" | "up" | "down"))
     };
+
     let directions: Vec<String> = node.children(&["AXIS"]).filter_map(direction).collect();
     let directions: Vec<&str> = directions.iter().map(String::as_str).collect();
     Ok(match (method, directions.as_slice()) {
@@ -184,12 +187,14 @@ fn parameters(node: &Node, method: Method, angle: f64, length: f64) -> Result<Pa
         let value = value.ok_or_else(|| {
             format!("the WKT gives no number for the parameter '{}'; {REPAIR}", shortened(parameter.name()))
         })?;
+
         let own = |words: &[&str]| {
             let node = parameter
                 .children(&["UNIT", "ANGLEUNIT", "LENGTHUNIT", "SCALEUNIT"])
                 .find(|unit| words.contains(&unit.word.as_str()));
             node.and_then(|node| node.numbers().next())
         };
+
         match term(parameter.name()) {
             Some((Some(term), Kind::Angle)) => {
                 parameters.set(term, value * own(&["ANGLEUNIT", "UNIT"]).map_or(angle, degrees));
@@ -212,6 +217,7 @@ fn parameters(node: &Node, method: Method, angle: f64, length: f64) -> Result<Pa
             }
         }
     }
+
     Ok(parameters)
 }
 
@@ -247,10 +253,12 @@ fn geodetic(node: &Node, role: Role<'_>) -> Result<Geodetic, String> {
         Role::OfMap(name) => Some(name),
     };
     let named = || registry::named_system(&plain(own_name?), &by_name()?, flattening(terms.as_deref()?)?);
+
     // WKT 1 states no area, by which PROJ would leave shifts out.
     let has_no_area = role == Role::Alone && node.word == "GEOGCS";
     let of_datum = || by_name().map(|system| (system, system.text_order.filter(|_| has_no_area)));
     let known = named().or_else(|| coded.map(|system| (system, None))).or_else(of_datum);
+
     match (known, terms) {
         // The shifts belong to the datum, whatever meridian and unit the text counts in.
         (Some((system, order)), Some(terms)) => {
@@ -306,15 +314,18 @@ fn bound(root: &Node) -> Result<(Crs, Option<VerticalCrs>), String> {
         })
     });
     let source = source.ok_or_else(|| format!("the bound WKT has no source; {REPAIR}"))?;
+
     // One bound within another is no sound text, and must not nest without end.
     if source.word == "BOUNDCRS" {
         return Err(format!("the bound WKT holds another; {REPAIR}"));
     }
+
     let (crs, vertical) = system(source)?;
     let is_unknown = crs
         .definition()
         .is_some_and(|definition| definition.get("towgs84").is_none() && definition.get("datum").is_none());
     let shift = root.child(&["ABRIDGEDTRANSFORMATION"]).and_then(translation);
+
     match (crs.definition().filter(|_| is_unknown), shift) {
         (Some(definition), Some(shift)) => {
             let text = format!("{definition} +towgs84={shift}");
@@ -391,6 +402,7 @@ fn vertical(node: &Node) -> Result<VerticalCrs, String> {
     let unit = unit_of(node, &["LENGTHUNIT", "UNIT"]).map(units::exact);
     let coded = node.code("EPSG").or_else(|| node.code("ESRI")).and_then(heights::by_code);
     let is_down = is_depth(node);
+
     // Esri's offset of all heights.
     if let Some(shift) = parameter(node, "verticalshift").filter(|shift| *shift != 0.0) {
         return Err(format!(
@@ -414,6 +426,7 @@ fn vertical(node: &Node) -> Result<VerticalCrs, String> {
         Some(datum) if datum.numbers().next() == Some(2002.0) => Some(VerticalDatum::Ellipsoid),
         _ => heights::datum_of(datum_name).or_else(|| heights::datum_of(node.name())),
     };
+
     let name = [node.name(), datum_name].into_iter().find(|name| !name.is_empty());
     let metres = unit.unwrap_or(1.0);
     Ok(VerticalCrs {

@@ -81,6 +81,7 @@ impl Crs {
         if definition.is_geographic() {
             return Some(geographic);
         }
+
         let Projected { name: method, parameters, .. } = projected(&definition)?;
         // A system without a name is called by its definition, which is no name.
         let name = Some(self.name()).filter(|name| !name.starts_with('+')).unwrap_or("Unnamed");
@@ -90,6 +91,7 @@ impl Crs {
             // Writing to a String cannot fail.
             let _ = write!(text, ",PARAMETER[\"{name}\",{value:?}]");
         }
+
         text += ",UNIT[\"Meter\",1.0]]";
         Some(text)
     }
@@ -161,6 +163,7 @@ impl Keys {
                 self.short(2056, datum.ellipsoid_code);
             }
         }
+
         self.short(2054, DEGREE);
         if datum.code.is_none() {
             self.double(2057, datum.axis);
@@ -171,13 +174,16 @@ impl Keys {
             }
             self.entries.sort_by_key(|entry| entry[0]);
         }
+
         if definition.is_geographic() {
             return Some(());
         }
+
         let Projected { method, mut parameters, .. } = projected(definition)?;
         for (key, value) in [(3072, USER_DEFINED), (3074, USER_DEFINED), (3075, method), (3076, METRE)] {
             self.short(key, value);
         }
+
         parameters.sort_by_key(|(_, key, _)| *key);
         parameters.into_iter().for_each(|(_, key, value)| self.double(key, value));
         Some(())
@@ -202,6 +208,7 @@ fn datum_of(definition: &Definition) -> Option<Datum> {
         let name = definition.get("datum").or(definition.get("ellps")).unwrap_or("GRS80");
         return DATUMS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, datum)| *datum);
     };
+
     // A sphere is said to have an inverse flattening of 0.
     let inverse_flattening = match (value("rf"), value("b")) {
         (Some(inverse), _) => inverse,
@@ -214,6 +221,7 @@ fn datum_of(definition: &Definition) -> Option<Datum> {
         datum.code.is_none() && near(datum.axis, axis) && near(datum.inverse_flattening, inverse_flattening)
     });
     let own = datum("Unknown", "Unknown", [axis, inverse_flattening], None, USER_DEFINED);
+
     Some(known.copied().unwrap_or(own))
 }
 
@@ -229,6 +237,7 @@ fn projected(definition: &Definition) -> Option<Projected> {
     if definition.get("units").is_some_and(|unit| unit != "m") || value("to_meter", 1.0)? != 1.0 {
         return None;
     }
+
     let (x, y) = (value("x_0", 0.0)?, value("y_0", 0.0)?);
     let (latitude, longitude) = (value("lat_0", 0.0)?, value("lon_0", 0.0)?);
     let false_origin = [("False_Easting", 3082, x), ("False_Northing", 3083, y)];
@@ -236,12 +245,14 @@ fn projected(definition: &Definition) -> Option<Projected> {
     let with_scale = |origin: [(&'static str, u16, f64); 2], scale: f64| {
         [false_origin.as_slice(), &origin, &[("Scale_Factor", 3092, scale)]].concat()
     };
+
     let false_point = [
         ("False_Easting", 3086, x),
         ("False_Northing", 3087, y),
         ("Central_Meridian", 3084, longitude),
         ("Latitude_Of_Origin", 3085, latitude),
     ];
+
     let conic = |name, method, begin: &[(&'static str, u16, f64)]| -> Option<Projected> {
         let first = value("lat_1", latitude)?;
         let parallels =
@@ -249,6 +260,7 @@ fn projected(definition: &Definition) -> Option<Projected> {
         // A scale other than 1 belongs to one parallel, for which the keys have another method.
         (scale == 1.0).then(|| Projected { name, method, parameters: [begin, &parallels].concat() })
     };
+
     let pole = [("Central_Meridian", 3095, longitude), ("Latitude_Of_Origin", 3081, latitude)];
     let centre = [("Central_Meridian", 3088, longitude), ("Latitude_Of_Origin", 3089, latitude)];
     Some(match definition.get("proj")? {
@@ -315,11 +327,14 @@ mod tests {
                 assert!(![4326, 32633, 32733, 25832, 26913, 3035, 2154, 5070].contains(&code), "{code}");
                 continue;
             };
+
             let read = Crs::from_wkt(&text).unwrap();
             let bare = |crs: &Crs| crs.proj().map(|proj| proj.split(" +towgs84").next().map(str::to_owned));
+
             // Shifts to WGS 84 are no part of these words.
             let is_shifted =
                 crs.proj().is_some_and(|proj| proj.contains("towgs84") && !proj.contains("towgs84=0,0,0"));
+
             assert!(
                 is_shifted || read.is_equivalent(&crs),
                 "{code}: {text}: {:?} {:?}",
@@ -329,11 +344,13 @@ mod tests {
             let keys = crs.to_geo_keys().unwrap();
             let read = parse_geokeys(&keys.directory, &keys.doubles, &keys.text).unwrap();
             assert_eq!(read.crs.and_then(|crs| crs.epsg()), Some(code));
+
             // The same by its parameters.
             let own = Crs::from_proj(crs.proj().unwrap(), "own").unwrap();
             let keys = own.to_geo_keys().unwrap();
             let read = parse_geokeys(&keys.directory, &keys.doubles, &keys.text).unwrap();
             let read = read.crs.unwrap();
+
             assert!(
                 is_shifted || read.is_equivalent(&crs),
                 "{code}: {keys:?}: {:?} {:?}",
@@ -341,6 +358,7 @@ mod tests {
                 crs.proj()
             );
         }
+
         assert_eq!((Crs::local().to_esri_wkt(), Crs::local().to_geo_keys()), (None, None));
         let stated = "+proj=laea +lat_0=52 +lon_0=10 +x_0=4321000 +y_0=3210000 +a=6378137 +rf=298.257222101 +towgs84=0,0,0";
         let stated = Crs::from_proj(stated, "stated").unwrap();

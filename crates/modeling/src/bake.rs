@@ -84,13 +84,16 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
             "the database's colours hold shadows already; bake them into the one that it was made from";
         return Err(Error::Configuration(what.into()));
     }
+
     check_shadows(sun)?;
     let steps = baking.steps.then(|| Steps::of(output));
+
     // Pages stay as long as they are. Where some are known, they may stay in their places, too.
     let bytes: u64 = directory.present().map(|(_, entry)| room::placed(entry.length)).sum();
     if !steps.as_ref().is_some_and(Steps::knows_pages) {
         room::check_bytes(output, bytes)?;
     }
+
     let mut writer = PageWriter::create(output, header.grid, header.heights, overwrite)?
         .with_objects(Arc::clone(&header.objects));
     writer.expect(bytes + header.objects.to_bytes().len() as u64);
@@ -103,9 +106,11 @@ pub fn bake_shadows(baking: &Baking<'_>, observer: &dyn Observer) -> Result<Bake
     if let Err(error) = bake_pages(&oven, baking, keys.as_ref(), &mut writer, &mut written, observer) {
         return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
     }
+
     source.intact()?;
     let metadata = Metadata { baked_sun: Some([sun.azimuth, sun.elevation]), ..header.metadata.clone() };
     let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, header.height_range)?;
+
     Ok(Baked { content_hash, bytes, pages: written.pages, reused: written.reused })
 }
 
@@ -127,6 +132,7 @@ fn bake_pages(
 ) -> Result<()> {
     let pages = in_place(directory);
     observer.begin("shadows", pages.len() as u64, "pages");
+
     // Bare ground lies among the pages that stand on it.
     for pages in pages.chunk_by(|(_, a), (_, b)| a.surface().level == b.surface().level) {
         in_order(
@@ -139,6 +145,7 @@ fn bake_pages(
                 if directory.is_empty_page(id) {
                     return Ok((Page::Made(oven.unlit(id)?), None));
                 }
+
                 let key = trace.map(|(_, keys)| keys.of(id, &oven.finer)).transpose()?;
                 let known = trace
                     .zip(key)
@@ -160,11 +167,13 @@ fn bake_pages(
                 if task % ROUND == 0 || task + 1 == pages.len() as u64 {
                     oven.shades.begin_frame();
                 }
+
                 observer.advance(1);
                 Ok(())
             },
         )?;
     }
+
     observer.end();
     Ok(())
 }
@@ -290,6 +299,7 @@ impl<'s> Oven<'s> {
         };
         let mut beside: Vec<Lit<'_>> = Vec::new();
         let mut colours = Vec::with_capacity(own.view.colours.len());
+
         for y in 0..own.view.height + 2 * APRON {
             for x in 0..own.view.width + 2 * APRON {
                 let ((px, column), (py, row)) = (place(id.px, x, nx), place(id.py, y, ny));
@@ -308,6 +318,7 @@ impl<'s> Oven<'s> {
                 });
             }
         }
+
         Ok(colours)
     }
 
@@ -320,11 +331,13 @@ impl<'s> Oven<'s> {
         if share == 1.0 {
             return colour;
         }
+
         let header = self.source.header();
         let level = id.surface().level;
         let half_step = 0.5 * header.heights.scale / header.grid.side(level);
         let code = |x: u32, y: u32| view.heights[(y.min(height - 1) * width + x.min(width - 1)) as usize];
         let here = code(x, y);
+
         // Where the area ends the apron repeats its last post: half the way, so twice the slope.
         let slope = |behind, ahead, (page, at, count): (u32, u32, u32)| {
             let post = page * PAGE_SIDE + at;
@@ -336,6 +349,7 @@ impl<'s> Oven<'s> {
         let northward = slope(code(x, y.saturating_sub(1)), code(x, y + 1), (id.py, y, ny));
         let normal = Vec3::new(-eastward as f32, -northward as f32, 1.0).normalize();
         let left = self.daylight.on(normal, share) / self.daylight.on(normal, 1.0);
+
         (Vec3::from_array(linear_from_srgb8(colour)) * left).to_array().map(srgb8_from_linear)
     }
 }

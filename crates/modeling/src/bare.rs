@@ -101,9 +101,11 @@ pub(super) fn place(
             "give the side of its pixels in metres with --spacing, or put a world file and --elevation-crs or --imagery-crs to it",
         ));
     };
+
     limits::check_spacing(spacing).map_err(|what| Error::Configuration(format!("--spacing: {what}")))?;
     let geo = [0.0, spacing, 0.0, f64::from(info.height) * spacing, 0.0, -spacing];
     let note = format!("{name}: has no georeferencing, placed at (0, 0) with pixels of {spacing} m");
+
     Ok((geo, Crs::local(), note))
 }
 
@@ -144,6 +146,7 @@ fn within(
         file_name(&info.path),
         crs_label(&crs)
     );
+
     Ok((geo, crs, note))
 }
 
@@ -182,12 +185,14 @@ impl Canvas {
             copy.display()
         );
         let whole = format!("if it shows all that {} does", self.name);
+
         let remedy = match role {
             Role::Imagery => format!(
                 "say where its edges lie with --imagery-extent W,S,E,N ({whole}: --imagery-extent {west},{south},{east},{north}, in {label}), or write it into a copy: {command}"
             ),
             _ => format!("write where it lies into a copy; {whole}: {command}"),
         };
+
         Error::unsupported(&info.path, "has no georeferencing", remedy)
     }
 }

@@ -148,6 +148,7 @@ pub fn check_name(options: &BuildOptions) -> Result<()> {
             name.replace('\0', "\u{fffd}")
         ));
     }
+
     // Of names that end so the system knows only after the pages were made that they are no files.
     let last = name.rsplit(std::path::is_separator).next().unwrap_or_default();
     if ["", ".", ".."].contains(&last) {
@@ -156,6 +157,7 @@ pub fn check_name(options: &BuildOptions) -> Result<()> {
     if last.len() > LONGEST_NAME {
         return refuse(format!("{last} is too long a name: {LONGEST_NAME} bytes are the most"));
     }
+
     // Paths that do not resolve are no inputs that could be lost.
     if let Ok(output) = options.output.canonicalize() {
         let is_output = |input: &&PathBuf| input.canonicalize().is_ok_and(|input| input == output);
@@ -175,6 +177,7 @@ pub fn check_name(options: &BuildOptions) -> Result<()> {
             )));
         }
     }
+
     PageWriter::check_target(&options.output, true)
 }
 
@@ -205,6 +208,7 @@ pub(super) fn build_from(
     if !plan.stored.is_all() {
         budget.check_directory(Directory::page_count(&plan.grid).map_err(Error::Configuration)?)?;
     }
+
     let mut metadata = describe(&inputs, &plan, options)?;
     metadata.notes.extend(hints::outside(options, &plan.grid).into_iter().map(|(_, note)| note));
     metadata.notes.extend(hints::clouds_outside(&inputs, &plan)?);
@@ -214,6 +218,7 @@ pub(super) fn build_from(
     if !steps.as_ref().is_some_and(Steps::knows_pages) {
         room.check(observer)?;
     }
+
     let keys =
         steps.as_ref().map(|steps| SourceKeys::of(&inputs, &plan, datum, options, steps)).transpose()?;
     let traced = steps.as_ref().zip(keys.as_ref());
@@ -244,6 +249,7 @@ pub(super) fn build_from(
         imagery.extend(prepared.imagery);
         standees = prepared.standees;
     }
+
     let measure = options.synthetic.detail.is_some_and(|detail| detail.roughness == Roughness::Auto);
     let surveys = scan::survey(&elevation, &plan, (traced, measure), budget.threads, observer)?;
     let rough = sources::roughness(&surveys, &metadata.sources, clouds.len());
@@ -251,10 +257,12 @@ pub(super) fn build_from(
         observer.note(&note);
         metadata.notes.push(note);
     }
+
     for note in surveys.iter().flat_map(|survey| survey.notes.iter().cloned()) {
         observer.note(&note);
         metadata.notes.push(note);
     }
+
     let (low, high) = height_span(&elevation, &surveys, options, &plan.grid)?;
     let tint = Tint::new(low, high, !plan.crs.is_local());
     let natural = Project {
@@ -276,6 +284,7 @@ pub(super) fn build_from(
         shared: &SharedObjects::default(),
         window_bytes: budget.window,
     };
+
     let mut standing = if features.is_empty() {
         None
     } else {
@@ -285,6 +294,7 @@ pub(super) fn build_from(
         let steps = traced.map(|(steps, keys)| (steps, keys.ground()));
         Some(Standing::new(features, (&natural, high), steps, budget.threads, observer)?)
     };
+
     let mut objects = if models.0.is_empty() && models.1.is_empty() {
         None
     } else {
@@ -293,6 +303,7 @@ pub(super) fn build_from(
         metadata.notes.extend(notes);
         Some(objects)
     };
+
     let tops = objects.as_ref().map_or(high, |objects| standing::with_room(high, objects.highest()));
     let high = standing.as_ref().map_or(high, |standing| standing.highest(high));
     let high = standees.as_ref().map_or(high, |standees| standees.highest(high));
@@ -301,6 +312,7 @@ pub(super) fn build_from(
         observer.note(&note);
         metadata.notes.push(note);
     }
+
     let mut collection = Collection::new(plan.grid, code, &options.materials);
     if let Some(standing) = &mut standing {
         standing.share(plan.grid.spacing, &mut collection);
@@ -308,6 +320,7 @@ pub(super) fn build_from(
     if let Some(objects) = &mut objects {
         objects.share(&plan.grid, &mut collection);
     }
+
     let shared = Arc::new(collection.into_shared());
     let (standing, objects, standees) = (standing.as_ref(), objects.as_ref(), standees.as_ref());
     let project = Project { code, standing, standees, objects, shared: &shared, ..natural };
@@ -325,6 +338,7 @@ pub(super) fn build_from(
     if let Err(error) = write_pages(&project, budget.threads, trace, &mut writer, &mut written, observer) {
         return Err(steps::kept(steps.as_ref(), writer, written.pages, error));
     }
+
     let census = written.census;
     if census.empty == census.voxels {
         return Err(Error::Configuration(format!(
@@ -333,6 +347,7 @@ pub(super) fn build_from(
             plan.grid.spacing
         )));
     }
+
     let is_dressed = imagery.is_empty() || options.synthetic.has_colours();
     let bare = hints::bare(&census, is_dressed, !land_cover.is_empty());
     for note in bare.into_iter().chain(hints::voids(&census, options)) {
@@ -348,6 +363,7 @@ pub(super) fn build_from(
     metadata.empty_share = share(census.empty);
     let range = decoded_range(&code, &census);
     let (content_hash, bytes) = steps::publish(steps.as_ref(), writer, &metadata, range)?;
+
     Ok(BuildReport {
         grid: plan.grid,
         content_hash,
@@ -464,6 +480,7 @@ fn height_span(
         NodataFill::Value(height) => Some((height, height)),
         NodataFill::None | NodataFill::Small | NodataFill::Interpolate => None,
     };
+
     let sampled = elevation.iter().zip(surveys).filter_map(|(source, survey)| {
         let ((low, high), shift) = (survey.range?, source.shift.range());
         let room =
@@ -471,6 +488,7 @@ fn height_span(
         Some((low - room + shift.0, high + room + shift.1))
     });
     let natural = sampled.chain(filled).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+
     options.synthetic.heights(natural, grid).ok_or_else(|| {
         Error::Configuration(
             "no elevation file has a single height in the area; look at their nodata value, --nodata and --bbox".into(),

@@ -33,6 +33,7 @@ impl Census {
         if id.level > stored.outside() {
             return census;
         }
+
         let area = u64::from(Grid::side_units(id.level)).pow(2);
         for y in 0..page.height {
             for x in 0..page.width {
@@ -41,6 +42,7 @@ impl Census {
                 if stored.has(PageId { level: id.level - 1, px: finer[0], py: finer[1] }) {
                     continue;
                 }
+
                 let Attributes { flags, .. } = page.attributes[(y * page.width + x) as usize];
                 let sample = (y + APRON) * (page.width + 2 * APRON) + x + APRON;
                 let is_empty = page.heights[sample as usize] == HeightCode::EMPTY;
@@ -53,6 +55,7 @@ impl Census {
                 census.bare += if !is_empty && flags & Attributes::NO_IMAGERY != 0 { area } else { 0 };
             }
         }
+
         census
     }
 

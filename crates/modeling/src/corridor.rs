@@ -69,6 +69,7 @@ impl Route {
                     .into(),
             );
         }
+
         let world_from_degrees = if is_geographic { Some(Transform::new(&Crs::wgs84(), crs)?) } else { None };
         let mut line = Vec::with_capacity(self.places.len());
         for (index, place) in self.places.iter().enumerate() {
@@ -83,9 +84,11 @@ impl Route {
                 None => return refuse(format!("fix {} has no place in {}", index + 1, crs.name())),
             }
         }
+
         if line.is_empty() {
             return refuse("it has no fix; a corridor needs one at least".into());
         }
+
         Ok(line)
     }
 }
@@ -162,6 +165,7 @@ impl Corridors {
         };
         let levels: Vec<u8> = corridors.iter().map(level).collect::<Result<_>>()?;
         let mut strips = Vec::new();
+
         for (corridor, level) in corridors.iter().zip(levels) {
             if level >= outside {
                 return Err(corridor.refused(&format!(
@@ -170,6 +174,7 @@ impl Corridors {
                     unit * f64::from(Grid::side_units(level + 1))
                 )));
             }
+
             let Corridor { route, width, .. } = corridor;
             strips.push(Strip {
                 file: route.file.clone(),
@@ -178,6 +183,7 @@ impl Corridors {
                 level,
             });
         }
+
         Ok(Self { strips, outside })
     }
 }
@@ -295,6 +301,7 @@ impl Stored {
                 side(grid.level_count() - 1)
             )));
         }
+
         let mut partial: Vec<PageSet> =
             (0..corridors.outside).map(|level| PageSet::none(grid.page_dims(level))).collect();
         for strip in &corridors.strips {
@@ -308,6 +315,7 @@ impl Stored {
                     pages.add_leg(grid, level as u8, [*from, *to], strip.reach);
                 }
             }
+
             let after: u64 = partial.iter().map(|pages| pages.count).sum();
             // One that lies in another one adds no page either.
             if after == before && !strip.line.iter().any(|at| grid.contains(*at)) {
@@ -325,6 +333,7 @@ impl Stored {
                 )));
             }
         }
+
         Ok(Self { grid: *grid, partial })
     }
 

@@ -68,11 +68,13 @@ impl Drape<'_> {
         let is_alone = sources.iter().filter(is_near).nth(1).is_none();
         let mut layers = Vec::new();
         let mut settled = vec![false; band.len()];
+
         for (index, source) in sources.iter().enumerate().filter(|(_, source)| is_near(source)) {
             let field = warp::locate(&source.placement, &grid, band);
             if !field.touches(source.samples.size()) {
                 continue;
             }
+
             let paints = self.paints(source, &field)?;
             let ramps = if is_alone { None } else { Some(self.ramps(index, &field)?) };
             let layer = Layer { paints, ramps };
@@ -82,6 +84,7 @@ impl Drape<'_> {
                 break;
             }
         }
+
         Ok(layers)
     }
 

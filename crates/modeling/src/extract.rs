@@ -53,6 +53,7 @@ impl Part {
                 near.x, near.y, far.x, far.y
             )));
         }
+
         let sparse = coarsest_sparse(grid, pages);
         let block = PAGE_SIDE.saturating_mul(Grid::side_units(sparse.unwrap_or(0)));
         let cut = |low: f64, high: f64, limit: u32| {
@@ -62,6 +63,7 @@ impl Part {
             let end = ((high / grid.spacing / block - SAME).ceil() * block).min(f64::from(limit)) as u32;
             (first, end.max(first.saturating_add(1)).min(limit))
         };
+
         let (first_x, end_x) = cut(west - near.x, east - near.x, grid.nx);
         let (first_y, end_y) = cut(south - near.y, north - near.y, grid.ny);
         let origin = near + DVec2::new(f64::from(first_x), f64::from(first_y)) * grid.spacing;
@@ -70,6 +72,7 @@ impl Part {
             let what = "the part is smaller than the voxels that the database has outside of its corridors; take a larger box";
             return Err(Error::Configuration(what.into()));
         }
+
         Ok(Self { first: [first_x, first_y], grid: own })
     }
 
@@ -111,6 +114,7 @@ pub fn extract(
     writer.expect(room::most_bytes(&part.grid, count, count(BARE)) + objects);
     let mut tally = Tally::default();
     observer.begin("pages", ids.len() as u64, "pages");
+
     // Coarser pages are made from finer ones that have been written.
     for ids in ids.chunk_by(|a, b| a.level == b.level) {
         in_order(
@@ -130,6 +134,7 @@ pub fn extract(
             },
         )?;
     }
+
     observer.end();
     source.intact()?;
     let mut metadata: Metadata = tally.metadata(&header.metadata);
@@ -137,6 +142,7 @@ pub fn extract(
     if metadata.notes.iter().all(|told| told != note) {
         metadata.notes.push(note.into());
     }
+
     writer.finish(&metadata, tally.height_range(header.heights))
 }
 
@@ -216,6 +222,7 @@ impl StandIn for Whole<'_, '_> {
         let first = [id.px, id.py].map(|page| page * PAGE_SIDE);
         let offset = part.first.map(|units| units / side);
         let dims = part.grid.dims(id.level);
+
         let mut page = PageBuffer {
             width,
             height,
@@ -227,10 +234,12 @@ impl StandIn for Whole<'_, '_> {
             attributes: Vec::new(),
             spans: SpanTable::default(),
         };
+
         // Voxels of the part with an apron, those beyond the cut being that at its edge.
         let around = |first: u32, size: u32, apron: u32, limit: u32| {
             (0..size + 2 * apron).map(move |at| (first + at).clamp(apron, limit - 1 + apron) - apron)
         };
+
         for y in around(first[1], height, APRON, dims.1) {
             for x in around(first[0], width, APRON, dims.0) {
                 let (code, colour, ..) = self.voxel(id.level, [x + offset[0], y + offset[1]])?;
@@ -238,16 +247,19 @@ impl StandIn for Whole<'_, '_> {
                 page.colours.push(colour);
             }
         }
+
         for y in around(first[1], height, RELIEF_APRON, dims.1) {
             for x in around(first[0], width, RELIEF_APRON, dims.0) {
                 page.relief.push(self.voxel(id.level, [x + offset[0], y + offset[1]])?.2);
             }
         }
+
         for y in around(first[1], height, 0, dims.1) {
             for x in around(first[0], width, 0, dims.0) {
                 page.attributes.push(self.voxel(id.level, [x + offset[0], y + offset[1]])?.3);
             }
         }
+
         Ok(page)
     }
 }
@@ -292,6 +304,7 @@ mod tests {
         let whole = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
         let pages: Vec<PageId> = whole.directory().ids().collect();
         let folder = tempfile::tempdir().unwrap();
+
         for (bounds, first, size) in [
             ([700.0, 800.0, 1100.0, 1100.0], [256, 256], [256, 256]),
             ([100.0, 200.0, 500.0, 600.0], [0, 0], [256, 256]),
@@ -305,10 +318,12 @@ mod tests {
             let found = hedgehop::voxel::MemPages::from_bytes("part", &bytes).unwrap();
             let report = verify(&found, &Silent).unwrap();
             assert!(report.is_sound(), "{:?}", report.problems);
+
             // Heights are coded as those of the whole; so compare what is seen.
             let [x, y] = [0, 1].map(|axis| first[axis]..first[axis] + size[axis]);
             let (heights, colours) = all(x, y);
             let own = build_in_memory(part.grid, &heights, &colours, None, &Metadata::default()).unwrap();
+
             for id in own.directory().ids() {
                 let (a, b) = (found.page(id).unwrap().unwrap(), own.page(id).unwrap().unwrap());
                 assert_eq!(a.colours, b.colours, "{id}");
@@ -319,6 +334,7 @@ mod tests {
                 }
             }
         }
+
         assert!(Part::around(&grid, &pages, [5000.0, 0.0, 6000.0, 900.0]).is_err());
     }
 }

@@ -278,10 +278,12 @@ impl Feather<'_> {
         if let Some(samples) = (self.samples)(index) {
             samples.read(Window { x, y, width, height }, &mut heights)?;
         }
+
         let is_void = |column: u32, row: u32| {
             let at = (row - y) as usize * width as usize + (column - x) as usize;
             heights.get(at).is_some_and(|height| height.is_nan())
         };
+
         for (line, row) in rows {
             let distances = &mut distances[line * frame.width..][..frame.width];
             for (at, column) in &columns {
@@ -290,6 +292,7 @@ impl Feather<'_> {
                 }
             }
         }
+
         Ok(())
     }
 }
@@ -343,6 +346,7 @@ fn spread(distances: &mut [u8], width: usize) {
             if !is_first {
                 meet(at - 1);
             }
+
             if let Some(above) = at.checked_sub(width) {
                 meet(above);
                 if !is_first {
@@ -352,8 +356,10 @@ fn spread(distances: &mut [u8], width: usize) {
                     meet(above + 1);
                 }
             }
+
             distances[at] = least;
         }
+
         // The second sweep is the first from the other end, and turns them back.
         distances.reverse();
     }
@@ -443,6 +449,7 @@ mod tests {
                 .ramps()
                 .unwrap()
         };
+
         let all = Rect { x0: 0, y0: 0, x1: AREA.nx, y1: AREA.ny };
         let whole = ramps(all, usize::MAX);
         assert!(whole.own != whole.whole && (0..all.len()).any(|voxel| whole.is_inside(voxel)));

@@ -24,10 +24,12 @@ pub(super) fn small(surface: &Surface, rect: Rect, level: &LevelGrid) -> Vec<boo
     let mut is_small = vec![false; voids.len()];
     let mut is_known = vec![false; voids.len()];
     let mut members = Vec::new();
+
     for first in (0..voids.len()).filter(|index| voids[*index]) {
         if is_known[first] {
             continue;
         }
+
         // All that hangs together with it.
         is_known[first] = true;
         members.clear();
@@ -35,12 +37,14 @@ pub(super) fn small(surface: &Surface, rect: Rect, level: &LevelGrid) -> Vec<boo
         let ([mut west, mut south], [mut east, mut north]) = ([usize::MAX; 2], [0; 2]);
         let mut is_enclosed = true;
         let mut next = 0;
+
         while let Some(index) = members.get(next).copied() {
             next += 1;
             let (x, y) = (index % width, index / width);
             (west, east) = (west.min(x), east.max(x));
             (south, north) = (south.min(y), north.max(y));
             is_enclosed &= x > 0 && y > 0 && x + 1 < width && y + 1 < height;
+
             for y in y.saturating_sub(1)..(y + 2).min(height) {
                 for x in x.saturating_sub(1)..(x + 2).min(width) {
                     let beside = y * width + x;
@@ -53,10 +57,12 @@ pub(super) fn small(surface: &Surface, rect: Rect, level: &LevelGrid) -> Vec<boo
                 }
             }
         }
+
         if is_enclosed && east - west < most && north - south < most {
             members.iter().for_each(|index| is_small[*index] = true);
         }
     }
+
     rect.rows_in(around).flat_map(|row| is_small[row].to_vec()).collect()
 }
 

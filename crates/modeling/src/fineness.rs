@@ -33,6 +33,7 @@ pub(super) fn of_imagery(inputs: &Inputs, plan: &Plan, options: &BuildOptions) -
     let Some((side, name)) = finest else {
         return Ok(Fineness { coarser_pixel: None, note: without_imagery(inputs, options) });
     };
+
     let is_chosen = options.spacing.is_some() || !options.corridors.is_empty();
     let is_finer = !is_chosen && side * WORTH_A_WORD < spacing;
     Ok(Fineness {

@@ -49,10 +49,12 @@ impl<T> Opened<T> {
     /// Bounds of the raster's area in another system, from a lattice of points.
     pub fn footprint(&self, crs: &Crs) -> Result<Footprint> {
         const LATTICE: u32 = 64;
+
         let world = Transform::new(&self.crs, crs)?;
         let (width, height) = self.samples.size();
         let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
         let (mut bounds, mut whole): (Option<Bounds>, bool) = (None, true);
+
         for (i, j) in (0..=LATTICE).flat_map(|j| (0..=LATTICE).map(move |i| (i, j))) {
             let (x, mut y) = warp::apply(&self.geo, part(i, width), part(j, height));
             if self.crs.is_geographic() {
@@ -64,6 +66,7 @@ impl<T> Opened<T> {
                 Some((x, y)) => bounds = Some(joined(bounds.unwrap_or([x, y, x, y]), [x, y, x, y])),
             }
         }
+
         Ok(match bounds {
             None => Footprint::Nowhere,
             Some(bounds) if whole => Footprint::Whole(bounds),
@@ -75,10 +78,12 @@ impl<T> Opened<T> {
     /// no place on Earth.
     fn on_earth(&self) -> Result<Option<Bounds>> {
         const LATTICE: u32 = 64;
+
         let world = Transform::new(&self.crs, &Crs::wgs84())?;
         let (width, height) = self.samples.size();
         let part = |step: u32, size: u32| f64::from(size) * f64::from(step) / f64::from(LATTICE);
         let mut bounds: Option<Bounds> = None;
+
         // The longitude that the next one lies nearest to: that beside it, or below it.
         let (mut before, mut first): (Option<f64>, Option<f64>) = (None, None);
         for (i, j) in (0..=LATTICE).flat_map(|j| (0..=LATTICE).map(move |i| (i, j))) {
@@ -89,12 +94,14 @@ impl<T> Opened<T> {
             if i == 0 {
                 before = first.take().or(before);
             }
+
             let Some((x, y)) = world.apply(x, y) else { continue };
             let x = before.map_or(x, |before| x - ((x - before) / 360.0).round() * 360.0);
             before = Some(x);
             first = first.or(before);
             bounds = Some(joined(bounds.unwrap_or([x, y, x, y]), [x, y, x, y]));
         }
+
         Ok(bounds)
     }
 

@@ -52,6 +52,7 @@ pub(super) fn all_outside(
     let Plan { crs, grid, .. } = plan;
     let mut found = outside(options, grid);
     let mut add = |input: Input, what: Option<String>| found.extend(what.map(|what| (input, what)));
+
     // Points come first of all elevation.
     for (index, points) in inputs.elevation.iter().take(inputs.clouds.len()).enumerate() {
         add(Input::Cloud(index), misplaced_raster(points, plan)?);
@@ -65,16 +66,19 @@ pub(super) fn all_outside(
     for (index, (layer, _)) in inputs.features.iter().enumerate() {
         add(Input::Features(index), misplaced_layer(layer, crs, grid)?);
     }
+
     for (index, scatter) in inputs.scatters.iter().enumerate() {
         let areas = scatter.areas(crs)?.unwrap_or_default();
         let bounds = areas.iter().map(|area| area.bounds).reduce(joined);
         let what = || format!("the area of [[scatter]] number {}", index + 1);
         add(Input::Scatter(index), bounds.and_then(|bounds| misplaced(&what(), bounds, grid)));
     }
+
     for (index, object) in options.objects.iter().enumerate() {
         let name = object.paths.first().map(|path| file_name(path)).unwrap_or_default();
         add(Input::Object(index), misplaced_object(&name, &object.places, grid));
     }
+
     Ok(found)
 }
 

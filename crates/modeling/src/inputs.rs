@@ -123,6 +123,7 @@ pub(super) fn open_rasters(
             "{count} files are too many; mosaic them first (gdalbuildvrt)"
         )));
     }
+
     let open_options =
         OpenOptions { cache_bytes: cache_bytes / count.max(1) as u64, ..OpenOptions::default() };
     let mut opener = Opener::new(options, open_options, observer);
@@ -131,6 +132,7 @@ pub(super) fn open_rasters(
     for file in &options.elevation {
         elevation.push(opener.elevation(file)?);
     }
+
     let canvas = canvas(&elevation);
     let imagery = options
         .imagery
@@ -142,6 +144,7 @@ pub(super) fn open_rasters(
         .iter()
         .map(|file| opener.land_cover(file, canvas.as_ref()))
         .collect::<Result<Vec<_>>>()?;
+
     Ok(Inputs { clouds, elevation, imagery, land_cover, notes: opener.into_notes(), ..Inputs::default() })
 }
 
@@ -325,18 +328,21 @@ impl<'a> Opener<'a> {
             self.notes.push(note);
             return Ok((geo, crs, VerticalCrs::default()));
         };
+
         if said.extent.is_some() {
             self.notes.push(format!(
                 "{}: says itself where it lies, which counts; --imagery-extent is of files that do not",
                 file_name(path)
             ));
         }
+
         if warp::invert(&geo).is_none() {
             return Err(Error::invalid(
                 path,
                 format!("its geotransform {geo:?} maps the raster onto a line"),
             ));
         }
+
         let (crs, vertical) = match (&info.crs, given) {
             (Some(crs), given) => {
                 self.notes.extend(contradiction(&file_name(path), crs, given, flag)?);
@@ -349,6 +355,7 @@ impl<'a> Opener<'a> {
             (None, None) if self.options.local => (Crs::local(), VerticalCrs::default()),
             (None, None) => return Err(no_crs(info, geo, flag)),
         };
+
         if info.crs.is_none() {
             let because = if given.is_some() { format!(", as {flag} says") } else { String::new() };
             let stated = match (&info.local, &info.crs_problem) {
@@ -358,11 +365,13 @@ impl<'a> Opener<'a> {
             };
             self.notes.push(format!("{}: {stated}, taken as {}{because}", file_name(path), crs.name()));
         }
+
         if crs.is_local() {
             local_in_metres(info, &geo)?;
         }
         self.doubt(path, &crs, corner_bounds(&geo, (info.width, info.height)));
         plausible(info, &geo, &crs, flag)?;
+
         Ok((geo, crs, vertical))
     }
 

@@ -144,6 +144,7 @@ impl<T: Copy> Gather<'_, T> {
             {
                 continue;
             }
+
             for (line, down) in weights.1.taps() {
                 let line = &samples[line * stride..][..stride];
                 for (at, across) in weights.0.taps() {
@@ -152,6 +153,7 @@ impl<T: Copy> Gather<'_, T> {
                 }
             }
         }
+
         *self.window = samples;
         Ok(())
     }
@@ -210,19 +212,23 @@ impl Axis {
         if reach <= 1.0 {
             return self.weigh_two(position - f64::from(start), count);
         }
+
         let relative = position - f64::from(start);
         let Some((first, last)) = tap_range((relative, relative), reach, count) else { return false };
         self.first = first as usize;
         let norm = if radius > 1.0 { tent_sum(position, radius) } else { 1.0 };
+
         for pixel in first..=last {
             let distance = (pixel as f64 + f64::from(start) - position).abs();
             let tent = (1.0 - distance / radius).max(0.0) / norm;
             let sharp = if reach > radius { shape.sharp(distance) } else { tent };
             self.taps.push(Tap { tent, sharp });
         }
+
         if reach > radius && shape.is_completed() {
             self.complete(position, shape, start, size);
         }
+
         true
     }
 

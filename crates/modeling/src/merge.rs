@@ -124,10 +124,12 @@ impl<'s> Merger<'s> {
         let [(first, first_name), ..] = databases else {
             return wrong("give at least two databases".into());
         };
+
         let one = first.header();
         let mut metadata = one.metadata.clone();
         (metadata.sources, metadata.notes) = (Vec::new(), Vec::new());
         let (mut layers, mut voxels) = (Vec::new(), 0);
+
         for (source, name) in databases {
             let own = source.header();
             if (own.grid.spacing / one.grid.spacing - 1.0).abs() > SAME_SPACING {
@@ -141,6 +143,7 @@ impl<'s> Merger<'s> {
                     "{name} and {first_name} differ in {what}; build one of them anew as the other"
                 ));
             }
+
             let offset = (own.grid.origin - one.grid.origin) / one.grid.spacing;
             if (offset - offset.round()).abs().max_element() > SAME_PLACE || offset.abs().max_element() > 1e9
             {
@@ -150,6 +153,7 @@ impl<'s> Merger<'s> {
                     offset.y - offset.y.round()
                 ));
             }
+
             let (columns, rows) = own.grid.page_dims(0);
             let all = (0..rows).flat_map(|py| (0..columns).map(move |px| PageId { level: 0, px, py }));
             if let Some(missing) = all.into_iter().find(|id| !source.has(*id)) {
@@ -162,16 +166,19 @@ impl<'s> Merger<'s> {
                     "{name} has what stands on the ground, which cannot be blended; merge without blending"
                 ));
             }
+
             let corner = [offset.x, offset.y].map(|at| at.round() as i64);
             let Ok(sources) = u16::try_from(metadata.sources.len()) else {
                 return wrong(format!("with {name} there are more than 65,535 sources"));
             };
+
             metadata.sources.extend(own.metadata.sources.iter().cloned());
             metadata.notes.extend(own.metadata.notes.iter().cloned());
             voxels += u64::from(own.grid.nx) * u64::from(own.grid.ny);
             let end = [corner[0] + i64::from(own.grid.nx), corner[1] + i64::from(own.grid.ny)];
             layers.push(Layer { source: *source, first: corner, end, sources });
         }
+
         metadata.notes.push(format!("merged from {} databases", layers.len()));
         // What several of them tell is told once.
         let mut told = HashSet::new();
@@ -185,15 +192,18 @@ impl<'s> Merger<'s> {
                 size[0], size[1]
             ));
         }
+
         for layer in &mut layers {
             [0, 1].into_iter().for_each(|axis| {
                 layer.first[axis] -= low[axis];
                 layer.end[axis] -= low[axis];
             });
         }
+
         let origin = one.grid.origin + DVec2::new(low[0] as f64, low[1] as f64) * one.grid.spacing;
         let grid = Grid { nx: size[0], ny: size[1], origin, ..one.grid };
         let heights = common_code(databases);
+
         Ok(Self { layers, grid, heights, metadata, feather })
     }
 
@@ -228,6 +238,7 @@ impl<'s> Merger<'s> {
         let levels = self.grid.level_count();
         let count: usize = (0..levels).map(|level| ids(level).len()).sum();
         observer.begin("pages", count as u64, "pages");
+
         for ids in (0..levels).map(ids) {
             in_order(
                 ids.len() as u64,
@@ -244,9 +255,11 @@ impl<'s> Merger<'s> {
                 },
             )?;
         }
+
         observer.end();
         self.layers.iter().try_for_each(|layer| layer.source.intact())?;
         let (_, bytes) = writer.finish(&tally.metadata(&self.metadata), tally.height_range(self.heights))?;
+
         Ok(Merged { bytes, join })
     }
 
@@ -260,6 +273,7 @@ impl<'s> Merger<'s> {
                 Join::default(),
             ));
         }
+
         let (surface, join) = self.finest(id, false)?;
         let mut tally = Tally::of(&surface, id, &SharedObjects::default());
         let mut pages = vec![surface.encode(id)];
@@ -270,6 +284,7 @@ impl<'s> Merger<'s> {
                 pages.push(bare.encode(id.bare()));
             }
         }
+
         Ok((pages, tally, join))
     }
 
@@ -282,15 +297,18 @@ impl<'s> Merger<'s> {
         };
         let columns: Vec<i64> = around(id.px, width, self.grid.nx).collect();
         let mut voxels = Vec::with_capacity(columns.len() * (height + 2 * APRON) as usize);
+
         for y in around(id.py, height, self.grid.ny) {
             for &x in &columns {
                 voxels.push(self.voxel(x, y, is_bare)?);
             }
         }
+
         let stride = columns.len();
         let place = |x: u32, y: u32| (y + APRON) as usize * stride + (x + APRON) as usize;
         let own = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let mut spans = SpanTable::default();
+
         if is_bare {
             let rise = SpanTable::rise(self.heights, self.grid.spacing);
             let (mut failed, mut known) = (None, Known::default());
@@ -302,6 +320,7 @@ impl<'s> Merger<'s> {
             });
             failed.map_or(Ok(()), Err)?;
         }
+
         let mut join = Join::default();
         for (x, y) in own() {
             let here = &voxels[place(x, y)];
@@ -315,6 +334,7 @@ impl<'s> Merger<'s> {
                 }
             }
         }
+
         let page = PageBuffer {
             width,
             height,
@@ -326,6 +346,7 @@ impl<'s> Merger<'s> {
             attributes: own().map(|(x, y)| voxels[place(x, y)].attributes).collect(),
             spans,
         };
+
         Ok((page, join))
     }
 
@@ -391,6 +412,7 @@ impl<'s> Merger<'s> {
         if !header.is_built || !layer.source.has(id) {
             return Ok(());
         }
+
         let (block, within) = (at.map(|at| at / BLOCK_SIDE), at.map(|at| at % PAGE_SIDE));
         if known.block != Some((index, block)) {
             let Some(spans) = layer.source.spans(id)? else { return Ok(()) };
@@ -398,10 +420,12 @@ impl<'s> Merger<'s> {
             known.spans.gather(&spans, &header.objects, within, rise);
             known.block = Some((index, block));
         }
+
         all.extend(known.spans.of(within[0], within[1]).iter().map(|span| {
             let (low, high) = (self.code(layer, span.low), self.code(layer, span.high));
             Span { low, high, ..*span }
         }));
+
         Ok(())
     }
 

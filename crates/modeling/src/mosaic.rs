@@ -111,6 +111,7 @@ impl Mosaic<'_> {
         let mut near = (0_u16..).zip(self.sources).filter(|(_, source)| rect.meets(&source.reach, &grid));
         let Some((index, source)) = near.next() else { return Ok(None) };
         let is_plain = self.shape(source) == Shape::Tent && self.refinement(index).is_none();
+
         // Where another one lies below, this one fades out towards where it ends.
         let margin = if near.next().is_some() { FEATHER } else { 0 };
         let Some(pixels) = source.placement.pixels(&grid, rect).filter(|_| is_plain) else { return Ok(None) };
@@ -118,15 +119,18 @@ impl Mosaic<'_> {
         if !self.is_whole(source, grown(window, margin))? {
             return Ok(None);
         }
+
         if margin > 0 {
             source.samples.read(window, &mut self.window)?;
         }
         let mut heights = warp::northward(rect, &self.window);
+
         if !source.shift.is_zero() {
             for (voxel, height) in heights.iter_mut().enumerate() {
                 *height += source.shift.at(self.level.units(rect.voxel(voxel)));
             }
         }
+
         Ok(Some(Surface { rect, sources: vec![index; heights.len()], heights }))
     }
 
@@ -162,10 +166,12 @@ impl Mosaic<'_> {
             if !band.meets(&source.reach, &self.level.grid) {
                 continue;
             }
+
             let field = warp::locate(&source.placement, &self.level.grid, band);
             if !field.touches(source.samples.size()) {
                 continue;
             }
+
             let mut layer = self.layer(index as u16, source, &field)?;
             layer.ramps = if is_alone { None } else { Some(self.ramps(index, &field)?) };
             let suffices = layer.suffices();
@@ -174,6 +180,7 @@ impl Mosaic<'_> {
                 break;
             }
         }
+
         Ok(layers)
     }
 
@@ -200,11 +207,13 @@ impl Mosaic<'_> {
             self.gather(posts, field, shape, &mut layer)?;
             layer.finish(source, &self.level, field);
         }
+
         let range = self.surveys.get(usize::from(index)).and_then(|survey| survey.range);
         if let Some((low, high)) = range.filter(|_| shape != Shape::Tent || refinement.is_some()) {
             let room = room(source, (low, high), self.interpolation, self.detail.as_ref());
             layer.confine(source, (low - room, high + room));
         }
+
         Ok(layer)
     }
 
@@ -345,6 +354,7 @@ fn merge(layers: &[Layer], voxel: usize) -> (f64, u16) {
             covered = true;
             source = layer.source;
         }
+
         inside += layer.inside[voxel];
         let lower = &layers[index + 1..];
         let share = layer.valid[voxel] * (1.0 - layer.ceded(lower, voxel));
@@ -354,10 +364,12 @@ fn merge(layers: &[Layer], voxel: usize) -> (f64, u16) {
             sum += take * layer.sums[voxel];
             taken += take;
         }
+
         if take > most && covered {
             (source, most) = (layer.source, take);
         }
     }
+
     let valid = covered && taken > 0.0 && taken >= 0.5 * inside.min(1.0) * WHOLE;
     (if valid { sum / taken } else { f64::NAN }, source)
 }

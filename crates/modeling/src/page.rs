@@ -116,6 +116,7 @@ impl<'a> PageMaker<'a> {
         let level = LevelGrid::of(&project.grid, 0);
         let elevation = project.elevation.iter().map(|source| (&source.placement, source.samples.size()));
         let imagery = project.imagery.iter().map(|source| (&source.placement, source.samples.size()));
+
         Self {
             project,
             level,
@@ -167,15 +168,18 @@ impl<'a> PageMaker<'a> {
         if self.is_beyond(around) {
             return Ok(MadePage::empty(id, (width, height)));
         }
+
         let made = self.block(around)?;
         let rows = rect.rows_in(around);
         let census = made.census(rows.clone());
+
         let page = |heights: &[u16], colours: &[[u8; 3]], attributes: &[Attributes], spans: SpanTable| {
             let (low, high, relief) = Default::default();
             let (heights, colours) = (with_apron(heights, around, rect), with_apron(colours, around, rect));
             let attributes = rows.clone().map(|row| &attributes[row]).collect::<Vec<_>>().concat();
             PageBuffer { width, height, heights, low, high, colours, relief, attributes, spans }
         };
+
         let bare = made.bare.as_ref().map(|bare| {
             let rise = SpanTable::rise(self.project.code, self.project.grid.spacing);
             let spans = SpanTable::new((width, height), rise, |x, y, spans| {
@@ -186,8 +190,10 @@ impl<'a> PageMaker<'a> {
             let spans = spans.with_objects((width, height), self.project.shared, &placements);
             page(&bare.heights, &bare.colours, &bare.attributes, spans)
         });
+
         let VoxelBlock { heights, colours, attributes, .. } = &made.voxels;
         let page = page(heights, colours, attributes, SpanTable::default());
+
         // Where only a road was cut in, bare ground is the surface.
         let bare = bare.filter(|bare| *bare != page);
         Ok(MadePage { page, bare, census })
@@ -228,6 +234,7 @@ impl<'a> PageMaker<'a> {
         if let Some(built) = &mut built {
             materials.dress(&mut built.solids);
         }
+
         if let Some(standees) = self.project.standees {
             let mut solids = standees.solids(rect, &self.level)?;
             if !standees.is_coloured {
@@ -240,6 +247,7 @@ impl<'a> PageMaker<'a> {
                 built.uncoloured = first..if standees.is_coloured { first } else { built.solids.len() };
             }
         }
+
         let (mut solids, placed) = self.objects(rect)?;
         materials.dress(&mut solids);
         if !(solids.is_empty() && placed.is_empty()) {
@@ -247,6 +255,7 @@ impl<'a> PageMaker<'a> {
             built.solids.extend(solids);
             built.placed.extend(placed);
         }
+
         Ok(built)
     }
 
@@ -260,6 +269,7 @@ impl<'a> PageMaker<'a> {
         let mut materials = Vec::new();
         let (avoids, asks) = (objects.avoid_features(), objects.ask_for_materials());
         let built = if avoids || asks { self.features(wide)? } else { None };
+
         if avoids || asks {
             let covers = self.cover.over(wide, self.level.level)?;
             let is_water = |cover: &Cover| cover.material == Material::Water.code();
@@ -268,11 +278,13 @@ impl<'a> PageMaker<'a> {
                 materials = self.materials(wide, &covers, built.as_ref());
             }
         }
+
         if avoids {
             for (index, ..) in self.project.synthetic.water(&self.level, wide) {
                 changed[index] = true;
             }
         }
+
         if avoids && let Some(built) = built {
             let painted = built.paints.iter().map(|(index, ..)| *index);
             painted
@@ -284,6 +296,7 @@ impl<'a> PageMaker<'a> {
                 covered(placed, object, wide).filter_map(stands).for_each(|index| changed[index] = true);
             }
         }
+
         let site = (materials.as_slice(), changed.as_slice());
         Ok(objects.solids(rect, (wide, &natural), site, (&self.level, &self.project.code)))
     }
@@ -313,6 +326,7 @@ impl<'a> PageMaker<'a> {
         if let Some(built) = &built {
             ground.surface.heights.clone_from(&built.ground);
         }
+
         let voxels = match self.copied(rect, &ground, built.is_some())? {
             Some(voxels) => voxels,
             None => self.draped(rect, (around, &ground), built.as_mut())?,
@@ -323,9 +337,11 @@ impl<'a> PageMaker<'a> {
             let colour = self.project.materials.moved(Material::Water, colour);
             synthetic::flood(&mut made.voxels, at, share, colour);
         }
+
         if let Some(built) = &built {
             self.put(&mut made, rect, (around, built));
         }
+
         Ok(made)
     }
 
@@ -357,6 +373,7 @@ impl<'a> PageMaker<'a> {
             }
             NodataFill::None | NodataFill::Small | NodataFill::Interpolate => {}
         }
+
         self.project.synthetic.shape(&self.level, rect, &mut surface.heights);
         Ok(Ground { surface, voids })
     }

@@ -44,6 +44,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     if let Some((_, error)) = strangers(inputs, &crs).into_iter().next() {
         return Err(error);
     }
+
     let spacing = match options.spacing.or(corridor::finest(&options.corridors)?) {
         Some(spacing) => {
             limits::check_spacing(spacing)
@@ -58,6 +59,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
             spacing
         }
     };
+
     let area = match options.bbox {
         None if inputs.elevation.is_empty() => return Err(needed("--bbox", "0,0,8000,8000")),
         None => union(&inputs.elevation, &crs)?,
@@ -65,17 +67,20 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
         Some(bbox) => clip(bbox, union(&inputs.elevation, &crs)?, &crs, &mut notes)?,
     };
     let crs = settled(&crs, area)?;
+
     // Points lie where they lie.
     let mut rasters = inputs.elevation.iter().skip(inputs.clouds.len());
     let phase = rasters.find_map(|raster| phase_of(raster, &crs, spacing)).unwrap_or((0.0, 0.0));
     let (west, nx) = axis(area[0], area[2], phase.0, spacing)?;
     let (south, ny) = axis(area[1], area[3], phase.1, spacing)?;
     let mut grid = Grid { nx, ny, spacing, origin: DVec2::new(west, south) };
+
     // Before anybody goes through all of them.
     grid.check().and_then(|()| Directory::page_count(&grid)).map_err(Error::Configuration)?;
     if options.corridors.is_empty() {
         return Ok(Plan { crs, stored: Stored::all(&grid), grid, notes });
     }
+
     let coarsest = match inputs.elevation.is_empty() {
         // What is made by a rule has no pixels: as finely as one sees from a kilometre or so.
         true => spacing * f64::from(RADIX * RADIX),
@@ -85,6 +90,7 @@ pub(super) fn plan(inputs: &Inputs, options: &BuildOptions) -> Result<Plan> {
     let corridors = Corridors::new(&options.corridors, &crs, spacing, options.outside, coarsest)?;
     cut_to_whole_voxels(&mut grid, corridors.outside)?;
     let stored = Stored::within(&grid, &corridors)?;
+
     Ok(Plan { crs, grid, stored, notes })
 }
 
@@ -185,6 +191,7 @@ fn strangers(inputs: &Inputs, crs: &Crs) -> Vec<(Input, Error)> {
                     "name its system with {said_by}, and put a world file to it if it has no georeferencing"
                 ),
             };
+
             let (path, own, name) = (path.display(), own.name(), crs.name());
             let what = format!(
                 "{path}: is in {own} and the database in {name}: plain metres and places on Earth do not go together; {remedy}; \
@@ -193,10 +200,12 @@ fn strangers(inputs: &Inputs, crs: &Crs) -> Vec<(Input, Error)> {
             strangers.push((input, Error::Configuration(what)));
         }
     };
+
     for (index, raster) in inputs.elevation.iter().enumerate() {
         let said_by = if index < inputs.clouds.len() { "--cloud-crs" } else { "--elevation-crs" };
         meet(elevation(inputs, index), &raster.path, &raster.crs, said_by);
     }
+
     for (index, raster) in inputs.imagery.iter().enumerate() {
         meet(Input::Imagery(index), &raster.path, &raster.crs, "--imagery-crs");
     }
@@ -206,11 +215,13 @@ fn strangers(inputs: &Inputs, crs: &Crs) -> Vec<(Input, Error)> {
     for (index, (layer, _)) in inputs.features.iter().enumerate() {
         meet(Input::Features(index), &layer.path, &layer.crs, "`crs` of [[features]]");
     }
+
     for (index, scatter) in inputs.scatters.iter().enumerate() {
         if let Some(layer) = &scatter.area {
             meet(Input::Scatter(index), &layer.path, &layer.crs, "`crs` of [[scatter]]");
         }
     }
+
     strangers
 }
 
@@ -258,12 +269,14 @@ fn finest_spacing(elevation: &[Opened<f64>], bbox: Option<Bounds>, crs: &Crs) ->
     let meet = elevation.iter().map(meets).collect::<Result<Vec<_>>>()?;
     let none_does = !meet.contains(&true);
     let mut finest: Option<(f64, bool)> = None;
+
     for (raster, meets) in elevation.iter().zip(meet) {
         let Some(side) = raster.pixel_side(crs)?.filter(|_| meets || none_does) else { continue };
         if finest.is_none_or(|(finest, _)| side < finest) {
             finest = Some((side, Transform::new(&raster.crs, crs)?.is_identity()));
         }
     }
+
     match finest {
         Some((side, true)) => Ok(side),
         Some((side, false)) => Ok(rounded(side)),
@@ -281,6 +294,7 @@ fn worth_it(elevation: &[Opened<f64>], (bbox, spacing): (Option<Bounds>, f64), c
     const FEW: f64 = 67_108_864.0;
     /// Voxels of a pixel: a metre in the place of 64.
     const MOST: f64 = 4096.0;
+
     let (mut voxels, mut pixels) = (0.0, 0.0);
     let (mut finest, mut coarsest): (Option<(f64, &Path)>, f64) = (None, 0.0);
     for raster in elevation {
@@ -295,6 +309,7 @@ fn worth_it(elevation: &[Opened<f64>], (bbox, spacing): (Option<Bounds>, f64), c
             finest = Some((side, &raster.path));
         }
     }
+
     let Some((side, path)) = finest.filter(|_| voxels > FEW && voxels > MOST * pixels) else { return Ok(()) };
     Err(Error::Configuration(format!(
         "{} has pixels of {} m, and at that spacing the area takes {voxels:.1e} voxels, {:.0} times as many as the files have pixels; \
@@ -377,12 +392,14 @@ fn clip(bbox: Bounds, data: Bounds, crs: &Crs, notes: &mut Vec<String>) -> Resul
             crs_label(crs)
         )));
     }
+
     if both != bbox {
         notes.push(format!(
             "--bbox reaches beyond the elevation and was cut to {},{},{},{}",
             both[0], both[1], both[2], both[3]
         ));
     }
+
     Ok(both)
 }
 

@@ -31,6 +31,7 @@ pub(super) fn no_crs(info: &RasterInfo, geo: GeoTransform, flag: &str) -> Error 
     } else {
         format!("say {flag} EPSG:… if you know it, or --local to take its coordinates as plain metres")
     };
+
     Error::unsupported(&info.path, "states no coordinate reference system", guess)
 }
 
@@ -87,6 +88,7 @@ fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> 
     if !geo.iter().all(|term| term.is_finite()) {
         return refuse(format!("states {geo:?} as its geotransform, not all of which are numbers"));
     }
+
     let unit = if crs.is_geographic() { DEGREE } else { crs.metres_per_unit().unwrap_or(1.0) };
     let sides = [(geo[1], geo[4]), (geo[2], geo[5])].map(|(east, north)| unit * east.hypot(north));
     let [across, down] = sides;
@@ -96,10 +98,12 @@ fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> 
     if across.max(down) > LONGEST_PIXEL * across.min(down) {
         return refuse(format!("has pixels of {across} x {down} m, which are far from square"));
     }
+
     let area = (unit * unit * (geo[1] * geo[5] - geo[2] * geo[4])).abs();
     if area < LEAST_ANGLE * across * down {
         return refuse("has rows and columns that run nearly the same way".into());
     }
+
     let [west, south, east, north] = corner_bounds(geo, (info.width, info.height)).map(|side| unit * side);
     let (width, height) = (east - west, north - south);
     let (widest, reach) = match crs.is_local() {
@@ -113,10 +117,12 @@ fn sound_pixels(info: &RasterInfo, geo: &GeoTransform, crs: &Crs) -> Result<()> 
             height / 1000.0
         ));
     }
+
     let farthest = [west, south, east, north].into_iter().fold(0.0, |far: f64, side| far.max(side.abs()));
     if farthest > reach {
         return refuse(format!("lies {:.0} km from the origin of {}", farthest / 1000.0, crs.name()));
     }
+
     Ok(())
 }
 
@@ -134,6 +140,7 @@ fn of_system(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Re
         Some(_) => "its georeferencing is wrong; repair it with `gdal_edit.py -a_srs EPSG:… FILE`".to_owned(),
         None => format!("name the right system with {flag} EPSG:…"),
     };
+
     if !crs.is_geographic() {
         if looks_like_degrees(geo, size) {
             return Err(Error::unsupported(
@@ -146,14 +153,17 @@ fn of_system(info: &RasterInfo, geo: &GeoTransform, crs: &Crs, flag: &str) -> Re
                 },
             ));
         }
+
         return Ok(());
     }
+
     let (column, row) = (geo[1].hypot(geo[4]), geo[2].hypot(geo[5]));
     let within =
         west >= -360.0 - column && east <= 540.0 + column && south >= -90.0 - row && north <= 90.0 + row;
     if within && east - west <= 360.0 + 2.0 * column {
         return Ok(());
     }
+
     Err(Error::unsupported(&info.path, format!("{extent} cannot be degrees of {}", crs.name()), remedy()))
 }
 
@@ -173,6 +183,7 @@ mod tests {
         let utm = Crs::from_epsg(32633).unwrap();
         let sound = [500_000.0, 10.0, 0.0, 5_000_000.0, 0.0, -10.0];
         assert!(judge(sound, &utm).is_ok());
+
         // Turned by a third of a right angle, and three times as long as wide.
         assert!(judge([500_000.0, 8.66, -15.0, 5_000_000.0, 5.0, 25.98], &utm).is_ok());
         let table: [(usize, f64, &str); 11] = [
@@ -188,6 +199,7 @@ mod tests {
             (2, 400.0, "nearly the same way"),
             (4, f64::NEG_INFINITY, "not all of which are numbers"),
         ];
+
         for (term, value, word) in table {
             let mut geo = sound;
             geo[term] = value;

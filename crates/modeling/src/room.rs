@@ -92,6 +92,7 @@ impl Room<'_> {
             self.note_most(most, free, observer);
             return Ok(());
         }
+
         let Plan { grid, stored, .. } = self.plan;
         Err(Error::Configuration(format!(
             "{}: {} x {} voxels of {} m{} take at least {} MB while they are written, and up to {} MB, but only {} MB are free there; \

@@ -85,11 +85,13 @@ pub(super) fn survey(
                         .key(),
                 )
             });
+
             if let Some(known) = step.and_then(|(steps, key)| steps.survey(key)) {
                 step.iter().for_each(|(steps, key)| steps.surveyed(*key, &known));
                 observer.advance(plan.count());
                 return Ok(known);
             }
+
             let mut total = Tally::new(source.samples.size());
             in_order(
                 plan.count(),
@@ -103,11 +105,13 @@ pub(super) fn survey(
                     Ok(())
                 },
             )?;
+
             let survey = Survey { notes: source.samples.notes(), ..total.finish() };
             step.iter().for_each(|(steps, key)| steps.surveyed(*key, &survey));
             Ok(survey)
         })
         .collect();
+
     observer.end();
     surveys
 }
@@ -155,6 +159,7 @@ impl Chunks {
 /// The pixels that the grid may need, from a lattice of positions; `None`: all of them.
 fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
     const LATTICE: u32 = 32;
+
     let grid = &plan.grid;
     let size = source.samples.size();
     let (mut x, mut y) = ((f64::MAX, f64::MIN), (f64::MAX, f64::MIN));
@@ -167,6 +172,7 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
             y = (y.0.min(row), y.1.max(row));
         }
     }
+
     // Room for the curve between lattice points, for kernels and for the fill's reach.
     let reach = f64::from(super::fill::REACH + 2) * f64::from(Grid::side_units(plan.stored.outside()));
     let clip = |(low, high): (f64, f64), voxels: u32, size: u32| {
@@ -175,9 +181,11 @@ fn needed(source: &ElevationInput, plan: &Plan) -> Option<Window> {
         let last = (high + margin).ceil().clamp(0.0, f64::from(size) - 1.0) as u32;
         (first, last - first + 1)
     };
+
     // A turned raster's rows run along the grid's columns; the smaller count serves both.
     let voxels = grid.nx.min(grid.ny);
     let ((x, width), (y, height)) = (clip(x, voxels, size.0), clip(y, voxels, size.1));
+
     Some(Window { x, y, width, height })
 }
 
@@ -238,6 +246,7 @@ impl Tally {
         let columns: Vec<usize> = (window.x..window.x + window.width).map(|x| layout.column(x)).collect();
         let cells: Vec<(usize, usize)> =
             columns.chunk_by(|a, b| a == b).map(|cell| (cell[0], cell.len())).collect();
+
         for (y, line) in (window.y..).zip(samples.chunks_exact(window.width as usize)) {
             if measure {
                 tally.energies.meet(line);
@@ -250,6 +259,7 @@ impl Tally {
                 tally.meet_all(heights, start + cell);
             }
         }
+
         Ok(tally)
     }
 
@@ -312,6 +322,7 @@ fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
             let sum: &mut (f64, u64) = &mut pulled[row * half_columns + column];
             *sum = (sum.0 + cell.0, sum.1 + cell.1);
         }
+
         Coarse {
             columns: half_columns,
             rows: half_rows,
@@ -321,6 +332,7 @@ fn pull_push(columns: usize, rows: usize, cells: &[(f64, u64)]) -> Vec<f64> {
     } else {
         Coarse { columns: 1, rows: 1, pixels: (1.0, 1.0), means: vec![0.0] }
     };
+
     cells
         .iter()
         .enumerate()

@@ -41,6 +41,7 @@ impl Stated<'_> {
             (Some(own), _) => own.clone(),
             (None, datum) => datum.map_or(String::new(), |datum| datum.label().to_owned()),
         };
+
         if let (Some(stated), Some(flag)) = (vertical.datum, self.flag)
             && stated != flag
         {
@@ -69,6 +70,7 @@ impl Stated<'_> {
                 "{name}: heights are taken to be in units of {horizontal} m, as its other coordinates are"
             ));
         }
+
         SourceHeights { datum, metres_per_unit, is_silent }
     }
 }

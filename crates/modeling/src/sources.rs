@@ -74,19 +74,23 @@ fn scattered(scatter: &ScatterFile, materials: &Materials) -> SourceRecord {
     };
     let forms: Vec<String> = scatter.forms.iter().map(form).collect();
     let mut description = format!("about {} m apart", (scatter.spacing_m * 10.0).round() / 10.0);
+
     match scatter.scale {
         [1.0, 1.0] => {}
         [least, greatest] if least == greatest => description += &format!(", scaled by {least}"),
         [least, greatest] => description += &format!(", scaled by {least} to {greatest}"),
     }
+
     if !scatter.grounds.is_empty() {
         let grounds = materials.records(scatter.grounds.iter().map(|ground| ground.code()));
         let names: Vec<String> = grounds.into_iter().map(|ground| ground.name).collect();
         description += &format!(", on {}", names.join(", "));
     }
+
     if let Some(area) = &scatter.area {
         description += &format!(", within {}", file_name(area));
     }
+
     record(forms.join(", "), "scatter", description)
 }
 
@@ -154,6 +158,7 @@ mod tests {
         let mut options = BuildOptions::new(Vec::new(), Vec::new(), "a.hop".into());
         let circle = Circle { centre: DVec2::ZERO, radius_m: 10.0 };
         let dome = Terrain::Dome { circle, height_m: 3.0 };
+
         let ridge = |height_m: f64| Terrain::Ridge {
             line: vec![DVec2::ZERO, DVec2::X],
             width_m: 9.0,
@@ -162,6 +167,7 @@ mod tests {
         };
         let plane = Terrain::Plane { height_m: 0.0, centre: DVec2::ZERO, slope: 0.0, upward_deg: 0.0 };
         options.synthetic.terrain = vec![ridge(-2.0), dome.clone(), plane, ridge(2.0), dome];
+
         let object = |paths: &[&str], count: usize| ObjectFile {
             paths: paths.iter().map(Into::into).collect(),
             // One more lies outside.
@@ -174,6 +180,7 @@ mod tests {
             object(&["x.vox"], 1),
         ];
         let forms = vec![Form::BuiltIn(BuiltIn::Conifer), Form::File("m/bush.obj".into())];
+
         let scatter = ScatterFile {
             forms,
             spacing_m: 100.0 / 3.0,
@@ -182,6 +189,7 @@ mod tests {
             area: Some("maps/park.geojson".into()),
             ..ScatterFile::default()
         };
+
         options.scatters = vec![
             scatter,
             ScatterFile {
@@ -190,6 +198,7 @@ mod tests {
                 ..ScatterFile::default()
             },
         ];
+
         let wanted = [
             "terrain plane: 1 shape",
             "terrain ridge: 1 shape",
@@ -201,6 +210,7 @@ mod tests {
             "scatter conifer, bush.obj: about 33.3 m apart, scaled by 0.5 to 1.5, on grass, rock, within park.geojson",
             "scatter rock: about 10 m apart, scaled by 2",
         ];
+
         assert_eq!(told(&options), wanted);
     }
 

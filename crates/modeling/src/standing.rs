@@ -109,6 +109,7 @@ impl Standing {
         let mut standing = Self { features, keys, bound, ..Self::default() };
         let mut extents = Vec::with_capacity(standing.features.len());
         observer.begin("features", standing.features.len() as u64, "features");
+
         in_order(
             standing.features.len() as u64,
             threads,
@@ -127,9 +128,11 @@ impl Standing {
                 Ok(())
             },
         )?;
+
         observer.end();
         standing.extents = extents;
         standing.sort_in(&grid);
+
         Ok(standing)
     }
 
@@ -239,6 +242,7 @@ impl Standing {
         for index in self.within(around.bounds()) {
             bound.extend(self.bind(index as usize, maker)?);
         }
+
         let graded: Vec<Graded> = bound.iter().flat_map(|bound| bound.grade(&around, natural)).collect();
         let mut heights = natural.to_vec();
         let (mut paints, mut bare) = (Vec::new(), Vec::new());
@@ -254,6 +258,7 @@ impl Standing {
         let (mut solids, mut placed) = (Vec::new(), Vec::new());
         let here = square(rect, &level.grid);
         let ground = |place: DVec2| between(&around, natural, place);
+
         for bound in bound {
             match bound {
                 Bound::Wood(wood) if level.level == 0 => {
@@ -267,6 +272,7 @@ impl Standing {
                 bound => bound.raise(&here, &ground, &mut solids),
             }
         }
+
         let ground =
             (0..rect.len()).map(|index| rect.voxel(index)).map(|(x, y)| heights[wide.index(x, y)]).collect();
         Ok(Built { ground, paints, natural: bare, solids, placed, uncoloured: 0..0 })

@@ -29,6 +29,7 @@ pub(super) fn in_order<S, R: Send>(
     let (tasks, inbox) = channel::bounded::<u64>(window as usize);
     let (outbox, results) = channel::bounded::<(u64, Result<R>)>(window as usize);
     let stop = AtomicBool::new(false);
+
     std::thread::scope(|scope| {
         for _ in 0..threads {
             let (inbox, outbox) = (inbox.clone(), outbox.clone());
@@ -42,9 +43,11 @@ pub(super) fn in_order<S, R: Send>(
                 }
             });
         }
+
         drop((inbox, outbox));
         let mut issued = 0;
         let mut early = BTreeMap::new();
+
         let mut deliver = |next: u64| -> Result<()> {
             while issued < count.min(next + window) {
                 // Capacity is the window, so this never waits; it fails only if all workers are gone.
@@ -53,6 +56,7 @@ pub(super) fn in_order<S, R: Send>(
                 }
                 issued += 1;
             }
+
             let result = loop {
                 if observer.cancelled() {
                     return Err(Error::Interrupted("no database was written".into()));
@@ -65,11 +69,14 @@ pub(super) fn in_order<S, R: Send>(
                     Err(_) => return Err(Error::Configuration("a worker thread ended early".into())),
                 }
             };
+
             take(next, result?)
         };
+
         let outcome = (0..count).try_for_each(&mut deliver);
         stop.store(true, Ordering::Relaxed);
         drop((tasks, results));
+
         outcome
     })
 }
@@ -100,6 +107,7 @@ mod tests {
                 Ok(())
             },
         );
+
         (taken, outcome.err().map(|error| error.to_string()))
     }
 

@@ -120,6 +120,7 @@ fn write_level(
                 let (page, bare) = (Page::Reused(page), bare.map(Page::Reused));
                 return Ok(Ready { page, bare, census, key });
             }
+
             let MadePage { page, bare, census } = match id.level {
                 0 => maker.make(id)?,
                 _ => {
@@ -129,9 +130,11 @@ fn write_level(
                     MadePage { page, bare: None, census }
                 }
             };
+
             let census = census.with_codes_of(&page).with_codes_of_bare(bare.as_ref(), project.shared);
             let (page, bare) =
                 (Page::Made(page.encode(id)), bare.map(|bare| Page::Made(bare.encode(id.bare()))));
+
             Ok(Ready { page, bare, census, key })
         },
         |_, ready: Ready| {
@@ -145,6 +148,7 @@ fn write_level(
                 written.note(trace, finer)?;
                 aside.as_mut().map_or(Ok(()), Aside::clear)?;
             }
+
             let set_aside =
                 made.into_iter().zip(places).filter_map(|(made, entry)| Some(Made { entry: entry?, ..made }));
             aside.as_mut().map_or(Ok(()), |aside| aside.note(set_aside))

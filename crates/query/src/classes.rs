@@ -77,11 +77,13 @@ pub fn tally<S: PageSource>(source: &S, bbox: Option<[f64; 4]>) -> Result<Tally>
         |object: &SharedObject| ObjectTally { voxels: object.voxels(), placed: 0, bytes: object.bytes() };
     let objects = header.objects.all().iter().map(object).collect();
     let mut tally = Tally { objects, ..Tally::default() };
+
     for level in 0..header.level_count {
         tally.levels.push(LevelTally::default());
         let side = grid.side(level);
         let [columns, rows] = voxels_within(grid, level, bbox);
         let pages = |voxels: &Range<u32>| voxels.start / PAGE_SIDE..voxels.end.div_ceil(PAGE_SIDE);
+
         for (px, py) in pages(&rows).flat_map(|py| pages(&columns).map(move |px| (px, py))) {
             let id = PageId { level, px, py };
             if columns.is_empty() || rows.is_empty() || !source.has(id) {
@@ -94,6 +96,7 @@ pub fn tally<S: PageSource>(source: &S, bbox: Option<[f64; 4]>) -> Result<Tally>
             }
         }
     }
+
     Ok(tally)
 }
 
@@ -127,27 +130,32 @@ fn add_page<S: PageSource>(
 ) -> Result<()> {
     // Voxels along the side of what a finer page covers.
     const QUARTER: u32 = PAGE_SIDE / RADIX;
+
     let Some(page) = source.page(id)? else { return Ok(()) };
     let (columns, rows) = (part(columns, id.px, page.width), part(rows, id.py, page.height));
     let mut counts: BTreeMap<(u8, u16), u64> = BTreeMap::new();
     let mut empty = 0_u64;
     let mut last: Option<((u8, u16), u64)> = None;
     let mut codes: Option<[u16; 2]> = None;
+
     for y in rows {
         let has_finer: [bool; RADIX as usize] = std::array::from_fn(|quarter| {
             let (px, py) = (id.px * RADIX + quarter as u32, id.py * RADIX + y / QUARTER);
             id.level > 0 && source.has(PageId { level: id.level - 1, px, py })
         });
+
         for x in columns.clone().filter(|x| !has_finer[(x / QUARTER) as usize]) {
             let code = page.heights[page.sample(x, y)];
             if code == HeightCode::EMPTY {
                 empty += 1;
                 continue;
             }
+
             let [least, greatest] = codes.unwrap_or([code; 2]);
             codes = Some([least.min(code), greatest.max(code)]);
             let Attributes { material, source, .. } = page.attributes_at(x, y);
             let class = (material, source);
+
             // Neighbours are alike as a rule.
             match &mut last {
                 Some((known, count)) if *known == class => *count += 1,
@@ -158,6 +166,7 @@ fn add_page<S: PageSource>(
             }
         }
     }
+
     last.into_iter().for_each(|(class, count)| *counts.entry(class).or_default() += count);
     for ((material, source), count) in counts {
         let area = count as f64 * area;
@@ -166,6 +175,7 @@ fn add_page<S: PageSource>(
         tally.area += area;
         tally.levels[usize::from(id.level)].area += area;
     }
+
     let code = source.header().heights;
     if let Some([low, high]) =
         codes.map(|codes| codes.map(|height| code.offset + code.scale * f64::from(height)))
@@ -173,6 +183,7 @@ fn add_page<S: PageSource>(
         let [least, greatest] = tally.heights.unwrap_or([low, high]);
         tally.heights = Some([least.min(low), greatest.max(high)]);
     }
+
     tally.empty += empty as f64 * area;
     Ok(())
 }
@@ -186,6 +197,7 @@ fn add_spans<S: PageSource>(
     if !source.has(bare) {
         return Ok(());
     }
+
     let Some(spans) = source.spans(bare)? else { return Ok(()) };
     let (width, height) = source.header().grid.page_size(bare.surface()).unwrap_or((0, 0));
     let (columns, rows) = (part(columns, bare.px, width), part(rows, bare.py, height));
@@ -193,6 +205,7 @@ fn add_spans<S: PageSource>(
     let rise = SpanTable::rise(header.heights, header.grid.spacing);
     let mut block = BlockSpans::default();
     let steps = |range: &Range<u32>| range.start / BLOCK_SIDE..range.end.div_ceil(BLOCK_SIDE);
+
     for (column, row) in steps(&rows).flat_map(|row| steps(&columns).map(move |column| (column, row))) {
         let [x0, y0] = [column, row].map(|at| at * BLOCK_SIDE);
         let within =
@@ -202,6 +215,7 @@ fn add_spans<S: PageSource>(
         if !block.gather(&spans, &header.objects, [x0, y0], rise) {
             continue;
         }
+
         for y in rows {
             for x in columns.clone() {
                 for span in block.of(x, y) {
@@ -211,6 +225,7 @@ fn add_spans<S: PageSource>(
             }
         }
     }
+
     Ok(())
 }
 
@@ -339,6 +354,7 @@ mod tests {
             side: [9; 3],
             material: 4,
         };
+
         let object =
             |size| SharedObject::new(size, SpanTable::rise(code, 1.0), |_, _, spans| spans.push(span));
         let objects = SharedObjects::new(vec![object([3, 2]), object([20, 12])]);
@@ -347,6 +363,7 @@ mod tests {
         let arrays = Arrays { grid, heights: &heights, colours: &colours, attributes: None };
         let (spans, objects) = (&BTreeMap::new(), &objects);
         let standing = Standing { heights: &heights, colours: &colours, spans, objects, placed, code };
+
         build_standing(&arrays, &standing, &Metadata::default()).unwrap()
     }
 
@@ -362,11 +379,13 @@ mod tests {
             at(1, [250, 3], 0),
             at(1, [10, 10], 1),
         ]);
+
         let found = tally(&pages, None).unwrap().objects;
         assert_eq!(found[0], ObjectTally { voxels: [3, 2], placed: 2, bytes: 16 + 7 * 4 + 6 * 20 });
         assert_eq!(found[1], ObjectTally { voxels: [20, 12], placed: 3, bytes: 16 + 241 * 4 + 240 * 20 });
         let bytes: u64 = found.iter().map(|object| object.bytes).sum();
         assert_eq!((16 + bytes).next_multiple_of(64), pages.header().objects.to_bytes().len() as u64);
+
         // Middles are at 260, 9; at 255, 256; and, turned, at 16, 20.
         for (bbox, expected) in [
             ([0.0, 0.0, 256.0, 300.0], [2, 2]),
@@ -377,6 +396,7 @@ mod tests {
             let found = tally(&pages, Some(bbox)).unwrap().objects;
             assert_eq!([found[0].placed, found[1].placed], expected, "{bbox:?}");
         }
+
         assert_eq!(tally(&area(), None).unwrap().objects, []);
     }
 }

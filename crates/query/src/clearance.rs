@@ -45,8 +45,10 @@ pub(super) fn clearance<S: PageSource>(source: &S, ray: &GridRay, length: f64) -
     let Some((start, end)) = ray.clip(size, ray.height_at(0.0).max(ray.height_at(length))) else {
         return Ok(Clearance::default());
     };
+
     let spans = [grid.nx, grid.ny].map(|count| Extent::once(0, 2 * i64::from(count) - 1, 0.0));
     let halves = Lattice { side: 0.5, shift: 0.0, spans };
+
     // Ends aside, which are as near as they were asked for.
     let aside = (0.5 * ray.range_per_unit.abs().min_element() / length).min(0.25);
     for step in CellWalk::new(ray, halves, start, end.min(length)).filter(|step| step.enter < step.leave) {
@@ -59,17 +61,20 @@ pub(super) fn clearance<S: PageSource>(source: &S, ray: &GridRay, length: f64) -
                 nearest = Some(found);
             }
         };
+
         if let Some(ground) = ground_along(&mut cursor, ray, &step)? {
             let above = piece.over(ground);
             barriers.ground = barriers.ground.max(piece.most(&above));
             below(piece.nearest_ground(&above, inner));
         }
+
         let sides = (step.leave - step.enter) / grid.spacing;
         for slab in slabs.along([step.enter, step.leave].map(|range| ray.at(range).truncate()))? {
             barriers.add(&piece, slab, sides);
             below(piece.nearest_slab(slab, inner));
         }
     }
+
     Ok(Clearance { nearest, missing: barriers.first_gap() })
 }
 
@@ -86,6 +91,7 @@ pub(super) fn floor<S: PageSource>(source: &S, place: DVec2, eye: f64) -> Result
     if eye < ground - TOUCH || standing.iter().any(|slab| slab.hides_in(eye)) {
         return Ok(f64::INFINITY);
     }
+
     for slab in standing.iter().filter(|slab| slab.low[0] < eye) {
         let (low, high) = (slab.low[0].max(ground), slab.high[0].min(eye));
         // Infinite of what is opaque.
@@ -98,6 +104,7 @@ pub(super) fn floor<S: PageSource>(source: &S, place: DVec2, eye: f64) -> Result
             depth += rate * (high - low).max(0.0);
         }
     }
+
     Ok(floor)
 }
 
@@ -258,8 +265,10 @@ impl Barriers {
             // All rises in between are those of a place in between.
             return self.change([rise_low(begin).min(rise_low(end)), upper], 1.0);
         }
+
         let sides = sides * (end - begin);
         let count = (sides * PER_VOXEL).ceil().clamp(1.0, MOST_PARTS);
+
         // Depth 1 hides, whatever else there is; a greater one would cost the sum its precision.
         let depth = (-(1.0 - slab.opacity).ln() * sides / count).min(1.0);
         for part in 0..count as u32 {

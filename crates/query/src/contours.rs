@@ -72,11 +72,13 @@ pub fn contours<S: PageSource>(
             "an interval of {interval} m has no lines; give one above 0"
         )));
     }
+
     let reader = PostReader::new(source, level, Sheet::Bare);
     let [columns, rows] = posts_in(source, level, bounds);
     let count = blocks(&columns).count() * blocks(&rows).count();
     observer.begin("contours", count as u64, "blocks");
     let mut tracer = Tracer { interval, ..Tracer::default() };
+
     for row in blocks(&rows) {
         for column in blocks(&columns) {
             if observer.cancelled() {
@@ -87,6 +89,7 @@ pub fn contours<S: PageSource>(
             observer.advance(1);
         }
     }
+
     observer.end();
     Ok(tracer.lines(|point| reader.place(0, 0) + point * source.header().grid.side(level)))
 }
@@ -202,6 +205,7 @@ impl Tracer {
         if corners.iter().any(|height| height.is_nan()) {
             return Ok(());
         }
+
         let (first, last) = ((low / self.interval).floor(), (high / self.interval).floor());
         if last - first > MOST_ELEVATIONS {
             return Err(Error::Configuration(format!(
@@ -210,12 +214,14 @@ impl Tracer {
                 self.interval
             )));
         }
+
         for number in first as i64..=last as i64 {
             let elevation = number as f64 * self.interval;
             if low < elevation && elevation <= high {
                 self.pieces(corners, [column as i32, row as i32], number, elevation);
             }
         }
+
         Ok(())
     }
 
@@ -228,6 +234,7 @@ impl Tracer {
             Side { column, row: row + 1, is_north: false },
             Side { column, row, is_north: true },
         ];
+
         let point = |side: usize| {
             // Always from the same post of a side, so that both of its cells get the same point.
             let (from, to) = [(0, 1), (1, 2), (3, 2), (0, 3)][side];
@@ -236,11 +243,13 @@ impl Tracer {
             let along = if is_north { DVec2::Y } else { DVec2::X };
             DVec2::new(f64::from(column), f64::from(row)) + along * share
         };
+
         // Going counter-clockwise around the cell, lines enter where ground falls below the elevation, and leave where it rises above: what is higher is
         // on their left.
         let falls = (0..4).filter(|&side| above[side] && !above[(side + 1) % 4]);
         let is_joined = corners.iter().sum::<f64>() / 4.0 >= elevation;
         let is_saddle = above[0] == above[2] && above[1] == above[3] && above[0] != above[1];
+
         for enter in falls {
             // At a saddle the middle decides whether a line turns around the lower or the higher corner.
             let next = (1..4).map(|step| (enter + step) % 4);
@@ -258,6 +267,7 @@ impl Tracer {
         let before = self.ends.remove(&(from.0, number)).map(|(line, _)| line);
         let after = self.ends.remove(&(to.0, number)).map(|(line, _)| line);
         self.points += 1;
+
         match (before, after) {
             (None, None) => {
                 let line = self.place();
@@ -414,6 +424,7 @@ mod tests {
         };
         let area = area(700, 300, ground);
         let range = |bounds| contour_range(&area, 0, bounds).unwrap();
+
         let near = |bounds, wanted: [f64; 2]| {
             let found: [f64; 2] = range(bounds).unwrap();
             assert!(
@@ -421,6 +432,7 @@ mod tests {
                 "{found:?}"
             );
         };
+
         near(WHOLE, [100.1, 239.9]);
         near([1200.0, 2100.0, 1300.0, 2200.0], [120.1, 129.9]);
         near([1400.0, 2100.0, 1700.0, 2500.0], [140.1, 149.9]);

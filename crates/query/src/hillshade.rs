@@ -83,6 +83,7 @@ fn slopes(around: &[[f64; 3]; 3], side: f64) -> Option<[f64; 2]> {
     if middle.is_nan() {
         return None;
     }
+
     let known = |row: usize, column: usize| {
         let (own, opposite) = (around[row][column], around[2 - row][2 - column]);
         match (own.is_nan(), opposite.is_nan()) {
@@ -91,6 +92,7 @@ fn slopes(around: &[[f64; 3]; 3], side: f64) -> Option<[f64; 2]> {
             (true, true) => None,
         }
     };
+
     let beside = |row: usize, column: usize| known(row, column).unwrap_or(middle);
     // Where two edges meet, a corner goes on as the two pixels beside it do.
     let at = |row: usize, column: usize| {
@@ -98,6 +100,7 @@ fn slopes(around: &[[f64; 3]; 3], side: f64) -> Option<[f64; 2]> {
     };
     let east = (at(0, 2) + 2.0 * at(1, 2) + at(2, 2)) - (at(0, 0) + 2.0 * at(1, 0) + at(2, 0));
     let north = (at(0, 0) + 2.0 * at(0, 1) + at(0, 2)) - (at(2, 0) + 2.0 * at(2, 1) + at(2, 2));
+
     Some([east, north].map(|rise| rise / (8.0 * side)))
 }
 
@@ -129,6 +132,7 @@ mod tests {
             }
             slopes(&around, 10.0)
         };
+
         for missing in [
             &(|_, _| false) as &dyn Fn(usize, usize) -> bool,
             &|row, _| row == 0,
@@ -138,6 +142,7 @@ mod tests {
             let [east, north] = plane(missing).unwrap();
             assert!((east - 0.3).abs() < 1e-12 && (north - 0.2).abs() < 1e-12, "{east} {north}");
         }
+
         assert_eq!(plane(&|row, column| row == 1 && column == 1), None);
         assert_eq!(plane(&|row, column| (row, column) != (1, 1)), Some([0.0, 0.0]));
     }

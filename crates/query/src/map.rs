@@ -260,6 +260,7 @@ mod tests {
         let bounds = [150.0, 260.0, 350.0, 400.0];
         let levels = [0, 1].map(|level| MapExtent::of_level(&grid, level, bounds).unwrap());
         let sizes = [1.3, 2.0, 5.0, 8.0].map(|pixel| MapExtent::of_pixels(&grid, pixel, bounds).unwrap());
+
         for extent in levels.into_iter().chain(sizes) {
             let map = GroundMap::new(&area, extent, Sheet::Surface);
             let heights = map.heights(0..i64::from(extent.width), 0..i64::from(extent.height)).unwrap();
@@ -269,8 +270,10 @@ mod tests {
                 assert!((found - wanted).abs() < 0.02, "{extent:?} {column} {row}: {found} {wanted}");
             }
         }
+
         assert_eq!((levels[0].width, levels[0].height), (100, 70));
         assert_eq!(levels[0].north_west, DVec2::new(150.0, 400.0));
+
         // Of coarser voxels those that the box touches.
         assert_eq!((levels[1].north_west, levels[1].width), (DVec2::new(148.0, 400.0), 26));
         assert!(MapExtent::of_level(&grid, 0, [0.0, 0.0, 50.0, 900.0]).is_err());

@@ -150,6 +150,7 @@ impl<'s, S: PageSource> PostReader<'s, S> {
         if columns.is_empty() || rows.is_empty() {
             return Vec::new();
         }
+
         let side = i64::from(PAGE_SIDE);
         let pages = |range: &Range<i64>| range.start / side..(range.end - 1) / side + 1;
         let cut =
@@ -159,6 +160,7 @@ impl<'s, S: PageSource> PostReader<'s, S> {
             columns: cut(&columns, px),
             rows: cut(&rows, py),
         };
+
         pages(&rows)
             .flat_map(|py| pages(&columns).map(move |px| (px, py)))
             .map(|(px, py)| part(px, py))
@@ -246,6 +248,7 @@ mod tests {
         for (column, row) in [(-1, 5), (300, 5), (5, -1), (5, 270), (7, 9)] {
             assert!(posts.at(column, row).is_nan(), "{column} {row}");
         }
+
         let colours = reader.colours(250..262, 100..101).unwrap();
         assert_eq!((colours.at(251, 100), colours.at(257, 100)), ([251, 100, 7], [1, 100, 7]));
         assert_eq!(reader.codes(7..8, 9..10).unwrap().values, [0]);

@@ -110,6 +110,7 @@ pub fn profile<S: PageSource>(
             "a profile needs finite places and a step of more than 0 m, not {step}"
         )));
     }
+
     let total: f64 = places.windows(2).map(|ends| ends[0].distance(ends[1])).sum();
     let step = step.max(total / MOST_SAMPLES);
     let mut heights = Heights::of(ground, source);
@@ -119,6 +120,7 @@ pub fn profile<S: PageSource>(
         Ok(())
     };
     let mut distance = 0.0;
+
     for ends in places.windows(2) {
         let [from, to] = [ends[0], ends[1]];
         let length = from.distance(to);
@@ -129,9 +131,11 @@ pub fn profile<S: PageSource>(
         }
         distance += length;
     }
+
     if let Some(last) = places.last() {
         add(distance, *last)?;
     }
+
     Ok(samples)
 }
 
@@ -176,6 +180,7 @@ mod tests {
             let samples = profile(&pages, ground, &line, 20.0).unwrap();
             samples.iter().map(|sample| sample.ground.unwrap()).collect()
         };
+
         // At 190, 210, 230, 250 and 270 m.
         let near = |found: &[f64], wanted: [f64; 5]| {
             found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 2.0e-3)
@@ -183,6 +188,7 @@ mod tests {
         let [highest, bare] = [Ground::Highest, Ground::Bare].map(heights);
         assert!(near(&highest, [0.0, 8.0, 0.0, 13.0, 0.0]), "{highest:?}");
         assert!(near(&bare, [0.0; 5]), "{bare:?}");
+
         // Up to their walls, though the surface that is stored slopes to the next voxels' centres.
         let at = |x: f64| Ground::Highest.height_at(&pages, DVec2::new(1000.0 + x, 2210.0)).unwrap().unwrap();
         let steep = [199.9, 200.1, 219.9, 220.1, 239.9, 240.1].map(at);

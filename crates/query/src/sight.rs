@@ -67,6 +67,7 @@ pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curva
     if !(from.is_finite() && to.is_finite()) || from == to {
         return Err(Error::Configuration("a line of sight needs two points that are not the same".into()));
     }
+
     // Where the far point appears over a plane.
     let seen = to.with_z(to.z - curvature.drop_at(distance));
     let (way, length) = (seen - from, (seen - from).length());
@@ -78,6 +79,7 @@ pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curva
     };
     let found = obstacle(source, &ray, length)?;
     let blocked = found.map(|(range, _)| sample(range / length, ray.height_at(range)));
+
     let (nearest, missing) = if distance > 0.0 {
         let found = clearance(source, &ray, length)?;
         (found.nearest.map(|(part, height, above)| (sample(part, height), above)), found.missing)
@@ -86,6 +88,7 @@ pub fn sight<S: PageSource>(source: &S, from: DVec3, to: DVec3, curvature: Curva
     } else {
         (None, f64::INFINITY)
     };
+
     let missing = if blocked.is_some() { missing } else { 0.0 };
     let within = [surroundings(source, from)?, surroundings(source, to)?];
     Ok(Sight {
@@ -136,9 +139,11 @@ fn obstacle<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Opt
     let bands = LevelBands::finest_only().with_bare_ground(&grid, SMALLEST_PIXEL, 0.0, 1.0);
     let mut marcher = Marcher::new(source, bands, Surface::Smooth);
     let contact = marcher.first_contact(&higher, 0.0)?.filter(|contact| contact.range < length);
+
     // What stands beyond the far point hides nothing.
     let end = Contact { range: length, level: 0, wanted: 0, face: None, bare: true };
     let mut hits = Vec::new();
+
     let mut solid = |ray: &GridRay| -> Result<Option<(f64, Option<u8>)>> {
         marcher.solids(ray, Some(&contact.unwrap_or(end)), &mut hits)?;
         let mut left = 1.0;
@@ -148,11 +153,13 @@ fn obstacle<S: PageSource>(source: &S, ray: &GridRay, length: f64) -> Result<Opt
         });
         Ok(found.map(|hit| (hit.range, Some(hit.span.material))))
     };
+
     // What one of them only touches lies nearer than what stops both.
     let solid = match solid(&higher)? {
         Some(one) => solid(&lower)?.map(|other| if one.0 < other.0 { other } else { one }),
         None => None,
     };
+
     Ok(solid.or(contact.map(|contact| (contact.range, None))))
 }
 
@@ -185,6 +192,7 @@ pub(super) mod tests {
         assert_eq!((clear.blocked, clear.missing, clear.distance), (None, 0.0, 800.0));
         let (nearest, above) = clear.nearest.unwrap();
         assert!((above - 10.2).abs() < 0.1 && (nearest.distance - 400.0).abs() < 2.0, "{above} {nearest:?}");
+
         // From 110 m both ways the ray meets the ridge half way up.
         let hidden = see(110.0, 110.0);
         let contact = hidden.blocked.unwrap();
@@ -193,6 +201,7 @@ pub(super) mod tests {
             "{contact:?}"
         );
         assert_eq!(hidden.material, None, "ground hides it");
+
         // The line has to rise by 10 m in the middle.
         assert!((hidden.missing - 20.0).abs() < 0.4, "{hidden:?}");
         assert!(see(110.0, 110.0 + hidden.missing + 0.5).blocked.is_none());
@@ -336,17 +345,20 @@ pub(super) mod tests {
         let heights: Vec<f64> = (0..50).flat_map(|_| (0..435).map(|x| 100.0 + 0.5 * f64::from(x))).collect();
         let colours = vec![[90; 3]; heights.len()];
         let slope = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
+
         for (one, other) in [(10.3, 855.7), (300.1, 301.7), (444.4, 444.5), (21.0, 23.0)] {
             for found in [on_foot(&slope, one, other), on_foot(&slope, other, one)] {
                 sees(&found);
                 assert!(found.nearest.unwrap().1.abs() < TOUCH, "{found:?}");
             }
         }
+
         let beside = foot(&slope, 700.3) + DVec3::new(0.0, 31.7, 0.0);
         sees(&sight(&slope, foot(&slope, 100.9), beside, Curvature::FLAT).unwrap());
         let above = foot(&slope, 450.3) + DVec3::Z * 50.0;
         sees(&sight(&slope, foot(&slope, 450.3), above, Curvature::FLAT).unwrap());
         sees(&sight(&slope, above, foot(&slope, 450.3), Curvature::FLAT).unwrap());
+
         // A hair below the ground is below it.
         let below = foot(&slope, 100.9) - DVec3::Z * 1e-4;
         assert!(sight(&slope, below, above, Curvature::FLAT).unwrap().blocked.is_some());
@@ -378,16 +390,19 @@ pub(super) mod tests {
             180 => vec![pitched],
             _ => Vec::new(),
         });
+
         // Beside a wall one stands on the ground, not half way up.
         let heights = [289.9, 290.1, 340.5, 360.7].map(|x| foot(&pages, x).z);
         for (height, wanted) in heights.into_iter().zip([0.0, 8.0, 13.0, 8.85]) {
             assert!((height - wanted).abs() < 1e-6, "{heights:?}");
         }
+
         assert_eq!(footing(&pages, DVec2::ZERO).unwrap(), None, "there is no ground beside the area");
         for (one, other) in [(201.3, 218.9), (201.3, 300.5), (360.2, 361.8)] {
             sees(&on_foot(&pages, one, other));
             sees(&on_foot(&pages, other, one));
         }
+
         let see = |from: DVec3, to: DVec3| sight(&pages, from, to, Curvature::FLAT).unwrap();
         sees(&see(foot(&pages, 360.7), point(380.0, 20.0)));
         sees(&see(point(320.0, 30.0), foot(&pages, 360.7)));
@@ -420,8 +435,10 @@ pub(super) mod tests {
         for inside in [see(300.5, 12.5, 2.0), see(100.5, -1.0, -3.0)] {
             assert!(inside.blocked.is_some() && inside.missing == f64::INFINITY, "{inside:?}");
         }
+
         let ground = see(100.5, 50.0, -3.0);
         assert!((ground.missing - 3.0).abs() < 1e-6, "{ground:?}");
+
         // Two voxels' sides of 2 m let the share (10/15)² through, 0.44: half is gone after 1.71 of them.
         let leaves = see(340.5, 50.0, 2.0);
         let half = 2.0 * 0.5_f64.ln() / (10.0_f64 / 15.0).ln();
@@ -448,9 +465,11 @@ pub(super) mod tests {
         assert_eq!((around, missing), ([standing; 2], f64::INFINITY));
         let (around, _) = within(point(340.5, 5.0), point(100.5, -1.0));
         assert_eq!(around, [None, Some(Matter::Ground)], "leaves are no solid");
+
         // On roofs and below decks there is air; so there is beside the area.
         assert_eq!(within(point(380.5, 8.0), point(300.5, 11.99)).0, [None; 2]);
         assert_eq!(within(point(-50.0, -5.0), point(100.5, 3.0)).0, [None; 2]);
+
         // Up from within the deck to above it.
         let (around, missing) = within(point(100.5, 12.5), point(300.5, 12.5));
         assert_eq!(around, [None, standing]);

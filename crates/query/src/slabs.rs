@@ -86,6 +86,7 @@ fn slab<S: PageSource>(source: &S, span: &Span, ends: [DVec2; 2]) -> Option<Slab
             part = clip(part, beyond)?;
         }
     }
+
     let rise = ends.map(|at| DVec2::from(span.slopes().map(f64::from)).dot(at) * spacing);
     let high = rise.map(|rise| height(span.high) + rise);
     let low = match span.low {
@@ -96,12 +97,14 @@ fn slab<S: PageSource>(source: &S, span: &Span, ends: [DVec2; 2]) -> Option<Slab
     if span.low != Span::GROUND {
         part = clip(part, [low[0] - high[0], low[1] - high[1]])?;
     }
+
     let opacity = match f64::from(span.opacity()) {
         own if span.is(Span::STRIP) => {
             1.0 - (1.0 - own).powf(spacing / (f64::from(span.thickness()) * code.scale))
         }
         own => own,
     };
+
     Some(Slab { part, low, high, opacity, material: span.material })
 }
 

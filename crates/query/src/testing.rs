@@ -50,5 +50,6 @@ pub fn standing(spans_of: impl Fn(u32, u32) -> Vec<Span>) -> MemPages {
         placed: &[],
         code: CODE,
     };
+
     build_standing(&arrays, &standing, &Metadata::default()).unwrap()
 }

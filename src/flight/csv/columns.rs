@@ -209,6 +209,7 @@ impl Columns {
                 "there is no header; the first row names the columns, e.g. time_s,lon_deg,lat_deg,alt_msl_m",
             ));
         }
+
         let jsbsim = is_jsbsim(header);
         let mut candidates = Vec::new();
         let mut ignored = Vec::new();
@@ -224,6 +225,7 @@ impl Columns {
                 Meaning::Other => ignored.push(name.to_owned()),
             }
         }
+
         let mut choice = Choice { source, line, candidates };
         let altitude = choice.altitude()?;
         let mut notes = Vec::new();
@@ -233,6 +235,7 @@ impl Columns {
                 altitude.name
             ));
         }
+
         let columns = Self {
             format: if jsbsim { "JSBSim CSV" } else { "CSV" },
             time: choice.needed(Quantity::Time)?,
@@ -244,6 +247,7 @@ impl Columns {
             hfov: choice.take(Quantity::Hfov),
             notes: Vec::new(),
         };
+
         ignored.extend(choice.candidates.into_iter().map(|column| column.name));
         notes.extend(ignored_note(&ignored));
         Ok(Self { notes, ..columns })
@@ -346,10 +350,12 @@ fn qualified(index: usize, name: &str, rank: usize, mut quantity: Quantity, rest
             return Meaning::Other;
         }
     }
+
     // Seconds are surer than dates.
     if quantity == Quantity::Time && plain {
         rank += 1000;
     }
+
     Meaning::Column(Column { index, name: name.to_owned(), quantity, scale, plain, rank })
 }
 

@@ -26,6 +26,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
         .trim(Trim::All)
         .delimiter(delimiter(text))
         .from_reader(text.as_bytes());
+
     let mut records = reader.records();
     let header = match records.next() {
         Some(record) => record.map_err(|error| damaged(source, &error))?,
@@ -36,6 +37,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
             ));
         }
     };
+
     let line_of = |record: &StringRecord| record.position().map_or(0, csv::Position::line);
     let columns = Columns::understand(source, line_of(&header), &header)?;
     let mut table = Table { source, columns: &columns, named: header.len() };
@@ -44,6 +46,7 @@ pub(super) fn read(source: &Source<'_>, text: &str) -> Result<Reading> {
         let record = record.map_err(|error| damaged(source, &error))?;
         fixes.push(table.fix(&record, line_of(&record))?);
     }
+
     let mut notes = columns.notes.clone();
     drop_unknown_headings(&mut fixes, &mut notes);
     Ok(Reading::of_one(columns.format, fixes, notes))
@@ -81,6 +84,7 @@ impl Table<'_> {
                 ),
             ));
         }
+
         let columns = self.columns;
         let horizontal = match &columns.horizontal {
             columns::Position::LonLat(longitude, latitude) => Horizontal::LonLat(
@@ -91,19 +95,23 @@ impl Table<'_> {
                 Horizontal::Xy(self.number(record, line, x)?, self.number(record, line, y)?)
             }
         };
+
         let metres = self.number(record, line, &columns.altitude)?;
         let Quantity::Altitude(stated) = columns.altitude.quantity else {
             return Err(self.source.at_line(line, "the altitude column has no mode"));
         };
+
         let mode = stated.or(self.source.options.altitude_mode).unwrap_or(AltitudeMode::Msl);
         let time = self.time(record, line)?;
         let raw = RawFix::positioned(line, time, horizontal, Altitude { metres, mode });
+
         let optional = |column: &Option<Column>| match column {
             Some(column) if !record.get(column.index).unwrap_or_default().is_empty() => {
                 self.number(record, line, column).map(Some)
             }
             _ => Ok(None),
         };
+
         let fix = Fix {
             yaw: optional(&columns.yaw)?,
             pitch: optional(&columns.pitch)?,
@@ -111,6 +119,7 @@ impl Table<'_> {
             hfov: optional(&columns.hfov)?,
             ..raw.fix
         };
+
         Ok(RawFix { line, fix })
     }
 
@@ -130,6 +139,7 @@ impl Table<'_> {
             }
             return Ok(seconds);
         }
+
         unix_seconds(cell).ok_or_else(|| {
             self.source.at_line(
                 line,

@@ -42,6 +42,7 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
         .trim(Trim::All)
         .delimiter(delimiter(&text))
         .from_reader(text.as_bytes());
+
     let line_of = |record: &StringRecord| record.position().map_or(1, csv::Position::line);
     let damaged = |error: csv::Error| {
         wrong(error.position().map_or(1, csv::Position::line), format!("the table is damaged ({error})"))
@@ -51,6 +52,7 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
     let columns = Columns::new(&header, wanted).map_err(|what| wrong(line_of(&header), what))?;
     let mut times: Vec<f64> = Vec::new();
     let mut cells: Vec<Vec<(f64, Option<f64>)>> = vec![Vec::new(); wanted.len()];
+
     for record in records {
         let record = record.map_err(damaged)?;
         let line = line_of(&record);
@@ -66,10 +68,12 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
                 )),
             }
         };
+
         if record.iter().skip(header.len()).any(|cell| !cell.is_empty()) {
             let what = format!("{} cells, but the header names {}", record.len(), header.len());
             return Err(wrong(line, format!("{what}; numbers need a decimal point, not a comma")));
         }
+
         let time = number(columns.time, "time_s", LATEST)?;
         let time = time.ok_or_else(|| wrong(line, "column time_s is empty".to_owned()))?;
         if times.last().is_some_and(|last| time - last < CLOCK) {
@@ -77,6 +81,7 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
                 format!("the time {time} s is not after that of the line before; sort the table by time");
             return Err(wrong(line, what));
         }
+
         times.push(time);
         for ((own, wanted), cells) in columns.wanted.iter().zip(wanted).zip(&mut cells) {
             if let Some(at) = own {
@@ -84,13 +89,16 @@ pub(crate) fn read_columns(path: &Path, bytes: &[u8], wanted: &[Wanted]) -> Resu
             }
         }
     }
+
     if times.is_empty() {
         return Err(wrong(line_of(&header), "the table has no row of numbers below its header".to_owned()));
     }
+
     let samples = |(cells, wanted): (Vec<(f64, Option<f64>)>, &Wanted)| {
         let cells = cells.into_iter();
         if wanted.is_angle { Samples::angles(cells) } else { Samples::new(cells) }
     };
+
     Ok(cells.into_iter().zip(wanted).map(samples).collect())
 }
 
@@ -118,9 +126,11 @@ impl Columns {
                 return Err(format!("the column {name:?} is there twice"));
             }
         }
+
         if columns.time == usize::MAX || columns.wanted.iter().all(Option::is_none) {
             return Err(format!("the header must name {known}"));
         }
+
         Ok(columns)
     }
 }

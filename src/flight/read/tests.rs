@@ -232,6 +232,7 @@ fn mutated(text: &str, dice: &mut Dice) -> Vec<u8> {
         b"&#0;",
         b"",
     ];
+
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..=dice.below(4) {
         let place = dice.below(bytes.len());
@@ -245,10 +246,12 @@ fn mutated(text: &str, dice: &mut Dice) -> Vec<u8> {
             }
             _ => drop(bytes.splice(place..place, PIECES[dice.below(PIECES.len())].iter().copied())),
         }
+
         if bytes.is_empty() {
             break;
         }
     }
+
     bytes
 }
 
@@ -258,6 +261,7 @@ fn damaged_files_give_an_error_or_a_sound_track() {
     let crs = Crs::from_epsg(32632).unwrap();
     let mut dice = Dice(2026);
     let mut accepted = 0;
+
     for round in 0..600 {
         let (name, text) = samples[round % samples.len()];
         let bytes = mutated(text, &mut dice);
@@ -270,8 +274,10 @@ fn damaged_files_give_an_error_or_a_sound_track() {
             let (Horizontal::LonLat(x, y) | Horizontal::Xy(x, y)) = fix.horizontal;
             assert!(x.is_finite() && y.is_finite() && fix.altitude.metres.is_finite());
         }
+
         assert_flies(&track, &crs);
     }
+
     assert!((50..550).contains(&accepted), "{accepted} of 600 were accepted: the mutations test nothing");
 }
 

@@ -54,22 +54,26 @@ fn circle_has_the_bank_of_a_coordinated_turn_and_turns_through_north() {
     let bank = (speed * rate / 9.806_65).atan().to_degrees();
     let mut previous: Option<f64> = None;
     let mut turned = 0.0;
+
     for step in 0..=2400 {
         let t = 0.1 * f64::from(step);
         let attitude = flight.pose_at(t).attitude;
         assert!((attitude.roll - bank).abs() < 0.01 * bank, "bank {} at {t}, not {bank}", attitude.roll);
         assert!(attitude.pitch.abs() < 1e-9);
         assert!(short_way(attitude.yaw - (rate * t).to_degrees()).abs() < 0.3, "yaw {} at {t}", attitude.yaw);
+
         if let Some(previous) = previous {
             let step = short_way(attitude.yaw - previous);
             assert!((0.0..0.7).contains(&step), "yaw jumps by {step} at {t}");
             turned += step;
         }
+
         previous = Some(attitude.yaw);
         let centre = DVec2::new(1e5, 2e5);
         let radius = flight.pose_at(t).eye.truncate().distance(centre);
         assert!((radius - speed / rate).abs() < 0.05, "radius {radius} at {t}");
     }
+
     assert!((turned - (rate * 240.0).to_degrees()).abs() < 1.0 && turned > 720.0, "{turned}");
 }
 
@@ -122,12 +126,14 @@ fn at_a_standstill_the_nearest_heading_is_held() {
     let flight = local(fixes);
     let yaw = |t: f64| flight.pose_at(t).attitude.yaw;
     assert!((yaw(10.0) - 90.0).abs() < 1e-6 && (yaw(40.0) - 90.0).abs() < 1.0, "{} {}", yaw(10.0), yaw(40.0));
+
     assert!(
         (yaw(60.0) - 180.0).abs() < 1.0 && (yaw(95.0) - 180.0).abs() < 1e-6,
         "{} {}",
         yaw(60.0),
         yaw(95.0)
     );
+
     for step in 0..10_000 {
         let t = 0.01 * f64::from(step);
         assert!(
@@ -289,6 +295,7 @@ fn a_real_flight_is_smooth_and_near_its_fixes() {
     for fix in &mut track.fixes {
         fix.yaw = None;
     }
+
     let crs = Crs::from_epsg(32615).unwrap();
     let flight = Trajectory::bind(&track, &crs, &no_ground, &OPTIONS).unwrap();
     let from_wgs84 = Transform::new(&Crs::wgs84(), &crs).unwrap();
@@ -298,6 +305,7 @@ fn a_real_flight_is_smooth_and_near_its_fixes() {
         let moved = flight.pose_at(fix.time).eye - DVec3::new(x, y, fix.altitude.metres);
         assert!(moved.truncate().length() < 3.001 && moved.z.abs() < 3.001, "{moved} at {}", fix.time);
     }
+
     let (mut steepest_turn, mut previous) = (0.0_f64, flight.pose_at(0.0).attitude);
     let mut most_bank = 0.0_f64;
     for frame in 1..flight.frame_count(25.0) {
@@ -307,6 +315,7 @@ fn a_real_flight_is_smooth_and_near_its_fixes() {
         most_bank = most_bank.max(attitude.roll.abs());
         previous = attitude;
     }
+
     assert!((35.0..60.0).contains(&most_bank), "the flight has steep turns, {most_bank}");
     assert!(steepest_turn < 20.0, "yaw jumps by {steepest_turn} from one frame to the next");
 }

@@ -55,12 +55,14 @@ impl Kernel for Filling<'_, '_> {
         let profiles: &[f32] = bytemuck::cast_slice(&lattice.profiles);
         let has_blind = lattice.blind.contains(&true);
         let mut line = [const { Vec::new() }; 3 + VALUES];
+
         for row in 0..rows {
             let down = (row as f32 + 0.5) / lattice.spacing;
             let upper = down as usize;
             let down = down - upper as f32;
             let between = [lattice.rows[upper], lattice.rows[upper + 1]];
             lattice.row(between, down, &mut line);
+
             for column in (0..width).step_by(LANES) {
                 let start = row * width + column;
                 let end = start + LANES.min(width - column);
@@ -90,6 +92,7 @@ impl Lattice {
         for row in 0..=cells {
             self.march(simd, stage, (first + row * stage.cell) as f64);
         }
+
         self.rows.clear();
         self.rows.extend(0..=cells);
         if stage.cell > 1 && self.flatness() > FLAT {
@@ -115,17 +118,20 @@ impl Lattice {
                 target.push(direction.map_or(0.0, |direction| direction[axis]));
             }
         }
+
         for group in 0..self.groups {
             let mut direction = [simd.splat(0.0); 3];
             for (lanes_of, values) in direction.iter_mut().zip(&self.direction) {
                 *lanes_of = simd.load(&lanes(values, first + group * LANES));
             }
+
             let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
             let start = (first / LANES + group) * (PROFILE / LANES);
             let end = start + PROFILE / LANES;
             if self.profiles.len() < end {
                 self.profiles.resize(end, Sixteen::default());
             }
+
             rays.march(simd, &stage.cover, &stage.air, Some(&mut self.profiles[start..end]));
             let Pace { per_onset, rate } = rays.pace;
             for (values, target) in [(per_onset, &mut self.per_onset), (rate, &mut self.rate)] {
@@ -243,6 +249,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
         for (lane, column_of) in columns.iter_mut().enumerate() {
             *column_of = (column + lane) as f32 + 0.5;
         }
+
         let across = simd.load(&columns) * simd.splat(1.0 / stage.cell as f32);
         let left = across.floor();
         let across = across - left;
@@ -253,6 +260,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
             let from = simd.gather(line, left);
             *value = (simd.gather(line, right) - from).mul_add(across, from);
         }
+
         let direction = [values[0], values[1], values[2]];
         let rays = Rays::new(simd, &stage.cover, direction, simd.splat(SKY));
         let enters = rays.near.lt(range) & zero.lt(rays.span);
@@ -260,12 +268,14 @@ impl<V: Simd> Chunk<'_, '_, V> {
         if !enters.any() && !is_ground.any() {
             return;
         }
+
         let mut veil: Veil<V> = Veil { light: [zero; 3], through: one };
         if enters.any() {
             for (value, line) in values.iter_mut().zip(places.line).skip(3) {
                 let from = simd.gather(line, left);
                 *value = (simd.gather(line, right) - from).mul_add(across, from);
             }
+
             let [.., red, green, blue, through] = values;
             let ends = enters & range.lt(rays.near + rays.span);
             veil = Veil { light: [red, green, blue], through };
@@ -277,11 +287,13 @@ impl<V: Simd> Chunk<'_, '_, V> {
                 }
                 veil.through = within.through.select(ends, through);
             }
+
             for light in &mut veil.light {
                 *light = light.select(enters, zero);
             }
             veil.through = veil.through.select(enters, one);
         }
+
         self.put(light, pixels, &veil, direction, range, is_ground);
     }
 
@@ -300,6 +312,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
         let one = simd.splat(1.0);
         let mut seen = light.load(simd, pixels.clone());
         let before = seen;
+
         if stage.cover.shadowed > 0.0 && is_ground.any() {
             let range = range.select(is_ground, one);
             let lit = lit(simd, &stage.cover, direction, range).select(is_ground, one);
@@ -314,6 +327,7 @@ impl<V: Simd> Chunk<'_, '_, V> {
                 }
             }
         }
+
         for ((seen, light), tint) in seen.iter_mut().zip(veil.light).zip(stage.tint) {
             *seen = seen.mul_add(veil.through, light * simd.splat(tint));
         }
@@ -347,6 +361,7 @@ impl Places<'_> {
             let first = group.mul(simd.splat_int(PROFILE as i32))
                 + whole.to_int().mul(simd.splat_int((VALUES * LANES) as i32))
                 + (column & simd.splat_int(LANES as i32 - 1));
+
             for (value, corners) in corners.iter_mut().enumerate() {
                 let at = first + simd.splat_int((value * LANES) as i32);
                 let from = simd.gather(self.profiles, at);
@@ -354,6 +369,7 @@ impl Places<'_> {
                 corners[corner] = (to - from).mul_add(share, from);
             }
         }
+
         let down = simd.splat(self.down);
         let [red, green, blue, through] = corners;
         let light = [
@@ -361,6 +377,7 @@ impl Places<'_> {
             bilinear::<V>(green, across, down),
             bilinear::<V>(blue, across, down),
         ];
+
         Veil { light, through: bilinear::<V>(through, across, down) }
     }
 }

@@ -141,6 +141,7 @@ impl<'c> Shapes<'c> {
             noise(PER_CLOUD, 0).add(1.0, row as f32, 0.0, cover);
             noise(PER_CLOUD / 2, 0x51).add(0.5, row as f32, 0.0, cover);
         }
+
         let mut detail = vec![0.0; LAYERS * SIDE * SIDE];
         for (row, detail) in detail.chunks_mut(SIDE).enumerate() {
             let (layer, row) = (row / SIDE, row % SIDE);
@@ -149,6 +150,7 @@ impl<'c> Shapes<'c> {
             noise(8, 0xa3).add(share, row as f32, up, detail);
             noise(4, 0xb7).add(0.6 * share, row as f32, up, detail);
         }
+
         let (closed, few) = (1.2 * smooth((coverage - 0.75) / 0.25), (20.0 * coverage).min(1.0));
         Self { clouds, cover, detail, closed, few }
     }
@@ -172,6 +174,7 @@ impl<'c> Shapes<'c> {
         };
         let cover = sampled(&self.cover);
         let details: Vec<_> = self.detail.chunks(SIDE * SIDE).map(sampled).collect();
+
         let share = |threshold: f32| {
             let mut depths = vec![0.0; cover.len()];
             for (layer, details) in details.iter().enumerate() {
@@ -182,11 +185,13 @@ impl<'c> Shapes<'c> {
             }
             depths.iter().filter(|depth| least < **depth).count() as f64 / cover.len() as f64
         };
+
         let (mut low, mut high) = (-3.0, 3.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if share(middle) > self.clouds.coverage { low = middle } else { high = middle }
         }
+
         0.5 * (low + high)
     }
 }
@@ -230,6 +235,7 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
     let to_sun = toward(sun);
     let rise = (clouds.top - clouds.base) as f32 / (LAYERS - 1) as f32;
     let step = [to_sun.x, to_sun.y].map(|along| rise * along / to_sun.z / voxel as f32);
+
     // Under a low sun rays pass several voxels from layer to layer; what they leap over would leave the others' light in combs.
     let parts = (step[0].hypot(step[1]).ceil() as usize).clamp(1, MOST_PARTS);
     let way = extinction(clouds) * rise / to_sun.z / parts as f32;
@@ -242,6 +248,7 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
         shifts.split_last().map_or((Shift::new(step, 1.0), &[][..]), |(last, all)| (last.1, all));
     let mut depth = vec![0.0_f32; plane];
     let mut lights = vec![1.0; densities.len()];
+
     for layer in (0..LAYERS - 1).rev() {
         let (own, above) = (&densities[layer * plane..][..plane], &densities[(layer + 1) * plane..][..plane]);
         depth = (0..plane)
@@ -254,6 +261,7 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
                 from_above.at(&depth, index) + way * (ends + between)
             })
             .collect();
+
         for (light, depth) in
             lights[layer * plane..].iter_mut().zip(&depth).filter(|(_, depth)| **depth > 0.0)
         {
@@ -261,6 +269,7 @@ fn lights(densities: &[f32], clouds: &Clouds, voxel: f64, sun: Sun) -> (Vec<f32>
             *light = (1.0 - share) * (-depth).exp() + share * (-slow * depth).exp();
         }
     }
+
     (lights, depth.into_iter().map(|depth| (-depth).exp()).collect())
 }
 

@@ -86,6 +86,7 @@ impl<V: Simd> Rays<V> {
         if let Some(profile) = profile.as_deref_mut() {
             veil.store(profile);
         }
+
         let is_missed = !zero.lt(self.span).any();
         let mut air = *air;
         air.turn(simd, [self.direction[0], self.direction[1]]);
@@ -94,6 +95,7 @@ impl<V: Simd> Rays<V> {
         let mut onward = onset;
         let mut before = self.near;
         let mut last = self.sample(simd, cover, before, zero);
+
         for step in 1..=STEPS {
             let is_done = is_missed || veil.through.greatest() < OPAQUE;
             if is_done && profile.is_none() {
@@ -105,34 +107,41 @@ impl<V: Simd> Rays<V> {
                 let range = self.near + gone;
                 let next = self.sample(simd, cover, range, range - before);
                 let mean = (last.0 + next.0) * simd.splat(0.5);
+
                 if zero.lt(mean).any() {
                     let middle = (before + range) * simd.splat(0.5);
                     let thins = (simd.splat(FAR) - middle) * simd.splat(1.0 / (FAR - THINS));
                     let depth = mean * simd.splat(cover.extinction) * (range - before);
                     let left = exp_neg(simd, (depth * thins.max(zero).min(one)).max(zero));
+
                     // What is empty has no say in the light.
                     let lit = (last.1 + next.1) * (last.0 + next.0).max(least).recip() * sunlit;
                     let height = self.direction[2].mul_add(middle, simd.splat(-cover.heights[0]));
                     let height = (height * simd.splat(cover.per_depth)).max(zero).min(one);
                     let mut light = [zero; 3];
+
                     for (channel, light) in light.iter_mut().enumerate() {
                         let [low, high] = [AMBIENT[0][channel], AMBIENT[1][channel]];
                         let ambient = height.mul_add(simd.splat(high - low), simd.splat(low));
                         *light = lit.mul_add(simd.splat(cover.sunlight[channel]), ambient);
                     }
+
                     let seen = air.over(simd, light, middle.max(one), self.direction[2] * middle.max(one));
                     let weight = veil.through * (one - left);
                     for (light, seen) in veil.light.iter_mut().zip(seen) {
                         *light = seen.mul_add(weight, *light);
                     }
+
                     veil.through = veil.through * left;
                 }
+
                 (before, last) = (range, next);
             }
             if let Some(profile) = profile.as_deref_mut() {
                 veil.store(&mut profile[step * VALUES..]);
             }
         }
+
         veil
     }
 
@@ -176,6 +185,7 @@ impl<V: Simd> Rays<V> {
         let one = simd.splat(1.0);
         let level = exponent - simd.splat_int(127);
         let scale = (simd.splat_int(254) - exponent).shl::<23>().as_floats();
+
         // A coarser voxel's middle lies between those that it is the mean of.
         let shift = (scale - one) * simd.splat(0.5);
         let mut place = [shift; 2];
@@ -183,6 +193,7 @@ impl<V: Simd> Rays<V> {
             let fine = (self.direction[axis] * range).mul_add(per_voxel, simd.splat(cover.eye[axis]));
             *place = fine.mul_add(scale, *place);
         }
+
         let [x, y] = place;
         let z = self.direction[2].mul_add(range, simd.splat(-cover.heights[0]));
         let z = z * simd.splat(cover.per_depth * (LAYERS - 1) as f32);
@@ -206,15 +217,18 @@ impl<V: Simd> Rays<V> {
             let (low, high) = ((word & byte).to_float(), (word.shr::<8>() & byte).to_float());
             *density = (high - low).mul_add(z, low);
         }
+
         let density = bilinear::<V>(density, x, y) * simd.splat(1.0 / 255.0);
         if !simd.splat(0.0).lt(density).any() {
             return (density, density);
         }
+
         let mut light = [simd.splat(0.0); 4];
         for (light, word) in light.iter_mut().zip(words) {
             let (low, high) = ((word.shr::<16>() & byte).to_float(), word.shr::<24>().to_float());
             *light = (high - low).mul_add(z, low);
         }
+
         (density, bilinear::<V>(light, x, y) * density * simd.splat(1.0 / 255.0))
     }
 }

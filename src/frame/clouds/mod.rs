@@ -99,9 +99,11 @@ impl<'c> CloudStage<'c> {
         if let Screen::Orthographic { .. } = camera.screen() {
             return None;
         }
+
         let eye = camera.pose.eye;
         let place = field.place(eye.truncate(), clouds, seconds);
         let strength = Daylight::new(sun).strength();
+
         let cover = Cover {
             field,
             eye: [place.x as f32, place.y as f32],
@@ -114,6 +116,7 @@ impl<'c> CloudStage<'c> {
             to_sun: sun.direction().to_array(),
             shadows: field::toward(sun).to_array(),
         };
+
         let cell = (LATTICE / camera.pixel_angle()).clamp(1.0, MOST_PIXELS) as usize;
         let air = Air::new(atmosphere, eye.z, clouds.top.max(highest));
         Some(Self { isa, camera, cover, air, tint: [1.0; 3], lens: Lens::new(camera), cell })

@@ -27,6 +27,7 @@ impl Noise {
         let base = [north.floor(), up.floor()];
         let away = [north - base[0], up - base[1]];
         let base = base.map(|base| base as i32);
+
         // The product at the corners' meridian, and what it grows by from cell to cell.
         let line = |column: i32| {
             let mut line = [0.0; 2];
@@ -40,6 +41,7 @@ impl Noise {
             }
             line
         };
+
         let mut west = line(0);
         for (column, voxels) in row.chunks_mut(self.cell).enumerate() {
             let east = line(column as i32 + 1);

@@ -61,6 +61,7 @@ fn transmittance_through_uniform_clouds_follows_the_law_of_beer() {
             let up = sense * 0.06 * (lane + 1) as f32;
             Vec3::new((1.0 - up * up).sqrt(), 0.0, up)
         });
+
         // The lower half ends within the layer, or before it.
         let range = std::array::from_fn(|lane| if lane < 8 { 5.0e4 } else { 900.0 + 80.0 * lane as f32 });
         for isa in Isa::available() {
@@ -90,6 +91,7 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
         let mut stage = stage(Isa::best(), &camera, &field, &CLOUDS);
         stage.cell = 2;
         let pixels = (size[0] * size[1]) as usize;
+
         // Ground with a jagged edge before the sky.
         let range: Vec<f32> = (0..pixels)
             .map(|pixel| (pixel % 192, pixel / 192))
@@ -97,11 +99,13 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
             .collect();
         let mut colour = vec![[0.0; 3]; pixels];
         let (rows, mut lattice) = (stage.band_rows(), Lattice::default());
+
         for (index, (colour, range)) in
             colour.chunks_mut(192 * rows).zip(range.chunks(192 * rows)).enumerate()
         {
             stage.fill(&mut lattice, index * rows, Pixels::Linear(colour), range);
         }
+
         let mut wrong = Vec::new();
         for pixel in (0..pixels).step_by(LANES) {
             let direction = |lane: usize| {
@@ -109,6 +113,7 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
             };
             let range = std::array::from_fn(|lane| range[pixel + lane].min(1.0e30));
             let exact = stage.isa.run(March(&stage, std::array::from_fn(direction), range));
+
             for lane in 0..LANES {
                 // Black ground in shadow is lit by haze alone, which stays.
                 let seen = colour[pixel + lane];
@@ -117,6 +122,7 @@ fn pixels_between_the_lattices_rays_are_as_rays_of_their_own_tell() {
                 );
             }
         }
+
         wrong.sort_by(f32::total_cmp);
         let (middle, high) = (wrong[pixels / 2], wrong[pixels * 99 / 100]);
         assert!(middle < 0.002 && high < 0.05, "{eye} {pitch}: {middle} {high}");
@@ -129,6 +135,7 @@ fn rows_near_the_horizon_follow_each_other_without_streaks() {
     let field = Field::new(&clouds, SUN);
     let camera = camera(DVec3::new(613_420.0, 5_241_400.0, 1750.0), 0.0, [16, 9]);
     let stage = stage(Isa::best(), &camera, &field, &clouds);
+
     // Rays a thirtieth of a degree apart, up and down from level, at some azimuths.
     let mut streaks = Vec::new();
     for azimuth in (0..40).map(|step| step as f32 * 0.15) {
@@ -144,6 +151,7 @@ fn rows_near_the_horizon_follow_each_other_without_streaks() {
             .collect();
         streaks.extend(seen.windows(3).map(|three| (0.5 * (three[0] + three[2]) - three[1]).abs()));
     }
+
     streaks.sort_by(f32::total_cmp);
     let high = streaks[streaks.len() * 99 / 100];
     assert!(high < 0.001, "{high}");
@@ -169,6 +177,7 @@ fn instruction_sets_agree() {
             colour
         })
         .collect();
+
     for other in &pictures[1..] {
         for (one, other) in pictures[0].iter().flatten().zip(other.iter().flatten()) {
             assert!((one - other).abs() < 4e-3, "{one} {other}");

@@ -88,6 +88,7 @@ mod tests {
                     Tone::Filmic => (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14),
                 };
                 let rolled = rolled.min(1.0);
+
                 let code = match gamma {
                     Some(gamma) => 255.0 * rolled.powf(1.0 / gamma),
                     None => {
@@ -98,6 +99,7 @@ mod tests {
                 assert!((found - code).abs() < 5e-3, "{tone:?} {gamma:?} {light}: {found} {code}");
             }
         }
+
         // White paper, middle grey, and a highlight of sixteen times white.
         let filmic = Curve::new(Tone::Filmic, None);
         assert_eq!([0.18, 1.0, 16.0].map(|light| filmic.code(light, 0.5)), [141, 232, 255]);

@@ -28,6 +28,7 @@ pub fn gather(
         });
         return;
     }
+
     let taps = taps(side);
     let (columns, rows) = (width * side, rays.len() / (width * side).max(1));
     farm.rows(target, width, |row, line| {
@@ -35,6 +36,7 @@ pub fn gather(
             (pixel * side + tap).saturating_sub(REACH * side - side / 2).min(count - 1)
         };
         let mut upright = vec![[0.0_f32; 3]; columns];
+
         for (tap, share) in taps.iter().enumerate() {
             let from = &rays[place(row, tap, rows) * columns..][..columns];
             for (sum, light) in upright.iter_mut().zip(from) {
@@ -43,6 +45,7 @@ pub fn gather(
                 }
             }
         }
+
         for (pixel, target) in line.iter_mut().enumerate() {
             let mut sum = [0.0_f32; 3];
             for (tap, share) in taps.iter().enumerate() {
@@ -124,6 +127,7 @@ mod tests {
         };
         let truth: Vec<f64> = (0..width * height).map(covered).collect();
         let farm = Farm::new(2).unwrap();
+
         let wrong = |side: usize| {
             let mut seen = vec![[0.0; 3]; width * height];
             gather(&edge(width, height, side), side, 1.0, &mut seen, width, &farm);
@@ -133,6 +137,7 @@ mod tests {
             let squares = seen.iter().zip(&truth).map(|(seen, truth)| (f64::from(seen[0]) - truth).powi(2));
             (squares.sum::<f64>() / (width * height) as f64).sqrt()
         };
+
         let [one, two, four] = [1, 2, 4].map(wrong);
         assert!(two < 0.6 * one && four < 0.5 * one, "{one} {two} {four}");
     }

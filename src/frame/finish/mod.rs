@@ -37,6 +37,7 @@ pub fn develop(light: &[[f32; 3]], [width, height]: [u32; 2], finish: &Finish, f
     let falls = 1.0 / (1.0 - finish.vignette).sqrt() - 1.0;
     let (middle, corner) =
         ([0.5 * f64::from(width), 0.5 * f64::from(height)], f64::from(width).hypot(f64::from(height)));
+
     farm.rows(&mut rgb, RGB * columns, |row, codes| {
         let down = row as f64 + 0.5 - middle[1];
         let light = &light[row * columns..][..columns];
@@ -53,6 +54,7 @@ pub fn develop(light: &[[f32; 3]], [width, height]: [u32; 2], finish: &Finish, f
             }
         }
     });
+
     Picture { width, height, rgb }
 }
 

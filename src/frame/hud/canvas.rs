@@ -72,6 +72,7 @@ impl<'p> Canvas<'p> {
             (least[axis].floor().max(0.0) as i64)..=(most[axis].ceil().min(self.size()[axis]) as i64)
         });
         let mut pixels = Vec::new();
+
         for row in rows {
             for column in columns.clone() {
                 let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5) - from;
@@ -82,6 +83,7 @@ impl<'p> Canvas<'p> {
                 }
             }
         }
+
         pixels
     }
 
@@ -92,6 +94,7 @@ impl<'p> Canvas<'p> {
             for (index, letter) in text.chars().enumerate() {
                 let first = left + (index * ADVANCE) as i64 * dot;
                 let dots = rows(letter);
+
                 // Halos of neighbouring dots would add up: each pixel has one or none.
                 for row in -grown..HEIGHT as i64 * dot + grown {
                     for column in -grown..WIDTH as i64 * dot + grown {

@@ -56,12 +56,14 @@ impl MiniMap {
         let has_enough = |level: &u8| cursor.dims(*level).into_iter().max() >= Some(ENOUGH);
         let level = (0..header.level_count).rev().find(has_enough).unwrap_or(0);
         let mut heights = Vec::with_capacity(size[0] * size[1]);
+
         for row in (0..size[1]).rev() {
             for column in 0..size[0] {
                 let place = DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * step;
                 heights.push(cursor.height_from(level, place)?);
             }
         }
+
         let every = path.len().div_ceil(MOST_PLACES).max(1);
         let relief = relief(&heights, size, step * header.grid.spacing);
         Ok(Self {
@@ -86,6 +88,7 @@ impl MiniMap {
         let size = self.extent * scale;
         let first = corner - size;
         let [columns, rows] = [0, 1].map(|axis| (first[axis].floor() as i64, corner[axis].floor() as i64));
+
         for row in rows.0..rows.1 {
             for column in columns.0..columns.1 {
                 let share = (DVec2::new(column as f64 + 0.5, row as f64 + 0.5) - first) / size;
@@ -94,6 +97,7 @@ impl MiniMap {
                 canvas.mix(column, row, self.relief[at(1) * self.size[0] + at(0)], 0.85);
             }
         }
+
         let place = |at: DVec2| {
             let share = ((at - self.origin) / self.extent).clamp(DVec2::ZERO, DVec2::ONE);
             first + DVec2::new(share.x, 1.0 - share.y) * size
@@ -102,6 +106,7 @@ impl MiniMap {
         for pair in self.path.windows(2) {
             canvas.line([place(pair[0]), place(pair[1])], path);
         }
+
         let (sine, cosine) = heading.to_radians().sin_cos();
         let (ahead, aside) = (DVec2::new(sine, -cosine), DVec2::new(cosine, sine));
         let (nose, long) = (place(own), 4.0 * canvas.dot as f64);
@@ -109,6 +114,7 @@ impl MiniMap {
         for wing in [-1.0, 1.0] {
             canvas.line([nose, tail + aside * wing * long], ink);
         }
+
         let corners = [first, DVec2::new(corner.x, first.y), corner, DVec2::new(first.x, corner.y)];
         for side in 0..4 {
             canvas.line([corners[side], corners[(side + 1) % 4]], Ink { halo: 0.0, ..ink });
@@ -133,8 +139,10 @@ fn relief(heights: &[Option<f64>], [columns, rows]: [usize; 2], step: DVec2) -> 
         let normal = (-STEEPER * slope).extend(1.0).normalize();
         let lit = 0.45 + 0.75 * normal.dot(LIGHT).max(0.0);
         let high = (height - least) / (most - least).max(1.0);
+
         [0, 1, 2]
             .map(|channel| (lit * (LOW[channel] + (HIGH[channel] - LOW[channel]) * high)).min(255.0) as u8)
     };
+
     heights.iter().enumerate().map(shade).collect()
 }

@@ -97,6 +97,7 @@ pub fn draw(picture: &mut Picture, camera: &Camera, hud: &Hud, readings: &Readin
     if hud.is_empty() {
         return;
     }
+
     let dot = picture.height.div_ceil(ROWS_PER_DOT).max(1) as usize;
     let mut canvas = Canvas::new(picture, dot);
     let margin = 10.0 * dot as f64;
@@ -106,8 +107,10 @@ pub fn draw(picture: &mut Picture, camera: &Camera, hud: &Hud, readings: &Readin
     if hud.heading {
         heading(&mut canvas, readings, margin);
     }
+
     let size = canvas.size();
     let line = (font::HEIGHT + 4) as i64 * dot as i64;
+
     // Below the tape, which is as high as three lines.
     let top = margin as i64 + 3 * line;
     for (index, text) in readings.left(hud).iter().enumerate() {
@@ -117,6 +120,7 @@ pub fn draw(picture: &mut Picture, camera: &Camera, hud: &Hud, readings: &Readin
         let left = (size.x - margin) as i64 - canvas.width_of(text);
         canvas.text(text, [left, top + index as i64 * line], INK);
     }
+
     if let Some(map) = map.filter(|_| hud.map) {
         let own = (readings.place, readings.heading);
         map.draw(&mut canvas, size - margin, 0.3 * size.min_element(), own, INK);
@@ -133,10 +137,12 @@ fn horizon(canvas: &mut Canvas<'_>, camera: &Camera) {
     };
     let count = (360.0 / HORIZON_STEP) as i32;
     let part = |index: i32| Some([at(index)?, at(index + 1)?]);
+
     // Where a screen ends the line does not go back to its other end.
     let is_part = |[from, to]: &[DVec2; 2]| (*to - *from).length() < 0.5 * size.max_element();
     let parts: Vec<_> = (0..count).filter_map(part).filter(is_part).collect();
     canvas.lines(&parts, INK);
+
     if let Some(axis) = camera.screen_from_world(eye + camera.world_from_view().z_axis) {
         let arm = 6.0 * canvas.dot as f64;
         for side in [-1.0, 1.0] {
@@ -159,6 +165,7 @@ fn heading(canvas: &mut Canvas<'_>, readings: &Readings, margin: f64) {
     canvas.line([DVec2::new(middle, base - 2.0 * dot), DVec2::new(middle, base + 4.0 * dot)], INK);
     let first = ((readings.heading - 0.5 * f64::from(covered)) / f64::from(mark)).ceil() as i32;
     let last = ((readings.heading + 0.5 * f64::from(covered)) / f64::from(mark)).floor() as i32;
+
     for degrees in (first..=last).map(|index| index * mark) {
         let across = middle + (f64::from(degrees) - readings.heading) * per_degree;
         let is_numbered = degrees % number == 0;

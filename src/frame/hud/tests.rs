@@ -67,6 +67,7 @@ fn a_lens_bends_the_horizon_and_a_table_has_none() {
     let lens = Camera::with_screen(plane.pose, Screen::Lens { hfov: 60.0, k: [-0.2, 0.0] }, 320, 200);
     let mut picture = black();
     draw(&mut picture, &lens, &hud, &READINGS, None);
+
     let rows = |columns: std::ops::Range<f64>| {
         let at: Vec<f64> = drawn(&picture)
             .into_iter()
@@ -75,6 +76,7 @@ fn a_lens_bends_the_horizon_and_a_table_has_none() {
             .collect();
         at.iter().sum::<f64>() / at.len() as f64
     };
+
     // A barrel takes what is far from the axis nearer to it.
     assert!(rows(0.0..5.0) < rows(158.0..162.0) - 2.0);
     let table = crate::space::RayTable::of_screen(&Screen::Planar { hfov: 60.0 }, 320, 200).unwrap();
@@ -89,10 +91,12 @@ fn the_tape_stands_with_its_numbers_where_they_are() {
     let hud = Hud { heading: true, ..Hud::default() };
     let mut picture = black();
     draw(&mut picture, &camera([0.0; 3]), &hud, &Readings { heading: 0.0, ..READINGS }, None);
+
     // Marks every 5° over 60° in 0.4 of the width.
     let light = |column: usize| f64::from(picture.rgb[3 * (27 * 320 + column) + 1]);
     let mut marks: Vec<f64> = Vec::new();
     let (mut sum, mut weight) = (0.0, 0.0);
+
     for column in 0..320 {
         (sum, weight) = (sum + light(column) * (column as f64 + 0.5), weight + light(column));
         if light(column) == 0.0 && weight > 0.0 {
@@ -100,6 +104,7 @@ fn the_tape_stands_with_its_numbers_where_they_are() {
             (sum, weight) = (0.0, 0.0);
         }
     }
+
     assert_eq!(marks.len(), 13, "{marks:?}");
     for (index, at) in marks.iter().enumerate() {
         let expected = 160.0 + (index as f64 - 6.0) * 5.0 * 0.4 * 320.0 / 60.0;
@@ -115,10 +120,12 @@ fn the_map_shows_relief_path_and_place() {
     let path = [DVec2::new(100.0, 320.0), DVec2::new(1200.0, 320.0)];
     let map = MiniMap::new(&source, &path).unwrap();
     assert_eq!(map.size, [256, 128]);
+
     // Higher ground is brighter.
     assert!(map.relief[64 * 256 + 200][0] > map.relief[64 * 256 + 40][0]);
     let mut picture = black();
     let hud = Hud { map: true, ..Hud::default() };
+
     draw(
         &mut picture,
         &camera([0.0; 3]),
@@ -126,11 +133,13 @@ fn the_map_shows_relief_path_and_place() {
         &Readings { place: DVec2::new(640.0, 320.0), ..READINGS },
         Some(&map),
     );
+
     // 60 pixels wide and 30 high, 10 from the border: the path goes along its middle.
     let pixel = |column: usize, row: usize| &picture.rgb[3 * (row * 320 + column)..][..3];
     assert_eq!(pixel(247, 157), [0, 0, 0]);
     assert!(pixel(262, 175)[0] > 140 && pixel(262, 175)[1] < 120, "{:?}", pixel(262, 175));
     assert!(pixel(262, 165)[1] > 20);
+
     // A wing behind the nose, which is at the own place.
     assert!(pixel(281, 178)[1] > 150 && pixel(281, 178)[0] < 190, "{:?}", pixel(281, 178));
 }

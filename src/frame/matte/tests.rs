@@ -131,12 +131,14 @@ fn files_hold_what_the_frame_holds() {
     for (name, samples) in matte.channels(&frame) {
         assert!(channel(&name) == samples, "{name}");
     }
+
     assert_eq!((channel("forward.u")[5], channel("forward.v")[5]), (5.0, -2.5));
     for (name, value) in matte.attributes() {
         let text =
             [name.as_bytes(), b"\0string\0", &(value.len() as u32).to_le_bytes(), value.as_bytes()].concat();
         assert!(bytes.windows(text.len()).any(|part| part == text), "{name}");
     }
+
     // Without them a file is what it was.
     frame.aov = super::super::Aov::default();
     assert!(exr_of(&frame) == plain && bytes != plain);

@@ -67,6 +67,7 @@ fn a_plain_flows_away_from_the_point_flown_to() {
     let plain = |ray: Ray| if ray.direction.z < 0.0 { height / -ray.direction.z } else { f64::INFINITY };
     let found = vectors(&frame(&now, plain), &step(&then, [&[], &[]]));
     let mut passed = 0;
+
     for ([x, y], vector) in &found {
         let depth = now.focal_px() * height / -y;
         if *y > -1e-9 {
@@ -78,6 +79,7 @@ fn a_plain_flows_away_from_the_point_flown_to() {
             passed += usize::from(depth < advance);
         }
     }
+
     // Flown backwards in time, it is the same step.
     let back = Step { is_backward: true, ..step(&now, [&[], &[]]) };
     for ([x, y], vector) in vectors(&frame(&then, plain), &back) {
@@ -87,6 +89,7 @@ fn a_plain_flows_away_from_the_point_flown_to() {
             close(vector, [x * share, y * share]);
         }
     }
+
     assert_eq!(passed, 0, "at this height nothing in sight is passed");
 }
 

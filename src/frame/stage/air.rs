@@ -75,6 +75,7 @@ impl Air {
         let series = (width <= WIDEST)
             .then(|| polynomial(middle, 0.5 * width, mean).map(|term| (term * at_eye) as f32));
         let excess = atmosphere.excess() * SCALE_HEIGHT * density;
+
         let fog = atmosphere.fog().map(|layer| Fog {
             layer: *layer,
             below: layer.below(eye),
@@ -84,6 +85,7 @@ impl Air {
         let glow = atmosphere.glow().copied();
         let has_weather = fog.is_some() || glow.is_some();
         let weather = has_weather.then_some(Weather { glow, sunward: Sixteen::default(), fog });
+
         Self { excess, start, extinction, density, series, middle: middle as f32, weather }
     }
 
@@ -226,12 +228,14 @@ impl Air {
         let Some(fog) = &weather.fog else {
             return mixed::<V>(horizon, light, self.through(simd, range, rise));
         };
+
         let colour = weather.lit(simd, fog.colour, glow);
         let veil = exp_neg(simd, fog.depth(simd, range, rise).max(zero));
         if fog.below >= 0.0 {
             let behind = mixed::<V>(horizon, light, self.through(simd, range, rise));
             return mixed::<V>(colour, behind, veil);
         }
+
         let whole = self.depth(simd, range, rise);
         // Clear air ends where a ray that sinks enters the fog.
         let sinks = up.lt(simd.splat(-LEAST_SINE));
@@ -239,6 +243,7 @@ impl Air {
         let clear = reach.min(range).select(sinks, range);
         let before = self.depth(simd, clear, clear * up).min(whole);
         let behind = mixed::<V>(horizon, light, exp_neg(simd, whole - before));
+
         mixed::<V>(horizon, mixed::<V>(colour, behind, veil), exp_neg(simd, before))
     }
 
@@ -258,12 +263,14 @@ impl Air {
             let depth = simd.splat(fog.layer.extinction * fog.column) * up.max(least).recip();
             return mixed::<V>(colour, sky, exp_neg(simd, depth).select(rises, zero));
         }
+
         let before = simd.splat(fog.below) * up.min(zero - least).recip();
         let through = self.through(simd, before, simd.splat(fog.below));
         let mut floor = mixed::<V>(horizon, colour, through);
         for (floor, sky) in floor.iter_mut().zip(sky) {
             *floor = floor.select(up.lt(zero), sky);
         }
+
         floor
     }
 }
@@ -344,12 +351,14 @@ fn polynomial(middle: f64, half: f64, value: impl Fn(f64) -> f64) -> [f64; TERMS
     });
     // Newton's divided differences, then his products multiplied out.
     let mut differences = points.map(|point| value(middle + point));
+
     for order in 1..TERMS {
         for point in (order..TERMS).rev() {
             differences[point] =
                 (differences[point] - differences[point - 1]) / (points[point] - points[point - order]);
         }
     }
+
     let mut terms = [0.0; TERMS];
     for (difference, point) in differences.into_iter().zip(points).rev() {
         let before = terms;
@@ -358,5 +367,6 @@ fn polynomial(middle: f64, half: f64, value: impl Fn(f64) -> f64) -> [f64; TERMS
             terms[power] = lower - before[power] * point;
         }
     }
+
     terms
 }

@@ -58,12 +58,14 @@ proptest! {
         let weather = Weather { glow, fog, ..Weather::default() };
         let atmosphere =
             Atmosphere::new(visibility, 100.0).with_weather(&weather, Sun { azimuth: 77.0, elevation });
+
         let directions: [Vec3; LANES] = std::array::from_fn(|lane| {
             let up = 0.06 * (lane as f32 - 8.5);
             let level = (1.0 - up * up).sqrt();
             let azimuth = turn + 0.1 * lane as f32;
             Vec3::new(azimuth.sin() * level, azimuth.cos() * level, up)
         });
+
         for isa in Isa::available() {
             let air = Air::new(&atmosphere, eye, 2500.0);
             let seen = isa.run(Seen { air, directions: &directions, range });

@@ -152,6 +152,7 @@ impl Filling<'_, '_> {
         let mut units = planes.scale.units();
         units.iter_mut().zip(planes.tint).for_each(|(unit, tint)| *unit *= tint);
         let count = band.rows(width);
+
         // Strip by strip: rows of one group of planes follow each other in memory.
         for column in (0..width).step_by(LANES) {
             for row in 0..count {
@@ -165,6 +166,7 @@ impl Filling<'_, '_> {
                     }
                     Pixels::Linear(colour) => put_light(simd, light, units, &mut colour[start..end]),
                 }
+
                 if band.has_range() && band.asks(row * width.div_ceil(LANES) + column / LANES) {
                     let mut lanes = Sixteen::default();
                     let (range, outlines) = fan.range(&place);

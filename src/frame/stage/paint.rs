@@ -74,6 +74,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
             minor: group.minor,
             pixel: group.ground * angle / painter.spacing,
         };
+
         let mut crossings = painter.sampler.under(simd, &planes);
         let (air, forward) = (painter.air, group.forward as i64);
         let sights = profile.sights();
@@ -81,11 +82,13 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
         for (places, sight) in ahead.iter_mut().zip(sights) {
             *places = seek(&mut crossings, &sight.mark, forward)?;
         }
+
         for (index, sight) in sights.iter().enumerate() {
             let [place, before] = ahead[index % AHEAD];
             if let Some(later) = sights.get(index + AHEAD) {
                 ahead[index % AHEAD] = seek(&mut crossings, &later.mark, forward)?;
             }
+
             let (slope, inverse) = (simd.load(&sight.slope.0), simd.load(&sight.inverse.0));
             let colour = if sight.mark.share < 1.0 {
                 let (at, share) = between_lines(simd, &sight.mark, (inverse * depth).recip());
@@ -98,6 +101,7 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
             } else {
                 crossings.sample(&place)
             };
+
             let depth = inverse.recip();
             let square = slope.mul_add(slope, squares);
             let slant = square.sqrt_rough();
@@ -106,8 +110,10 @@ impl<const WEATHER: bool> Kernel for Painting<'_, '_, WEATHER> {
             for (light, seen) in light.iter_mut().zip(seen) {
                 seen.store(&mut light.0);
             }
+
             lights.push(light);
         }
+
         Ok(())
     }
 }

@@ -87,6 +87,7 @@ impl<const WEATHER: bool> Kernel for Filling<'_, '_, WEATHER> {
             Covering { simd, covered: simd.splat(edges[0]), light: [simd.splat(0.0); 3], edges, sums, rows };
         covering.close(simd.mask(u16::MAX), 0);
         let mut spans = Spans { at: 1, ..Spans::default() };
+
         loop {
             // Where loops end is known long before they are run: they need not wait for each other.
             spans.find(simd, &covering, profile.sights());
@@ -106,10 +107,12 @@ impl<const WEATHER: bool> Kernel for Filling<'_, '_, WEATHER> {
                 let edges = ladder.between(spans.cells[0][index], spans.cells[1][index]);
                 covering.cover(&stretch, covering.rows.own(edges));
             }
+
             if spans.count < LANES {
                 break;
             }
         }
+
         covering.finish::<WEATHER>(air, simd.load(squares));
     }
 }
@@ -134,6 +137,7 @@ impl Spans {
         let [lowest, highest] = [-NO_SLOPE, NO_SLOPE].map(|slope| simd.splat(slope));
         let mut ends = [[0.0; LANES]; 2];
         self.count = 0;
+
         while self.count < LANES
             && let Some(sight) = sights.get(self.at)
         {
@@ -148,6 +152,7 @@ impl Spans {
             }
             self.at += 1;
         }
+
         let [low, high] = ends.map(|ends| simd.load(&ends));
         let cells = covering.rows.ladder.cells(simd, low, high);
         for (cell, cells) in cells.into_iter().zip(&mut self.cells) {
@@ -186,17 +191,20 @@ impl<V: Simd> Covering<'_, V> {
         if !self.rows.inverse.is_empty() {
             self.measure(stretch, rises, per_rise, span.clone());
         }
+
         // Light at the bottom of what is in sight, and half its change per unit of tangent: the far end is where walls,
         // which begin at no finite tangent, have theirs.
         let unseen = (high - self.covered) * per_rise;
         let half_per_rise = per_rise * simd.splat(0.5);
         let (mut bottom, mut half_change) = (self.light, self.light);
+
         for channel in 0..3 {
             let top = simd.load(&stretch.lights[1][channel].0);
             let change = top - simd.load(&stretch.lights[0][channel].0);
             bottom[channel] = change.neg_mul_add(unseen, top);
             half_change[channel] = change * half_per_rise;
         }
+
         let high = high.select(rises, simd.splat(NO_SLOPE));
         let edges = self.edges.get(span.clone()).unwrap_or_default();
         let sums = self.sums.get_mut(span).unwrap_or_default();
@@ -210,12 +218,14 @@ impl<V: Simd> Covering<'_, V> {
                 light.store_masked(passed, &mut sums[channel].0);
             }
         }
+
         let rise = high - self.covered;
         for channel in 0..3 {
             let light =
                 half_change[channel].mul_add(rise, bottom[channel]).mul_add(rise, self.light[channel]);
             self.light[channel] = light.select(rises, self.light[channel]);
         }
+
         self.covered = self.covered.max(high);
     }
 
@@ -254,6 +264,7 @@ impl<V: Simd> Covering<'_, V> {
             let planes = self.covered.lt(simd.splat(self.edges[index]));
             self.close(planes, index);
         }
+
         let Self { rows, sums, covered, edges, .. } = self;
         let first_sky = (open - 1).min(rows.cells.len());
         let (ground, sky) = rows.cells.split_at_mut(first_sky);
@@ -262,11 +273,13 @@ impl<V: Simd> Covering<'_, V> {
         for ((sums, per_row), cell) in sums.windows(2).zip(per_rows).zip(ground) {
             rows.scale.encode(simd, between(simd, sums, *per_row)).store(&mut cell.0);
         }
+
         for (row, cell) in (first_sky..).zip(sky) {
             let per_row = per_rows[row];
             let mut seen = between(simd, &sums[row..row + 2], per_row);
             let tangent = simd.splat(centres[row]);
             let sine = tangent * tangent.mul_add(tangent, squares).rsqrt();
+
             // What is left of the row above the surface.
             let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
             let top = simd.splat(edges[row + 1]);
@@ -274,6 +287,7 @@ impl<V: Simd> Covering<'_, V> {
             for (seen, sky) in seen.iter_mut().zip(air.sky::<V, WEATHER>(simd, sine)) {
                 *seen = sky.mul_add(share, *seen);
             }
+
             rows.scale.encode(simd, seen).store(&mut cell.0);
             if let Some(inverse) = rows.inverse.get_mut(row) {
                 zero.store_masked(covered.lt(top) & covered.le(tangent), &mut inverse.0);

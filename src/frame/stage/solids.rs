@@ -50,6 +50,7 @@ impl Kernel for Solids<'_> {
         for tilts in self.tilts.iter_mut() {
             tilts.fill(Sixteen([GROUND; LANES]));
         }
+
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         for (row, seen) in self.cover.rows() {
             let (Some(cell), Some(centre)) =
@@ -62,11 +63,13 @@ impl Kernel for Solids<'_> {
             if !shows.any() {
                 continue;
             }
+
             let per_share = share.max(simd.splat(LEAST_SHARE)).recip();
             let mut light = [zero; 3];
             for (light, sum) in light.iter_mut().zip(seen) {
                 *light = simd.load(&sum.0) * per_share;
             }
+
             let inverse = (simd.load(&seen[4].0) * per_share).select(shows, one);
             let slope = simd.splat(*centre);
             let depth = inverse.recip();
@@ -76,6 +79,7 @@ impl Kernel for Solids<'_> {
             for (mixed, near) in mixed.iter_mut().zip(near) {
                 *mixed = (near - *mixed).mul_add(share, *mixed);
             }
+
             self.scale.encode(simd, mixed).store_masked(shows, &mut cell.0);
             if let Some(known) = self.inverse.get_mut(row) {
                 let middle = simd.load(&seen[5].0);

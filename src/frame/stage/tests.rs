@@ -66,6 +66,7 @@ fn expect(row: [f32; 2], floor: f32, stretches: &[([f32; 2], [f32; 2], [f32; 2])
         if high <= covered {
             continue;
         }
+
         let (from, to) = (covered.max(bottom), high.min(top));
         let at = |tangent: f64, ends: [f32; 2]| {
             let share = (tangent - low) / (high - low);
@@ -77,8 +78,10 @@ fn expect(row: [f32; 2], floor: f32, stretches: &[([f32; 2], [f32; 2], [f32; 2])
         if covered <= centre.into() && f64::from(centre) < high {
             inverse = at(centre.into(), *inverses);
         }
+
         covered = high;
     }
+
     let left = ((top - covered.max(bottom)) / (top - bottom)).max(0.0);
     ((light + left * f64::from(sky)) as f32, inverse as f32)
 }
@@ -205,6 +208,7 @@ proptest! {
         heights.iter().for_each(|height| edges.push(edges[edges.len() - 1] + height));
         let posts = posts(&steps, steepness);
         let lights: Vec<Light> = steps.iter().map(|(_, light, _)| light.map(Sixteen)).collect();
+
         for isa in Isa::available() {
             let mut profile = Profile::default();
             isa.run(Posts(&posts, &mut profile));
@@ -215,6 +219,7 @@ proptest! {
             let again = fill(isa, &edges, &profile, &lights, &mut []);
             let same = cells.iter().zip(&again).all(|(a, b)| a.0.map(f32::to_bits) == b.0.map(f32::to_bits));
             prop_assert!(same, "depth changes light");
+
             for (lane, channel) in (0..LANES).flat_map(|lane| (0..3).map(move |channel| (lane, channel))) {
                 let stretch = |to: usize| {
                     (
@@ -223,6 +228,7 @@ proptest! {
                         [to - 1, to].map(|post| lights[post][channel].0[lane]),
                     )
                 };
+
                 let stretches: Vec<_> = (1..posts.len()).filter(|&to| !posts[to].1).map(stretch).collect();
                 for row in 0..ROWS {
                     let above = decode(&sky[row], lane)[channel];

@@ -241,19 +241,23 @@ impl ResidentPages {
                 if !has_room {
                     break;
                 }
+
                 for &(part, index) in &missing {
                     ledger.needed_from[index].get_or_insert(frame);
                     self.reserve(&mut ledger, part, index);
                 }
+
                 coming.extend(missing);
                 parts.drain(..count);
             }
         }
+
         self.announce(&coming);
         for (part, index) in coming {
             // Whoever asks for a damaged page is told so then.
             let _ = self.fetch(part, index);
         }
+
         has_room
     }
 

@@ -199,10 +199,12 @@ impl ResidentPages {
                 self.budget / MIB
             )));
         }
+
         let stored = store.directory().present().filter(|(_, entry)| entry.length > 0);
         let mut pages: Vec<_> = stored.map(|(id, entry)| (entry.offset, id)).collect();
         pages.sort_unstable();
         observer.begin("load", pages.len() as u64, "pages");
+
         for together in pages.chunks(LOADED_TOGETHER) {
             if observer.cancelled() {
                 return Err(Error::Interrupted("the database was not loaded to its end".into()));
@@ -214,6 +216,7 @@ impl ResidentPages {
             needs.parts.iter().try_for_each(|part| store.load(*part).map(drop))?;
             observer.advance(together.len() as u64);
         }
+
         observer.end();
         Ok(())
     }
@@ -264,6 +267,7 @@ impl ResidentPages {
                 self.states[index].store(state::FAILED, Ordering::Release);
             }
         }
+
         drop(ledger);
         self.came.notify_all();
         outcome.map(drop)
@@ -294,12 +298,14 @@ impl ResidentPages {
         let begun = Instant::now();
         let mut is_miss = false;
         let mut ledger = self.ledger();
+
         let outcome = loop {
             let now = self.states[index].load(Ordering::Acquire);
             if now & state::RESIDENT != 0 {
                 drop(ledger);
                 break Ok(());
             }
+
             if now & state::COMING == 0 {
                 // With nothing to spare the budget gives way: a frame needs what it needs.
                 self.make_room(&mut ledger, self.file.store().part_bytes(part), &|_| Claim::None);
@@ -311,8 +317,10 @@ impl ResidentPages {
                 self.announce(&[(part, index)]);
                 break self.fetch(part, index);
             }
+
             ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
         };
+
         if outcome.is_ok() {
             self.mark_used(index);
         }
@@ -321,6 +329,7 @@ impl ResidentPages {
             Tally::add(counter, 1);
             Tally::add_time(&self.tally.demand_wait_ns, begun.elapsed());
         }
+
         outcome
     }
 

@@ -23,10 +23,12 @@ impl ResidentPages {
             bytes = if goes_on { bytes } else { 0 };
             goes_on
         });
+
         let mut batches = batches.peekable();
         if let Some(first) = batches.peek() {
             self.announce(first);
         }
+
         while let Some(batch) = batches.next() {
             // The disk goes on while checksums are taken.
             if let Some(next) = batches.peek() {
@@ -46,6 +48,7 @@ impl ResidentPages {
         let mut extents: Vec<_> = needed.filter(|extent| !extent.is_empty()).collect();
         extents.sort_unstable_by_key(|extent| extent.start);
         let mut run: Option<std::ops::Range<usize>> = None;
+
         for extent in extents {
             run = match run.take() {
                 Some(run) if extent.start <= run.end.next_multiple_of(ALIGNMENT) => {
@@ -59,6 +62,7 @@ impl ResidentPages {
                 }
             };
         }
+
         if let Some(run) = run {
             store.announce(run);
         }

@@ -35,12 +35,14 @@ impl ResidentPages {
         {
             return None;
         }
+
         let place = |page| if behind(page) { Claim::None } else { Claim::Ahead };
         let (likely, others) = needs.parts.split_at(needs.likely);
         let mut missing = self.hold(&mut ledger, frame, likely).0;
         let likely_bytes = self.bytes_of(&missing);
         let (more, held_before) = self.hold(&mut ledger, frame, others);
         let bytes = likely_bytes + self.bytes_of(&more);
+
         if self.make_room(&mut ledger, bytes, &place) {
             missing.extend(more);
         } else {
@@ -54,6 +56,7 @@ impl ResidentPages {
                 return None;
             }
         }
+
         self.reserve_what_fits(&mut ledger, &mut missing);
         Some(missing)
     }
@@ -81,6 +84,7 @@ impl ResidentPages {
         let begun = Instant::now();
         let parts: Vec<_> = pages.iter().flat_map(|page| PagePart::posts(*page)).collect();
         let mut ledger = self.ledger();
+
         // It is for one of the frames in flight; beside a flight nothing says when it is needed no more.
         let (delivered, until) = (ledger.delivered, ledger.begun);
         let mut missing = Vec::new();
@@ -92,6 +96,7 @@ impl ResidentPages {
                 missing.push((part, index));
             }
         }
+
         let bytes = self.bytes_of(&missing);
         // With nothing to spare the budget gives way: a frame needs what it needs.
         self.make_room(&mut ledger, bytes, &|_| Claim::None);
@@ -103,6 +108,7 @@ impl ResidentPages {
         while parts.iter().any(|part| self.index(*part).is_some_and(|index| self.is_coming(index))) {
             ledger = self.came.wait(ledger).unwrap_or_else(PoisonError::into_inner);
         }
+
         drop(ledger);
         Tally::add_time(&self.tally.frame_wait_ns, begun.elapsed());
     }

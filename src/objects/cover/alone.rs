@@ -72,10 +72,12 @@ impl Kernel for Row<'_> {
         for axis in 0..3 {
             middle.normal[axis].store(&mut middles.normal[axis]);
         }
+
         middles.whole = 0;
         if !corners || middles.seen == 0 {
             return;
         }
+
         let mut whole = seen;
         for [right, down] in CORNERS {
             let (right, down) = (simd.splat(right), simd.splat(down));
@@ -85,6 +87,7 @@ impl Kernel for Row<'_> {
             let alike = simd.splat(ONE_FACE).le(dot::<V>(corner.normal, middle.normal));
             whole = whole & seen & alike;
         }
+
         middles.whole = whole.bits();
     }
 }
@@ -121,6 +124,7 @@ impl<const N: usize> Kernel for Rays<'_, N> {
         let around = simd.splat(AROUND * (across.abs() + along.abs()));
         let mut batches = [Seen::<V> { at: zero, aim: zero, normal: [zero; 3], metres: zero }; N];
         let mut met = Met { all: 0, before: 0, behind: 0 };
+
         for index in 0..N {
             let [x, y] = [simd.load(&rays[index][0]), simd.load(&rays[index][1])];
             let offsets = [x + simd.splat(middle[0]), y + simd.splat(middle[1])];
@@ -136,6 +140,7 @@ impl<const N: usize> Kernel for Rays<'_, N> {
             seen.aim = seen.aim.select((range * inverse).lt(one), simd.splat(-1.0));
             batches[index] = seen;
         }
+
         count_faces(simd, 0, aim.albedo, &batches, faces);
         met
     }

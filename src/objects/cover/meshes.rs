@@ -117,6 +117,7 @@ impl Patch<'_> {
             if !inside.any() {
                 continue;
             }
+
             let sum = linear(simd, facet.sum, x, y).max(simd.splat(f32::MIN_POSITIVE));
             // Among those of the corners, as `Facet::ways` has it.
             let way = linear(simd, facet.way, x, y) / sum;
@@ -127,6 +128,7 @@ impl Patch<'_> {
             if self.mesh.is_masked(triangle) && is_seen.any() {
                 is_seen = is_seen & simd.mask(self.there(facet, offsets, is_seen.bits(), lanes(at)));
             }
+
             looked.seen.at = at.select(is_seen, looked.seen.at);
             looked.seen.aim = simd.splat(index as f32).select(is_seen, looked.seen.aim);
             looked.facet = simd.splat(number as f32).select(is_seen, looked.facet);
@@ -158,6 +160,7 @@ impl Patch<'_> {
         if left == 0 {
             return;
         }
+
         let numbers = lanes(looked.facet);
         let [x, y] = [simd.load(&offsets[0]), simd.load(&offsets[1])];
         while left != 0 {
@@ -172,10 +175,12 @@ impl Patch<'_> {
             for normal in &mut normals {
                 *normal = self.turned(if facet.is_behind { -*normal } else { *normal });
             }
+
             let normal = normal(simd, facet, &normals, x, y);
             for (seen, normal) in looked.seen.normal.iter_mut().zip(normal) {
                 *seen = normal.select(mask, *seen);
             }
+
             let colour = if triangle.varies {
                 // Of the strip of the pixel that the rays lie in the mean is asked for, and from what is coarser, at once.
                 let mean = |of: &[f32; LANES]| {
@@ -187,6 +192,7 @@ impl Patch<'_> {
             } else {
                 self.mesh.colour(triangle, [0.0; 3], 0.0, self.albedo)
             };
+
             for (albedo, part) in looked.albedo.iter_mut().zip(colour.to_array()) {
                 *albedo = simd.splat(part).select(mask, *albedo);
             }
@@ -275,6 +281,7 @@ impl Kernel for CountAll<'_> {
                     Item::Mesh(patch) => patch.look(simd, index, facets, offsets, looked),
                 }
             }
+
             for (index, item) in items.iter().enumerate() {
                 match item {
                     Item::Shape(aim) => {
@@ -288,6 +295,7 @@ impl Kernel for CountAll<'_> {
                 }
             }
         }
+
         for index in 0..items.len() {
             count_faces(simd, index, &batches, faces);
         }
@@ -302,6 +310,7 @@ fn count_faces<V: Simd>(simd: V, index: usize, batches: &[Looked<V>; RAYS / LANE
     for (left, looked) in left.iter_mut().zip(batches) {
         *left = is_of(&looked.seen, own).bits();
     }
+
     let zero = simd.splat(0.0);
     for face in 0..MOST_FACES {
         let Some(first) = left.iter().position(|left| *left != 0) else { return };

@@ -15,12 +15,14 @@ fn shares_of_half_planes_are_nearly_exact() {
         })
     };
     let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
+
     for turn in 0..360 {
         let (sin, cos) = f64::from(turn).to_radians().sin_cos();
         let (wide, high) = (cos.abs(), sin.abs());
         for place in -9..10 {
             let place = f64::from(place) * 0.07;
             let seen = offsets().filter(|offset| offset.dot(DVec2::new(cos, sin)) < place).count();
+
             // Area of a unit square on one side of a line: the convolution of two boxes.
             let ramp = |at: f64| at.max(0.0).powi(2) / 2.0;
             let exact = if wide.min(high) < 1e-9 {
@@ -33,6 +35,7 @@ fn shares_of_half_planes_are_nearly_exact() {
             (sum, worst, count) = (sum + error, worst.max(error), count + 1);
         }
     }
+
     let mean = sum / f64::from(count);
     assert!(mean < 1.0 / 128.0 && worst < 0.06, "{mean} {worst}");
 }
@@ -51,6 +54,7 @@ fn counts_are_those_of_single_rays() {
     };
     let camera = Camera::new(pose, 200, 160);
     let lens = Lens::new(&camera);
+
     let shapes = [
         Shape::Ellipsoid { radii: DVec3::new(9.0, 3.0, 5.0) },
         Shape::Box { size: DVec3::new(8.0, 3.0, 12.0) },
@@ -58,11 +62,13 @@ fn counts_are_those_of_single_rays() {
         Shape::Cone { radius: 5.0, height: 14.0 },
         Shape::Disc { radius: 8.0 },
     ];
+
     for (turn, isa) in (0..40).flat_map(|turn| Isa::available().into_iter().map(move |isa| (turn, isa))) {
         let part = |step: f64| (f64::from(turn) * step).fract();
         let attitude = Attitude { yaw: 360.0 * part(0.3), pitch: 60.0 * part(0.7), roll: 90.0 * part(0.9) };
         let middle = DVec2::new(200.0 * part(0.618), 160.0 * part(0.414));
         let ahead = camera.ray(middle.x, middle.y).unwrap();
+
         let bodies: Vec<Placed> = (0..2)
             .map(|id| {
                 let aside = DVec3::new(4.0 * part(0.11), 3.0 * part(0.23), 5.0 * part(0.37) - 4.0);
@@ -73,17 +79,20 @@ fn counts_are_those_of_single_rays() {
                 Placed::parts(&body, pose.eye, camera.footprint(), Curvature::FLAT).remove(0)
             })
             .collect();
+
         let pencil = Pencil::new(&lens, middle).unwrap();
         let aims: Vec<_> = bodies.iter().map(|body| aim(&pencil, body)).collect();
         let mut faces = Vec::new();
         let ground = Ground::default();
         isa.run(Count { aims: &aims, pencil: &pencil, ground: &ground, faces: &mut faces });
+
         let hits: Vec<_> = (0..RAYS)
             .filter_map(|ray| {
                 let [x, y] = ALL[ray / LANES].map(|offsets| f64::from(offsets[ray % LANES]));
                 nearest(bodies.iter(), &lens.line(middle + DVec2::new(x, y))?, camera.footprint())
             })
             .collect();
+
         for body in &bodies {
             let own: Vec<_> = hits.iter().filter(|hit| hit.id == body.id).collect();
             let seen: Vec<_> = faces.iter().filter(|face| bodies[face.aim].id == body.id).collect();

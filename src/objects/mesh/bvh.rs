@@ -94,9 +94,11 @@ pub(super) fn tree(triangles: impl Iterator<Item = [Vec3; 3]>) -> (Vec<Node>, Ve
     let root = Node { low: Vec3::ZERO, high: Vec3::ZERO, first: 0, count: 0 };
     let mut nodes = vec![root];
     let mut waiting = vec![(0, 0..items.len(), 0)];
+
     while let Some((node, range, depth)) = waiting.pop() {
         let part = &mut items[range.clone()];
         let all = part.iter().fold(Bounds::NONE, |all, item| all.and(item.low, item.high));
+
         // Rays that graze a box are not lost to rounding.
         let pad = 4.0e-6 * all.low.abs().max(all.high.abs()).max_element();
         (nodes[node].low, nodes[node].high) = (all.low - pad, all.high + pad);
@@ -104,12 +106,14 @@ pub(super) fn tree(triangles: impl Iterator<Item = [Vec3; 3]>) -> (Vec<Node>, Ve
             (nodes[node].first, nodes[node].count) = (range.start as u32, part.len() as u32);
             continue;
         };
+
         let next = nodes.len();
         nodes[node].first = next as u32;
         nodes.extend([root; 2]);
         waiting.push((next, range.start..range.start + middle, depth + 1));
         waiting.push((next + 1, range.start + middle..range.end, depth + 1));
     }
+
     (nodes, items.iter().map(|item| item.triangle).collect())
 }
 
@@ -118,6 +122,7 @@ fn cut(part: &mut [Item], all: &Bounds, depth: u32) -> Option<usize> {
     if part.len() <= LEAF {
         return None;
     }
+
     if depth < DEEP
         && let Some((axis, slice, cost)) = best(part)
     {
@@ -125,6 +130,7 @@ fn cut(part: &mut [Item], all: &Bounds, depth: u32) -> Option<usize> {
         if part.len() <= MOST_LEAF && all.cost() <= cost + NODE_COST * whole {
             return None;
         }
+
         let slices = Slices::of(part, axis)?;
         let mut first = 0;
         for index in 0..part.len() {
@@ -133,10 +139,12 @@ fn cut(part: &mut [Item], all: &Bounds, depth: u32) -> Option<usize> {
                 first += 1;
             }
         }
+
         if first > 0 && first < part.len() {
             return Some(first);
         }
     }
+
     Some(part.len() / 2)
 }
 
@@ -171,12 +179,14 @@ fn best(part: &[Item]) -> Option<(usize, usize, f32)> {
             let slice = &mut filled[slices.index(item)];
             *slice = slice.and(item.low, item.high);
         }
+
         let mut behind = [0.0; SLICES];
         let mut sum = Bounds::NONE;
         for slice in (1..SLICES).rev() {
             sum = sum.with(filled[slice]);
             behind[slice] = sum.cost();
         }
+
         sum = Bounds::NONE;
         for slice in 1..SLICES {
             sum = sum.with(filled[slice - 1]);
@@ -186,6 +196,7 @@ fn best(part: &[Item]) -> Option<(usize, usize, f32)> {
             }
         }
     }
+
     best
 }
 
@@ -200,6 +211,7 @@ mod tests {
         assert!(sorted.iter().enumerate().all(|(index, triangle)| index == *triangle as usize));
         let (mut seen, mut deepest) = (0, 0);
         let mut waiting = vec![(0_usize, 0)];
+
         while let Some((index, depth)) = waiting.pop() {
             let node = &nodes[index];
             deepest = deepest.max(depth);
@@ -207,6 +219,7 @@ mod tests {
                 waiting.extend([(node.first as usize, depth + 1), (node.first as usize + 1, depth + 1)]);
                 continue;
             }
+
             seen += node.count;
             for triangle in &order[node.first as usize..][..node.count as usize] {
                 for corner in triangles[*triangle as usize] {
@@ -214,6 +227,7 @@ mod tests {
                 }
             }
         }
+
         assert_eq!(seen as usize, triangles.len());
         assert!(deepest < STACK, "{deepest}");
     }

@@ -95,6 +95,7 @@ impl Basis {
         let volume = axes.determinant();
         let rows = axes.inverse().transpose();
         let depth = if is_parallel { [1.0, 0.0] } else { [begin / scale, 1.0 / scale] };
+
         let basis = Self {
             origin: (origin[0] + ahead * begin).as_vec3(),
             rows: [rows.x_axis, rows.y_axis, rows.z_axis].map(DVec3::as_vec3),
@@ -102,6 +103,7 @@ impl Basis {
             begin: begin as f32,
             hand: volume.signum() as f32,
         };
+
         let is_sound =
             volume != 0.0 && basis.origin.is_finite() && basis.rows.iter().all(|row| row.is_finite());
         is_sound.then_some(basis)
@@ -150,6 +152,7 @@ impl Basis {
                 return None;
             }
         }
+
         let edge = |from: Place, to: Place| {
             [from.y * to.w - from.w * to.y, from.w * to.x - from.x * to.w, from.x * to.y - from.y * to.x]
         };
@@ -159,15 +162,18 @@ impl Basis {
         if volume == 0.0 || !volume.is_finite() || is_behind && !mesh.is_two_sided(triangle) {
             return None;
         }
+
         if volume < 0.0 {
             edges = edges.map(|edge| edge.map(|part| -part));
         }
         if edges.iter().any(|edge| bounds.most(*edge) < 0.0) {
             return None;
         }
+
         let sum = [0, 1, 2].map(|part| edges[0][part] + edges[1][part] + edges[2][part]);
         let way =
             [0, 1, 2].map(|part| edges[0][part] * a.way + edges[1][part] * b.way + edges[2][part] * c.way);
+
         Some(Facet { edges, sum, way, bounds: around, near, far, triangle: index, is_behind })
     }
 }
@@ -251,6 +257,7 @@ impl Mesh {
                 waiting += 2;
                 continue;
             }
+
             let range = node.first as usize..(node.first + node.count) as usize;
             let triangles = (node.first..).zip(&self.triangles[range]);
             facets

@@ -94,12 +94,14 @@ impl Mesh {
         if u32::try_from(corners).is_err() {
             return Err(format!("it has {corners} corners, more than there are numbers for"));
         }
+
         let has = |holds: fn(&Part) -> bool| parts.iter().any(holds);
         let (normals, places, colours) = (
             has(|part| !part.normals.is_empty()),
             has(|part| !part.places.is_empty() && part.material.texture.is_some()),
             has(|part| !part.colours.is_empty()),
         );
+
         let mut mesh = Self {
             nodes: Vec::new(),
             triangles: Vec::new(),
@@ -110,6 +112,7 @@ impl Mesh {
             materials: Vec::with_capacity(parts.len()),
             corners: [Vec3::INFINITY, Vec3::NEG_INFINITY],
         };
+
         for part in parts {
             check(&part)?;
             let (first, count) = (mesh.positions.len(), part.positions.len());
@@ -119,14 +122,17 @@ impl Mesh {
                 mesh.normals.extend(part.normals.iter().map(|normal| normal.normalize_or_zero()));
                 mesh.normals.resize(first + count, Vec3::ZERO);
             }
+
             if places {
                 mesh.places.extend(part.places.iter().filter(|_| textured));
                 mesh.places.resize(first + count, Vec2::ZERO);
             }
+
             if colours {
                 mesh.colours.extend(part.colours.iter().map(|colour| colour.clamp(Vec3::ZERO, Vec3::ONE)));
                 mesh.colours.resize(first + count, Vec3::ONE);
             }
+
             let material = mesh.materials.len() as u32;
             mesh.materials
                 .push(Material { texture: part.material.texture.filter(|_| textured), ..part.material });
@@ -134,9 +140,11 @@ impl Mesh {
             let kept: Vec<_> = all.filter_map(|corners| mesh.triangle(corners, material)).collect();
             mesh.triangles.extend(kept);
         }
+
         if mesh.triangles.is_empty() {
             return Err("it has no triangle with an area".to_owned());
         }
+
         mesh.plant();
         Ok(mesh)
     }
@@ -176,6 +184,7 @@ impl Mesh {
                 .is_some_and(|colour| (*colour - mean).abs().max_element() > 0.004)
         });
         let (mut colour, mut texels) = (own * mean, 0.0);
+
         if let Some(texture) = &of.texture {
             let [width, height] = texture.size().map(|size| size as f32);
             let [p, q, r] = corners.map(|corner| self.places[corner as usize] * Vec2::new(width, height));
@@ -187,6 +196,7 @@ impl Mesh {
                 texels = (area / across.length()).sqrt() as f32;
             }
         }
+
         Some(Triangle { corners, material, normal, colour, texels, varies })
     }
 
@@ -276,6 +286,7 @@ fn check(part: &Part) -> Result<(), String> {
     if !fits(part.normals.len()) || !fits(part.places.len()) || !fits(part.colours.len()) {
         return Err("it has not as many normals, places in textures or colours as corners".to_owned());
     }
+
     let is_near = |place: &&Vec3| place.is_finite() && place.abs().max_element() <= FARTHEST;
     if let Some(place) = part.positions.iter().find(|place| !is_near(place)) {
         return Err(format!(
@@ -283,12 +294,14 @@ fn check(part: &Part) -> Result<(), String> {
             FARTHEST / 1000.0
         ));
     }
+
     let finite = part.normals.iter().all(|normal| normal.is_finite())
         && part.places.iter().all(|place| place.is_finite())
         && part.colours.iter().all(|colour| colour.is_finite());
     if !finite {
         return Err("a normal, a place in a texture or a colour of it is not finite".to_owned());
     }
+
     let outside = part.triangles.iter().flatten().find(|corner| **corner as usize >= count);
     outside.map_or(Ok(()), |corner| Err(format!("a triangle names corner {corner}, of {count}")))
 }

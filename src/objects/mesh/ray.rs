@@ -137,12 +137,14 @@ impl Mesh {
             stack[0] = (0, enter);
             waiting = 1;
         }
+
         while waiting > 0 {
             waiting -= 1;
             let (index, enter) = stack[waiting];
             if enter > end {
                 continue;
             }
+
             let node = &self.nodes[index as usize];
             if node.count > 0 {
                 let range = node.first as usize..(node.first + node.count) as usize;
@@ -153,6 +155,7 @@ impl Mesh {
                 }
                 continue;
             }
+
             let children = [node.first, node.first + 1].map(|child| {
                 let node = &self.nodes[child as usize];
                 ray.enters(node.low, node.high, end).map(|enter| (child, enter))
@@ -166,6 +169,7 @@ impl Mesh {
                 waiting += 1;
             }
         }
+
         None
     }
 }

@@ -65,6 +65,7 @@ fn rays_meet_the_nearest_triangle() {
             (exact, found) => grazing += usize::from(exact.is_some() || found.is_some()),
         }
     }
+
     assert!(grazing < 6, "{grazing}");
     assert!(met > 1500, "{met}");
 }
@@ -78,6 +79,7 @@ fn facets_are_what_rays_meet() {
         let direction = direction.normalize();
         let (right, down) = direction.any_orthonormal_pair();
         let pixel = 1e-3;
+
         let basis = Basis::new(
             [origin, DVec3::ZERO, DVec3::ZERO],
             [direction, right * pixel, down * pixel],
@@ -88,6 +90,7 @@ fn facets_are_what_rays_meet() {
         let bounds = Bounds { low: [-3.0; 2], high: [3.0; 2] };
         let mut facets = Vec::new();
         mesh.before(&basis, &bounds, &mut facets);
+
         for step in 0..9_i32 {
             let (x, y) = (f64::from(step % 3 * 2 - 2), f64::from(step / 3 * 2 - 2));
             let ray = direction + right * (pixel * x) + down * (pixel * y);
@@ -99,6 +102,7 @@ fn facets_are_what_rays_meet() {
                 assert!(!around.covers() || near <= way + 1e-3 && way <= far + 1e-3, "{near} {way} {far}");
                 Some(f64::from(way + basis.begin))
             });
+
             let (found, exact) = (ways.min_by(f64::total_cmp), nearest(&part, origin, ray));
             match (found, exact) {
                 (Some(found), Some(exact)) => {
@@ -118,6 +122,7 @@ fn what_cannot_be_a_mesh_is_refused() {
         change(&mut part);
         Mesh::new(vec![part])
     };
+
     let refused: [fn(&mut Part); 7] = [
         |part| part.positions[5].y = f32::NAN,
         |part| part.positions[5].y = 1.0e9,
@@ -127,10 +132,12 @@ fn what_cannot_be_a_mesh_is_refused() {
         |part| part.triangles.clear(),
         |part| part.positions.fill(Vec3::ONE),
     ];
+
     for change in refused {
         let message = with(change).unwrap_err();
         assert!(!message.is_empty() && !message.contains('\n'));
     }
+
     assert_eq!(with(|_| ()).unwrap().triangle_count(), 3200);
     assert_eq!(with(|part| part.triangles[0] = [7, 7, 8]).unwrap().triangle_count(), 3199);
 }

@@ -49,6 +49,7 @@ impl<'v> Looking<'v> {
         self.sheets.facets.clear();
         let mut items: Vec<Item<'v>> = Vec::with_capacity(self.near.len());
         let sheets = &mut self.sheets;
+
         self.near.retain(|body| {
             let item = sheets.item(&lens, square, &pencil, place, body);
             let is_there = item.is_some();
@@ -58,6 +59,7 @@ impl<'v> Looking<'v> {
         if !items.iter().any(|item| matches!(item, Item::Mesh(_))) {
             return None;
         }
+
         self.drop_hidden(&mut items);
         let ray = lens.ray(middle);
         if let [Item::Mesh(patch)] = items.as_slice()
@@ -65,11 +67,13 @@ impl<'v> Looking<'v> {
         {
             return Some(Some(Seen { share: 1.0, colour: shade(&hit, &ray), hit }));
         }
+
         self.faces.clear();
         let facets = &self.sheets.facets;
         self.isa.run(CountAll { items: &items, facets, pencil: &pencil, ground, faces: &mut self.faces });
         let seen = self.sum(&ray, &shade);
         let own = self.nearest_of(&items, middle).filter(|hit| ground.shows(hit, DVec2::ZERO));
+
         Some(seen.map(|seen| match own {
             Some(hit) if hit.id == seen.hit.id => Seen { hit, ..seen },
             _ => seen,
@@ -86,6 +90,7 @@ impl<'v> Looking<'v> {
         if end == f32::INFINITY {
             return;
         }
+
         let facets = &mut self.sheets.facets;
         let mut kept = 0;
         for item in items.iter_mut() {
@@ -99,6 +104,7 @@ impl<'v> Looking<'v> {
             }
             patch.facets = first..kept;
         }
+
         facets.truncate(kept);
         let is_left = |item: &Item<'_>| !matches!(item, Item::Mesh(patch) if patch.facets.is_empty());
         let mut left = items.iter().map(is_left);
@@ -124,6 +130,7 @@ impl<'v> Looking<'v> {
         if all.iter().any(|facet| patch.mesh.is_masked(patch.mesh.triangle_at(facet.triangle))) {
             return None;
         }
+
         let middle = self.middle_of(patch)?;
         let own = &self.sheets.facets[middle.facet];
         let end = self.end_of(patch);
@@ -134,10 +141,12 @@ impl<'v> Looking<'v> {
             is_alike = is_alike && are_alike(patch, own, facet);
             far = far.max(at(facet.far));
         }
+
         let far = f64::from(far.min(end));
         if !is_alike || far * ground.most() >= 1.0 {
             return None;
         }
+
         let is_full =
             end.is_finite() || self.isa.run(Probe { patch, facets: &self.sheets.facets, pencil, ground });
         is_full.then(|| self.hit(patch, &middle, direction))
@@ -197,11 +206,13 @@ impl<'v> Looking<'v> {
                 }
                 (Item::Shape(_), Sight::Mesh(_)) => None,
             };
+
             found = match (found, hit) {
                 (Some(found), Some(hit)) if hit.range >= found.range => Some(found),
                 (found, hit) => hit.or(found),
             };
         }
+
         found
     }
 }

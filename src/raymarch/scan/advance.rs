@@ -94,6 +94,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let every = i64::from(block.stride.lines);
         let parts = if rim || self.is_steep(post, 2.0 * DIVIDE) { every } else { 2 };
         let step = block.step.signum() * every / parts;
+
         // After a change of stride some of them may lie before the last one.
         let reached = f64::from(self.reached);
         let mut between = parts - 1;
@@ -103,16 +104,19 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if between == 0 {
             return Ok(step.abs());
         }
+
         let nearest = line - step * between;
         if lines.have(nearest) {
             self.read_between(lines, block, [line, step, between], rim);
             return Ok(step.abs());
         }
+
         let level = block.stride.level;
         let posts = self.posts(level, [self.way.distance(level, nearest), post.mark.distance.into()]);
         if let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, nearest, posts)? {
             self.read_between(&lines, block, [line, step, between], rim);
         }
+
         Ok(step.abs())
     }
 
@@ -155,6 +159,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let side = Grid::side_units(level) as f32;
         let (from, to) = (self.reached, post.mark.distance);
         let mut parts = (NEAR_PARTS * side / to).clamp(1.0, MOST_NEAR_PARTS);
+
         if steep {
             let mut least = 2.0;
             while least < MOST_STEEP_PARTS && self.is_steep(post, least) {
@@ -162,11 +167,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             parts = parts.max(least);
         }
+
         // Planes leave the area, and enter it, at distances that all have in common: crests are found by many parts.
         let at_edge = self.is_at_edge(to);
         if at_edge {
             parts = MOST_NEAR_PARTS;
         }
+
         // Where a plane crosses a column of posts the surface has a crease, which may be a crest: half of the parts end there.
         let simd = self.simd;
         let (near, far) = (simd.splat(from), simd.splat(to));
@@ -174,6 +181,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         let half = simd.splat(0.5);
         let crease = if rim || at_edge { half } else { share.select(crosses, half) };
         let halves = (parts as i32 / 2).max(i32::from(crosses.any()));
+
         for part in 1..2 * halves {
             let way = part as f32 / halves as f32;
             let beyond = simd.splat((way - 1.0).max(0.0));

@@ -121,6 +121,7 @@ impl Way {
         if if ahead { self.frontier >= self.size } else { self.frontier <= 0 } {
             return None;
         }
+
         let level_side = i64::from(Grid::side_units(stride.level));
         let every = i64::from(stride.lines);
         let side = level_side * stride.block_lines();
@@ -129,9 +130,11 @@ impl Way {
         self.frontier = if ahead { (index + 1) * side } else { index * side };
         let lines = (self.size + level_side - 1) / level_side;
         let (low, high) = (index * side / level_side, ((index + 1) * side / level_side).min(lines) - 1);
+
         // Lines keep their place whatever the eye does, so that nothing swims, and those of a stride are among
         // those of a shorter one.
         let at = (self.eye + self.forward * reached) / level_side as f64 - 0.5;
+
         let (first, last, step) = if ahead {
             // `reached` is rounded: a line that a cut block ended with may lie beyond it still.
             let low = low.max(at.floor() as i64 + 1).max(next.div_euclid(level_side));
@@ -140,6 +143,7 @@ impl Way {
             let high = high.min(at.ceil() as i64 - 1).min(next.div_euclid(level_side));
             (high - high.rem_euclid(every), low, -every)
         };
+
         let count = ((last - first) / step + 1).max(0);
         let count = if (last - first) * step < 0 { 0 } else { count };
         Some(Block { stride, index, side, first, step, count })
@@ -160,6 +164,7 @@ mod tests {
             for forward in [1.0, -1.0] {
                 let mut way = Way::new(eye, forward, 1500, 0.0);
                 let (mut reached, mut lines) = (0.0_f32, Vec::new());
+
                 // As a march goes: distances are rounded.
                 while let Some(block) = way.next(stride, reached.into()) {
                     let is_last = way.end(&block) > until;
@@ -171,6 +176,7 @@ mod tests {
                     let last = lines.last().map_or(0.0, |line| way.distance(BARE, *line));
                     reached = reached.max(last as f32);
                 }
+
                 assert!(lines.windows(2).all(|pair| (pair[1] - pair[0]) as f64 * forward > 0.0));
                 let distance = |line: Option<&i64>| line.map_or(0.0, |line| way.distance(BARE, *line));
                 assert!(distance(lines.last()) <= until);

@@ -35,6 +35,7 @@ pub fn highest_code(
         let page = [major, first].map(|index| index / PAGE_SIDE);
         let last = minor[1].min((page[1] + 1) * PAGE_SIDE - 1);
         let (px, py) = if axis == 0 { (page[0], page[1]) } else { (page[1], page[0]) };
+
         let Some(view) = pages.bounds(PageId { level, px, py })? else {
             let coarser = level + 1;
             if coarser >= pages.source().header().level_count {
@@ -45,13 +46,16 @@ pub fn highest_code(
             first = last + 1;
             continue;
         };
+
         let row = view.width as usize;
         let (along, across) = if axis == 0 { (1, row) } else { (row, 1) };
         let start = (major % PAGE_SIDE) as usize * along;
         for index in first % PAGE_SIDE..=last % PAGE_SIDE {
             highest = highest.max(view.high[start + index as usize * across]);
         }
+
         first = last + 1;
     }
+
     Ok(highest)
 }

@@ -46,6 +46,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             stride = Stride { level: stride.coarser(), stands_in: true, ..stride };
         }
+
         Ok(None)
     }
 

@@ -63,6 +63,7 @@ impl<'a> Lines<'a> {
         if count > MOST_PAGES {
             return Ok(None);
         }
+
         // A line beside the area belongs to the first or the last ones.
         let (held, strip) = together(major, (line - page_line * side).clamp(0, side - 1) as u32);
         let mut lines = Self {
@@ -74,6 +75,7 @@ impl<'a> Lines<'a> {
             held: i64::from(held),
             limits: [-(first * side) as f32, (posts_across - 1 - first * side) as f32],
         };
+
         let page = |across: i64| {
             let (along, across) = (page_line as u32, across as u32);
             let (px, py) = if major == 0 { (along, across) } else { (across, along) };
@@ -83,6 +85,7 @@ impl<'a> Lines<'a> {
             let Some(codes) = pages.codes(page(first + part as i64), major, strip)? else { return Ok(None) };
             lines.parts[part] = codes;
         }
+
         lines.near = lines.near(posts.ends.map(|post| post - first * side));
         let beside = posts.next.div_euclid(side).clamp(0, dims[1 - major] - 1);
         let part = if (first..=last).contains(&beside) {
@@ -92,6 +95,7 @@ impl<'a> Lines<'a> {
             pages.known_codes(page(beside), major, strip)
         };
         lines.next = part.map(|part| (part, (posts.next - beside * side) as i32));
+
         Ok(Some(lines))
     }
 

@@ -116,6 +116,7 @@ impl Kernel for Seeing<'_, '_> {
         if nearest > farthest {
             return Ok(0.0);
         }
+
         let size = [march.grid.nx, march.grid.ny][group.major];
         let ground = Ground {
             simd,
@@ -128,6 +129,7 @@ impl Kernel for Seeing<'_, '_> {
             scale: simd.splat(march.heights.scale as f32),
             offset: simd.splat((march.heights.offset - eye.z) as f32),
         };
+
         Planes {
             simd,
             eye,
@@ -193,15 +195,18 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             if self.is_over(ceiling) {
                 return Ok(self.bare_until);
             }
+
             stride = self.march.strides.index_at(f64::from(self.reached) * self.group.ground, stride);
             let mut way = self.way;
             let chosen = self.march.strides.get(stride);
+
             let Some(mut block) = way.next(chosen, self.reached.into()) else {
                 if let Some((lines, block)) = self.march_last_line(chosen)? {
                     self.pass_last_line(&lines, &block);
                 }
                 break;
             };
+
             if chosen.level == BARE {
                 // Bare ground ends where the reference has it end, to a line.
                 let until = self.march.strides.bare_until() / self.group.ground;
@@ -214,9 +219,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
                 }
                 self.bare_until = way.passed();
             }
+
             self.way = way;
             self.march_block(&block)?;
         }
+
         Ok(self.bare_until)
     }
 
@@ -245,6 +252,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if block.count == 0 {
             return Ok(());
         }
+
         let level = block.stride.level;
         let last = self.way.distance(level, block.first + block.step * (block.count - 1));
         let hidden = self.is_hidden(block)?;
@@ -252,6 +260,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.reached = last as f32;
             return Ok(());
         }
+
         let posts = self.posts(level, [self.reached.into(), last]);
         let Some(lines) = Lines::find(&mut self.march.pages, level, self.group.major, block.first, posts)?
         else {
@@ -263,6 +272,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             }
             return Ok(());
         };
+
         if !self.is_begun {
             self.prime(block)?;
         }
@@ -274,6 +284,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.reached = last as f32;
             return Ok(());
         }
+
         let near = block.stride.lines == 1 && self.is_near(level);
         // All heights first: reads that wait for nothing overlap. Most blocks end here.
         let mut slopes = [Sixteen::default(); MOST_LINES];
@@ -283,11 +294,13 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             self.skip(block, last as f32, &slopes);
             return Ok(());
         }
+
         for index in 0..block.count {
             let line = block.first + index * block.step;
             let post = self.stored(block, line, &slopes[index as usize]);
             self.step(&lines, block, &post, near)?;
         }
+
         Ok(())
     }
 
@@ -308,6 +321,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             (simd.splat(across as f32), self.ground.minor * simd.splat((1.0 / side) as f32));
         let (first, step) = (self.way.distance(level, block.first), side * block.stride.lines as f64);
         let mut highest = simd.splat(NO_SLOPE);
+
         for (index, slope) in slopes.iter_mut().enumerate().take(block.count as usize) {
             let distance = (first + index as f64 * step) as f32;
             let at = simd.splat(distance);
@@ -319,6 +333,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             found.store(&mut slope.0);
             highest = highest.max(found);
         }
+
         highest
     }
 
@@ -392,6 +407,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if voxels > MOST_VOXELS {
             return Ok(false);
         }
+
         let end = self.way.end(block);
         let dims = self.march.grid.dims(level);
         let last = i64::from([dims.0, dims.1][1 - self.group.major] - 1);
@@ -408,9 +424,11 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if code == HeightCode::EMPTY {
             return Ok(true);
         }
+
         let height = self.march.heights.offset + self.march.heights.scale * f64::from(code) - self.eye.z;
         let (from, to) = (self.simd.splat(self.reached), self.simd.splat(end as f32));
         let top = self.ground.drop.neg_mul_add(from * from, self.simd.splat(height as f32));
+
         Ok((self.clears(from, top) & self.clears(to, top) | self.is_full()).all())
     }
 
@@ -428,6 +446,7 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
         if self.simd.splat(0.0).lt(z).any() && self.inner[0] == 0.0 {
             return self.flood(self.post(z, self.first_mark(block, start)));
         }
+
         // The surface under the eye is seen at no finite tangent: begin where it is below the lowest row.
         let mut distance = self.under_eye(z).min(0.25 * self.way.distance(level, block.first) as f32);
         loop {

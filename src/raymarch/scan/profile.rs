@@ -73,10 +73,12 @@ impl Profile {
         if !sights.iter().any(|sight| sight.mark.stands_in) {
             return 0;
         }
+
         let below = |crest: &Sixteen| -> u64 {
             crest.0.iter().map(|crest| centres.partition_point(|centre| centre < crest) as u64).sum()
         };
         let mut crest = Sixteen([NO_SLOPE; LANES]);
+
         // Rows below the crest at the beginning of a run of stretches that stand in.
         let mut run: Option<u64> = None;
         let mut rows = 0;
@@ -91,6 +93,7 @@ impl Profile {
             }
             crest.0.iter_mut().zip(sight.slope.0).for_each(|(crest, slope)| *crest = crest.max(slope));
         }
+
         rows + run.map_or(0, |first| below(&crest) - first)
     }
 
@@ -226,8 +229,10 @@ impl Kernel for Passing<'_> {
                     cuts.push((index, parts as usize));
                 }
             }
+
             last = Some((above, below));
         }
+
         cuts
     }
 }

@@ -80,12 +80,14 @@ impl<'a, V: Simd> Planes<'_, 'a, V> {
             let codes = self.ground.cell(lines, line, [cell, column - cell], along);
             *slope = self.slope(self.ground.height(codes, at), inverse);
         }
+
         let [ends, begins] = slopes;
         self.join(Post { slope: ends, inverse, mark });
         self.join(Post { slope: begins, inverse, mark });
         let nothing = simd.splat(LEAST_SLOPE);
         let next = self.ground.cell(lines, line + ahead, [cells[1], b - cells[1]], simd.splat(0.0));
         let is_rim = self.ground.is_nothing(next) & begins.lt(nothing);
+
         simd.splat(NO_SLOPE).select(is_rim, post.slope)
     }
 

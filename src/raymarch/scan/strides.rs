@@ -51,6 +51,7 @@ impl Strides {
     pub fn new(grid: &Grid, level_count: u8, outlook: Outlook, detail: f64) -> Self {
         let Outlook { pixel_angle, clearance, height } = outlook;
         let threshold = detail * grid.spacing / pixel_angle;
+
         // Flat ground rises by height / distance² per metre.
         let flat = |lines: u32, level: u8| {
             let rows = f64::from(lines * Grid::side_units(level)) * height * threshold;
@@ -62,15 +63,18 @@ impl Strides {
             (range * range - clearance.max(0.0).powi(2)).max(0.0).sqrt()
         };
         let mut steps: Vec<Stride> = Vec::new();
+
         for level in 0..level_count {
             let side = f64::from(Grid::side_units(level));
             let from = if level == 0 { 0.0 } else { side * threshold };
+
             // From high above, a level is fine enough at any distance.
             if from <= clearance {
                 steps.clear();
             }
             let [second, fourth] =
                 if level == 0 { [SECOND, FOURTH].map(|share| share * threshold) } else { [from; 2] };
+
             for (lines, at_least) in [(1, from), (2, second), (4, fourth)] {
                 let longer = at_least.max(flat(lines, level)).min(across(lines, level));
                 let from = if lines == 1 { from } else { longer };
@@ -81,9 +85,11 @@ impl Strides {
                 steps.push(Stride { from, level, lines, stands_in: false });
             }
         }
+
         if let Some(first) = steps.first_mut() {
             first.from = 0.0;
         }
+
         Self { steps, bare_until: 0.0 }
     }
 

@@ -241,6 +241,7 @@ fn lines_are_sharp_where_ground_is_steep() {
     assert!(!on_the_plain.is_empty() && on_the_plain.iter().all(|&span| span > 1), "{on_the_plain:?}");
     let on_the_slope = spans(1.0, 484.0..560.0);
     assert!(on_the_slope.len() >= 75 && on_the_slope.iter().all(|&span| span == 1), "{on_the_slope:?}");
+
     // Where less detail is asked for, two lines are one.
     let coarse = spans(0.2, 484.0..560.0);
     assert!(coarse.iter().all(|&span| span > 1), "{coarse:?}");

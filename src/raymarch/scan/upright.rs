@@ -78,6 +78,7 @@ impl Upright {
             (yaw.to_radians().sin_cos(), pitch.to_radians().sin_cos(), roll.to_radians().sin_cos());
         let focal = camera.focal_px();
         let centre = DVec2::new(f64::from(camera.width), f64::from(camera.height)) * 0.5;
+
         // Trajectories leave a roll of 10⁻¹⁵ where there is none.
         let is_level = roll.1 > 0.0 && roll.0.abs() * centre.length() < LEVEL;
         let roll = if is_level { (0.0, 1.0) } else { roll };
@@ -90,6 +91,7 @@ impl Upright {
         if least < LEAST_HORIZONTAL * (1.0 + (reach / focal).powi(2)).sqrt().min(2.0) {
             return None;
         }
+
         let corners = outline.map(|at| {
             let depth = horizontal(at.y);
             DVec2::new(at.x / focal / depth, (at.y / focal * pitch.1 + pitch.0) / depth)
@@ -101,14 +103,17 @@ impl Upright {
         };
         let rows = fold(outline.map(|at| at.y));
         let across = fold(corners.map(|corner| corner.x));
+
         // Planes are a pixel apart at the horizon, or at the row of the screen that is nearest to it.
         let nearest = (-focal * pitch.0 / pitch.1).clamp(rows[0], rows[1]);
         let step = (1.0 / (focal * horizontal(nearest))).min(WIDEST_STEP);
+
         // Rows lie where those of the screen do, or its columns if it is rolled that far.
         let phase = 0.5 - if roll.1.abs() >= roll.0.abs() { centre.y } else { centre.x };
         let first = if is_level { phase } else { (rows[0] - phase).floor() + phase };
         let last = if is_level { centre.y - 0.5 } else { (rows[1] - phase).ceil() + phase };
         let planes = ((across[1] - across[0]) / step).ceil() as usize + 1;
+
         Some(Self {
             focal,
             pitch: [pitch.0, pitch.1],
@@ -183,6 +188,7 @@ impl Upright {
         let strip = [at((index * LANES) as f64 - MARGIN), at(((index + 1) * LANES) as f64 + MARGIN)];
         let mut extent = [f64::INFINITY, f64::NEG_INFINITY];
         let mut add = |t: f64| extent = [extent[0].min(t), extent[1].max(t)];
+
         for (index, from) in self.corners.iter().enumerate() {
             let to = self.corners[(index + 1) % self.corners.len()];
             if (strip[0]..=strip[1]).contains(&from.x) {
@@ -195,9 +201,11 @@ impl Upright {
                 }
             }
         }
+
         if extent[0] > extent[1] {
             return 0..0;
         }
+
         let row = |t: f64| {
             let [sin, cos] = self.pitch;
             // t of y, solved for y.
@@ -205,6 +213,7 @@ impl Upright {
         };
         let first = (row(extent[0]) - MARGIN).floor().max(0.0) as usize;
         let end = (row(extent[1]) + MARGIN).ceil().max(0.0) as usize + 1;
+
         first.min(self.size[1])..end.min(self.size[1])
     }
 

@@ -57,10 +57,12 @@ impl LampCast {
                 }
                 Anchor::At(track) => land.stand(light, track, &mut placed)?,
             }
+
             if placed.len() > MOST_LAMPS {
                 return Err(land.wrong(light, &format!("a scene has at most {MOST_LAMPS} lamps")));
             }
         }
+
         Ok(Self(placed))
     }
 
@@ -71,6 +73,7 @@ impl LampCast {
             if level == 0.0 {
                 return None;
             }
+
             let turn = placed.lamp.yaw + 360.0 * (placed.lamp.rhythm.turns * seconds).rem_euclid(1.0);
             let turned = Attitude { yaw: turn, ..Attitude::default() };
             let (position, attitude) = match placed.actor {
@@ -82,8 +85,10 @@ impl LampCast {
                     (eye + view * DVec3::new(right, up, forward), attitude.turned(turned))
                 }
             };
+
             Some(PointLight { position, attitude, fixture: placed.lamp.fixture.clone(), level })
         };
+
         self.0.iter().filter_map(shines).collect()
     }
 }
@@ -123,9 +128,11 @@ impl Land<'_> {
                 }
                 _ => at.z,
             };
+
             let position = at.with_z(height + lamp.offset.z);
             Ok(Placed { lamp: lamp.clone(), actor: None, position, attitude: anchor.attitude })
         };
+
         match &light.layout {
             Layout::Lamps(lamps) => {
                 let (sin, cos) = anchor.attitude.yaw.to_radians().sin_cos();
@@ -142,6 +149,7 @@ impl Land<'_> {
                 if count >= MOST_LAMPS as f64 {
                     return Err(self.wrong(light, &format!("a scene has at most {MOST_LAMPS} lamps")));
                 }
+
                 for index in 0..=count as usize {
                     let part = index as f64 / count;
                     let mut lamp = lamp.clone();
@@ -153,6 +161,7 @@ impl Land<'_> {
                 }
             }
         }
+
         Ok(())
     }
 }

@@ -81,6 +81,7 @@ pub fn runway(length: f64, width: f64, candela: f64, has_centre_line: bool) -> V
         let fixture = &kinds[kind(edge(length - at))][kind(edge(at))];
         lamps.extend([-half - 2.0, half + 2.0].map(|right| lamp(right, at, fixture)));
     }
+
     let bar = |colours: [Colour; 2], at: f64| {
         let wing = [8.0, 5.0];
         let fixture = fixture([
@@ -89,12 +90,14 @@ pub fn runway(length: f64, width: f64, candela: f64, has_centre_line: bool) -> V
         ]);
         places(-half, half, THRESHOLD_SPACING).map(|right| lamp(right, at, &fixture)).collect::<Vec<_>>()
     };
+
     lamps.extend(bar([Colour::GREEN, Colour::RED], -1.0));
     lamps.extend(bar([Colour::RED, Colour::GREEN], length + 1.0));
     if has_centre_line {
         let colour = |left: f64, is_even: bool| {
             if left < RED || (left < MIXED && is_even) { Colour::RED } else { Colour::WHITE }
         };
+
         let kinds = [Colour::RED, Colour::WHITE].map(|towards| {
             [Colour::RED, Colour::WHITE].map(|along| {
                 let half = [5.0, 3.5];
@@ -104,12 +107,14 @@ pub fn runway(length: f64, width: f64, candela: f64, has_centre_line: bool) -> V
                 ])
             })
         });
+
         for (index, at) in places(CENTRE_SPACING, length - CENTRE_SPACING, CENTRE_SPACING).enumerate() {
             let is_even = index % 2 == 0;
             let fixture = &kinds[kind(colour(length - at, is_even))][kind(colour(at, is_even))];
             lamps.push(lamp(0.0, at, fixture));
         }
     }
+
     lamps
 }
 
@@ -119,6 +124,7 @@ pub fn approach(length: f64, candela: f64, has_flashers: bool) -> Vec<Lamp> {
     let steady = fixture([beam(Colour::WHITE, candela, [TOWARDS, 5.5], wide)]);
     let count = (length / APPROACH_SPACING).floor() as usize;
     let mut lamps = Vec::new();
+
     for bar in 1..=count {
         let before = bar as f64 * APPROACH_SPACING;
         lamps.extend((-2..=2).map(|right| lamp(f64::from(right), -before, &steady)));
@@ -128,6 +134,7 @@ pub fn approach(length: f64, candela: f64, has_flashers: bool) -> Vec<Lamp> {
             lamps.extend(rest.map(|right| lamp(right, -before, &steady)));
         }
     }
+
     if has_flashers {
         let flasher = fixture([beam(Colour::WHITE, FLASH_GAIN * candela, [TOWARDS, 5.5], wide)]);
         let first = (CROSSBAR / APPROACH_SPACING) as usize;
@@ -139,6 +146,7 @@ pub fn approach(length: f64, candela: f64, has_flashers: bool) -> Vec<Lamp> {
             lamps.push(Lamp { rhythm: Rhythm { flash, turns: 0.0 }, ..lamp });
         }
     }
+
     lamps
 }
 

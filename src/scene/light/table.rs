@@ -135,6 +135,7 @@ impl Entry<'_, '_> {
         fn at<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
             value.as_ref().map(Spanned::span)
         }
+
         let given = [
             ("object", at(&table.object)),
             ("offset_m", at(&table.offset_m)),
@@ -159,6 +160,7 @@ impl Entry<'_, '_> {
             ("count", at(&table.count)),
             ("seed", at(&table.seed)),
         ];
+
         let other =
             given.into_iter().find_map(|(key, span)| Some(key).zip(span).filter(|_| !keys.contains(&key)));
         other.map_or(Ok(()), |(key, span)| {
@@ -207,6 +209,7 @@ impl Entry<'_, '_> {
             let want = format!("must be {least} m to 100 km");
             self.number(key, value.as_ref(), default, least..=LONGEST, &want)
         };
+
         let slope = || {
             self.number(
                 "slope_deg",
@@ -216,6 +219,7 @@ impl Entry<'_, '_> {
                 "must be 1 to 15 degrees",
             )
         };
+
         Ok(Layout::Lamps(match kind {
             Kind::Lamp => {
                 let offset = match &table.offset_m {
@@ -244,10 +248,12 @@ impl Entry<'_, '_> {
                         .reading
                         .wrong(running.span(), "running_s is for lights that flash; give flash_s, too"));
                 }
+
                 let seconds = |value| {
                     self.number("running_s", Some(value), None, -3600.0..=3600.0, "must be -3600 to 3600 s")
                 };
                 let running = running.map(seconds).transpose()?;
+
                 let lamp = Lamp {
                     offset: DVec3::ZERO,
                     yaw: 0.0,
@@ -291,6 +297,7 @@ impl Entry<'_, '_> {
                     );
                     return Err(self.reading.wrong(extent.span(), what));
                 }
+
                 let given = table.count.as_ref().ok_or_else(|| self.wrong("a town needs count"))?;
                 let count = *given.get_ref() as usize;
                 if count > MOST_LAMPS {
@@ -298,6 +305,7 @@ impl Entry<'_, '_> {
                         .reading
                         .wrong(given.span(), format!("count must be {MOST_LAMPS} at most, not {count}")));
                 }
+
                 let seed = table.seed.as_ref().map_or(0, |seed| u64::from(*seed.get_ref()));
                 kinds::town(metres, count, self.candela(60.0)?, self.colour(Colour::WARM)?, seed)
             }
@@ -352,6 +360,7 @@ impl Entry<'_, '_> {
         let (colour, candela) = (self.colour(Colour::WHITE)?, self.candela(100.0)?);
         let size =
             self.number("size_m", table.size_m.as_ref(), Some(0.2), 0.0..=1000.0, "must be 0 to 1000 m")?;
+
         let pitch = self.number(
             "pitch_deg",
             table.pitch_deg.as_ref(),
@@ -359,6 +368,7 @@ impl Entry<'_, '_> {
             -90.0..=90.0,
             "must be -90 to 90 degrees",
         )?;
+
         let beams = match &table.beam_deg {
             None => match table
                 .pitch_deg
@@ -382,6 +392,7 @@ impl Entry<'_, '_> {
                     );
                     return Err(self.reading.wrong(given.span(), what));
                 }
+
                 let half = widths.map(|width| 0.5 * width);
                 let front = beam(colour, candela, [0.0, pitch], half);
                 if table.two_sided.as_ref().is_some_and(|both| *both.get_ref()) {
@@ -391,6 +402,7 @@ impl Entry<'_, '_> {
                 }
             }
         };
+
         Ok(Fixture { radius: 0.5 * size, beams })
     }
 
@@ -414,6 +426,7 @@ impl Entry<'_, '_> {
                     );
                     return Err(self.reading.wrong(given.span(), what));
                 }
+
                 let phase = self.number(
                     "phase_s",
                     table.phase_s.as_ref(),
@@ -421,9 +434,11 @@ impl Entry<'_, '_> {
                     -3600.0..=3600.0,
                     "must be -3600 to 3600 s",
                 )?;
+
                 Some(Flash { period, on, phase })
             }
         };
+
         let turns = self.number(
             "turn_rpm",
             table.turn_rpm.as_ref(),
@@ -431,6 +446,7 @@ impl Entry<'_, '_> {
             -600.0..=600.0,
             "must be -600 to 600 turns a minute",
         )?;
+
         Ok(Rhythm { flash, turns: turns / 60.0 })
     }
 }

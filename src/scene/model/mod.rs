@@ -118,10 +118,12 @@ impl Models {
                 read
             }
         };
+
         let nodes = nodes.iter().map(|node| node.map(str::to_owned)).collect();
         let knife = Knife { nodes, rests: rests.to_vec() };
         let known =
             self.fitted.iter().find(|(known, its, by, _)| known == path && its == fit && *by == knife);
+
         let cut = match known {
             Some((.., cut)) => cut.clone(),
             None => {
@@ -135,10 +137,12 @@ impl Models {
                         self.triangles
                     )));
                 }
+
                 self.fitted.push((path.to_owned(), *fit, knife, cut.clone()));
                 cut
             }
         };
+
         Ok(Fitted { cut, files: read.files.clone(), notes: read.model.notes.clone() })
     }
 }
@@ -149,6 +153,7 @@ impl Fitting {
         let turn = fit.turn.world_from_view();
         let turn = DMat3::from_cols(turn.x_axis, turn.z_axis, turn.y_axis);
         let axes = if fit.is_z_up { DMat3::IDENTITY } else { model.body_from_model };
+
         let bounds = |turned: DMat3| {
             let used = model.parts.iter().flat_map(|part| {
                 part.triangles.iter().flatten().filter_map(|corner| part.positions.get(*corner as usize))
@@ -158,6 +163,7 @@ impl Fitting {
                 [low.min(place), high.max(place)]
             })
         };
+
         let scale = match fit.size {
             Size::Scale(scale) => scale,
             Size::Length(metres) => {
@@ -165,10 +171,12 @@ impl Fitting {
                 metres / (high - low).max_element()
             }
         };
+
         let turned = turn * axes * scale;
         if !turned.is_finite() {
             return Err("it has no size that a length could be given to".to_owned());
         }
+
         let [low, high] = bounds(turned);
         let middle = 0.5 * (low + high);
         let origin = match fit.origin {
@@ -177,6 +185,7 @@ impl Fitting {
             Origin::Middle => middle,
         };
         let is_mirrored = axes.determinant() < 0.0;
+
         Ok(Self { turned, axes, turn, origin, is_mirrored, corners: [low - origin, high - origin] })
     }
 
@@ -191,6 +200,7 @@ impl Fitting {
             None => (turned * *place - origin).as_vec3(),
             Some(rest) => (rest.turn.transpose() * (turned * *place - origin - rest.pivot)).as_vec3(),
         };
+
         let part = |part: &ModelPart| Part {
             positions: part.positions.iter().map(place).collect(),
             normals: part.normals.iter().map(|normal| rotation * *normal).collect(),
@@ -203,6 +213,7 @@ impl Fitting {
                 .collect(),
             material: part.material.clone(),
         };
+
         Mesh::new(model.parts.iter().filter(|part| within(part)).map(part).collect())
     }
 }

@@ -56,12 +56,14 @@ impl Cut {
         let fitting = Fitting::new(model, fit)?;
         let found: Vec<Clause<usize>> =
             knife.nodes.iter().map(|name| find_node(model, name.as_deref())).collect();
+
         // The cut node that each node goes with; the one above it is known before.
         let mut goes_with: Vec<Option<usize>> = Vec::with_capacity(model.nodes.len());
         for (number, node) in model.nodes.iter().enumerate() {
             let own = found.iter().position(|found| found.as_ref() == Ok(&number));
             goes_with.push(own.or_else(|| node.above.and_then(|above| goes_with[above])));
         }
+
         let of = |part: &ModelPart| part.node.and_then(|node| goes_with[node]);
         let node = |(index, found): (usize, Clause<usize>)| -> Clause<Node> {
             let number = found?;
@@ -75,6 +77,7 @@ impl Cut {
             let above = model.nodes[number].above.and_then(|above| goes_with[above]);
             Ok(Node { mesh: Arc::new(mesh), rest, above })
         };
+
         let is_cut = found.iter().any(Clause::is_ok);
         let nodes = found.into_iter().enumerate().map(node).collect();
         let rest = fitting.mesh(model, None, |part| of(part).is_none());
@@ -83,6 +86,7 @@ impl Cut {
                 "nothing of it is left besides the nodes that are parts; leave the outermost to the object";
             if is_cut { nothing.to_owned() } else { what }
         })?;
+
         Ok(Self { rest: Arc::new(rest), nodes, corners: fitting.corners })
     }
 

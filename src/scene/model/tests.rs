@@ -67,16 +67,20 @@ fn vox() -> Vec<u8> {
     fn chunk(name: &[u8; 4], own: &[u8]) -> Vec<u8> {
         [&name[..], &(own.len() as u32).to_le_bytes(), &0_u32.to_le_bytes(), own].concat()
     }
+
     fn words(values: &[u32]) -> Vec<u8> {
         values.iter().flat_map(|value| value.to_le_bytes()).collect()
     }
+
     fn text(text: &str) -> Vec<u8> {
         [&words(&[text.len() as u32]), text.as_bytes()].concat()
     }
+
     let voxels = [[0, 0, 0, 1], [1, 0, 0, 1], [2, 0, 0, 2], [1, 1, 0, 3]];
     // Rows: −Y, X, Z.
     let turn =
         [words(&[0, 0, 1, u32::MAX, 0, 1, 2]), text("_r"), text("17"), text("_t"), text("10 20 30")].concat();
+
     let chunks = [
         chunk(b"SIZE", &words(&[3, 2, 1])),
         chunk(b"XYZI", &[words(&[4]), voxels.concat()].concat()),
@@ -84,6 +88,7 @@ fn vox() -> Vec<u8> {
         chunk(b"nSHP", &words(&[1, 0, 1, 0, 0])),
     ]
     .concat();
+
     [&b"VOX "[..], &words(&[150]), b"MAIN", &words(&[0, chunks.len() as u32]), &chunks].concat()
 }
 
@@ -142,12 +147,14 @@ fn all_formats_tell_the_same_square() {
         assert_eq!(read.cut.rest.triangle_count(), 2);
         assert!(read.files.contains(&folder.path("picture.png")), "{name}: {:?}", read.files);
     }
+
     let fit = Fit { size: Size::Length(8.0), origin: Origin::Base, ..PLAIN };
     let [low, high] = folder.read("square.glb", &fit).unwrap().cut.rest.corners();
     assert!(
         (low - Vec3::new(-2.0, 0.0, 0.0)).length() < 1e-3
             && (high - Vec3::new(2.0, 0.0, 8.0)).length() < 1e-3
     );
+
     let fit = Fit {
         is_z_up: true,
         turn: Attitude { yaw: 90.0, ..Attitude::default() },
@@ -213,6 +220,7 @@ fn mistakes_are_named() {
         assert!(json.contains(from), "{from}");
         json.replace(from, to)
     };
+
     let cases = [
         ("square.bin", "none.bin", "none.bin"),
         ("square.bin", "https://example.org/a.bin", "https"),
@@ -238,10 +246,12 @@ fn mistakes_are_named() {
         (r#""nodes":[0]"#, r#""nodes":[4294967296]"#, "4294967296"),
         (r#""componentType":5126"#, r#""componentType":4294972422"#, "4294972422"),
     ];
+
     for (from, to, told) in cases {
         let message = folder.refused("wrong.gltf", json(from, to).as_bytes());
         assert!(message.contains(told), "{to}: {message}");
     }
+
     let obj = [
         ("v 1 0 0", "v 1 nan 0", "line 4: nan"),
         ("v 1 0 0", "v 1 0", "line 4"),
@@ -254,10 +264,12 @@ fn mistakes_are_named() {
         ("square.mtl", "none.mtl", "none.mtl"),
         ("square.mtl", "file:///etc/passwd", "file beside"),
     ];
+
     for (from, to, told) in obj {
         let message = folder.refused("wrong.obj", OBJ.replace(from, to).as_bytes());
         assert!(message.contains(told), "{to}: {message}");
     }
+
     folder.put("square.mtl", b"newmtl red\nKd 1\n");
     assert!(folder.refused("wrong.obj", OBJ.as_bytes()).contains("square.mtl, line 2"));
     assert!(folder.refused("wrong.ply", b"ply").contains(".glb"));
@@ -267,10 +279,12 @@ fn mistakes_are_named() {
         let error = folder.read(name, &PLAIN).unwrap_err();
         assert!(matches!(error, Error::Unsupported { .. }), "{name}: {error}");
     }
+
     // Numbers that are no indices may be as large as they like.
     let large = json(r#""version":"2.0"}"#, r#""version":"2.0"},"extras":{"mesh":9223372036854775808}"#);
     folder.put("large.gltf", large.as_bytes());
     assert!(folder.read("large.gltf", &PLAIN).is_ok());
+
     let nested = [
         &b"VOX "[..],
         &[150, 0, 0, 0],
@@ -284,12 +298,14 @@ fn mistakes_are_named() {
         &[0; 8],
     ]
     .concat();
+
     assert!(folder.refused("wrong.vox", &nested).contains("chunk"));
     // A turn that is none: the reader of the format would panic.
     let mut turned = vox();
     let at = turned.windows(2).position(|pair| pair == b"17").unwrap();
     turned[at + 1] = b'5';
     assert!(folder.refused("wrong.vox", &turned).contains("turn"));
+
     for odd in ["10 20 3x", "10 20+30", "10 20 \t ", "1 20 3 4"] {
         let mut moved = vox();
         let at = moved.windows(8).position(|bytes| bytes == b"10 20 30").unwrap();
@@ -345,6 +361,7 @@ fn damage(folder: &Folder, name: &str, bytes: &[u8], times: usize) -> [usize; 2]
                 changed.copy_within(from..from + count, to);
             }
         }
+
         folder.put(name, &changed);
         match folder.read(name, &PLAIN) {
             Ok(read) => {
@@ -362,6 +379,7 @@ fn damage(folder: &Folder, name: &str, bytes: &[u8], times: usize) -> [usize; 2]
             }
         }
     }
+
     count
 }
 
@@ -377,6 +395,7 @@ fn damaged_models_are_read_or_refused_by_a_sentence() {
         ("picture.png", png()),
         ("square.mtl", MTL.as_bytes().to_vec()),
     ];
+
     for (name, bytes) in models {
         if name == "picture.png" || name == "square.mtl" {
             // Through the model that needs it.
@@ -390,9 +409,11 @@ fn damaged_models_are_read_or_refused_by_a_sentence() {
                     assert!(error.to_string().contains("square.obj"), "{error}");
                 }
             }
+
             folder.put(name, &bytes);
             continue;
         }
+
         let [refused, read] = damage(&folder, name, &bytes, 600);
         assert!(refused > 100 && read > 0, "{name}: {refused} {read}");
     }
@@ -403,10 +424,12 @@ fn real_models_are_read_whole_and_refused_damaged() {
     let Some(models) = realdata().map(|folder| folder.join("models")).filter(|folder| folder.is_dir()) else {
         return;
     };
+
     let folder = Folder::new();
     fs::create_dir(folder.path("Textures")).unwrap();
     fs::copy(models.join("kenney/racing/Textures/colormap.png"), folder.path("Textures/colormap.png"))
         .unwrap();
+
     for (name, triangles) in [
         ("airplane/airplane.glb", 2452),
         ("airplane/airplane.obj", 2452),

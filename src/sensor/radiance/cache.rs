@@ -237,6 +237,7 @@ impl<'a> RadiancePages<'a> {
             ^ index.wrapping_mul(41);
         let Self { source, radiance, slots, loom, missing, dark } = self;
         let slot = &mut slots[hash as usize % SLOTS];
+
         if slot.as_ref().is_none_or(|(known, _)| *known != strip) {
             let mut absent = Vec::new();
             let may_weave = || {
@@ -247,13 +248,16 @@ impl<'a> RadiancePages<'a> {
                 }
                 absent.is_empty()
             };
+
             let lines = radiance.lines(*source, strip, loom, may_weave)?;
             if !absent.is_empty() {
                 missing.get_or_insert_default().append(&mut absent);
                 return Ok(Some(Arc::clone(dark)));
             }
+
             *slot = Some((strip, lines));
         }
+
         Ok(slot.as_ref().and_then(|(_, lines)| lines.clone()))
     }
 }

@@ -22,6 +22,7 @@ fn what_was_not_used_for_longest_makes_room_and_comes_again() {
         radiance.begin_frame();
         page(&radiance, 2);
     }
+
     radiance.begin_frame();
     assert!(radiance.bytes() <= 2 * one, "{} bytes", radiance.bytes());
     let before = source.asked.load(Ordering::Relaxed);
@@ -77,11 +78,13 @@ fn light_that_must_wait_is_dark_and_its_page_missing_until_it_is_known() {
     assert!(near.texels.iter().any(|texel| *texel > 0) && patient.take_missing().is_empty());
     let asked = || far.0.asked.load(Ordering::Relaxed);
     let before = asked();
+
     for _ in 0..2 {
         let dark = patient.lines(strip(1)).unwrap().unwrap();
         assert!(dark.texels.iter().all(|texel| *texel == 0));
         assert_eq!(patient.take_missing(), [id(1)]);
     }
+
     assert_eq!(asked(), before, "nothing was read of it");
     // Who waits has its light, and from then on all have.
     let light = RadiancePages::new(&far, &radiance).lines(strip(1)).unwrap().unwrap();

@@ -98,10 +98,12 @@ impl Finish for Weaving<'_> {
         let (major, wide) = (usize::from(weave.facing.major), 1 << weave.shift);
         let lines = Shares::of_lines(usize::from(weave.span), size[major]);
         let texels = Shares::of_texels(wide, size[1 - major]);
+
         // Rows of posts lie along x: columns of texels are lines if the planes run along x.
         let [rows, columns] = if major == 0 { [&texels, &lines] } else { [&lines, &texels] };
         let row = texels.count;
         image.resize(rows.count * columns.count, 0);
+
         if rows.step == 1 && columns.step == 1 {
             for (index, target) in image.chunks_exact_mut(columns.count).enumerate() {
                 let posts = window.row(rows.first + index);
@@ -117,6 +119,7 @@ impl Finish for Weaving<'_> {
                 encode(simd, target, sums.means(simd, columns));
             }
         }
+
         LineImage {
             texels: if major == 0 { turned(image, columns.count, 0..columns.count) } else { image.clone() },
             row,

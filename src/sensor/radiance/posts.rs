@@ -83,6 +83,7 @@ impl<'a> Posts<'a> {
         let half_step = (0.5 * header.heights.scale / header.grid.side(id.level)) as f32;
         let (nx, ny) = header.grid.dims(id.level);
         let axes = [(id.px, view.width, nx), (id.py, view.height, ny)];
+
         // The area may also end within the apron of a page that is not its last.
         let inside = axes.map(|(page, size, count)| {
             let first = (page * PAGE_SIDE) as usize;
@@ -102,6 +103,7 @@ impl<'a> Posts<'a> {
             inside.start.max(part.start)..inside.end.min(part.end)
         });
         let linear = std::array::from_fn(|code| lamp.sensor.wetted(linear_from_srgb8([code as u8; 3])[0]));
+
         Self { lamp: *lamp, linear, view, facing: *facing, half_step, inside, part, lit, edges }
     }
 
@@ -113,6 +115,7 @@ impl<'a> Posts<'a> {
         let [zero, void] = [0.0, VOID].map(|value| simd.splat(value));
         let columns = self.lit[0].clone();
         let mut has_voids = false;
+
         for x in columns.clone().step_by(LANES) {
             let here = self.heights(simd, self.place([x, y], APRON));
             let none = here.eq(simd.splat_int(i32::from(HeightCode::EMPTY)));
@@ -122,6 +125,7 @@ impl<'a> Posts<'a> {
             if self.lamp.sensor.has_snow() {
                 colour = self.lamp.sensor.snowed(simd, slopes, colour);
             }
+
             let first = x - columns.start;
             store(void.select(none, colour[0] * light[0]), red, first);
             store(zero.select(none, colour[1] * light[1]), green, first);
@@ -130,6 +134,7 @@ impl<'a> Posts<'a> {
             let lit = (columns.end - x).min(LANES);
             has_voids |= (none & simd.mask(u16::MAX >> (LANES - lit))).any();
         }
+
         has_voids
     }
 

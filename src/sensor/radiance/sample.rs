@@ -174,6 +174,7 @@ impl<V: Simd> Crossings<'_, '_, V> {
             {
                 return Ok(self.place(run, &line));
             }
+
             match self.search.run(&line)? {
                 Some(run) => {
                     self.latest[slot(line.span)] = self.runs.len();
@@ -279,11 +280,13 @@ impl Search<'_, '_> {
     fn run(&mut self, line: &Line) -> Result<Option<Run>> {
         let (level, distance) = (line.level, f64::from(line.distance));
         let voxel = f64::from(Grid::side_units(level));
+
         // Where a footprint is so wide that the next texels serve.
         let wider = WIDER.map(|voxels| voxels * voxel / self.pixel);
         let shift = wider.iter().filter(|&&from| from <= distance).count();
         let mut near = if shift > 0 { wider[shift - 1] } else { 0.0 };
         let mut far = wider.get(shift).copied().unwrap_or(f64::INFINITY);
+
         // And where the eye looks down at another incline.
         let inclines = STEEPER.map(|steeper| self.height / steeper);
         let incline = inclines.iter().filter(|&&until| distance < until).count();
@@ -293,6 +296,7 @@ impl Search<'_, '_> {
         let facing = Facing { major: self.major as u8, forward: self.forward, incline: incline as u8 };
         let facing = if is_post { Facing::down(facing.major) } else { facing };
         let weave = Weave { facing, shift: shift as u8, span: line.span };
+
         // And where an outermost plane crosses to the next page.
         let side = voxel * f64::from(PAGE_SIDE);
         let pages = self.ends.map(|end| {
@@ -302,6 +306,7 @@ impl Search<'_, '_> {
             far = far.min(edges[0].max(edges[1]));
             page as i64
         });
+
         let dims = self.sampler.grid.page_dims(level);
         let dims = [i64::from(dims.0), i64::from(dims.1)];
         let along = line.index.div_euclid(i64::from(PAGE_SIDE)).clamp(0, dims[self.major] - 1);
@@ -310,17 +315,20 @@ impl Search<'_, '_> {
         let [first, last] = pages.map(|page| page.clamp(0, dims[1 - self.major] - 1));
         let strip = Strip::with(PageId { level, px: 0, py: 0 }, weave, post);
         let mut images = [const { None }; MOST_PAGES];
+
         for part in 0..=(last - first).min(MOST_PAGES as i64 - 1) {
             let (px, py) = if self.major == 0 { (along, first + part) } else { (first + part, along) };
             let id = self.sampler.pages.source().ground_of(PageId { level, px: px as u32, py: py as u32 });
             let Some(image) = self.sampler.pages.lines(Strip { page: id, ..strip })? else { return Ok(None) };
             images[part as usize] = Some(image);
         }
+
         let texel = voxel * f64::from(1 << shift);
         let texels = f64::from(PAGE_SIDE >> shift);
         let narrow = |image: &LineImage| last == first && image.texels.len() >= 2 * LANES;
         let is_narrow = images[0].as_deref().is_some_and(narrow);
         let row = images[0].as_ref().map_or(0, |image| image.row);
+
         Ok(Some(Run {
             level,
             first_line: first_line + i64::from(strip.first()),

@@ -19,6 +19,7 @@ fn assert_seams(source: &impl PageSource, level: u8) -> usize {
     let bake = |px, py| pages.page(PageId { level, px, py }).unwrap();
     let (ring, side) = (RING as i64, i64::from(PAGE_SIDE));
     let mut compared = 0;
+
     for (px, py) in (0..ny).flat_map(|py| (0..nx).map(move |px| (px, py))) {
         let Some(page) = bake(px, py) else { continue };
         let size = page.size.map(i64::from);
@@ -32,11 +33,13 @@ fn assert_seams(source: &impl PageSource, level: u8) -> usize {
                 if is_own || is_outside {
                     continue;
                 }
+
                 let Some(other) = bake(owner[0] as u32, owner[1] as u32) else { continue };
                 let inside = at.map(|texel| texel.rem_euclid(side));
                 if inside[0] >= i64::from(other.size[0]) || inside[1] >= i64::from(other.size[1]) {
                     continue;
                 }
+
                 assert_eq!(
                     codes(&page, x, y),
                     codes(&other, inside[0], inside[1]),
@@ -46,6 +49,7 @@ fn assert_seams(source: &impl PageSource, level: u8) -> usize {
             }
         }
     }
+
     compared
 }
 
@@ -98,6 +102,7 @@ fn parts_hold_what_the_whole_page_holds() {
     let bake = |id, part| {
         RadiancePage::bake(&source, (id, part), &Lamp::new(&sensor()), &uphill, Isa::best()).unwrap()
     };
+
     // The area's south-west corner, its north-east one, and pages between.
     for (level, px, py) in [(0, 0, 0), (0, 4, 4), (0, 1, 2), (1, 0, 0), (1, 1, 1)] {
         let id = PageId { level, px, py };
@@ -111,6 +116,7 @@ fn parts_hold_what_the_whole_page_holds() {
                 assert_eq!(part.size[axis], (count as i32).min(side - first), "{id}");
                 assert_eq!(part.size[1 - axis], whole.size[1 - axis], "{id}");
                 let ring = RING as i32;
+
                 for y in -ring..part.size[1] + ring {
                     for x in -ring..part.size[0] + ring {
                         let at = if major == 0 { [x + first, y] } else { [x, y + first] };

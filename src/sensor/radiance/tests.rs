@@ -172,6 +172,7 @@ fn lit_by_finer<S: PageSource>(
     let dims = cursor.dims(level - 1);
     let radix = i64::from(RADIX);
     let rows = (radix * cell[1]..radix * (cell[1] + 1)).filter(|y| *y < dims[1]);
+
     let finer: Vec<DVec2> = rows
         .flat_map(|y| (radix * cell[0]..radix * (cell[0] + 1)).map(move |x| [x, y]))
         .filter(|[x, _]| *x < dims[0])
@@ -185,6 +186,7 @@ fn lit_by_finer<S: PageSource>(
     let a = moment(&|d| d.x * d.x).sqrt();
     let b = if a > 0.0 { moment(&|d| d.x * d.y) / a } else { 0.0 };
     let c = (moment(&|d| d.y * d.y) - b * b).max(0.0).sqrt();
+
     // As they are stored.
     let stored = |value: f64, steps: f64| (value * steps).round().clamp(-127.0, 127.0) / steps;
     let own = DVec2::from_array(own.map(f64::from));
@@ -192,12 +194,14 @@ fn lit_by_finer<S: PageSource>(
     let root = std::f64::consts::SQRT_2;
     let [a, b, c] = [a, b, c].map(|spread| root * stored(spread, 32.0));
     let (mut light, mut total) = (Vec3::ZERO, 0.0);
+
     for slope in [DVec2::new(a, b), DVec2::new(-a, -b), DVec2::new(0.0, c), DVec2::new(0.0, -c)] {
         let [east, north] = (mean + slope).as_vec2().to_array();
         let weight = weight_of(facing, [east, north]);
         light += weight * sensor().daylight().on(Vec3::new(-east, -north, 1.0).normalize(), 1.0);
         total += weight;
     }
+
     Vec3::from_array(linear_from_srgb8(colour)) * (light / total)
 }
 
@@ -251,6 +255,7 @@ fn voxels_send_what_slopes_like_those_of_their_finer_posts_do() {
                 off.push((0..3).fold(0.0, worst));
             }
         }
+
         // A slope at the border of two steps may be stored as the other one.
         off.sort_unstable_by(f32::total_cmp);
         let [most, all] = [off[off.len() * 99 / 100], off[off.len() - 1]];
@@ -270,6 +275,7 @@ fn light_of_voxels_is_near_the_mean_of_that_of_their_posts() {
     let colours = vec![[140, 120, 90]; heights.len()];
     let source = build_in_memory(grid, &heights, &colours, None, &Metadata::default()).unwrap();
     let mut cursor = PageCursor::new(&source);
+
     for facing in [Facing::down(0), Facing { major: 0, forward: true, incline: 0 }] {
         let page = bake_facing(&source, 1, 0, 0, &facing).unwrap();
         let (mut error, mut plain) = (0.0_f32, 0.0_f32);
@@ -285,6 +291,7 @@ fn light_of_voxels_is_near_the_mean_of_that_of_their_posts() {
             error += (radiance_of(codes(&page, x, y)) - wanted).abs().x;
             plain += (lit(&mut cursor, 1, [x, y]).unwrap() - wanted).abs().x;
         }
+
         assert!(error < 0.2 * plain, "{facing:?}: {error} against {plain}");
     }
 }
@@ -376,6 +383,7 @@ fn lines_are_means_over_strides_and_footprints() {
     let radiance = Radiance::new(sensor());
     let pages = RadiancePages::new(&source, &radiance);
     let unit = |seed| (noise(seed) >> 11) as f64 / (1_u64 << 53) as f64;
+
     for case in 0..400_u64 {
         let major = (case % 2) as usize;
         let span = 1 << (case / 2 % 3);
@@ -395,11 +403,13 @@ fn lines_are_means_over_strides_and_footprints() {
             let at = [at[0].clamp(0, 559), at[1].clamp(0, 519)];
             weight(&mut PageCursor::new(&source), 0, at, &facing)
         };
+
         for isa in Isa::available() {
             let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
             let looking =
                 Looking { sampler: &mut sampler, major, forward, height, eye, minor, footprint, line };
             let found = isa.run(looking);
+
             for lane in 0..LANES {
                 let texel = (eye + f64::from(minor[lane]) * f64::from(distance)) / wide as f64 - 0.5;
                 // The area's edge goes on as its outermost texel.
@@ -422,11 +432,13 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
     let absent = |id: PageId| id.level == 0;
     let source = Holey { whole: rough(300, 300, 0), absent, asked: AtomicU32::new(0) };
     let radiance = Radiance::new(sensor());
+
     let look = |level, index| {
         let mut sampler = LineSampler::new(RadiancePages::new(&source, &radiance));
         let line = Line { level, index, span: 1, distance: 50.0 };
         let (major, forward, height) = (0, true, f64::INFINITY);
         let (eye, minor, footprint) = (100.0, [0.3; LANES], 0.4);
+
         Isa::best().run(Looking {
             sampler: &mut sampler,
             major,
@@ -438,6 +450,7 @@ fn a_coarser_line_stands_in_for_an_absent_one() {
             line,
         })
     };
+
     assert_eq!(look(0, 83), look(1, 20));
     assert!(look(1, 20)[1][0] > 0.0);
 }

@@ -64,6 +64,7 @@ fn reseal(bytes: &mut [u8], sound: &Directory) {
                 .and_then(|length| start.checked_add(length))
                 .map_or(limit, |end| end.min(limit))
     };
+
     let limit = bytes.len();
     let directory = range(at::DIRECTORY_OFFSET, at::DIRECTORY_LENGTH, bytes, limit);
     for start in directory.clone().step_by(entry::SIZE) {
@@ -74,6 +75,7 @@ fn reseal(bytes: &mut [u8], sound: &Directory) {
         else {
             break;
         };
+
         for (part, field) in PagePart::all(id).map(|part| (part, CRC[part.number()])) {
             let at = part.range(size, [page.len(), 0]);
             let bytes_of_part = bytes.get(page.start + at.start..page.start + at.end).unwrap_or_default();
@@ -81,6 +83,7 @@ fn reseal(bytes: &mut [u8], sound: &Directory) {
             field.put(&mut bytes[start..start + entry::SIZE], &crc.to_le_bytes());
         }
     }
+
     let crc = crc32fast::hash(&bytes[directory]);
     at::DIRECTORY_CRC.put(bytes, &crc.to_le_bytes());
     let crc = crc32fast::hash(&bytes[range(at::METADATA_OFFSET, at::METADATA_LENGTH, bytes, limit)]);
@@ -101,12 +104,14 @@ fn hostile_numbers_with_right_checksums_never_panic() {
     let values: [&[u8]; 7] =
         [&[0], &[0xff], &[0x7f], &[0; 4], &[0xff; 4], &[0xff; 8], &[0, 0, 0, 0, 0, 0, 0xf0, 0x7f]];
     let (mut refused, mut read) = (0, 0);
+
     for position in steering {
         for value in values {
             let mut hostile = bytes.clone();
             let end = (position + value.len()).min(bytes.len());
             hostile[position..end].copy_from_slice(&value[..end - position]);
             reseal(&mut hostile, pages.directory());
+
             match content(&hostile) {
                 Ok((header, _)) => {
                     read += 1;
@@ -119,6 +124,7 @@ fn hostile_numbers_with_right_checksums_never_panic() {
             }
         }
     }
+
     assert!(refused > 1000 && read > 100, "refused {refused}, read {read}");
 }
 
@@ -135,6 +141,7 @@ fn refusals_name_file_place_and_remedy() {
         VERSION + 1
     );
     let page_start = pages.directory().present().last().unwrap().1.offset as usize;
+
     for (error, expected) in [
         (refusal(&|b| b.clear()), "damaged.hop: the file is empty; the build was killed"),
         (refusal(&|b| b[..4096].fill(0)), "it has no header yet; the build was killed"),

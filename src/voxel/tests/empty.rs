@@ -41,6 +41,7 @@ fn readers_see_what_they_see_in_full() {
     let empty = directory.len() - directory.present().filter(|(_, entry)| entry.length > 0).count();
     assert_eq!((directory.len(), empty), (24 + 2 + 1 + 1, 24 - 5));
     assert!(pages.bytes().len() < full.bytes().len() / 2);
+
     for id in directory.ids() {
         let [here, there] = [&pages, &full].map(|pages| pages.whole_page(id).unwrap().unwrap());
         assert!(here.to_buffer() == there.to_buffer(), "{id}");
@@ -53,13 +54,16 @@ fn readers_see_what_they_see_in_full() {
         assert_eq!((here.width, here.low, here.high), (there.width, there.low, there.high), "{id}");
         assert!(pages.has(id) && !pages.is_damaged(id) && pages.spans(id).unwrap().is_none());
     }
+
     for (pages, empty) in [(&pages, empty), (&full, 0)] {
         let report = verify(pages, &Silent).unwrap();
         assert_eq!((report.problems, report.absent), (Vec::new(), 0));
         assert_eq!((report.pages, report.empty), (28, empty as u64));
     }
+
     let touched = pages.touched();
     assert_eq!(touched.pages, 28 - empty as u64, "what has no bytes is not touched");
+
     // A reader that has damaged pages left out sees the same.
     let trust = Trust { damaged: Damaged::Coarser, ..Trust::default() };
     let lenient = MemPages::from_bytes("a", pages.bytes()).unwrap().trusting(trust);
@@ -78,6 +82,7 @@ fn what_voxels_are_tells_databases_apart() {
         let (grid, metadata) = (terrain.grid, Metadata::default());
         build_in_memory(grid, &nothing, &terrain.colours, Some(&attributes), &metadata).unwrap()
     };
+
     let numbered = Attributes { source: 259, material: 7, flags: 1 };
     let all = [Attributes::default(), Attributes { flags: 3, ..Attributes::default() }, numbered];
     let databases = all.map(flat);
@@ -89,8 +94,10 @@ fn what_voxels_are_tells_databases_apart() {
         let view = pages.whole_page(PageId { level: 3, px: 0, py: 0 }).unwrap().unwrap();
         assert_eq!(view.attributes, [attributes]);
     }
+
     let hashes = databases.each_ref().map(|pages| pages.header().content_hash);
     assert!(hashes[0] != hashes[1] && hashes[1] != hashes[2] && hashes[0] != hashes[2]);
+
     // Flags that nobody stores, bare ground, voxels that differ, and what finer levels hold need bytes.
     let id = PageId { level: 1, px: 0, py: 0 };
     let mut page = PageBuffer::empty(id, (30, 20), Attributes::default());
@@ -140,8 +147,10 @@ fn forged_entries_are_refused_or_found() {
     for flags in [4_u32, 0x80] {
         refused(empty, &put(entry::PAINT_CRC, flags << 24));
     }
+
     refused(empty, &put(entry::LENGTH, 1));
     refused(stored, &put(entry::LENGTH, 0));
+
     // What can be is read without harm, and told by a check of everything.
     let found = |id: PageId, change: &dyn Fn(&mut [u8])| {
         let forged = MemPages::from_bytes("forged.hop", &forged(&pages, id, change)).unwrap();
@@ -152,6 +161,7 @@ fn forged_entries_are_refused_or_found() {
     let hash = (Some(empty), "its hash is not that of the directory".to_owned());
     assert!(found(empty, &|record| record[entry::HASH.offset] ^= 1).contains(&hash));
     assert!(found(empty, &put(entry::PAINT_CRC, 1)).contains(&hash));
+
     // A page with a surface that is said to have none.
     let lost = found(stored, &|record| {
         let alone = PageEntry::of_empty(Attributes::default());
@@ -164,6 +174,7 @@ fn forged_entries_are_refused_or_found() {
         lost.iter().any(|(page, what)| *page == Some(coarser) && what.contains("level 1 gives")),
         "{lost:?}"
     );
+
     // Bare ground has bytes, whatever it is.
     assert!(!PageEntry::of_empty(Attributes::default()).can_be_empty(stored.bare()));
     assert!(PageEntry::of_empty(Attributes::default()).can_be_empty(stored));
@@ -196,6 +207,7 @@ fn pages_are_read_back_and_taken_over() {
     let Header { grid, heights, metadata, height_range, .. } = pages.header();
     let mut writer = PageWriter::create(&other, *grid, *heights, false).unwrap();
     let (readback, mut scratch) = (writer.readback(), Vec::new());
+
     for (id, entry) in pages.directory().present() {
         let page = file.page(grid, id, entry, &mut scratch).expect("a page as it was written");
         writer.append_earlier(&page).unwrap();
@@ -203,8 +215,10 @@ fn pages_are_read_back_and_taken_over() {
         assert!(back == pages.whole_page(id).unwrap().unwrap().to_buffer(), "{id}");
         assert!(writer.append_earlier(&page).is_err(), "{id}: twice");
     }
+
     writer.finish(metadata, *height_range).unwrap();
     assert!(std::fs::read(&other).unwrap() == pages.bytes());
+
     // Notes of steps may be damaged.
     let id = PageId { level: 0, px: 2, py: 1 };
     let entry = *pages.directory().get(id).unwrap();
@@ -216,6 +230,7 @@ fn pages_are_read_back_and_taken_over() {
     ] {
         assert!(file.page(grid, id, &wrong, &mut scratch).is_none(), "{wrong:?}");
     }
+
     assert!(file.page(grid, id.bare(), &entry, &mut scratch).is_none());
     let path = Path::new("a.hop");
     assert!(FixedHeader::decode(path, pages.bytes()).unwrap().version == 8);

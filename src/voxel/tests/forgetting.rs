@@ -31,12 +31,14 @@ fn parts_go_but_for_what_they_share_with_parts_that_stay() {
     let forgotten = Arc::default();
     let bytes = Watched { bytes: AlignedBytes::copy_of(pages.bytes()), forgotten: Arc::clone(&forgotten) };
     let store = PageStore::new("area.hop", bytes).unwrap();
+
     let forget = |part: PagePart, stays: &[PagePart]| {
         store.forget(part, |other| stays.contains(&other));
         let all: Vec<Range<usize>> = std::mem::take(&mut *forgotten.lock().unwrap());
         assert!(all.len() <= 1);
         all.first().cloned().unwrap_or(0..0)
     };
+
     for (id, _) in store.directory().present() {
         let extent = store.extent(id).unwrap();
         for part in PagePart::all(id) {
@@ -46,6 +48,7 @@ fn parts_go_but_for_what_they_share_with_parts_that_stay() {
                 assert!(alone.is_empty());
                 continue;
             }
+
             assert!(alone.start <= own.start && own.end <= alone.end, "{part:?}: {alone:?} of {own:?}");
             assert!(extent.start <= alone.start && alone.end <= extent.end, "{part:?}");
             assert!(own.start - alone.start < MAPPED && alone.end - own.end < MAPPED, "{part:?}");

@@ -140,6 +140,7 @@ proptest! {
                 if noise.next().is_multiple_of(2) { p } else { (p * 16.0).round() / 16.0 }
             };
             let (x, y) = (position() * f64::from(nx), position() * f64::from(ny));
+
             for (finer, surface) in levels.iter().enumerate() {
                 let side = f64::from(Grid::side_units(finer as u8));
                 let Some(code) = surface.at(x / side, y / side) else { continue };
@@ -167,13 +168,16 @@ proptest! {
                 .map(|id| (id, grid.page_size(id).unwrap())).collect();
             let area: u64 = sizes.iter().map(|(_, (w, h))| u64::from(w * h)).sum();
             prop_assert_eq!(area, u64::from(columns) * u64::from(rows));
+
             for (id, (width, height)) in sizes {
                 prop_assert!((1..=PAGE_SIDE).contains(&width) && (1..=PAGE_SIDE).contains(&height));
                 let east = id.px * PAGE_SIDE + width;
                 prop_assert!(east == columns || width == PAGE_SIDE && east < columns);
             }
+
             prop_assert_eq!(grid.page_size(PageId { level, px: grid.page_dims(level).0, py: 0 }), None);
         }
+
         prop_assert_eq!(grid.page_size(PageId { level: grid.level_count(), px: 0, py: 0 }), None);
         prop_assert_eq!(grid.page_size(PageId { level: 255, px: u32::MAX, py: u32::MAX }), None);
     }
@@ -239,6 +243,7 @@ fn pages_lie_along_the_curve_whatever_their_order_in_a_band() {
     let header = sound.header();
     let mut writer = PageWriter::create(&path, header.grid, header.heights, false).unwrap();
     let ids: Vec<PageId> = sound.directory().ids().collect();
+
     for level in 0..header.level_count {
         let mut shelf = Shelf::new(&mut writer).unwrap();
         for id in ids.iter().rev().filter(|id| id.level == level) {
@@ -246,6 +251,7 @@ fn pages_lie_along_the_curve_whatever_their_order_in_a_band() {
         }
         shelf.empty().unwrap();
     }
+
     writer.finish(&header.metadata, header.height_range).unwrap();
     let written = MemPages::from_bytes(&path, &std::fs::read(&path).unwrap()).unwrap();
     assert_eq!(written.header().content_hash, header.content_hash);
@@ -311,6 +317,7 @@ fn identity_does_not_depend_on_the_order_of_pages() {
     let mut writer = PageWriter::create(&path, header.grid, header.heights, false).unwrap();
     let mut ids: Vec<_> = pages.directory().ids().collect();
     ids.reverse();
+
     for id in ids {
         let page = pages.whole_page(id).unwrap().unwrap().to_buffer();
         writer.append(&page.encode(id)).unwrap();
@@ -320,6 +327,7 @@ fn identity_does_not_depend_on_the_order_of_pages() {
             "twice"
         );
     }
+
     let (hash, _) = writer.finish(&Metadata::default(), header.height_range).unwrap();
     assert_eq!(hash, header.content_hash);
     assert_ne!(std::fs::read(&path).unwrap(), pages.bytes());

@@ -78,6 +78,7 @@ impl Change {
         let mut all: Vec<_> = self.after.directory().present().collect();
         all.sort_by_key(|(_, entry)| entry.offset);
         let mut scratch = Vec::new();
+
         for (id, entry) in all {
             let old = self.before.directory().get(id).unwrap();
             if old.hash == entry.hash {
@@ -88,6 +89,7 @@ impl Change {
                 assert_eq!(writer.readback().page(id)?, Some(page));
             }
         }
+
         let metadata = Metadata { notes: vec![self.note.into()], ..Metadata::default() };
         writer.finish(&metadata, header.height_range).map(drop)
     }
@@ -167,6 +169,7 @@ fn a_change_that_is_stopped_anywhere_is_taken_back_or_done() {
             if until(stages, || change.make().unwrap()).is_some() {
                 break;
             }
+
             // Whoever opens it may be stopped as well, at any stage of that.
             for stages in 0..40 {
                 if until(stages, || drop(open_to_read(&change.path()))).is_some() {
@@ -176,6 +179,7 @@ fn a_change_that_is_stopped_anywhere_is_taken_back_or_done() {
                 let opens = FixedHeader::parse(&change.path(), &header).is_ok();
                 assert!(!opens || change.is_before() || change.is_after(), "{stages}");
             }
+
             assert!(change.is_alone() && (change.is_before() || change.is_after()), "{stages}");
             (taken_back, done) =
                 (taken_back + u32::from(change.is_before()), done + u32::from(change.is_after()));
@@ -184,6 +188,7 @@ fn a_change_that_is_stopped_anywhere_is_taken_back_or_done() {
             assert!(change.is_after() && change.is_alone());
         }
     }
+
     assert!(taken_back > 20 && done >= 3, "{taken_back} {done}");
 }
 
@@ -218,9 +223,11 @@ fn damaged_journals_change_nothing() {
     };
     assert!(opened(&half, &journal) == change.before.bytes());
     let damages = (0..journal.len()).step_by(journal.len() / 60).chain([0, 8, 16, 24, 31]);
+
     for at in damages {
         let mut damaged = journal.clone();
         damaged[at] ^= 0x20;
+
         // All that is left of what the file held is not thrown away.
         for journal in [&damaged[..], &journal[..at]] {
             fs::write(change.path(), &half).unwrap();
@@ -230,15 +237,18 @@ fn damaged_journals_change_nothing() {
             assert!(fs::read(change.path()).unwrap() == half, "{at}");
             assert!(fs::read(change.journal()).unwrap() == journal, "{at}");
         }
+
         // A whole database stays as it is, and the journal goes.
         assert!(opened(change.before.bytes(), &journal[..at]) == change.before.bytes());
         assert!(!change.journal().exists());
     }
+
     // A whole journal that is of no use, or of another file.
     assert!(opened(change.after.bytes(), &journal) == change.after.bytes() && !change.journal().exists());
     let other = Terrain::new(300, 40, 0.2, 7).pages();
     assert!(opened(other.bytes(), &journal) == other.bytes() && change.journal().exists());
     assert!(opened(&half[..half.len() / 2], &journal) == half[..half.len() / 2]);
+
     // What was moved away may come back for its journal, whatever is built here meanwhile.
     fs::remove_file(change.path()).unwrap();
     for _ in 0..2 {
@@ -246,6 +256,7 @@ fn damaged_journals_change_nothing() {
             .unwrap();
         assert!(fs::read(change.journal()).unwrap() == journal);
     }
+
     assert!(opened(&half, &journal) == change.before.bytes() && !change.journal().exists());
     // A database that has no journal any more says that it is none.
     fs::write(change.path(), &half).unwrap();
@@ -270,6 +281,7 @@ fn what_is_in_use_or_has_other_names_is_replaced() {
         }
         file_number(&change.path()) != number
     };
+
     assert!(!replaced(&|_| None));
     assert!(replaced(&|path| Some(open_to_read(path).unwrap())));
     let other = change.folder.path().join("other");
@@ -278,6 +290,7 @@ fn what_is_in_use_or_has_other_names_is_replaced() {
         None
     }));
     assert!(fs::read(&other).unwrap() == change.before.bytes());
+
     assert!(replaced(&|path| {
         let mut permissions = fs::metadata(path).unwrap().permissions();
         permissions.set_readonly(true);

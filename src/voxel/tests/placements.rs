@@ -89,6 +89,7 @@ fn an_object_stands_where_it_is_placed_across_blocks_and_pages() {
         };
         assert_eq!(here, expected, "({x}, {y})");
     }
+
     // What lies beside the area is nowhere; what stands there by itself stays, in order of height.
     assert_eq!(spans_at(&pages, 0, 20)[0].top, [1, 0, 7]);
     assert_eq!(spans_at(&pages, 299, 0)[0].top, [1, 1, 7]);
@@ -108,6 +109,7 @@ fn turns_and_mirrors_move_voxels_slopes_and_walls_alike() {
                 found.insert((span.top[0], span.top[1]), (glam::IVec2::new(x as i32, y as i32), span));
             }
         }
+
         assert_eq!(found.len(), 5, "{symmetry}");
         let (origin, span) = found[&(0, 0)];
         let (east, north) = (found[&(1, 0)].0 - origin, found[&(0, 1)].0 - origin);
@@ -143,12 +145,14 @@ fn damaged_objects_are_refused() {
     let whole = objects.to_bytes();
     assert_eq!(SharedObjects::decode(&whole, 1.0).unwrap(), objects);
     assert_eq!(SharedObjects::decode(&[], 1.0).unwrap(), SharedObjects::default());
+
     for length in 1..whole.len() {
         // What is cut off may be nothing but what pads the end.
         if let Ok(read) = SharedObjects::decode(&whole[..length], 1.0) {
             assert_eq!(read, objects);
         }
     }
+
     for byte in 0..whole.len() {
         for bit in 0..8 {
             let mut bytes = whole.clone();

@@ -53,6 +53,7 @@ impl Sources {
         let samples = rows.iter().flat_map(|&y| columns.iter().map(move |&x| self.at(id.level, x, y)));
         let (heights, colours) = samples.map(|sample| (sample.0, sample.1)).unzip();
         let own = |page: u32, size: u32| page * PAGE_SIDE..page * PAGE_SIDE + size;
+
         PageBuffer {
             width,
             height,
@@ -137,6 +138,7 @@ fn what_is_not_stored_comes_from_the_sources() {
             }
         }
     }
+
     assert!(direct[0] > 100_000 && direct[1] * 50 < direct[0], "{direct:?}");
 }
 
@@ -162,6 +164,7 @@ fn bounds_hold_for_whatever_is_seen() {
     let pages = sparse(sources, in_strip);
     let mut noise = Noise(99);
     let (mut outside, mut borders) = (0, 0);
+
     for _ in 0..400_000 {
         let [x, y] = [grid.nx, grid.ny].map(|side| noise.unit() * f64::from(side));
         for seen in 0..3_u8 {
@@ -178,8 +181,10 @@ fn bounds_hold_for_whatever_is_seen() {
             if posts.contains(&HeightCode::EMPTY) {
                 continue;
             }
+
             let [sw, se, nw, ne] = posts.map(f64::from);
             let code = (sw + (se - sw) * u) * (1.0 - v) + (nw + (ne - nw) * u) * v;
+
             // The level's own bounds hold where nothing finer is stored: they are what it is skipped by there.
             let voxel_at = |level: u8| {
                 let side = f64::from(Grid::side_units(level));
@@ -189,12 +194,14 @@ fn bounds_hold_for_whatever_is_seen() {
             let finer = PageId { level: seen.wrapping_sub(1), px: own_x / 64, py: own_y / 64 };
             let is_finest = seen == 0 || !in_strip(finer);
             let first = if seen > 0 && is_finest { seen } else { seen + 1 };
+
             for level in first..4 {
                 let (i, j) = voxel_at(level);
                 let id = PageId { level, px: i / 256, py: j / 256 };
                 if pages.page(id).unwrap().is_none() {
                     continue;
                 }
+
                 let (_, low, high) = voxel(&pages, level, i, j);
                 outside += u32::from(level == seen);
                 borders += u32::from(
@@ -207,5 +214,6 @@ fn bounds_hold_for_whatever_is_seen() {
             }
         }
     }
+
     assert!(outside > 100_000 && borders > 100_000, "{outside} {borders}");
 }

@@ -57,17 +57,20 @@ fn spans_are_read_as_they_were_written() {
     let report = verify(&pages, &Silent).unwrap();
     assert_eq!(report.problems, []);
     let mut found = BTreeMap::new();
+
     for (px, py) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
         let id = PageId { level: 0, px, py };
         assert!(pages.spans(id).unwrap().is_none(), "only bare ground has spans");
         let Some(view) = pages.spans(id.bare()).unwrap() else { continue };
         let (width, height) = pages.header().grid.page_size(id).unwrap();
+
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let here = view.at(x, y);
             if !here.is_empty() {
                 found.insert((px * PAGE_SIDE + x, py * PAGE_SIDE + y), here.to_vec());
             }
         }
+
         assert_eq!(
             view.blocks().iter().map(|block| block.occupied.count_ones()).sum::<u32>(),
             match (px, py) {
@@ -77,6 +80,7 @@ fn spans_are_read_as_they_were_written() {
             }
         );
     }
+
     assert_eq!(found, spans);
     // Beside a page on which something stands near the border there is bare ground, too; elsewhere there is none.
     let has = |px, py| pages.has(PageId { level: 0, px, py }.bare());
@@ -131,6 +135,7 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
         None
     );
     let mut refused = 0;
+
     for byte in 0..whole.len() {
         for bit in 0..8 {
             let mut bytes = whole.clone();
@@ -145,6 +150,7 @@ fn spans_that_contradict_themselves_read_as_nothing_or_are_refused() {
             assert!(asked <= 400 * 20, "{asked}");
         }
     }
+
     assert!(refused > 100, "{refused}");
     for length in 0..whole.len() {
         assert!(length == 0 || SpansView::new(aligned(&whole[..length]).as_slice(), (20, 20)).is_err());
@@ -163,6 +169,7 @@ fn cuts_that_make_no_sense_are_found() {
         let bytes = AlignedBytes::copy_of(&bytes);
         SpansView::new(bytes.as_slice(), (1, 1)).unwrap().check(1.0, &SharedObjects::default())
     };
+
     let [first, second] = Span::JOINED.map(|bit| Span::OPAQUE | bit);
     for (cuts, state) in [
         ([none; 3], Span::OPAQUE),
@@ -173,6 +180,7 @@ fn cuts_that_make_no_sense_are_found() {
     ] {
         assert_eq!(checked(cuts, state), None, "{cuts:?}");
     }
+
     for (cuts, state) in [
         ([none, wall, none], Span::OPAQUE),
         ([wall, none, wall], Span::OPAQUE),

@@ -37,18 +37,21 @@ impl Octave {
         let mut first = (self.shift + x) as usize;
         let mut done = 0;
         let mut west = self.edge(first as u32 >> self.log, row, ty, v);
+
         while done < heights.len() {
             let east = self.edge((first >> self.log) as u32 + 1, row, ty, v);
             let begin = first & (side - 1);
             let count = (side - begin).div_ceil(step).min(heights.len() - done);
             let scale = 1.0 / side as f32;
             let fades = self.fade[begin..].iter().step_by(step);
+
             for (index, (height, u)) in heights[done..done + count].iter_mut().zip(fades).enumerate() {
                 let t = (begin + index * step) as f32 * scale;
                 let near = west[0] + west[1] * t;
                 let far = east[0] + east[1] * (t - 1.0);
                 *height += near + (far - near) * u;
             }
+
             west = east;
             first += count * step;
             done += count;

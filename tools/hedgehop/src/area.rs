@@ -79,6 +79,7 @@ pub fn description(header: &Header) -> Result<String> {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {name:<9} {value}");
     };
+
     row(
         "size",
         format!(
@@ -90,6 +91,7 @@ pub fn description(header: &Header) -> Result<String> {
             metres(grid.spacing)
         ),
     );
+
     row("extents", extents(header)?);
     row(
         "heights",
@@ -98,16 +100,19 @@ pub fn description(header: &Header) -> Result<String> {
             header.height_range.0, header.height_range.1, metadata.vertical_datum, header.heights.scale
         ),
     );
+
     row("sharp", sharpness::sentence(header));
     let levels: Vec<String> = sides(header).iter().map(ToString::to_string).collect();
     row("levels", levels.join(", "));
     row("voids", voids(metadata));
+
     for (index, source) in metadata.sources.iter().enumerate() {
         row(
             if index == 0 { "sources" } else { "" },
             format!("{index}: {} {}: {}", source.role, source.file, source.description),
         );
     }
+
     for (index, corridor) in metadata.corridors.iter().enumerate() {
         let CorridorRecord { route, width, spacing } = corridor;
         row(
@@ -115,17 +120,20 @@ pub fn description(header: &Header) -> Result<String> {
             format!("{} m wide at {} m along {route}", metres(*width), metres(*spacing)),
         );
     }
+
     if let Some([azimuth, elevation]) = metadata.baked_sun {
         row(
             "shadows",
             format!("of a sun {azimuth:.1}° from grid north and {elevation:.1}° high, in the colours"),
         );
     }
+
     for (index, note) in metadata.notes.iter().enumerate() {
         row(if index == 0 { "notes" } else { "" }, note.clone());
     }
     row("hash", header.content_hash.to_string());
     row("writer", format!("{}, format {}", metadata.writer, header.version));
+
     Ok(text)
 }
 
@@ -211,12 +219,14 @@ pub fn stored(header: &Header, directory: &Directory) -> String {
             String::new()
         };
         let name = if index == 0 { "stored" } else { "" };
+
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
             "  {name:<9} level {side}: {stored} of {all} pages ({percent:.4} %), {megabytes:.1} MB{empty}"
         );
     }
+
     let StandingShare { pages, bytes, spans } = standing(directory);
     if pages > 0 {
         let [all, spans] = [bytes, spans].map(|bytes| bytes as f64 / 1e6);
@@ -225,11 +235,13 @@ pub fn stored(header: &Header, directory: &Directory) -> String {
             "            bare ground: {pages} pages, {all:.1} MB, of which {spans:.1} MB are what stands on it"
         );
     }
+
     let objects = header.objects.len();
     if objects > 0 {
         let kilobytes = header.objects.to_bytes().len() as f64 / 1e3;
         let _ = writeln!(text, "            objects that are placed: {objects}, {kilobytes:.1} kB");
     }
+
     text
 }
 
@@ -251,6 +263,7 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
         "sharp_from_m": sharpness::usual_height(header),
         "levels": sides(header),
         "placed_objects": header.objects.len(),
+
         "stored": shares(header, directory)
             .iter()
             .zip(sides(header))
@@ -261,9 +274,11 @@ pub fn json(header: &Header, directory: &Directory) -> Result<Value> {
                 })
             })
             .collect::<Vec<_>>(),
+
         "bare_ground": {
             "pages": standing.pages, "bytes": standing.bytes, "span_bytes": standing.spans,
         },
+
         "metadata": header.metadata,
     }))
 }

@@ -351,6 +351,7 @@ fn folder(flag: &str, folder: &Path, endings: &[&str]) -> Error {
         1 => " (1 file there)".to_owned(),
         count => format!(" ({count} files there)"),
     };
+
     Error::Configuration(format!(
         "{} is a folder; {flag} takes files, such as {flag} \"{}\"{there}",
         folder.display(),

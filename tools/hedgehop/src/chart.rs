@@ -65,6 +65,7 @@ impl Chart<'_> {
             let point = place.extend(self.camera.pose.eye.z - 1.0);
             self.camera.screen_from_world(point).unwrap_or(DVec2::NEG_INFINITY)
         };
+
         for footprint in self.footprints {
             let mut outline: Vec<DVec2> = footprint.outline.iter().map(at).collect();
             let mut inside = Mask::new(&picture);
@@ -77,19 +78,23 @@ impl Chart<'_> {
             for corner in footprint.near.iter().map(at) {
                 edge.lines(&[eye, corner], 1.2 * unit);
             }
+
             edge.paint(&mut picture, SIGHT, 0.75);
         }
+
         let path: Vec<DVec2> = self.path.iter().map(at).collect();
         for (width, colour, opacity) in [(5.0, WHITE, 0.85), (2.6, PATH, 1.0)] {
             let mut line = Mask::new(&picture);
             line.lines(&path, width * unit);
             line.paint(&mut picture, colour, opacity);
         }
+
         for (size, colour) in [(5.5, DARK), (4.0, SIGHT)] {
             let mut eyes = Mask::new(&picture);
             self.footprints.iter().for_each(|footprint| eyes.disc(at(&footprint.eye), size * unit));
             eyes.paint(&mut picture, colour, 1.0);
         }
+
         for (size, colours) in [(8.0, [WHITE; 2]), (6.0, [START, PATH])] {
             let mut ends = [Mask::new(&picture), Mask::new(&picture)];
             if let [first, .., last] = path.as_slice() {
@@ -101,6 +106,7 @@ impl Chart<'_> {
                 end.paint(&mut picture, colour, 1.0);
             }
         }
+
         scale(&mut picture, self.camera.focal_px(), "", unit);
         picture
     }

@@ -81,24 +81,29 @@ pub fn description(header: &Header, tally: &Tally) -> String {
             count => writeln!(text, " {count:>12} spans {percent:>8.3} %"),
         };
     };
+
     for (index, (number, class)) in sorted(tally).iter().enumerate() {
         row(index == 0, "materials", &header.metadata.material_name(*number), class);
     }
     for (index, (group, class)) in groups(header, tally).iter().enumerate() {
         row(index == 0, "together", group.name(), class);
     }
+
     for (index, (source, area)) in tally.sources.iter().enumerate() {
         let name =
             header.metadata.sources.get(usize::from(*source)).map_or("", |source| source.file.as_str());
         row(index == 0, "by source", &format!("{source}: {name}"), &ClassTally { area: *area, spans: 0 });
     }
+
     for (index, level) in tally.levels.iter().enumerate().filter(|(_, level)| level.area > 0.0) {
         let name = format!("level {}, {} pages", Grid::side_units(index as u8), level.pages);
         row(index == 0, "by level", &name, &ClassTally { area: level.area, spans: 0 });
     }
+
     if tally.empty > 0.0 {
         let _ = writeln!(text, "            without a surface      {:>12.4} km²", tally.empty * KM2);
     }
+
     text + &objects(tally)
 }
 
@@ -112,6 +117,7 @@ pub fn json(header: &Header, tally: &Tally, bbox: Option<[f64; 4]>) -> Value {
             "share_of_spans": share(class.spans as f64, tally.spans as f64),
         })
     };
+
     let named = |name: String, class: &ClassTally| {
         let mut value = parts(class);
         value["name"] = json!(name);
@@ -124,6 +130,7 @@ pub fn json(header: &Header, tally: &Tally, bbox: Option<[f64; 4]>) -> Value {
     });
     let groups = groups(header, tally);
     let groups = groups.iter().map(|(group, class)| named(group.name().to_owned(), class));
+
     let sources = tally.sources.iter().map(|(source, area)| {
         let record = header.metadata.sources.get(usize::from(*source));
         json!({
@@ -133,12 +140,14 @@ pub fn json(header: &Header, tally: &Tally, bbox: Option<[f64; 4]>) -> Value {
             "share": share(*area, tally.area),
         })
     });
+
     let levels = tally.levels.iter().enumerate().map(|(level, found)| {
         json!({ "level": Grid::side_units(level as u8), "pages": found.pages, "area_km2": found.area * KM2 })
     });
     let objects = tally.objects.iter().enumerate().map(|(number, object)| {
         json!({ "number": number, "voxels": object.voxels, "placed": object.placed, "bytes": object.bytes })
     });
+
     json!({
         "bbox": bbox,
         "area_km2": tally.area * KM2,

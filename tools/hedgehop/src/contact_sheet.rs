@@ -54,6 +54,7 @@ pub fn sheet(entries: &[Entry], columns: u32, width: u32) -> Result<RgbImage> {
             size[0], size[1]
         )));
     }
+
     // No side is longer than the product.
     let mut sheet = RgbImage::from_pixel(size[0] as u32, size[1] as u32, BACKGROUND);
     for (index, entry) in (0..).zip(entries) {
@@ -63,6 +64,7 @@ pub fn sheet(entries: &[Entry], columns: u32, width: u32) -> Result<RgbImage> {
         let below = top + i64::from(entry.picture.height() + GAP);
         lettering::write(&mut sheet, &entry.label, [left, below], scale, INK);
     }
+
     Ok(sheet)
 }
 

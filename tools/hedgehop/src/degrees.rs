@@ -31,6 +31,7 @@ type Map<'m> = &'m dyn Fn(DVec2) -> Option<(f64, f64)>;
 fn bounds([near, far]: [DVec2; 2], to_degrees: Map<'_>, from_degrees: Map<'_>) -> Option<[f64; 4]> {
     let middle = 0.5 * (near + far);
     let (centre, _) = to_degrees(middle)?;
+
     // The last voxels of the whole Earth reach beyond it: the farthest place on the way there counts.
     let seen = |place: DVec2| {
         to_degrees(place).or_else(|| {
@@ -43,6 +44,7 @@ fn bounds([near, far]: [DVec2; 2], to_degrees: Map<'_>, from_degrees: Map<'_>) -
             on_the_way(inside)
         })
     };
+
     let steps = (0..EDGE_POINTS).map(|i| f64::from(i) / f64::from(EDGE_POINTS - 1));
     let edges = steps.flat_map(|t| [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)]);
     let places = edges.filter_map(|(u, v)| seen(near + (far - near) * DVec2::new(u, v)));
@@ -64,9 +66,11 @@ fn bounds([near, far]: [DVec2; 2], to_degrees: Map<'_>, from_degrees: Map<'_>) -
             }
         }
     }
+
     let wrapped = |longitude: f64| {
         if longitude.abs() > 180.0 { longitude - longitude.signum() * 360.0 } else { longitude }
     };
+
     Some(if east - west >= 359.9 {
         [-180.0, south, 180.0, north]
     } else {

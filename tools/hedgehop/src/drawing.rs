@@ -129,6 +129,7 @@ mod tests {
         let disc = made(&|mask| mask.disc(at(30.3, 20.1), 9.0));
         assert!((area(&disc) - std::f64::consts::PI * 81.0).abs() < 3.0, "{}", area(&disc));
         let line = made(&|mask| mask.lines(&[at(10.0, 20.0), at(50.0, 20.0), at(10.0, 20.0)], 4.0));
+
         // There and back it is the same line, with half a disc at either end.
         assert!((area(&line) - 160.0 - std::f64::consts::PI * 4.0).abs() < 2.0, "{}", area(&line));
         let polygon =

@@ -111,10 +111,12 @@ pub fn summary<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>)
         }
         text.push('\n');
     }
+
     if report.ends > 0 {
         let _ =
             writeln!(text, "{} voids at the edge of the area, where the data end, do not count", report.ends);
     }
+
     text
 }
 
@@ -128,6 +130,7 @@ pub fn table<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -
             .lonlat(*place)
             .map_or([String::new(), String::new()], |place| place.map(|degrees| format!("{degrees:.8}")));
         let height = if height.is_nan() { String::new() } else { format!("{height:.3}") };
+
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
@@ -141,6 +144,7 @@ pub fn table<S: PageSource>(report: &ContinuityReport, places: &Places<'_, S>) -
             high.y
         );
     }
+
     text
 }
 
@@ -173,6 +177,7 @@ pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityRepor
                     }));
                     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
                         .map(|(x, y)| middle + half * DVec2::new(x, y));
+
                     if kind == Kind::Terraces {
                         inside.rectangle(low.min(high), low.max(high));
                     } else {
@@ -182,10 +187,12 @@ pub fn mark(picture: &mut RgbImage, extent: &MapExtent, report: &ContinuityRepor
                 }
             }
         }
+
         inside.paint(picture, kind.colour(), 0.38);
         halo.paint(picture, WHITE, 0.85);
         rim.paint(picture, kind.colour(), 1.0);
     }
+
     legend(picture, report, unit);
 }
 
@@ -194,6 +201,7 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
     let letters = (2.0 * unit).round().max(1.0) as u32;
     let tall = f64::from(lettering::height(letters));
     let margin = 14.0 * unit;
+
     let rows: Vec<(Kind, String)> = Kind::ALL
         .into_iter()
         .filter(|kind| report.count(kind.fault()) > 0)
@@ -208,6 +216,7 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
             )
         })
         .collect();
+
     let nothing = ["NOTHING FOUND".to_owned()];
     let texts: Vec<&String> =
         if rows.is_empty() { nothing.iter().collect() } else { rows.iter().map(|(_, text)| text).collect() };
@@ -219,6 +228,7 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
     let mut behind = Mask::new(picture);
     behind.polygon(&[low, low + DVec2::X * size.x, low + size, low + DVec2::Y * size.y]);
     behind.paint(picture, DARK, 0.72);
+
     for (index, text) in texts.iter().enumerate() {
         let top = low.y + margin + index as f64 * (tall + margin);
         if let Some((kind, _)) = rows.get(index) {
@@ -234,10 +244,12 @@ fn legend(picture: &mut RgbImage, report: &ContinuityReport, unit: f64) {
                 }
                 Kind::Spikes | Kind::Pits | Kind::Cracks => mark.disc(middle, 4.5 * unit),
             }
+
             // Black on dark would not be seen.
             let colour = if *kind == Kind::Cracks { WHITE } else { kind.colour() };
             mark.paint(picture, colour, 1.0);
         }
+
         let place = [low.x + margin + sample, top].map(|place| place.round() as i64);
         lettering::write(picture, text, place, letters, WHITE);
     }

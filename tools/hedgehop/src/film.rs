@@ -47,14 +47,17 @@ pub fn entries(film: &Path, width: u32, count: usize, observer: &dyn Observer) -
     let Some(pipe) = child.0.stdout.take() else {
         return Err(Error::unsupported(film, "ffmpeg has no pipe", "give the folder of the film's frames"));
     };
+
     let mut pipe = BufReader::new(pipe);
     // The more are held, the more evenly those are spread that are chosen.
     let most = 2 * count.max(1).max((4 * count).min(MOST_HELD / 2));
     let (mut kept, mut last, mut stride) = (Vec::<Entry>::new(), None, 1);
+
     for number in 1_u64.. {
         if observer.cancelled() {
             return Err(Error::Interrupted(format!("{} was not read to its end", film.display())));
         }
+
         let Some(picture) = picture(&mut pipe, width).map_err(failed)? else { break };
         observer.advance(1);
         let entry = Entry { label: number.to_string(), picture };
@@ -64,17 +67,20 @@ pub fn entries(film: &Path, width: u32, count: usize, observer: &dyn Observer) -
         } else {
             last = Some(entry);
         }
+
         if kept.len() == most {
             last = kept.last().cloned();
             kept = kept.into_iter().step_by(2).collect();
             stride *= 2;
         }
     }
+
     let status = child.0.wait().map_err(failed)?;
     if !status.success() || kept.is_empty() {
         let words = words(&mut complaints).unwrap_or_else(|| "it holds no pictures".to_owned());
         return Err(Error::invalid(film, format!("ffmpeg could not decode it: {words}")));
     }
+
     kept.extend(last);
     let chosen = spread(kept.len(), count);
     Ok(kept

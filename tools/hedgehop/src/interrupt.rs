@@ -34,12 +34,14 @@ impl Interrupt {
         let mut interrupt = Self::default();
         let requested = interrupt.is_requested.clone();
         let refused = |error| Error::Configuration(format!("cannot listen for Ctrl-C: {error}"));
+
         for signal in [SIGINT, SIGTERM] {
             // Handlers run in the order of registration: the shutdown sees the flag of an earlier signal only.
             flag::register_conditional_shutdown(signal, i32::from(exit::INTERRUPTED), requested.clone())
                 .and_then(|_| flag::register(signal, requested.clone()))
                 .map_err(refused)?;
         }
+
         #[cfg(unix)]
         {
             let (reader, writer) = UnixStream::pair().map_err(refused)?;
@@ -53,6 +55,7 @@ impl Interrupt {
         #[cfg(unix)]
         flag::register(libc::SIGXFSZ, Arc::default())
             .map_err(|error| Error::Configuration(format!("cannot listen for limits of files: {error}")))?;
+
         Ok(interrupt)
     }
 

@@ -44,12 +44,14 @@ pub fn stroke(mask: &mut Mask, text: &str, middle: DVec2, along: DVec2, tall: f6
         let right = column as f64 - 0.5 * columns;
         middle + (along * right + down * (row as f64 - 0.5 * (HEIGHT - 1) as f64)) * dot
     };
+
     for (place, letter) in text.chars().enumerate() {
         let rows = rows(letter);
         let is_lit = |column: usize, row: usize| {
             column < WIDTH && row < HEIGHT && rows[row] >> (WIDTH - 1 - column) & 1 == 1
         };
         let dots = (0..HEIGHT).flat_map(|row| (0..WIDTH).map(move |column| (column, row)));
+
         for (column, row) in dots.filter(|(column, row)| is_lit(*column, *row)) {
             let here = at(place * ADVANCE + column, row);
             mask.disc(here, 0.5 * width);
@@ -63,6 +65,7 @@ pub fn stroke(mask: &mut Mask, text: &str, middle: DVec2, along: DVec2, tall: f6
             if below {
                 line_to(column, row + 1);
             }
+
             // Slanting, where no corner connects them.
             if is_lit(column + 1, row + 1) && !right && !below {
                 line_to(column + 1, row + 1);

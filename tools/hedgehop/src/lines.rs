@@ -47,6 +47,7 @@ pub fn draw(
             thin.lines(&points, 1.0 * unit);
         }
     }
+
     let mut gaps = Mask::new(picture);
     let mut strokes = [Mask::new(picture), Mask::new(picture)];
     for Figure { text, middle, along, wide } in &figures {
@@ -56,6 +57,7 @@ pub fn draw(
             lettering::stroke(mask, text, *middle, *along, FIGURES * unit, width * unit);
         }
     }
+
     // A figure breaks its own line and thin ones under it.
     thin.without(&gaps);
     thick.without(&gaps);
@@ -85,10 +87,12 @@ fn label(points: &[DVec2], text: &str, bounds: DVec2, unit: f64, figures: &mut V
         }))
         .collect();
     let length = ways.last().copied().unwrap_or(0.0);
+
     // A ring that is all figure says nothing.
     if length < 4.0 * wide {
         return;
     }
+
     let at = |way: f64| {
         let next = ways.partition_point(|known| *known < way).clamp(1, points.len() - 1);
         let piece = ways[next] - ways[next - 1];
@@ -99,11 +103,13 @@ fn label(points: &[DVec2], text: &str, bounds: DVec2, unit: f64, figures: &mut V
     let step = 0.25 * wide;
     let stretch = ALONG * wide;
     let stretches = (length / stretch).ceil().max(1.0);
+
     for part in 0..stretches as usize {
         let first = (part as f64 * length / stretches).max(reach);
         let last = ((part + 1) as f64 * length / stretches).min(length - reach);
         let count = ((last - first) / step).max(0.0) as usize + 1;
         let candidates = (0..count).map(|index| first + index as f64 * step).filter(|way| *way <= last);
+
         let fits = candidates.filter_map(|way| {
             let ends = [at(way - reach), at(way + reach)];
             let along = (ends[1] - ends[0]).try_normalize()?;
@@ -117,6 +123,7 @@ fn label(points: &[DVec2], text: &str, bounds: DVec2, unit: f64, figures: &mut V
             let along = if along.x < 0.0 { -along } else { along };
             (bent < BENT * tall && is_inside && has_room).then_some((bent, middle, along))
         });
+
         if let Some((_, middle, along)) = fits.min_by(|a, b| a.0.total_cmp(&b.0)) {
             figures.push(Figure { text: text.to_owned(), middle, along, wide });
         }

@@ -102,6 +102,7 @@ fn main() -> ExitCode {
     exit::install_panic_hook();
     let cli = Cli::parse_from(height::apart(std::env::args_os()));
     let ready = guard_mapped_files().and_then(|()| Interrupt::install());
+
     let outcome = ready.map_err(exit::Failure::from).and_then(|interrupt| match &cli.command {
         Command::Build(args) => build::run(args, &interrupt),
         Command::New(args) => recipe::create(args),
@@ -129,5 +130,6 @@ fn main() -> ExitCode {
         Command::Completions(args) => manual::completions(args, Cli::command()),
         Command::Man(args) => manual::pages(args, Cli::command()),
     });
+
     exit::report(outcome)
 }

@@ -142,6 +142,7 @@ impl Memory {
         if !self.preload {
             return Ok(());
         }
+
         if let (Some(memory), Some(shares)) = (self.memory, shares)
             && let Some(missing) = pages.bytes().checked_sub(shares.pages).filter(|missing| *missing > 0)
         {
@@ -155,6 +156,7 @@ impl Memory {
                 (memory + missing * 100 / PAGES_SHARE).div_ceil(MIB) + 1
             )));
         }
+
         if let Some(free) = available()
             && free < pages.bytes()
         {
@@ -166,6 +168,7 @@ impl Memory {
                 free / MIB
             )));
         }
+
         pages.load_all(observer)
     }
 
@@ -216,6 +219,7 @@ pub fn sentence(paging: &Paging) -> String {
         0 => String::new(),
         count => format!(", {count} brought once they were in sight"),
     };
+
     format!(
         "parts of pages: {} read ({}), {} of them unused ({}), {} evicted{in_sight}, at most {} in memory; {}{late}",
         paging.pages_read,

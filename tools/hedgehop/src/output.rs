@@ -148,6 +148,7 @@ impl<'a> Files<'a> {
         let crs = area::crs(self.origin.header)?;
         let degrees = if crs.is_local() { None } else { Some(Transform::new(&crs, &Crs::wgs84())?) };
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+
         let record = |&(number, ref camera): &(u64, Camera)| {
             let file = self.path(number);
             let written = match written.get(&number) {
@@ -156,6 +157,7 @@ impl<'a> Files<'a> {
             };
             let eye = camera.pose.eye;
             let lonlat = degrees.as_ref().and_then(|degrees| degrees.apply(eye.x, eye.y));
+
             Ok(FrameRecord::new(
                 &self.info(number),
                 camera,
@@ -163,6 +165,7 @@ impl<'a> Files<'a> {
                 Some((&file, &written)),
             ))
         };
+
         existing.iter().map(record).collect()
     }
 

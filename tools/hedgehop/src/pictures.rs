@@ -104,6 +104,7 @@ fn by_number(a: &str, b: &str) -> Ordering {
             }
             continue;
         }
+
         match (a.split_first(), b.split_first()) {
             (Some((first, rest)), Some((other, others))) if first == other => (a, b) = (rest, others),
             (first, other) => return first.map(|(byte, _)| byte).cmp(&other.map(|(byte, _)| byte)),

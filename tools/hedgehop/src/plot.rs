@@ -30,6 +30,7 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
         let [width, height] = report.size;
+
         let title = format!(
             "hedgehop bench: {} frames of {width}x{height}, {} cores, {}",
             report.frames.len(),
@@ -42,6 +43,7 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
         panel(&panels[0], "frames/s", &with_ideal(results, |f| f.frames_per_s))?;
         panel(&panels[1], "Mpixel/s", &with_ideal(results, |f| f.mpixel_per_s))?;
         let full = results.iter().map(|f| (f.workers as f64, 100.0)).collect();
+
         panel(
             &panels[2],
             "efficiency, %",
@@ -50,9 +52,11 @@ pub fn bench(report: &Report) -> Result<String, Box<dyn std::error::Error>> {
                 Line { name: "measured", colour: LINE, points: points(results, |f| f.efficiency * 100.0) },
             ],
         )?;
+
         panel(&panels[3], "ms per frame; march, shade: of all workers", &stages(results))?;
         root.present()?;
     }
+
     Ok(svg)
 }
 
@@ -87,6 +91,7 @@ pub fn profile(shown: &Elevations) -> Result<String, Box<dyn std::error::Error>>
             .x_label_area_size(42)
             .y_label_area_size(72)
             .build_cartesian_2d(0.0..length, low..high)?;
+
         chart
             .configure_mesh()
             .x_desc("km along the line")
@@ -95,6 +100,7 @@ pub fn profile(shown: &Elevations) -> Result<String, Box<dyn std::error::Error>>
             .label_style(("sans-serif", 14))
             .light_line_style(WHITE)
             .draw()?;
+
         // Where there is no ground the area ends.
         for run in shown.ground.chunk_by(|a, b| a.1.is_some() == b.1.is_some()) {
             let run: Vec<_> = run.iter().filter_map(|(along, height)| Some((*along, (*height)?))).collect();
@@ -104,9 +110,11 @@ pub fn profile(shown: &Elevations) -> Result<String, Box<dyn std::error::Error>>
                 )?;
             }
         }
+
         chart.draw_series(LineSeries::new(shown.flight.iter().copied(), LINE.stroke_width(2)))?;
         root.present()?;
     }
+
     Ok(svg)
 }
 
@@ -139,6 +147,7 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, label: &str, lines: &[Line<'
     let all = || lines.iter().flat_map(|line| &line.points);
     let most_workers = all().map(|(x, _)| *x).fold(1.0, f64::max);
     let highest = all().map(|(_, y)| *y).fold(0.0, f64::max);
+
     // A flat zero line still needs an axis with a length.
     let top = if highest > 0.0 { highest * 1.12 } else { 1.0 };
     let mut chart = ChartBuilder::on(area)
@@ -146,6 +155,7 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, label: &str, lines: &[Line<'
         .x_label_area_size(42)
         .y_label_area_size(64)
         .build_cartesian_2d(0.0..most_workers * 1.05, 0.0..top)?;
+
     chart
         .configure_mesh()
         .x_desc("workers")
@@ -156,6 +166,7 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, label: &str, lines: &[Line<'
         .label_style(("sans-serif", 14))
         .light_line_style(WHITE)
         .draw()?;
+
     for line in lines {
         let colour = line.colour;
         let stroke = colour.stroke_width(if line.name == "ideal" { 1 } else { 2 });
@@ -167,11 +178,13 @@ fn panel(area: &DrawingArea<SVGBackend<'_>, Shift>, label: &str, lines: &[Line<'
             chart.draw_series(line.points.iter().map(|&point| Circle::new(point, 3, colour.filled())))?;
         }
     }
+
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperLeft)
         .label_font(("sans-serif", 14))
         .background_style(WHITE.mix(0.8))
         .draw()?;
+
     Ok(())
 }

@@ -168,6 +168,7 @@ impl ScreenArgs {
         if self.ground_width.is_some() && self.screen != Kind::Orthographic {
             return refuse("--ground-width goes with --screen orthographic; other screens take --hfov");
         }
+
         match (&self.screen, self.hfov) {
             (Kind::Orthographic, Some(_)) => refuse(
                 "parallel rays have no --hfov; --ground-width says how much an orthographic picture covers",

@@ -142,6 +142,7 @@ impl Sequence<'_> {
             let mut rays = Vec::new();
             let (paging, end) = self.render_ahead(cameras, sender, &failed, &mut rays, observer);
             let mut flown = Flown { finished: Vec::new(), paging, rays, end };
+
             for encoder in encoders {
                 let (finished, end) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 flown.finished.extend(finished);
@@ -150,9 +151,11 @@ impl Sequence<'_> {
                     flown.end = end;
                 }
             }
+
             flown.finished.sort_unstable();
             flown
         });
+
         observer.end();
         flown
     }
@@ -176,6 +179,7 @@ impl Sequence<'_> {
             .collect();
         let foreseen = if side > 1 { &enlarged } else { cameras };
         let all = |flying: &Flying<'_>| self.render_all(cameras, flying, sender, failed, rays, observer);
+
         let flown = if let Some(rate) = self.live {
             let plan = LivePlan::new(self.renderer, self.farm);
             self.pages.live(&plan, |flight| {
@@ -192,6 +196,7 @@ impl Sequence<'_> {
                         farm,
                     )
                 };
+
                 let end = all(&Flying { look: &look, deliver: &|frame| flight.deliver(frame) });
                 (numbers.zip(flight.frames()).collect(), end)
             })
@@ -207,6 +212,7 @@ impl Sequence<'_> {
                 (numbers.zip(flight.frames()).collect(), end)
             })
         };
+
         flown.unwrap_or_else(|error| (Vec::new(), Err(error)))
     }
 
@@ -257,12 +263,14 @@ impl Sequence<'_> {
                         frame => return Ok(frame),
                     },
                 };
+
                 if self.live.is_some() {
                     // A frame that never waits has the ground from the file, as its path had.
                     finishing.draw(self.pages.file(), number, camera, &mut picture)?;
                 } else {
                     finishing.draw(self.pages, number, camera, &mut picture)?;
                 }
+
                 Ok((Image::Picture(picture, Box::new(camera.clone())), rays))
             }
             Product::Frame => match finishing.frame(renderer, number, camera, self.playing, farm)? {
@@ -291,6 +299,7 @@ impl Sequence<'_> {
         let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| (flying.look)(farm, frame, camera);
         let mut delivered = 0;
         let mut live = Live::new(self.pages.paging());
+
         self.farm.fly(&batch, render, |number, (image, seen)| {
             rays.push((number, seen));
             (flying.deliver)(delivered);
@@ -300,11 +309,13 @@ impl Sequence<'_> {
             {
                 observer.note(&text);
             }
+
             // What the encoder that failed says replaces this.
             let stopped = || Error::Interrupted("no frame can be written".into());
             if failed.load(Ordering::Relaxed) {
                 return Err(stopped());
             }
+
             sender.send(Shot { number, image }).map_err(|_| stopped())
         })
     }

@@ -72,15 +72,18 @@ pub fn warning(
         let eye = camera.pose.eye;
         heights.extend(ground(eye.truncate())?.map(|ground| (eye.z - ground, camera.pixel_angle())));
     }
+
     heights.sort_by(|a, b| a.0.total_cmp(&b.0));
     let Some(&(height, pixel)) = heights.get(heights.len() / 2) else { return Ok(None) };
 
     let detail = detail(header);
     let sharp = sharp_height(detail, pixel);
+
     // Below the ground nothing is sharp, for other reasons.
     if height <= 0.0 || height * MUCH_LOWER >= sharp {
         return Ok(None);
     }
+
     let wide = detail / (FARTHER * height * pixel);
     Ok(Some(format!(
         "from {} m above the ground this area looks blurred: its details of {} m are {} pixels wide there. Fly at {} m or more, or build it from finer data",

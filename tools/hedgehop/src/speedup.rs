@@ -44,12 +44,14 @@ impl Prediction {
         counts.dedup();
         let rate = |workers| measured.iter().find(|(other, _)| *other == workers).map(|(_, rate)| *rate);
         let one = makespan(frames, 1, 1).as_secs_f64();
+
         let speed_up = |workers| {
             // One worker never has a second frame, as in the farm.
             let in_flight = if workers == 1 { 1 } else { in_flight };
             let seconds = makespan(frames, workers, in_flight).as_secs_f64();
             let predicted = one / seconds;
             let measured = rate(workers).zip(rate(1)).map(|(rate, one)| rate / one);
+
             SpeedUp {
                 workers,
                 in_flight,
@@ -61,6 +63,7 @@ impl Prediction {
                     .map(|measured| (predicted / measured - 1.0) * 100.0),
             }
         };
+
         let serial: f64 = frames.iter().map(|frame| frame.serial.as_secs_f64()).sum();
         Self { serial_share: serial / one, speed_up: counts.into_iter().map(speed_up).collect() }
     }

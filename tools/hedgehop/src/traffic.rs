@@ -73,6 +73,7 @@ impl Traffic<'_> {
             (0..self.header.level_count).filter(|level| self.pages(*level).next().is_some()).collect();
         let columns = (levels.len() as f64).sqrt().ceil().max(1.0) as u32;
         let rows = (levels.len() as u32).div_ceil(columns).max(1);
+
         let mut svg = String::new();
         {
             let size = (columns * SIDE, rows * SIDE + TITLE);
@@ -87,8 +88,10 @@ impl Traffic<'_> {
             for (level, panel) in levels.iter().zip(root.split_evenly((rows as usize, columns as usize))) {
                 self.level(*level, &panel)?;
             }
+
             root.present()?;
         }
+
         Ok(svg)
     }
 
@@ -104,16 +107,19 @@ impl Traffic<'_> {
         for (_, camera) in self.cameras {
             include([camera.pose.eye.truncate(); 2]);
         }
+
         // North is up, and a metre as long in both directions.
         let half = 0.52 * (extent[1] - extent[0]).max_element();
         let middle = (extent[0] + extent[1]) / 2.0;
         let caption = format!("level {}: {} pages", Grid::side_units(level), self.pages(level).count());
+
         let mut chart = ChartBuilder::on(panel)
             .margin(12)
             .caption(caption, ("sans-serif", 16))
             .x_label_area_size(34)
             .y_label_area_size(70)
             .build_cartesian_2d(middle.x - half..middle.x + half, middle.y - half..middle.y + half)?;
+
         chart
             .configure_mesh()
             .x_desc("east, m")
@@ -125,6 +131,7 @@ impl Traffic<'_> {
             .label_style(("sans-serif", 12))
             .light_line_style(WHITE)
             .draw()?;
+
         let last = f64::from(self.first_use.iter().map(|(_, frame)| *frame).max().unwrap_or(0).max(1));
         chart.draw_series(self.pages(level).map(|(id, frame)| {
             let [low, high] = grid.page_square(id);
@@ -132,6 +139,7 @@ impl Traffic<'_> {
         }))?;
         let eyes = self.cameras.iter().map(|(_, camera)| (camera.pose.eye.x, camera.pose.eye.y));
         chart.draw_series(LineSeries::new(eyes, PATH.stroke_width(2)))?;
+
         Ok(())
     }
 }

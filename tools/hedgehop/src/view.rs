@@ -133,6 +133,7 @@ impl LookArgs {
             detail: self.detail,
             ..RenderOptions::default()
         };
+
         if let Some(visibility) = self.visibility.or(scene.and_then(|scene| scene.visibility)) {
             options.visibility = visibility;
         }
@@ -146,12 +147,14 @@ impl LookArgs {
         options.sun = sun.or(baked).unwrap_or(options.sun);
         let shadows = self.shadows.map(|switch| switch == Switch::On);
         options.shadows = shadows.or(scene.and_then(|scene| scene.shadows)).unwrap_or(options.shadows);
+
         if let (Some(baked), true) = (baked, options.shadows) {
             let what = format!(
                 "the database's colours hold the shadows of a sun {:.1}° from grid north and {:.1}° high already",
                 baked.azimuth, baked.elevation
             );
             let line = scene.and_then(|scene| Some((&scene.path, scene.lines.shadows?)));
+
             return Err(match line.filter(|_| self.shadows.is_none()) {
                 Some((path, line)) => Error::invalid(
                     path,
@@ -164,10 +167,12 @@ impl LookArgs {
                 )),
             });
         }
+
         let night = scene.map(|scene| scene.night).unwrap_or_default();
         let firmament = sky.map(|sky| sky.firmament).unwrap_or_default();
         options.night = Night { lux: night.lux, stars: night.stars.then_some(firmament) };
         options.weather = scene.map(|scene| scene.weather).unwrap_or_default();
+
         Ok(options)
     }
 }
@@ -245,12 +250,14 @@ impl FlightArgs {
                 trajectory.duration()
             )));
         }
+
         if !self.world.tile_world {
             check_inside(file, source, &poses)?;
         }
         if setup.is_map() {
             self.look_down(source.header().height_range.1, &mut poses, observer);
         }
+
         self.world.note_seam(source.header(), observer);
         check_above_ground(self, source, fps, &poses, observer)?;
         if !setup.is_map() {
@@ -260,6 +267,7 @@ impl FlightArgs {
                 .iter()
                 .for_each(|note| observer.note(note));
         }
+
         let cameras = poses.into_iter().map(|(number, pose)| (number, setup.camera(pose))).collect();
         Ok((trajectory, cameras))
     }
@@ -340,6 +348,7 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     let Some((number, pose)) = poses.iter().find(|(_, pose)| !inside(pose)) else { return Ok(()) };
     let within: Vec<u64> = poses.iter().filter(|(_, pose)| inside(pose)).map(|(number, _)| *number).collect();
     let degrees = !area::crs(header)?.is_local() && pose.eye.x.abs() <= 180.0 && pose.eye.y.abs() <= 90.0;
+
     let remedy = if within.is_empty() && degrees {
         "degrees need --eye-lonlat, or columns lon_deg and lat_deg".to_owned()
     } else if within.is_empty() {
@@ -347,6 +356,7 @@ fn check_inside<S: PageSource>(file: &Path, source: &S, poses: &[(u64, Pose)]) -
     } else {
         format!("--frames {} are inside", ranges(&within))
     };
+
     Err(Error::Configuration(format!(
         "the camera of frame {number} at x {:.1}, y {:.1} is outside {}, which covers {}; {remedy}",
         pose.eye.x,
@@ -372,10 +382,12 @@ fn check_above_ground<S: PageSource>(
         let bare = Ground::Bare.height_at(source, place)?;
         Ok(bare.is_none_or(|bare| bare - pose.eye.z > ROUNDING).then_some(ground - pose.eye.z))
     };
+
     let mut below: Vec<(u64, f64)> = Vec::new();
     for (number, pose) in poses {
         below.extend(depth(pose)?.map(|depth| (*number, depth)));
     }
+
     let Some(&(number, depth)) = below.first() else { return Ok(()) };
 
     let what = if flight.eye.is_some() {
@@ -389,11 +401,13 @@ fn check_above_ground<S: PageSource>(
             poses.len()
         )
     };
+
     let remedy = "--clearance METRES raises it, --alt-mode says what altitudes are measured from";
     if flight.allow_below_ground {
         observer.note(&format!("{what}; {remedy}"));
         return Ok(());
     }
+
     Err(Error::Configuration(format!("{what}; {remedy}, and --allow-below-ground renders it as it is")))
 }
 

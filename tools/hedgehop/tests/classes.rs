@@ -45,6 +45,7 @@ fn areas_are_told_by_material() {
     for words in ["grass", "water, snow and ice", "buildings and pavement", "33.333 %", "spans"] {
         assert!(told.contains(words), "{words}: {told}");
     }
+
     let json: Value =
         serde_json::from_str(&ends(&run(&folder, "info --classes --json place.hop"), 0)).expect("JSON");
     let area = |name: &str| {
@@ -54,6 +55,7 @@ fn areas_are_told_by_material() {
             .find(|class| class["name"] == name)
             .map_or(f64::NAN, |class| class["area_km2"].as_f64().expect("a number"))
     };
+
     assert!((area("water") - 0.08).abs() < 1e-9 && (area("concrete") - 0.0004).abs() < 2e-5, "{json:#}");
     assert!((area("grass") + area("concrete") - 0.16).abs() < 1e-9, "{json:#}");
     assert_eq!(json["metadata"]["materials"][0]["name"], "water");
@@ -66,6 +68,7 @@ fn areas_are_told_by_material() {
     let told = ends(&run(&folder, "info --bbox 500150,5000000,500250,5000100 place.hop"), 0);
     let part = "part      500150,5000000,500250,5000100: heights 100.0 to 100.0 m above";
     assert!(told.contains(part) && told.contains("level 1, 1 pages"), "{told}");
+
     for flags in ["", "--classes ", "--json "] {
         let told = ends(&run(&folder, &format!("info {flags}--bbox 0,0,10,10 place.hop")), 2);
         assert!(told.contains("the box 0,0,10,10 lies outside the area, which is"), "{flags}: {told}");
@@ -75,6 +78,7 @@ fn areas_are_told_by_material() {
         );
         assert!(told.contains("larger --bbox"), "{flags}: {told}");
     }
+
     assert!(ends(&run(&folder, "info --bbox 1,1,0,0 place.hop"), 2).contains("west < east"));
 }
 
@@ -113,6 +117,7 @@ fn objects_tell_how_often_they_are_placed() {
     let forms = "1: scatter conifer, broadleaf, shrub, rock: about 20 m apart, scaled by 0.6 to 1.4";
     assert!(told.contains("0: terrain plane: 1 shape") && told.contains(forms), "{told}");
     assert!(told.contains("by source 0: plane "), "{told}");
+
     let json = |flags: &str| -> Vec<Value> {
         let told = ends(&run(&folder, &format!("info --classes --json {flags} trees.hop")), 0);
         let json: Value = serde_json::from_str(&told).expect("JSON");
@@ -120,8 +125,10 @@ fn objects_tell_how_often_they_are_placed() {
         assert_eq!(Some(objects.len() as u64), json["placed_objects"].as_u64());
         objects
     };
+
     let number = |object: &Value, key: &str| object[key].as_u64().expect("a number");
     let sum = |objects: &[Value], key: &str| objects.iter().map(|object| number(object, key)).sum::<u64>();
+
     // Four forms at four scales; trees stand well inside their squares, so that none is beside the area.
     let all = json("");
     assert_eq!((all.len(), sum(&all, "placed")), (16, 32 * 16));
@@ -129,6 +136,7 @@ fn objects_tell_how_often_they_are_placed() {
     let halves = [json("--bbox 0,0,256,320"), json("--bbox 256,0,640,320")];
     assert!(halves.iter().all(|half| sum(half, "placed") > 100));
     assert_eq!(sum(&halves[0], "placed") + sum(&halves[1], "placed"), 32 * 16);
+
     // Ten of them by themselves, the most placed first, and what the six others have together.
     let told = ends(&run(&folder, "info --classes trees.hop"), 0);
     let rows: Vec<&str> = told.lines().filter(|line| line.contains(" times ")).collect();

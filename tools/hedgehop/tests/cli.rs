@@ -199,6 +199,7 @@ fn missing_and_wrong_inputs_are_one_sentence_each() {
     fs::write(site.path("junk.hop"), b"no database at all").unwrap();
     fs::create_dir(site.path("tiles")).unwrap();
     let build = |input: &str| site.run(&["build", "--elevation", input, "-o", "a.hop", "--progress", "none"]);
+
     for (output, code, word) in [
         (site.run(&["info", "absent.hop"]), 5, "absent.hop"),
         (site.run(&["render", "absent.hop", "--eye", "1,2,3", "-o", "v.png"]), 5, "absent.hop"),
@@ -214,6 +215,7 @@ fn missing_and_wrong_inputs_are_one_sentence_each() {
         assert!(message.contains(word), "{message}");
         assert!(message.trim_end().lines().count() == 1, "not one sentence: {message}");
     }
+
     assert!(!site.path("a.hop").exists());
 }
 
@@ -253,6 +255,7 @@ fn frames_do_not_depend_on_workers_or_on_the_subset() {
     let (one, two) = (frames_in(&site.path("one")), frames_in(&site.path("two")));
     assert_eq!(one.len(), 21, "2 s at 10 frames per second, both ends");
     assert!(one == two, "one and two workers differ");
+
     for (frames, workers, expected) in
         [("3,7-11:2", "2", &[3, 7, 9, 11][..]), ("21", "1", &[21]), ("20-21,1-4:3", "3", &[1, 4, 20, 21])]
     {
@@ -264,6 +267,7 @@ fn frames_do_not_depend_on_workers_or_on_the_subset() {
         assert_eq!(names, expected);
         assert!(some.iter().all(|frame| one.contains(frame)), "{frames} differ from the whole");
     }
+
     for sidecar in ["manifest.json", "poses.csv"] {
         assert!(site.path("some-1").join(sidecar).exists(), "{sidecar}");
     }
@@ -339,17 +343,20 @@ fn an_endless_area_has_no_outside_and_frames_say_so() {
     let site = Site::built();
     let view =
         ["render", "area.hop", "--size", "64x36", "--alt-mode", "agl", "--ypr", "0,-5,0", "--tile-world"];
+
     // 3 copies to the west and 2 to the north: the same picture.
     for (eye, name) in [("300,500,60", "here/####.png"), ("-4500,3700,60", "there/####.png")] {
         let output = site.run(&[&view[..], &["--eye", eye, "-o", name]].concat());
         assert_code(&output, 0);
         assert!(stderr(&output).contains("160 x 160 voxels are no multiple of 64"), "{}", stderr(&output));
     }
+
     let picture = |folder: &str| {
         let (_, bytes) = frames_in(&site.path(folder)).remove(0);
         bytes[bytes.windows(4).position(|chunk| chunk == b"IDAT").expect("pixels")..].to_vec()
     };
     assert!(picture("here") == picture("there"));
+
     let settings = |curvature: &str| {
         let flags = format!("--frames 1 --tile-world --overwrite --curvature {curvature} -o frames/####.png");
         assert_code(&site.render(&flags.split(' ').collect::<Vec<_>>()), 0);
@@ -394,11 +401,13 @@ fn bench_finds_identical_frames_and_writes_its_figures() {
     assert!(stdout(&output).contains("256 workers"), "{}", stdout(&output));
     let trace: serde_json::Value = serde_json::from_slice(&fs::read(site.path("t.json")).unwrap()).unwrap();
     let events = trace["traceEvents"].as_array().unwrap();
+
     // Two frames with one worker and two with two; 80 planes for 64 columns, and 36 rows, make 5 and 9 tasks.
     let tasks = |stage: &str| events.iter().filter(|event| event["args"]["stage"] == stage).count();
     assert_eq!((tasks("march"), tasks("image")), (2 * 2 * 5, 2 * 2 * 9));
     let svg = fs::read_to_string(site.path("b.svg")).unwrap();
     assert!(svg.contains("Mpixel/s") && svg.contains("ideal"));
+
     for (at, number) in [1, 5].into_iter().enumerate() {
         let frame = &json["results"][0]["fastest_passes"][at];
         assert_eq!(frame["frame"], number);
@@ -419,10 +428,12 @@ mod unix {
         let site = Site::new(700);
         let mut child =
             site.spawn(&["build", "--elevation", "dem.asc", "--local", "-o", "area.hop"], Stdio::null());
+
         // Killed at whatever it is doing; a build that was quicker than this is not killed at all.
         thread::sleep(Duration::from_millis(60));
         child.kill().unwrap();
         child.wait().unwrap();
+
         for entry in fs::read_dir(site.folder.path()).unwrap() {
             let path = entry.unwrap().path();
             if path.extension() != Some(OsStr::new("asc")) && path.file_name() != Some(OsStr::new("area.hop"))
@@ -434,6 +445,7 @@ mod unix {
                 );
             }
         }
+
         assert_code(&site.build(&["--overwrite"]), 0);
     }
 

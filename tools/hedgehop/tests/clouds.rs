@@ -19,6 +19,7 @@ fn las(points: &[([i32; 3], u8)]) -> Vec<u8> {
     put(105, &20_u16.to_le_bytes());
     put(107, &(points.len() as u32).to_le_bytes());
     let offset = [500_000.0, 5_000_000.0, 0.0_f64];
+
     for axis in 0..3 {
         put(131 + 8 * axis, &0.01_f64.to_le_bytes());
         put(155 + 8 * axis, &offset[axis].to_le_bytes());
@@ -26,6 +27,7 @@ fn las(points: &[([i32; 3], u8)]) -> Vec<u8> {
         put(179 + 16 * axis, &all().fold(f64::MIN, f64::max).to_le_bytes());
         put(187 + 16 * axis, &all().fold(f64::MAX, f64::min).to_le_bytes());
     }
+
     for (place, class) in points {
         let mut record = [0; 20];
         for axis in 0..3 {
@@ -36,6 +38,7 @@ fn las(points: &[([i32; 3], u8)]) -> Vec<u8> {
         record[15] = *class;
         bytes.extend(record);
     }
+
     bytes
 }
 

@@ -97,6 +97,7 @@ fn rendering_says_how_much_was_coarser_than_it_should_be() {
         assert_code(&output, 0);
         text(&output.stderr)
     };
+
     for engine in ["planes", "reference"] {
         let looks = |eye: &str, ypr: &str| {
             render(&["--eye", eye, "--ypr", ypr, "-o", "v.png", "--engine", engine, "--alt-mode", "agl"])
@@ -109,6 +110,7 @@ fn rendering_says_how_much_was_coarser_than_it_should_be() {
             "{engine}: {outside}"
         );
     }
+
     fs::create_dir(site.path("frames")).unwrap();
     render(&["--path", "route.csv", "--fps", "1", "-o", "frames/####.png"]);
     let manifest: Value =
@@ -117,6 +119,7 @@ fn rendering_says_how_much_was_coarser_than_it_should_be() {
         manifest["frames"].as_array().unwrap().iter().map(|f| f["coarser_share"].as_f64().unwrap()).collect();
     assert_eq!(shares.len(), 7);
     assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)), "{shares:?}");
+
     // Without corridors there is nothing to tell.
     assert_code(&site.build(&["--overwrite"]), 0);
     let note = render(&["--eye", "800,900,60", "--ypr", "0,-30,0", "-o", "v.png", "--alt-mode", "agl"]);
@@ -150,6 +153,7 @@ fn flags_that_make_no_corridor_are_refused_in_a_sentence() {
         assert!(words.iter().all(|word| said.contains(word)), "{more:?}: {said}");
         assert!(!site.path("area.hop").exists());
     };
+
     refused(&["--corridor", "route.csv"], 2, &["--width"]);
     refused(&["--width", "200"], 2, &["--corridor"]);
     refused(&["--outside", "32"], 2, &["--corridor"]);
@@ -158,12 +162,14 @@ fn flags_that_make_no_corridor_are_refused_in_a_sentence() {
     for width in ["0", "-3", "nan", "inf", "wide"] {
         refused(&["--corridor", "route.csv", "--width", width, "--spacing", "2"], 2, &["--width", "above 0"]);
     }
+
     refused(
         &[&CORRIDOR[..], &["--width", "400", "--spacing", "5"]].concat(),
         2,
         &["--spacing 5", "2 or 8 would do"],
     );
     refused(&[&CORRIDOR[..], &["--outside", "33"]].concat(), 2, &["--outside 33", "32 or 128 would do"]);
+
     // Everything is stored at 2 m anyway.
     refused(&CORRIDOR, 2, &["adds nothing", "--outside"]);
     refused(

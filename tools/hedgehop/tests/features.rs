@@ -52,6 +52,7 @@ fn pictures_show_the_house_by_both_engines() {
         let told = ends(&run(&folder, &format!("{view} --engine {engine} -o {engine}.exr")), 0);
         assert!(!told.contains("bug"), "{told}");
     }
+
     ends(
         &run(
             &folder,
@@ -59,6 +60,7 @@ fn pictures_show_the_house_by_both_engines() {
         ),
         0,
     );
+
     let mean = |a: &str, b: &str| -> f64 {
         let told = ends(&run(&folder, &format!("compare {a}.exr {b}.exr --json")), 0);
         let (_, after) = told.split_once("\"mean\": ").expect("a mean difference");

@@ -69,6 +69,7 @@ fn one_of_several_tracks_is_flown() {
         };
         format!("<trk><name>at {hour}</name><trkseg>{}{}</trkseg></trk>", point(0), point(2))
     };
+
     // The latest comes first, as phones have it.
     fs::write(folder.path().join("walks.gpx"), format!("<gpx>{}{}</gpx>", walk(14), walk(9)))
         .expect("a file");
@@ -78,6 +79,7 @@ fn one_of_several_tracks_is_flown() {
     for word in ["out of order", "1 \"at 14\"", "--track N", "--sort"] {
         assert!(refused.contains(word), "{word}: {refused}");
     }
+
     ends(&run(&folder, &format!("{overview} --track 2")), 0);
     ends(&run(&folder, &format!("{overview} --sort")), 0);
     let nothing = ends(&run(&folder, "render area.hop --eye 9,9,900 --track 2 -o view.png"), 2);

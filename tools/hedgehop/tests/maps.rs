@@ -55,6 +55,7 @@ fn a_plane_has_one_shade_in_all_formats_and_sizes() {
     let (half, p, q) = (0.5, 0.3, -0.2);
     let light = (0.5_f64.sqrt() + half * p - half * q) / (1.0_f64 + p * p + q * q).sqrt();
     let wanted = 1 + (light * 254.0).round() as u8;
+
     for flags in ["", "--level 4", "--pixel 7", "--bbox 500500,5000500,501500,5001200"] {
         ends(&run(&folder, &format!("hillshade place.hop -o shade.png {flags}")), 0);
         let shade = picture(&folder.path().join("shade.png")).into_luma_alpha8();
@@ -67,8 +68,10 @@ fn a_plane_has_one_shade_in_all_formats_and_sizes() {
         let far = inside.filter(|(.., pixel)| pixel[0].abs_diff(wanted) > 1).count();
         assert!(far == 0 && shade.pixels().all(|pixel| pixel[1] == 255), "{flags}: {far}, not {wanted}");
     }
+
     let told = ends(&run(&folder, "hillshade place.hop -o shade.tif"), 0);
     assert!(told.contains("300x300 pixels of 10 m"), "{told}");
+
     // The program reads its own map: shades as heights, where they are.
     ends(&run(&folder, "build --elevation shade.tif -o shade.hop"), 0);
     let told = ends(&run(&folder, "height shade.hop 501500 5001500 --xy --json"), 0);
@@ -80,6 +83,7 @@ fn a_plane_has_one_shade_in_all_formats_and_sizes() {
         told.contains("x 500000.0 to 503000.0, y 5000000.0 to 5003000.0") && told.contains("32632"),
         "{told}"
     );
+
     // The sun at the side, raised ground, and colours.
     ends(&run(&folder, "hillshade place.hop -o low.png --sun 90,10 --exaggeration 3 --colour"), 0);
     let low = picture(&folder.path().join("low.png")).into_rgba8();
@@ -122,10 +126,12 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
     let lines: Value = serde_json::from_str(&text).expect("GeoJSON");
     let features = lines["features"].as_array().expect("features");
     let mut rings = 0;
+
     for feature in features {
         let elevation = feature["properties"]["elevation"].as_f64().expect("an elevation");
         assert_eq!(feature["properties"]["index"], (elevation / 50.0) as i64 % 4 == 0);
         let points = feature["geometry"]["coordinates"].as_array().expect("points");
+
         // Near the zone's meridian, so many metres to the degree.
         let (east, north) = (78_846.8 / 0.9996, 111_136.0 / 0.9996);
         if points.first() == points.last() && elevation > 200.0 {
@@ -135,6 +141,7 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
                 [at(0) * east, at(1) * north]
             };
             let all: Vec<[f64; 2]> = points.iter().map(place).collect();
+
             let radius = |axis: usize| {
                 let ends = all
                     .iter()
@@ -142,6 +149,7 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
                     .fold([f64::MAX, f64::MIN], |[low, high], at| [low.min(at), high.max(at)]);
                 0.5 * (ends[1] - ends[0])
             };
+
             let wanted = (900.0 - elevation) / 0.5;
             for axis in 0..2 {
                 assert!(
@@ -152,11 +160,13 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
             }
         }
     }
+
     assert_eq!(rings, 13);
     let told = ends(&run(&folder, "contours place.hop -o map.png --size 500"), 0);
     assert!(told.contains("map.png"), "{told}");
     let map = picture(&folder.path().join("map.png")).into_rgb8();
     assert_eq!(map.dimensions(), (500, 500));
+
     // Brown lines, and the sun from the north-west.
     let is_brown = |pixel: &&image::Rgb<u8>| pixel[0] > pixel[2].saturating_add(60);
     assert!(map.pixels().filter(is_brown).count() > 1500);
@@ -166,6 +176,7 @@ fn contour_lines_of_a_cone_are_circles_in_degrees() {
     };
     assert!(mean(100, 100) > mean(340, 340) + 20);
     assert!(folder.path().join("map.pgw").exists());
+
     for (args, words) in [
         ("-o lines.svg", ".geojson, or a map, .tif or .png"),
         ("-o lines.geojson --interval 0", "above 0"),
@@ -197,6 +208,7 @@ fn contour_maps_are_the_same_as_geotiff() {
     let whole = Window { x: 0, y: 0, width: 600, height: 600 };
     ImageryRaster::new(raster, None).expect("a picture").read(whole, &mut read).expect("pixels");
     assert_eq!(read.len(), 360_000);
+
     // All of it is data, without an alpha channel, and no colour stands for none.
     let wanted = drawn.pixels().map(|pixel| pixel.0);
     assert!(read.iter().zip(wanted).all(|(read, wanted)| read[..3] == wanted && read[3] == 255));
@@ -225,10 +237,12 @@ fn planted_faults_are_told_and_sound_ground_passes() {
     let classes: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
     assert_eq!(classes, ["spikes", "seams"]);
     let map = picture(&planted.path().join("faults.png")).into_rgb8();
+
     // 1205 m from the west of 3000 m on 400 pixels.
     assert_eq!(map.get_pixel(160, 292).0, [214, 30, 30]);
     ends(&run(&planted, "continuity place.hop --fail-on pits,voids"), 0);
     ends(&run(&planted, "continuity place.hop --fail-on seams"), 6);
+
     for (args, words) in [
         ("-o faults.txt", "CSV"),
         ("--picture faults.jpg", "PNG"),
@@ -258,6 +272,7 @@ fn parts_are_sound_and_say_what_the_whole_says() {
     for place in ["500005 5000005", "502503 5000111"] {
         assert_eq!(height("place.hop", place), height("part.hop", place));
     }
+
     for (args, words) in [
         ("--bbox 0,0,1,1 -o none.hop", "outside the area"),
         ("-o none.hop", "--bbox"),
@@ -278,6 +293,7 @@ fn parts_are_merged_to_the_whole_again() {
     {
         ends(&run(&folder, &format!("extract place.hop --bbox {bounds} -o {name}.hop")), 0);
     }
+
     let told = ends(&run(&folder, "merge west.hop east.hop -o whole.hop"), 0);
     assert!(told.contains("300 x 300 voxels of 10 m") && told.contains("join (300 voxels)"), "{told}");
     let sound = ends(&run(&folder, "verify whole.hop"), 0);
@@ -286,6 +302,7 @@ fn parts_are_merged_to_the_whole_again() {
         let height = |area: &str| ends(&run(&folder, &format!("height {area} {place} --xy")), 0);
         assert_eq!(height("place.hop"), height("whole.hop"), "{place}");
     }
+
     ends(&run(&folder, "merge west.hop place.hop --feather 300 -o soft.hop"), 0);
     ends(&run(&folder, "verify soft.hop"), 0);
     for (args, words) in [
@@ -316,6 +333,7 @@ fn parts_of_corridors_keep_them() {
         let height = |area: &str| ends(&run(&folder, &format!("height {area} {place} --xy")), 0);
         assert_eq!(height("strip.hop"), height("part.hop"));
     }
+
     let shade = ends(
         &run(&folder, "hillshade strip.hop --level 1 --bbox 500000,5000000,501000,5001000 -o shade.png"),
         0,

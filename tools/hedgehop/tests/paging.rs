@@ -60,18 +60,21 @@ fn a_plan_tells_what_the_flight_then_reads() {
     let planned = site.fly("plan", &["--json", "--traffic", "plan.svg"]);
     assert!(planned.status.success(), "{}", said(&planned));
     let plan: serde_json::Value = serde_json::from_slice(&planned.stdout).expect("it is JSON");
+
     for level in plan["levels"].as_array().expect("levels") {
         // The area is a square of 2.4 km.
         let (reach, ground) =
             (level["reach_m"].as_f64().expect("metres"), level["area_km2"].as_f64().expect("km²"));
         assert!(reach <= 2400.0 * 2.0_f64.sqrt() && ground <= 5.7601, "{level}");
     }
+
     let rendered = site.fly("render", &["-o", "frames/####.png", "--stats", "--traffic", "flown.svg"]);
     assert!(rendered.status.success(), "{}", said(&rendered));
     let manifest = site.json("frames/manifest.json");
     let frames = manifest["frames"].as_array().expect("frames");
     assert_eq!(plan["frames"].as_u64(), Some(frames.len() as u64));
     assert_eq!(plan["by_frame"].as_array().map(Vec::len), Some(frames.len()));
+
     // Pages that the path's heights above ground were read from are there before the first frame.
     let read: u64 = frames.iter().map(|frame| frame["paging"]["bytes_read"].as_u64().expect("bytes")).sum();
     let needed = plan["flight_bytes"].as_u64().expect("bytes");
@@ -83,6 +86,7 @@ fn a_plan_tells_what_the_flight_then_reads() {
         let svg = fs::read_to_string(site.path(map)).expect("the map is there");
         assert!(svg.starts_with("<svg") && svg.contains("level 1:") && svg.matches("<rect").count() > 10);
     }
+
     let text = said(&site.fly("plan", &["--no-timing"]));
     for line in ["one view", "with ahead", "--memory", "level 1 ", "verdict"] {
         assert!(text.contains(line), "{line}: {text}");
@@ -167,6 +171,7 @@ fn frames_that_never_wait_say_how_much_was_late() {
     for count in ["demand_misses", "demand_waits", "demand_wait_ns", "frame_wait_ns"] {
         assert!(frames.iter().all(|frame| frame["paging"][count] == 0), "{count}: {told}");
     }
+
     let late = frames.iter().map(|frame| frame["paging"]["pages_late"].as_u64().expect("pages"));
     assert!(late.sum::<u64>() > 0, "{told}");
 }

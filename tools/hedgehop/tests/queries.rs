@@ -40,11 +40,13 @@ fn heights_are_told_by_degrees_and_by_metres() {
     assert!((number(&json, "/0/lat_deg") - 45.1562).abs() < 1e-4, "{json}");
     let told = ends(&run(&folder, "height place.hop 500505,5000300 500105, 5000300 --xy"), 0);
     assert!(told.contains("160.0") && told.contains("100.00 m above"), "{told}");
+
     // The same place in degrees: 9° east is the zone's middle.
     let json = ends(&run(&folder, "height place.hop 9.0064 45.1535 --json"), 0);
     let json: Value = serde_json::from_str(&json).expect("JSON");
     assert!((number(&json, "/0/x_m") - 500_503.0).abs() < 3.0, "{json}");
     assert!((number(&json, "/0/lon_deg") - 9.0064).abs() < 1e-9);
+
     for (args, words) in [
         ("9.5 45.1535", "outside the area"),
         ("-9.5,45.1535", "-9.5 45.1535 lies outside the area"),
@@ -73,6 +75,7 @@ fn points_see_each_other_over_the_ridge_only() {
     assert!((number(&clear, "/nearest/above_ground_m") - 15.0).abs() < 0.5, "{clear}");
     let hidden = sight(20.0);
     assert_eq!(hidden["sees"], false);
+
     // 20 m up the near slope, which rises by 2 m in 10 m from 100 m before the eye on.
     assert!((number(&hidden, "/blocked_at/distance_m") - 200.0).abs() < 8.0, "{hidden}");
     assert!((number(&hidden, "/missing_m") - 80.0).abs() < 2.0, "{hidden}");
@@ -131,6 +134,7 @@ fn places_in_gaps_outside_and_twice_are_told() {
         "{found}"
     );
     assert!(found[1].get("lon_deg").is_none() && found[1].get("x_m").is_some(), "no place on Earth: {found}");
+
     for (args, code, words) in [
         ("height gap.hop 300 200", 0, "300.0 200.0  no ground: a gap of the data"),
         ("height gap.hop 300 2000", 2, "300 2000 lies outside the area"),
@@ -164,6 +168,7 @@ fn places_in_gaps_outside_and_twice_are_told() {
         let told = ends(&run(&folder, args), code);
         assert!(told.contains(words), "{args}: {told}");
     }
+
     let told = ends(&run(&site(), "contours place.hop -o lines.geojson --interval 1000"), 0);
     assert!(told.contains("lies between two of them, from 100.00 to 160.00 m; give a smaller"), "{told}");
 }
@@ -175,6 +180,7 @@ fn profiles_are_drawn_and_listed() {
     assert!(told.contains("0.80 km") && told.contains("above ground at least"), "{told}");
     let plot = fs::read_to_string(folder.path().join("flight.svg")).expect("a plot");
     assert!(plot.starts_with("<svg") && plot.contains("km along the line"), "{plot}");
+
     ends(
         &run(
             &folder,
@@ -182,6 +188,7 @@ fn profiles_are_drawn_and_listed() {
         ),
         0,
     );
+
     let table = fs::read_to_string(folder.path().join("line.csv")).expect("a table");
     let mut lines = table.lines();
     assert_eq!(lines.next(), Some("distance_m,lon_deg,lat_deg,x_m,y_m,ground_m"));
@@ -189,6 +196,7 @@ fn profiles_are_drawn_and_listed() {
     let middle: Vec<&str> = lines.nth(8).expect("the middle").split(',').collect();
     assert_eq!(middle[0], "400.000");
     assert!((middle[5].parse::<f64>().expect("a height") - 160.0).abs() < 0.2, "{middle:?}");
+
     for (args, words) in [
         ("--path flight.csv -o flight.gif", ".svg"),
         ("--path flight.csv -o flight.csv", "flight.csv"),
@@ -272,6 +280,7 @@ fn points_within_a_house_and_straight_lines_up_are_told() {
         let args = format!("sight place.hop --from {from} --to {to} --xy --msl");
         (ends(&run(&folder, &args), 0), json(&folder, &format!("{args} --json")))
     };
+
     // In the hall, which is 9 m high, and below ground.
     let (told, found) = sees("500095.5,5000040.5,104", "500095.5,5000070,99");
     let hall = found.pointer("/within/from/standing").and_then(Value::as_str).expect("a material");
@@ -281,6 +290,7 @@ fn points_within_a_house_and_straight_lines_up_are_told() {
     assert!(told.starts_with(&lead) && told.contains("no height of it would do"), "{told}");
     assert_eq!(found.pointer("/within/to/standing"), Some(&Value::Null), "{found}");
     assert_eq!((&found["sees"], &found["missing_m"]), (&false.into(), &Value::Null), "{found}");
+
     // Straight down onto the roof of the hall, and onto the ground beside it.
     let (told, found) = sees("500095.5,5000040.5,150", "500095.5,5000040.5,100.5");
     assert!((number(&found, "/missing_m") - 8.5).abs() < 0.1, "{found}");

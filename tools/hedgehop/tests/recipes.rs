@@ -78,6 +78,7 @@ fn shadows_of_a_recipe_are_in_its_database() {
     ends(&run(&folder, "build place.toml"), 0);
     assert!(ends(&run(&folder, "info place.hop"), 0).contains("250"));
     let left: Vec<_> = fs::read_dir(folder.path()).expect("the folder").flatten().collect();
+
     // What the shadows were baked into is kept, for the next build.
     assert_eq!(left.len(), 6, "{left:?}");
     let first = fs::read(folder.path().join("place.hop")).expect("a database");
@@ -86,16 +87,19 @@ fn shadows_of_a_recipe_are_in_its_database() {
     let told = ends(&run(&folder, "build place.toml --fresh"), 0);
     assert!(!told.contains("as before"), "{told}");
     assert!(fs::read(folder.path().join("place.hop")).expect("a database") == first);
+
     // No input is an output, with shadows or without.
     let raster = fs::read(folder.path().join("dem.asc")).expect("a raster");
     for (output, told) in [("dem.asc", "is an input"), ("place.toml", "is the recipe")] {
         let refused = ends(&run(&folder, &format!("build place.toml -o {output} --overwrite")), 2);
         assert!(refused.contains(told), "{refused}");
     }
+
     assert!(fs::read(folder.path().join("dem.asc")).expect("a raster") == raster);
     // Names that differ in their ending have each their own.
     ends(&run(&folder, "build place.toml -o place.v2"), 0);
     assert!(folder.path().join("place.v2.without-shadows.hop").is_file());
+
     // Somebody's own file is not touched.
     fs::write(folder.path().join("place.without-shadows.hop"), "mine").expect("a file");
     let told = ends(&run(&folder, "build place.toml"), 2);
@@ -126,6 +130,7 @@ fn what_was_kept_without_shadows_becomes_the_result_when_they_go() {
     assert!(database() != flags && folder.path().join("place.without-shadows.hop.steps").exists());
     put(&plain);
     let all = ["dem.asc", "flags.hop", "place.hop", "place.hop.steps", "place.toml"];
+
     for _ in 0..2 {
         // No page is made, and the next build knows all of them by their new name.
         let told = ends(&run(&folder, "build place.toml"), 0);
@@ -133,6 +138,7 @@ fn what_was_kept_without_shadows_becomes_the_result_when_they_go() {
         assert!(database() == flags, "the bytes of a build without shadows");
         assert_eq!(names(&folder), all);
     }
+
     // With a database that somebody removed, too; and with one of another origin only if that may be replaced.
     for (there, flag) in [(false, ""), (true, " --overwrite")] {
         put(&(plain.clone() + SHADOWS));
@@ -142,10 +148,12 @@ fn what_was_kept_without_shadows_becomes_the_result_when_they_go() {
             false => fs::remove_file(folder.path().join("place.hop")).expect("it goes"),
             true => fs::remove_file(folder.path().join("place.hop.steps")).expect("it goes"),
         }
+
         if there {
             let told = ends(&run(&folder, "build place.toml"), 2);
             assert!(told.contains("place.hop exists; --overwrite"), "{told}");
         }
+
         let told = ends(&run(&folder, &format!("build place.toml{flag}")), 0);
         assert!(told.contains("4 of 4 pages are as before"), "{told}");
         assert!(database() == flags);
@@ -183,6 +191,7 @@ fn outputs_that_cannot_be_are_refused_before_anything_is_made() {
     #[cfg(unix)]
     std::os::unix::fs::symlink("nowhere", folder.path().join("link.hop")).expect("a link");
     let before = names(&folder);
+
     for (output, words) in [
         ("there.hop", "there.hop is a folder; name a file"),
         ("there.hop --overwrite", "there.hop is a folder; name a file"),
@@ -229,6 +238,7 @@ fn what_a_build_refuses_of_a_recipe_is_told_with_its_line() {
         assert!(told.contains(&format!("bad.toml: line {line}: ")) && told.contains(words), "{told}");
         assert!(!told.contains("voxels:"), "before a page was made: {told}");
     }
+
     // A command line has no lines, and is refused as early.
     let flags =
         "build --elevation dem.asc --elevation-crs EPSG:32632 -o a.hop --progress plain --bake-shadows";
@@ -265,6 +275,7 @@ fn all_mistakes_are_told_by_check_and_the_first_by_build() {
     fs::write(folder.path().join("bad.toml"), "[place]\nspacing = 3\n[[elevation]]\nfile = \"absent.tif\"\n")
         .expect("a file");
     let told = ends(&run(&folder, "recipe check bad.toml"), 3);
+
     for part in [
         "has 2 mistakes",
         "line 2: [place] has no key `spacing`; did you mean `spacing_m`?",
@@ -272,14 +283,17 @@ fn all_mistakes_are_told_by_check_and_the_first_by_build() {
     ] {
         assert!(told.contains(part), "{told}");
     }
+
     let built = ends(&run(&folder, "build bad.toml"), 3);
     assert!(built.contains("line 2") && built.contains("and 1 more"), "{built}");
+
     // What a build finds out is told in keys, too.
     fs::write(folder.path().join("bare.toml"), "[[elevation]]\nfile = \"dem.asc\"\n").expect("a file");
     for command in ["build bare.toml", "recipe check bare.toml"] {
         let told = String::from_utf8_lossy(&run(&folder, command).stderr).into_owned();
         assert!(told.contains("`crs` of [[elevation]]") && !told.contains("--elevation-crs"), "{told}");
     }
+
     assert!(ends(&run(&folder, "recipe check absent.toml"), 5).contains("absent.toml"));
 }
 
@@ -317,6 +331,7 @@ fn recipes_that_come_with_it_are_sound() {
     for part in ["data", "docs/gallery", "crates/modeling/tests/data/places"] {
         copy_files(&repository().join(part), &folder.path().join(part));
     }
+
     // As docs/modeling.md has it.
     ends(
         &run(
@@ -326,10 +341,12 @@ fn recipes_that_come_with_it_are_sound() {
         ),
         0,
     );
+
     let rasters = airport_rasters();
     if let Some(rasters) = &rasters {
         copy_files(rasters, &folder.path().join("docs/gallery"));
     }
+
     // The other tables of the gallery are scenes.
     let gallery = fs::read_dir(folder.path().join("docs/gallery")).expect("the gallery").flatten();
     let recipes = gallery.filter_map(|entry| {
@@ -342,6 +359,7 @@ fn recipes_that_come_with_it_are_sound() {
     for name in ["airport", "halls", "synthetic", "valley"] {
         assert!(recipes.contains(&format!("docs/gallery/{name}.toml")), "{name}: {recipes:?}");
     }
+
     recipes.retain(|name| rasters.is_some() || !name.ends_with("airport.toml"));
     for recipe in recipes {
         let told = ends(&run(&folder, &format!("recipe check {recipe}")), 0);

@@ -102,6 +102,7 @@ fn parts_are_listed_and_their_tables_looked_after() {
     write("scene.toml", &format!("{SCENE}slope = true\n{parts}"));
     write("lid.csv", "time_s,pitch_deg\n0,10\n1,60\n");
     let text = ends(&run(&site, "scene check scene.toml area.hop"), 0);
+
     for part in [
         "(CSV), leans with the ground\n",
         "    lid: disc of radius 9 m, moves as lid.csv says\n",
@@ -110,6 +111,7 @@ fn parts_are_listed_and_their_tables_looked_after() {
     ] {
         assert!(text.contains(part), "{part:?}: {text}");
     }
+
     assert!(!text.contains("lid begins"), "{text}");
     let again = format!("{FLY} --skip-existing --aov cryptomatte -o parts/####.exr --frames 1-2");
     ends(&run(&site, &again), 0);
@@ -184,6 +186,7 @@ fn further_channels_are_for_exr_and_made_when_asked_for() {
     ends(&fly("-o plain/####.exr"), 0);
     ends(&fly("--aov cryptomatte,motion -o aov/####.exr"), 0);
     ends(&fly("--aov cryptomatte,motion -j 1 -o one/####.exr"), 0);
+
     for number in ["0010", "0011"] {
         let file =
             |folder: &str| fs::read(site.path().join(format!("{folder}/{number}.exr"))).expect("a frame");
@@ -194,10 +197,12 @@ fn further_channels_are_for_exr_and_made_when_asked_for() {
         }
         assert!(aov == file("one"), "{number} differs with one worker");
     }
+
     let manifest = fs::read_to_string(site.path().join("aov/manifest.json")).expect("a manifest");
     let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
     assert_eq!(manifest["settings"]["aov"], serde_json::json!(["cryptomatte", "motion"]));
     assert!(ends(&fly("--aov motion --skip-existing -o aov/####.exr"), 0).contains("rendered 2 frames"));
+
     // Frames whose next ones are elsewhere move otherwise.
     assert!(ends(&fly("--aov motion --skip-existing -o aov/####.exr"), 0).contains("kept 2"));
     let path = "t_s,x_m,y_m,alt_agl_m,yaw_deg\n0,700,500,60,0\n1,720,520,60,0\n2,720,550,60,0\n";
@@ -248,6 +253,7 @@ fn pictures_are_finished_as_the_scene_and_the_flags_say() {
     let site = site();
     let finished = "[picture]\nexposure_ev = 1\ntone = \"filmic\"\nantialias = 2\nshutter_deg = 90\ndistortion = [-0.1, 0]\n[hud]\n";
     fs::write(site.path().join("finished.toml"), finished).expect("a file");
+
     let render = |args: &str, name: &str| {
         let args = format!(
             "render area.hop --path path.csv --fps 10 --size 160x90 --frames 4 --progress none {args} -o {name}-####.png"
@@ -255,8 +261,10 @@ fn pictures_are_finished_as_the_scene_and_the_flags_say() {
         ends(&run(&site, &args), 0);
         fs::read(site.path().join(format!("{name}-0004.png"))).expect("a picture")
     };
+
     let by_scene = render("--scene finished.toml -j 1", "scene");
     assert!(by_scene == render("--scene finished.toml -j 3", "again"));
+
     // What a picture says of its settings holds the scene's digest, too: pixels are compared.
     let pixels = |name: &str| {
         let path = site.path().join(format!("{name}-0004.png"));
@@ -271,6 +279,7 @@ fn pictures_are_finished_as_the_scene_and_the_flags_say() {
     assert!(pixels("off") == pixels("plain") && pixels("plain") != pixels("flags"));
     render("--hud=altitude", "altitude");
     assert!(pixels("altitude") != pixels("plain"));
+
     // Linear light knows nothing of exposure and instruments.
     let linear = |args: &str, name: &str| {
         let args = format!(
@@ -279,6 +288,7 @@ fn pictures_are_finished_as_the_scene_and_the_flags_say() {
         ends(&run(&site, &args), 0);
         fs::read(site.path().join(format!("{name}-0004.exr"))).expect("a frame")
     };
+
     assert!(linear("", "linear") == linear("--exposure 2 --hud --dither ordered --gamma 2", "exposed"));
 }
 

@@ -70,6 +70,7 @@ fn every_screen_makes_a_picture_and_says_which() {
         assert_code(&output, 0);
         String::from_utf8_lossy(&fs::read(site.path("view.png")).unwrap()).into_owned()
     };
+
     for (screen, said) in [
         (&["--hfov", "50"][..], "planar hfov_deg=50"),
         (&["--screen", "cylindrical"], "cylindrical hfov_deg=180"),
@@ -79,6 +80,7 @@ fn every_screen_makes_a_picture_and_says_which() {
     ] {
         assert!(view(screen).contains(said), "{screen:?}");
     }
+
     let wrong = |more: &[&str], remedy: &str| {
         let output =
             site.run(&[&["render", "area.hop", "--eye", "800,300,400", "-o", "no.png"], more].concat());
@@ -123,6 +125,7 @@ fn what_scan_planes_do_not_serve_is_said() {
         assert_code(&output, 0);
         output
     };
+
     for (more, marcher, count) in [
         (&["--ypr", "0,-10,0"][..], "planes on portable", 0),
         (&["--ypr", "0,-89,0"], "planes on portable", 0),
@@ -137,6 +140,7 @@ fn what_scan_planes_do_not_serve_is_said() {
         let notes = stderr(&look(&["render", "-o", "view.png"], more));
         assert_eq!(notes.contains("do not serve 1 of 1 frames"), count == 1, "{notes}");
     }
+
     let flags = "bench area.hop --eye 300,500,400 --size 64x36 --engine reference --repeats 1 --workers 1 --json b.json";
     let bench = site.run(&flags.split_whitespace().collect::<Vec<_>>());
     assert!(stdout(&bench).contains("cores, reference engine\n"), "{}", stdout(&bench));

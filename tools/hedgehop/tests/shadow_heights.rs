@@ -76,6 +76,7 @@ fn site() -> TempDir {
     let [x, y] = CORNER;
     let side = f64::from(SIDE);
     write("ortho.pgw", &format!("1\n0\n0\n-1\n{}\n{}\n", x + 0.5, y + side - 0.5));
+
     let rows: Vec<String> = (0..SIDE)
         .map(|row| {
             let heights =
@@ -83,6 +84,7 @@ fn site() -> TempDir {
             heights.map(|height| format!("{height:.3}")).collect::<Vec<_>>().join(" ")
         })
         .collect();
+
     write(
         "dem.asc",
         &format!(
@@ -90,6 +92,7 @@ fn site() -> TempDir {
             rows.join("\n")
         ),
     );
+
     let features: Vec<String> = BUILDINGS
         .iter()
         .map(|([west, south, east, north], _)| {
@@ -99,6 +102,7 @@ fn site() -> TempDir {
             )
         })
         .collect();
+
     let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::32632"}}"#;
     write(
         "town.geojson",
@@ -108,6 +112,7 @@ fn site() -> TempDir {
         "place.toml",
         "[[elevation]]\nfile = \"dem.asc\"\ncrs = \"EPSG:32632\"\n[[features]]\nfile = \"heights.geojson\"\n",
     );
+
     folder
 }
 
@@ -123,6 +128,7 @@ fn a_photograph_gives_heights_that_a_database_takes() {
     let text = fs::read_to_string(folder.path().join("heights.geojson")).expect("heights");
     let found: Value = serde_json::from_str(&text).expect("GeoJSON");
     ends(&run(&folder, "build place.toml"), 0);
+
     for (number, ([west, south, east, north], height)) in BUILDINGS.into_iter().enumerate() {
         let properties = &found["features"][number]["properties"];
         let measured = properties["height"].as_f64().expect("a height");
@@ -134,6 +140,7 @@ fn a_photograph_gives_heights_that_a_database_takes() {
         let top = top[0]["height_m"].as_f64().expect("a height");
         assert!((top - roof([west, south, east, north], height)).abs() < 0.6, "{top}");
     }
+
     // Once more it is refused, and with other threads it is the same.
     let told = ends(&run(&folder, &format!("{flags} -o heights.geojson")), 2);
     assert!(told.contains("--overwrite"), "{told}");
@@ -147,6 +154,7 @@ fn stated_shadows_need_no_picture_and_a_time_needs_a_zone() {
     let ring = "POLYGON ((0 45, 0.001 45, 0.001 45.001, 0 45.001, 0 45))";
     let table = format!("name,polygon,shadow_length\nhall,\"{ring}\",100\nshed,\"{ring}\",\n");
     fs::write(folder.path().join("a.csv"), table).expect("a table");
+
     // At noon of an equinox the sun stands as high as the complement of the latitude.
     let told = ends(&run(&folder, "shadow-heights a.csv --time 2024-03-20T12:00Z -o b.csv"), 0);
     assert!(told.contains("1 of 2 buildings") && told.contains("shed") | told.contains("line 3"), "{told}");
@@ -154,6 +162,7 @@ fn stated_shadows_need_no_picture_and_a_time_needs_a_zone() {
     let hall = text.lines().nth(1).expect("a row");
     let height: f64 = hall.split(',').rev().nth(2).and_then(|cell| cell.parse().ok()).expect("a height");
     assert!((height - 100.0).abs() < 1.5, "{text}");
+
     for (flags, code, word) in [
         ("a.csv --time 2024-03-20T12:00 -o c.csv", 2, "offset from UTC"),
         ("a.csv --time 2024-03-20T01:00Z -o c.csv", 2, "above the horizon"),

@@ -139,6 +139,7 @@ fn frames_of_another_render_are_not_replaced_unless_asked_for() {
     let rows = || fs::read_to_string(site.path("f/poses.csv")).expect("poses").lines().count();
     fly("", 0);
     let before = all();
+
     for more in ["", "--skip-existing"] {
         let text = fly(&format!("--frames 3 --visibility 500 {more}"), 2);
         for part in ["frames 1-11 of another render", "visibility_m is 40000.0, not 500.0", "--overwrite"] {
@@ -146,6 +147,7 @@ fn frames_of_another_render_are_not_replaced_unless_asked_for() {
         }
         assert!(all() == before);
     }
+
     // A part of the same flight joins the others.
     fly("--frames 3", 0);
     assert_eq!(rows(), 12);
@@ -153,6 +155,7 @@ fn frames_of_another_render_are_not_replaced_unless_asked_for() {
     let text = fly("--frames 3 --visibility 500 --overwrite", 0);
     assert!(text.contains("10 frames of another render stay in f"), "{text}");
     assert!(rows() == 2 && all()[0] != before[0]);
+
     // One file is listed now, and those beside it say themselves what they are.
     assert!(fly("--frames 2 --visibility 500", 2).contains("0002.png is of another render"));
     assert!(fly("--skip-existing --visibility 500", 0).contains("kept 1"));
@@ -224,6 +227,7 @@ fn sheets_of_films_need_ffmpeg_and_say_so() {
         assert!(text.contains("apt-get install ffmpeg"), "{text}");
         return;
     }
+
     // Of a longer film not all frames are held, and those between the first and the last may be a neighbour.
     let render = "render area.hop --path path.csv --fps 4 --frames 1-12 --size 64x36 -o flight/####.png";
     site.ends(&format!("{render} --video film.mkv"), 0);
@@ -231,6 +235,7 @@ fn sheets_of_films_need_ffmpeg_and_say_so() {
     site.ends("contact-sheet flight -o flight.png --count 4 --width 64", 0);
     let (film, flight) = (site.picture("film.png"), site.picture("flight.png"));
     assert_eq!(film.dimensions(), flight.dimensions());
+
     // All pictures are those of the flight, as well as the film's codec has them; numbers too.
     let differs = |x: u32, y: u32| film.get_pixel(x, y).0[1].abs_diff(flight.get_pixel(x, y).0[1]) > 40;
     let wrong = (0..film.width())
@@ -253,6 +258,7 @@ fn comparisons_tell_figures_and_show_what_differs() {
         line.expect("a row").split_whitespace().skip(1).map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(row("1"), ["same", "0", "0.0000", "0.0000"]);
+
     // 20 log10(255 / 4), and of three frames together a third of the squares.
     assert_eq!(row("2"), ["36.09", "4", "4.0000", "100.0000"]);
     assert_eq!(row("all"), ["40.86", "4", "1.3333", "33.3333"]);

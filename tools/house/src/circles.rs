@@ -46,6 +46,7 @@ fn find(ties: impl Iterator<Item = (PathBuf, PathBuf, BTreeSet<String>)>) -> Vec
     for (from, to, names) in ties {
         all.entry((from, to)).or_default().extend(names);
     }
+
     let mut reached: BTreeMap<&PathBuf, BTreeSet<&PathBuf>> = BTreeMap::new();
     for (from, to) in all.keys() {
         reached.entry(from).or_default().insert(to);
@@ -58,12 +59,14 @@ fn find(ties: impl Iterator<Item = (PathBuf, PathBuf, BTreeSet<String>)>) -> Vec
             search.visit(room);
         }
     }
+
     let circle = |rooms: Vec<PathBuf>| {
         let inside = |(from, to): &(PathBuf, PathBuf)| rooms.contains(from) && rooms.contains(to);
         let ties = all.iter().filter(|(pair, _)| inside(pair));
         let ties = ties.map(|((from, to), names)| (from.clone(), to.clone(), names.clone())).collect();
         Circle { rooms, ties }
     };
+
     search.circles.into_iter().map(circle).collect()
 }
 
@@ -92,6 +95,7 @@ impl<'a> Search<'a> {
                 self.low.insert(room, self.low[room].min(self.index[next]));
             }
         }
+
         if self.low[room] != self.index[room] {
             return;
         }

@@ -106,6 +106,7 @@ impl Modules {
                 }
                 _ => continue,
             };
+
             let names = self.names.entry(module.to_vec()).or_default();
             names.insert(name.to_string(), Meaning::Here(file));
         }
@@ -144,6 +145,7 @@ impl Modules {
                 (before, rename.rename.to_string())
             }
         };
+
         // A name that stands alone after `use` is an external crate, or brings in what is there already.
         if path.len() > 1
             && let Some(path) = self.absolute(module, &path)
@@ -176,6 +178,7 @@ impl Modules {
                 }
             }
         }
+
         Some([base, rest.to_vec()].concat())
     }
 
@@ -201,6 +204,7 @@ impl Modules {
                 }
             }
         }
+
         None
     }
 
@@ -269,6 +273,7 @@ impl Paths {
                 }
             }
         }
+
         self.found.insert(path);
         self.found.remove(&Vec::new());
     }

@@ -42,6 +42,7 @@ fn figures(root: &Path, targets: &[Target]) -> Vec<String> {
             p.docs,
             share(p.leaning.len(), p.docs)
         ));
+
         lines.push(format!(
             "  functions over 30 lines without a paragraph: {} of {} ({:.1} %); over 60 lines: {} of {} ({:.1} %)",
             p.walls.len(),
@@ -51,6 +52,7 @@ fn figures(root: &Path, targets: &[Target]) -> Vec<String> {
             p.functions,
             share(p.long.len(), p.functions)
         ));
+
         lines.push(format!(
             "  functions with tuples as parameters: {} ({:.1} %)",
             p.tuples.len(),
@@ -71,6 +73,7 @@ fn figures(root: &Path, targets: &[Target]) -> Vec<String> {
             target.files.iter().filter(|file| !file.is_test).map(|file| file.text.lines().count()).sum();
         let tests: usize =
             target.files.iter().filter(|file| file.is_test).map(|file| file.text.lines().count()).sum();
+
         lines.push(format!(
             "{}: {code} lines and {tests} of tests in {} files; {all} types, {:.1} % of a name that is not theirs alone; {} public names; \
              circles of files {}, of folders {}",
@@ -82,6 +85,7 @@ fn figures(root: &Path, targets: &[Target]) -> Vec<String> {
             circles::of_folders(target, &arrows).len(),
         ));
     }
+
     let docs =
         ["README.md", "CHANGELOG.md", "ARCHITECTURE.md", "CONTRIBUTING.md"].map(|file| root.join(file));
     let more = std::fs::read_dir(root.join("docs")).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -91,6 +95,7 @@ fn figures(root: &Path, targets: &[Target]) -> Vec<String> {
         let name = path.strip_prefix(root).unwrap_or(&path).display().to_string();
         lines.push(format!("{name}: {} words", text.split_whitespace().count()));
     }
+
     lines
 }
 
@@ -99,6 +104,7 @@ fn list(targets: &[Target], what: &str) -> Vec<String> {
     let places = |places: &[Place]| {
         places.iter().map(|(path, line, text)| format!("{path}:{line}: {text}")).collect::<Vec<_>>()
     };
+
     match what {
         "docs" => places(&code.leaning),
         "walls" => places(&code.walls),

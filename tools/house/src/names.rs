@@ -60,10 +60,12 @@ pub fn public(target: &Target) -> BTreeSet<String> {
                 }
                 _ => continue,
             };
+
             if matches!(visibility, Visibility::Public(_)) {
                 names.insert([module.clone(), vec![name.to_string()]].concat().join("::"));
             }
         }
+
         for inner in public_modules(&file.text) {
             let path = [module.clone(), vec![inner]].concat();
             if is_module(&path) {
@@ -71,6 +73,7 @@ pub fn public(target: &Target) -> BTreeSet<String> {
             }
         }
     }
+
     names
 }
 

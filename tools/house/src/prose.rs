@@ -98,12 +98,14 @@ impl Reader<'_> {
         let (first, last) = (braces.open().start().line, braces.close().start().line);
         let inside = self.lines.get(first..last.saturating_sub(1)).unwrap_or_default();
         let blank = inside.iter().filter(|line| line.trim().is_empty()).count();
+
         if inside.len() > NEEDS_PARAGRAPH {
             self.prose.large += 1;
             if blank == 0 {
                 self.prose.walls.push(place.clone());
             }
         }
+
         if inside.len() > LONG {
             self.prose.long.push(place);
         }

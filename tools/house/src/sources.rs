@@ -56,6 +56,7 @@ pub fn targets(root: &Path) -> Vec<Target> {
             }
         }
     }
+
     targets
 }
 
@@ -113,6 +114,7 @@ fn load(root: &Path, path: &Path, module: Vec<String>, is_test: bool, files: &mu
             _ => kept.push(item),
         }
     }
+
     let this = SourceFile {
         path: path.to_owned(),
         module: module.clone(),
@@ -121,6 +123,7 @@ fn load(root: &Path, path: &Path, module: Vec<String>, is_test: bool, files: &mu
         items: kept,
         attributes: syntax.attrs,
     };
+
     files.push(this);
 
     for (inner, for_tests) in declared {
@@ -132,9 +135,11 @@ fn load(root: &Path, path: &Path, module: Vec<String>, is_test: bool, files: &mu
             }
             None => below.join(&name).join("mod.rs"),
         };
+
         if files.iter().any(|known| known.path == file) {
             continue;
         }
+
         load(root, &file, [module.clone(), vec![name]].concat(), for_tests, files);
     }
 }

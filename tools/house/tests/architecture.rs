@@ -71,6 +71,7 @@ fn imports_point_downward() {
             if file.path == Path::new("src/lib.rs") || room == "crates/testing" {
                 continue;
             }
+
             let own =
                 layer(&room).unwrap_or_else(|| panic!("{}: give `{room}` a layer", file.path.display()));
             for path in paths {

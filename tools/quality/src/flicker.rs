@@ -135,14 +135,17 @@ pub fn run(args: &Args) -> Result<()> {
         "area", "engine", "1 ray", "ratio", "supersampl", "engine +", "1 ray +", "ratio", "visible"
     ));
     let mut areas = Vec::new();
+
     for path in &args.areas {
         let record = fly(args, &Area::open(path)?)?;
         report::line(&record.line());
         areas.push(record);
     }
+
     let within_bounds = areas.iter().all(|area| area.ratio <= MOST);
     let verdict = if within_bounds { "within" } else { "NOT within" };
     report::line(&format!("{verdict} the bound: a ratio of {MOST} at most, everywhere"));
+
     let measured = Measured {
         size_px: [args.size.width, args.size.height],
         frames: args.frames,
@@ -152,6 +155,7 @@ pub fn run(args: &Args) -> Result<()> {
         within_bounds,
         areas,
     };
+
     report::json(args.common.json.as_deref(), &measured)
 }
 
@@ -178,6 +182,7 @@ fn fly(args: &Args, area: &Area) -> Result<AreaRecord> {
     let poses = slow_flight(args, area)?;
     let farm = args.common.farm()?;
     let options = RenderOptions::default();
+
     let shoot = |number: usize| -> Result<Shots> {
         let camera = Camera::new(poses[number], args.size.width, args.size.height);
         let exact = one_sample(&area.source, &camera, &options, &farm)?;
@@ -190,6 +195,7 @@ fn fly(args: &Args, area: &Area) -> Result<AreaRecord> {
         args.output.as_deref().map_or(Ok(()), |folder| shots.write(folder, &area.name, number))?;
         Ok(shots)
     };
+
     let mut before = shoot(0)?;
     let mut sums = Sums::default();
     let mut pairs = Vec::new();
@@ -200,6 +206,7 @@ fn fly(args: &Args, area: &Area) -> Result<AreaRecord> {
         sums.add(&residuals);
         before = after;
     }
+
     let pixels = args.size.width as usize * args.size.height as usize * (poses.len() - 1);
     Ok(AreaRecord {
         area: area.name.clone(),
@@ -303,6 +310,7 @@ fn residuals(before: &Shots, after: &Shots) -> Sums {
         if !four.iter().all(is_same) {
             continue;
         }
+
         let residual = |picture: usize, code: fn(Vec3) -> Vec3| {
             let there = between(four.map(|pixel| code(after.pictures[picture][pixel])), u, v);
             code(before.pictures[picture][pixel]) - there
@@ -310,6 +318,7 @@ fn residuals(before: &Shots, after: &Shots) -> Sums {
         for (picture, sum) in residuals.raw[..before.pictures.len()].iter_mut().enumerate() {
             sum.add(residual(picture, Vec3::round));
         }
+
         if before.pictures.len() > TRUTH {
             let exact = |codes| codes;
             let truth = residual(TRUTH, exact);
@@ -318,5 +327,6 @@ fn residuals(before: &Shots, after: &Shots) -> Sums {
             }
         }
     }
+
     residuals
 }

@@ -92,6 +92,7 @@ pub fn run(args: &Args) -> Result<()> {
         "{:<14} {:>4} {:>9} {:>9} {:>7} {:>9} {:>9} {:>8}",
         "area", "view", "engine dB", "1 ray dB", "gain", "FLIP", "1 ray", "truth s"
     ));
+
     for path in &args.areas {
         let area = Area::open(path)?;
         for (index, pose) in poses(args, &area)?.into_iter().enumerate() {
@@ -100,12 +101,14 @@ pub fn run(args: &Args) -> Result<()> {
             views.push(view);
         }
     }
+
     let within_bounds = views.iter().all(ViewRecord::within_bounds);
     let smallest = views.iter().map(|view| view.gain_db).fold(f64::INFINITY, f64::min);
     let verdict = if within_bounds { "within" } else { "NOT within" };
     report::line(&format!(
         "smallest gain {smallest:.2} dB: {verdict} the bounds, {LEAST_GAIN} dB and a lower FLIP in every view"
     ));
+
     let measured = Measured {
         size_px: [args.size.width, args.size.height],
         samples_per_pixel: args.samples * args.samples,
@@ -114,6 +117,7 @@ pub fn run(args: &Args) -> Result<()> {
         within_bounds,
         views,
     };
+
     report::json(args.common.json.as_deref(), &measured)
 }
 
@@ -176,6 +180,7 @@ fn look(args: &Args, area: &Area, farm: &Farm, index: usize, pose: Pose) -> Resu
     write("truth", &truth)?;
     let engine = judge("engine", engine::picture(&area.source, &camera, &args.common.judged(), farm)?)?;
     let one_sample = judge("one-sample", codes(&one_sample(&area.source, &camera, &options, farm)?.colour))?;
+
     Ok(ViewRecord {
         area: area.name.clone(),
         view: pose.into(),

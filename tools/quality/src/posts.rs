@@ -43,6 +43,7 @@ impl<'a> PostLight<'a> {
                 let index = (post[axis] / f64::from(PAGE_SIDE)).floor() as i64;
                 page[axis] = index.clamp(0, self.dims[usize::from(level)][axis] - 1);
             }
+
             let [px, py] = page.map(|index| index as u32);
             let Some(image) = self.pages.page(PageId { level, px, py })? else { continue };
             let (mut cell, mut share) = ([0; 2], [0.0; 2]);
@@ -52,6 +53,7 @@ impl<'a> PostLight<'a> {
                 cell[axis] = within.floor() as i64;
                 share[axis] = (within - within.floor()) as f32;
             }
+
             let texel = |east: i64, north: i64| {
                 radiance(image.texel((cell[0] + east) as i32, (cell[1] + north) as i32))
             };
@@ -59,6 +61,7 @@ impl<'a> PostLight<'a> {
             let north = texel(0, 1).lerp(texel(1, 1), share[0]);
             return Ok(south.lerp(north, share[1]));
         }
+
         Ok(Vec3::ZERO)
     }
 }

@@ -137,11 +137,13 @@ impl Figures {
             errors.extend(pixel.error());
             disagreements += usize::from(pixel.range.is_finite() != pixel.exact.is_finite());
         }
+
         errors.sort_unstable_by(f64::total_cmp);
         let quantile = |share: f64| {
             let last = errors.len().saturating_sub(1);
             errors.get((share * last as f64).ceil() as usize).copied().unwrap_or(0.0)
         };
+
         Self {
             pixels: count,
             both_ground: errors.len(),
@@ -183,6 +185,7 @@ pub fn run(args: &Args) -> Result<()> {
     if args.only.is_some_and(|only| only >= poses.len()) {
         return Err(Error::Configuration(format!("--only counts poses from 0 to {}", poses.len() - 1)));
     }
+
     let (mut compared, mut per_pose) = (Vec::new(), Vec::new());
     report::line(&format!(
         "{:>5} {:>8} {:>6} {:>7} {:>6} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}",
@@ -198,6 +201,7 @@ pub fn run(args: &Args) -> Result<()> {
         "largest",
         "sky differs"
     ));
+
     for (index, pose) in
         poses.iter().enumerate().filter(|(index, _)| args.only.is_none_or(|only| only == *index))
     {
@@ -206,6 +210,7 @@ pub fn run(args: &Args) -> Result<()> {
         compared.extend(pixels);
         per_pose.push(figures);
     }
+
     finish(args, &area, &poses, compared, per_pose)
 }
 
@@ -234,6 +239,7 @@ fn compare(
     };
     let radiance = Radiance::new(VisualSensor::new(options.sun));
     let mut eye = ExactEye::new(&area.source, &radiance, &camera, &options);
+
     let compared: Vec<Comparison> = pixels
         .into_iter()
         .map(|pixel| {
@@ -243,6 +249,7 @@ fn compare(
             Ok(Comparison { pose: index, pixel, range, exact })
         })
         .collect::<Result<_>>()?;
+
     let figures = PoseFigures {
         pose: index,
         view: pose.into(),
@@ -250,6 +257,7 @@ fn compare(
         render_s: (rendered - begun).as_secs_f64(),
         exact_s: rendered.elapsed().as_secs_f64(),
     };
+
     Ok((compared, figures))
 }
 
@@ -282,6 +290,7 @@ fn finish(
     };
     let all = Figures::of(compared.iter());
     let level_flight = Figures::of(compared.iter().filter(is_level));
+
     // Steep poses are seen by planes around the eye, in finer steps.
     let is_upright: Vec<bool> = poses
         .iter()
@@ -295,6 +304,7 @@ fn finish(
     let title = format!("planes of the screen ({upright_poses} poses)");
     report::line(&format!("{title:<36} {}", upright.columns()));
     let verdict = if within_bounds { "within" } else { "NOT within" };
+
     report::line(&format!(
         "{verdict} the bounds: median {:e}, 99 % {:e}, 99.6 % {:e}, sky {} %",
         BOUNDS[0],
@@ -302,6 +312,7 @@ fn finish(
         BOUNDS[2],
         100.0 * BOUNDS[3]
     ));
+
     compared.sort_by(|a, b| b.badness().total_cmp(&a.badness()));
     compared.truncate(args.worst);
     for Comparison { pose, pixel: [column, row], range, exact } in &compared {
@@ -310,6 +321,7 @@ fn finish(
             args.common.seed, args.size.width, args.size.height, args.poses
         ));
     }
+
     let measured = Measured {
         area: area.name.clone(),
         size_px: [args.size.width, args.size.height],
@@ -323,5 +335,6 @@ fn finish(
         poses: per_pose,
         worst: compared,
     };
+
     report::json(args.common.json.as_deref(), &measured)
 }

@@ -32,6 +32,7 @@ pub fn buildings() -> Vec<Feature> {
             ],
         )
     };
+
     let mut features = vec![
         building(HANGARS[0], "hangar", [10.5, 3.0], "gabled", ["#8fa0ab", "#6d7c86"]),
         building(HANGARS[1], "hangar", [6.5, 1.2], "skillion", ["#c9c4b6", "#9aa3a6"]),
@@ -46,6 +47,7 @@ pub fn buildings() -> Vec<Feature> {
         let tags = [("man_made", kind.into()), ("height", height.into()), ("diameter", diameter.into())];
         Feature::new(Geometry::Point(georeferenced(place)), tags)
     }));
+
     features
 }
 

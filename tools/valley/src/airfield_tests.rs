@@ -25,6 +25,7 @@ fn airfield_stands_beside_the_strip_on_free_and_nearly_level_ground() {
             assert!(area(ring) > 20.0, "{} m²", area(ring));
         }
         let is_taxiway = feature.text("aeroway") == Some("taxiway");
+
         for (x, y) in corners(feature) {
             let is_on_strip = matches!(sites::kept(x, y), Some(sites::Kept::Strip { .. }));
             assert!(!is_on_strip || is_taxiway, "{:?} on the strip at {x}, {y}", feature.tags[0].0);
@@ -39,6 +40,7 @@ fn airfield_stands_beside_the_strip_on_free_and_nearly_level_ground() {
             (low, high) = (low.min(ground), high.max(ground));
         }
     }
+
     assert!(high - low < 4.0, "from {low} m to {high}");
 }
 
@@ -53,6 +55,7 @@ fn a_geopackage_has_its_tables_rows_and_places() {
     assert_eq!(base.query_row("PRAGMA integrity_check", [], |row| row.get::<_, String>(0)).unwrap(), "ok");
     let tables =
         [("buildings", airfield::buildings()), ("grounds", airfield::grounds()), ("ways", airfield::ways())];
+
     for (name, features) in tables {
         assert_eq!(number(&format!("SELECT count(*) FROM {name}")), features.len() as i64, "{name}");
         let [west, north] = ["min_x", "max_y"].map(|column| {
@@ -64,6 +67,7 @@ fn a_geopackage_has_its_tables_rows_and_places() {
         let most = places.iter().map(|place| place.1).fold(f64::NEG_INFINITY, f64::max);
         assert!((west - ORIGIN.0 - least).abs() < 0.006 && (north - ORIGIN.1 - most).abs() < 0.006, "{name}");
     }
+
     let height: f64 = base
         .query_row("SELECT height FROM buildings WHERE building = 'clubhouse'", [], |row| row.get(0))
         .unwrap();

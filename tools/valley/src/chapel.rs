@@ -48,6 +48,7 @@ pub fn build() -> Vec<Part> {
             .block([-NAVE - 0.06, 1.8, at - 0.5], [-NAVE + 0.1, 3.7, at + 0.5])
             .block([NAVE - 0.1, 1.8, at - 0.5], [NAVE + 0.06, 3.7, at + 0.5])
     });
+
     vec![stone, plaster, tiles, shingles, iron, panes]
 }
 

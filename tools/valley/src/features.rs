@@ -100,6 +100,7 @@ fn line(feature: &Feature) -> String {
             ("Polygon", format!("[[{}]]", positions(&closed)))
         }
     };
+
     let mut tags = String::new();
     for (k, (key, value)) in feature.tags.iter().enumerate() {
         let comma = if k == 0 { "" } else { "," };
@@ -109,6 +110,7 @@ fn line(feature: &Feature) -> String {
         };
         written.expect("writing to a string cannot fail");
     }
+
     format!(
         "{{\"type\":\"Feature\",\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":{coordinates}}},\"properties\":{{{tags}}}}}"
     )

@@ -57,16 +57,19 @@ fn table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<
             return Err(format!("table {name}: {key} is both a number and a text").into());
         }
     }
+
     let listed: String = columns.iter().map(|(key, kind)| format!(", \"{key}\" {kind}")).collect();
     base.execute_batch(&format!(
         "CREATE TABLE \"{name}\" (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom GEOMETRY{listed})"
     ))?;
     let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+
     for feature in features {
         for (x, y) in places(&feature.geometry).into_iter().map(georeferenced) {
             (low, high) = ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]);
         }
         let mut row: Vec<Box<dyn ToSql>> = vec![Box::new(geometry(&feature.geometry)?)];
+
         for column in columns.keys() {
             row.push(match feature.tags.iter().find(|(key, _)| key == column) {
                 Some((_, Value::Text(text))) => Box::new(text.clone()),
@@ -74,9 +77,11 @@ fn table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<
                 None => Box::new(Null),
             });
         }
+
         let marks = vec!["?"; row.len()].join(", ");
         base.execute(&format!("INSERT INTO \"{name}\" VALUES (NULL, {marks})"), params_from_iter(row))?;
     }
+
     // A day that stays.
     base.execute(
         "INSERT INTO gpkg_contents VALUES (?1, 'features', ?1, '', '2024-01-01T00:00:00.000Z', ?2, ?3, ?4, ?5, ?6)",
@@ -86,6 +91,7 @@ fn table(base: &Connection, name: &str, features: &[Feature]) -> Result<(), Box<
         "INSERT INTO gpkg_geometry_columns VALUES (?1, 'geom', 'GEOMETRY', ?2, 0, 0)",
         (name, SYSTEM),
     )?;
+
     Ok(())
 }
 

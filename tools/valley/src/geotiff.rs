@@ -67,6 +67,7 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut encoder = TiffEncoder::new(&mut file)?;
     let mut directory = encoder.image_directory()?;
     let (mut offsets, mut counts) = (Vec::new(), Vec::new());
+
     for top in (0..SIZE).step_by(TILE) {
         for left in (0..SIZE).step_by(TILE) {
             let mut deflate = ZlibEncoder::new(Vec::new(), Compression::best());
@@ -76,6 +77,7 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
             offsets.push(u32::try_from(directory.write_data(tile.as_slice())?)?);
         }
     }
+
     let bands = u16::try_from(samples.bands())?;
     let (bits, format, photometric, predictor) = match samples {
         Samples::Heights(_) => (32u16, 3u16, 1u16, 3u16),
@@ -98,6 +100,7 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
     directory.write_tag(Tag::SampleFormat, vec![format; samples.bands()].as_slice())?;
     directory.write_tag(Tag::ModelPixelScaleTag, [SPACING, SPACING, 0.0].as_slice())?;
     directory.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, ORIGIN.0, ORIGIN.1 + SIDE, 0.0].as_slice())?;
+
     match samples {
         Samples::Heights(_) => {
             directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS_HEIGHTS.as_slice())?;
@@ -107,6 +110,7 @@ pub fn encode(samples: &Samples<'_>) -> Result<Vec<u8>, Box<dyn Error>> {
             directory.write_tag(Tag::GeoKeyDirectoryTag, GEO_KEYS.as_slice())?
         }
     }
+
     directory.finish()?;
     Ok(file.into_inner())
 }

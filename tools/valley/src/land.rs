@@ -81,11 +81,13 @@ pub fn cover(terrain: &Terrain, bare: &[f64], water: &Water, roads: &[Road]) -> 
         wild.push(cover.wild);
         classes.push(cover.class);
     }
+
     land_cover::settle(&mut classes, &wild);
     let mut trees = plant(&scene, &mut surface, &mut colours);
     skirt(&scene, &surface, &mut colours);
     let buildings = village::place(roads, water);
     trees.extend(garden_trees(&scene, &buildings));
+
     village::draw(&buildings, &terrain.ground, &mut surface, |pixel, material, shade| {
         colours[pixel] = colour(material, shade);
         if material != Material::Wall {
@@ -95,6 +97,7 @@ pub fn cover(terrain: &Terrain, bare: &[f64], water: &Water, roads: &[Road]) -> 
     for height in &mut surface {
         *height = rounded(*height, 1.0 / 16.0);
     }
+
     let bare: Vec<f64> = (0..PIXELS).map(|pixel| rounded(bare[pixel], scene.quantum(pixel, 0.0))).collect();
     Farm::new(&bare).draw(&mut surface, &mut colours);
     Valley { surface, bare, colours, classes, trees, buildings }
@@ -123,6 +126,7 @@ impl Scene<'_> {
         if let Some(road) = self.road_at(pixel, grain) {
             return road;
         }
+
         let shore = self.water.outside[pixel];
         if shore < 2.0 + 9.0 * fractal(x / 45.0, y / 45.0, 2, SEED + 1).max(0.0) {
             return Cover::flat(Material::Gravel, grain * 0.9);
@@ -133,6 +137,7 @@ impl Scene<'_> {
         if let Some(wood) = self.wood_at(pixel, grain) {
             return Cover { wild: true, ..wood };
         }
+
         let village = roads::village_radius(pixel);
         if village < 1.0 + 0.1 * grain && self.terrain.relief[pixel] < 40.0 {
             return self.garden_at(x, y, grain);
@@ -143,6 +148,7 @@ impl Scene<'_> {
         {
             return self.field_at(x, y, grain);
         }
+
         Cover { wild: true, ..self.wild_at(pixel, grain) }
     }
 
@@ -199,6 +205,7 @@ impl Scene<'_> {
         {
             return None;
         }
+
         let conifers = smooth(30.0, 130.0, relief) * 0.85 + 0.35 * gradient(x / 130.0, y / 130.0, SEED + 14);
         let edge = smooth(0.12, 0.34, patch + favour + stream);
         Some(tree_cover(x, y, conifers, edge, grain).of(Class::wood(conifers)))
@@ -243,6 +250,7 @@ impl Scene<'_> {
         if border < 4.2 {
             return Cover::flat(Material::Meadow, grain);
         }
+
         let turn = if field & 64 == 0 { u } else { v };
         crop(field, turn, x, y, grain).of(if field % 16 < 8 { Class::Pasture } else { Class::Crops })
     }
@@ -260,6 +268,7 @@ impl Scene<'_> {
             let material = if shaded { Material::SnowShade } else { Material::Snow };
             return Cover::flat(material, 0.25 * mottle).of(Class::Snow);
         }
+
         if steep + wander > 1.02 {
             let bedding = gradient(
                 (self.terrain.ground[pixel] + 9.0 * mottle) / 15.0,
@@ -268,6 +277,7 @@ impl Scene<'_> {
             );
             let grain = grain * smooth(2.2, 0.9, steep).max(0.35);
             let tone = bedding + 0.7 * grain + 0.6 * mottle;
+
             let material = if tone > 0.35 {
                 Material::RockPale
             } else if tone > -0.3 {
@@ -275,14 +285,17 @@ impl Scene<'_> {
             } else {
                 Material::RockDark
             };
+
             return Cover::flat(material, 0.8 * grain + 0.5 * bedding + 0.3 * mottle).of(Class::Rock);
         }
+
         let stones =
             fractal(x / 60.0, y / 60.0, 4, SEED + 54) + smooth(150.0, 420.0, relief) + 0.7 * (steep - 0.5);
         if stones + 0.9 * grain > 0.72 {
             let material = if grain + mottle > 0.45 { Material::RockMid } else { Material::Scree };
             return Cover::flat(material, 1.1 * grain).of(Class::Rock);
         }
+
         let dry = mottle + 0.9 * grain + smooth(60.0, 240.0, relief) - 0.5;
         let material = match (relief > 190.0 + 60.0 * mottle, dry) {
             (true, d) if d > 0.65 => Material::Heath,
@@ -291,6 +304,7 @@ impl Scene<'_> {
             _ => Material::Pasture,
         };
         let class = if material == Material::Heath { Class::Heath } else { Class::Alp };
+
         Cover::flat(material, 0.9 * grain + 0.4 * mottle).of(class)
     }
 }
@@ -313,6 +327,7 @@ fn crop(field: u64, turn: f64, x: f64, y: f64, grain: f64) -> Cover {
     let rows = |period: f64| (std::f64::consts::TAU * turn / period).sin();
     let tramline = (turn / 17.0).rem_euclid(1.0) < 0.16;
     let fine = 0.75 * grain + 0.45 * mottle + brightness;
+
     match field % 16 {
         0..4 => {
             Cover::flat(pick(mottle + grain, Material::Pasture, Material::PastureLush), fine + 0.15 * grain)
@@ -345,6 +360,7 @@ fn tree_cover(x: f64, y: f64, conifers: f64, edge: f64, grain: f64) -> Cover {
         let material = if grain > 0.2 { Material::PastureLush } else { Material::ForestFloor };
         return Cover { height: 0.4 + 2.0 * edge, ..Cover::flat(material, -0.6 + 0.4 * grain) };
     }
+
     let conifer = (crown.tree >> 8 & 255) as f64 / 255.0 < conifers;
     let material = match (conifer, crown.tree % 4) {
         (true, 0) => Material::ConiferBlue,
@@ -353,11 +369,13 @@ fn tree_cover(x: f64, y: f64, conifers: f64, edge: f64, grain: f64) -> Cover {
         (false, 1 | 2) => Material::BroadMid,
         (false, _) => Material::BroadDark,
     };
+
     let own = ((crown.tree >> 16 & 255) as f64 / 255.0 - 0.5) * 0.5;
     let tall = mix(7.0, if conifer { 15.0 } else { 13.0 }, edge);
     let height = if conifer { tall * crown.height.powf(1.3) } else { tall * crown.height };
     let ragged = 1.6 * (uniform((x * 4.0) as i64, (y * 4.0) as i64, SEED + 41) - 0.5);
     let shade = 1.5 * crown.height - 1.05 + own + 0.5 * grain + 0.12 * ragged;
+
     Cover { height: (height + ragged).max(2.0), ..Cover::flat(material, shade) }
 }
 
@@ -380,12 +398,14 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) -> Vec
         {
             continue;
         }
+
         let conifer = pick(3) < smooth(60.0, 170.0, relief);
         let radius = if conifer { 3.4 + 1.2 * pick(4) } else { 4.2 + 2.6 * pick(4) };
         let tall = if conifer { 9.0 + 5.0 * pick(5) } else { 7.0 + 6.0 * pick(5) };
         if !sites::bears_tree(x, y, radius) {
             continue;
         }
+
         trees.push(Tree { x, y, radius, tall, conifer });
         let material = if conifer {
             Material::Conifer
@@ -394,6 +414,7 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) -> Vec
         } else {
             Material::BroadDark
         };
+
         for pixel in around(x, y, radius) {
             let (px, py) = centre(pixel);
             let ragged = radius * (1.0 + 0.25 * gradient(px / 3.1, py / 3.1, SEED + 90));
@@ -408,6 +429,7 @@ fn plant(scene: &Scene<'_>, surface: &mut [f64], colours: &mut [[u8; 3]]) -> Vec
             }
         }
     }
+
     trees
 }
 

@@ -42,6 +42,7 @@ impl Class {
 /// The class of ground that looks so, where nothing else is known of it.
 pub fn class(material: Material) -> Class {
     use Material as M;
+
     match material {
         M::Pasture | M::PastureDry | M::PastureLush | M::Meadow | M::Hay => Class::Pasture,
         M::Wheat | M::Barley | M::Rape | M::Maize | M::Beet | M::Soil | M::Stubble => Class::Crops,
@@ -77,6 +78,7 @@ const WILD: [Class; 7] = [
 /// materials grain by grain. Single pixels join those beside them.
 pub fn settle(classes: &mut [Class], wild: &[bool]) {
     const REACH: usize = 3;
+
     let before = classes.to_vec();
     for (pixel, class) in classes.iter_mut().enumerate().filter(|(pixel, _)| wild[*pixel]) {
         let (row, column) = (pixel / SIZE, pixel % SIZE);
@@ -87,11 +89,13 @@ pub fn settle(classes: &mut [Class], wild: &[bool]) {
                 counts[before[other] as usize] += u8::from(wild[other]);
             }
         }
+
         let most = WILD.into_iter().fold(*class, |best, other| {
             if counts[other as usize] > counts[best as usize] { other } else { best }
         });
         *class = most;
     }
+
     let before = classes.to_vec();
     for row in 1..SIZE - 1 {
         for column in 1..SIZE - 1 {

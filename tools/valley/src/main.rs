@@ -82,6 +82,7 @@ fn files(sample: &Sample) -> Result<Files, Box<dyn Error>> {
     let airfield =
         [("buildings", airfield::buildings()), ("grounds", airfield::grounds()), ("ways", airfield::ways())];
     let vineyard = shapefile::encode(&vineyard::draw())?;
+
     Ok([
         ("valley-elevation.tif", geotiff::encode(&geotiff::Samples::Heights(&heights))?),
         ("valley-imagery.tif", geotiff::encode(&geotiff::Samples::Colours(&valley.colours))?),

@@ -32,9 +32,11 @@ pub fn draw(sample: &Sample) -> Vec<Feature> {
     for (number, road) in sample.roads.iter().enumerate() {
         features.extend(ways(number, road, &sample.water, &valley.bare));
     }
+
     features.push(strip());
     features.extend(waters(&sample.water));
     let line = Geometry::Line(sites::LINE.to_vec());
+
     features.push(Feature::new(
         line,
         [
@@ -44,9 +46,11 @@ pub fn draw(sample: &Sample) -> Vec<Feature> {
             ("height", PYLON.into()),
         ],
     ));
+
     features.extend(works(&valley.bare, &valley.buildings, &sample.roads));
     features.extend(barriers(&valley.buildings, &sample.roads));
     features.extend(valley.trees.iter().map(tree));
+
     features
 }
 
@@ -76,6 +80,7 @@ fn building(building: &Building) -> Feature {
             ("house", shape, WALLS[(own(building, 1) * WALLS.len() as f64) as usize])
         }
     };
+
     let geometry = Geometry::Polygon(building.corners(0.0).to_vec());
     let shade = 0.25 * (uniform(building.x as i64, building.y as i64, 730) - 0.5);
     let mut tags = vec![("building", word.into())];
@@ -85,10 +90,12 @@ fn building(building: &Building) -> Feature {
     } else {
         tags.extend([("height", (building.eaves + building.roof).into())]);
     }
+
     tags.push(("roof:shape", shape.into()));
     if shape != "flat" {
         tags.push(("roof:height", building.roof.into()));
     }
+
     tags.extend([("building:colour", hex(walls)), ("roof:colour", hex(colour(building.material, shade)))]);
     Feature { geometry, tags }
 }
@@ -104,6 +111,7 @@ fn ways(number: usize, road: &Road, water: &Water, bare: &[f64]) -> Vec<Feature>
     let inside = |&(x, y): &Place| (0.0..=SIDE).contains(&x) && (0.0..=SIDE).contains(&y);
     let first = road.line.iter().position(inside).unwrap_or(0);
     let last = road.line.iter().rposition(inside).unwrap_or(road.line.len() - 1);
+
     // The track is drawn straight over steep slopes, where no vehicle goes.
     let last = if road.paved { last } else { last.min(roads::gentle(road, bare, 0.2) - 1) };
     let bridges: Vec<(usize, usize)> = roads::bridges(road, water);
@@ -111,6 +119,7 @@ fn ways(number: usize, road: &Road, water: &Water, bare: &[f64]) -> Vec<Feature>
     for (from, to) in bridges {
         cuts.extend([(from, true), (to, false)]);
     }
+
     cuts.push((last, false));
     let part = |pair: &[(usize, bool)]| {
         let line = outline::simplified(&road.line[pair[0].0..=pair[1].0], 0.15);
@@ -124,8 +133,10 @@ fn ways(number: usize, road: &Road, water: &Water, bare: &[f64]) -> Vec<Feature>
         if pair[0].1 {
             tags.extend([("bridge", "yes".into()), ("layer", 1.0.into())]);
         }
+
         Feature { geometry: Geometry::Line(line), tags }
     };
+
     cuts.windows(2).filter(|pair| pair[1].0 > pair[0].0).map(part).collect()
 }
 
@@ -177,6 +188,7 @@ fn works(bare: &[f64], buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
         let tags = [("man_made", kind.into()), ("height", height.into()), ("diameter", diameter.into())];
         Feature::new(Geometry::Point(place), tags)
     };
+
     let mut works = vec![
         upright((west + 15.0, south + 17.0), "storage_tank", 9.0, 16.0),
         upright((east - 15.0, south + 17.0), "storage_tank", 9.0, 16.0),
@@ -192,6 +204,7 @@ fn works(bare: &[f64], buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
     if let Some(place) = places.find(|&(x, y)| free(buildings, roads, 1.2, x, y)) {
         works.push(upright(place, "chimney", 14.0, 1.6));
     }
+
     works
 }
 
@@ -222,6 +235,7 @@ fn barriers(buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
         corners.iter().chain(corners.first()).copied().collect()
     });
     let walls = outline::free_parts(&yard, 8.0, free).into_iter().map(|line| barrier(line, "wall", 1.2));
+
     let rim = |from: i32, to: i32| -> Vec<Place> {
         let round = (from..=to).step_by(6).map(|degrees| {
             let (s, c) = f64::from(degrees).to_radians().sin_cos();
@@ -230,9 +244,11 @@ fn barriers(buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
         });
         round.collect()
     };
+
     let hedges = [rim(36, 72), rim(120, 156)];
     let hedges = hedges.iter().flat_map(|line| outline::free_parts(line, 20.0, free));
     let [west, south, east, north] = sites::TANKS;
+
     let fence = vec![
         (west, south + 20.0),
         (west, south),
@@ -241,6 +257,7 @@ fn barriers(buildings: &[Building], roads: &[Road]) -> Vec<Feature> {
         (west, north),
         (west, south + 30.0),
     ];
+
     walls
         .chain(hedges.map(|line| barrier(line, "hedge", 2.0)))
         .chain([barrier(fence, "fence", 1.8)])

@@ -90,6 +90,7 @@ fn water_lies_where_it_is_drawn() {
             _ => None,
         })
         .collect();
+
     let total: f64 = rings.iter().map(|ring| area(ring)).sum();
     let wet = SAMPLE.water.outside.iter().filter(|&&outside| outside <= 0.0).count() as f64 * 6.25;
     assert!((total / wet - 1.0).abs() < 0.02, "{total} m² of {wet} m²");
@@ -130,6 +131,7 @@ fn what_stands_is_free_of_roads_buildings_and_water() {
             Geometry::Line(line) if feature.text("power").is_some() => line.clone(),
             _ => places(&feature),
         };
+
         for (x, y) in stands.into_iter().filter(|_| solid || is_tree) {
             let pixel = around(x, y, 0.0).next().unwrap();
             assert!(
@@ -156,6 +158,7 @@ fn bridges_join_their_road_and_cross_the_water() {
             _ => panic!("a road that is no line"),
         })
     };
+
     assert_eq!(lines(true).count(), 1);
     for bridge in lines(true) {
         let (first, last) = (bridge[0], *bridge.last().unwrap());
@@ -166,6 +169,7 @@ fn bridges_join_their_road_and_cross_the_water() {
             assert!(SAMPLE.water.outside[pixel] > 8.0, "ends in the river at {place:?}");
         }
     }
+
     // Everywhere else roads stay dry, and below the bridge there is water.
     for feature in features.iter().filter(|feature| feature.text("highway").is_some()) {
         let wet = places(feature)
@@ -237,6 +241,7 @@ fn scan_joins_the_ground_and_shows_the_farm() {
     let mut reader = las::Reader::new(Cursor::new(bytes)).unwrap();
     assert!(reader.header().vlrs().iter().any(|record| record.user_id == "LASF_Projection"));
     let mut counts = [0usize; 7];
+
     for point in reader.read_all().unwrap().points() {
         let point = point.unwrap();
         let (x, y) = (point.x - ORIGIN.0, point.y - ORIGIN.1);
@@ -250,11 +255,13 @@ fn scan_joins_the_ground_and_shows_the_farm() {
         }
         assert!(point.color.is_some());
     }
+
     let [_, _, ground, low, _, high, building] = counts;
     assert!(ground > 20_000 && building > 3_000 && high > 2_000 && low > 300, "{counts:?}");
     for pixel in around(1705.0, 1310.0, 38.0) {
         assert_eq!(SAMPLE.valley.classes[pixel], Class::Pasture);
     }
+
     let inside =
         |feature: &Feature| places(feature).iter().any(|&(x, y)| sites::beside(sites::FARM, x, y) < 0.0);
     assert!(!features().iter().any(inside));

@@ -94,6 +94,7 @@ pub fn encode(name: &str, parts: &[Part]) -> Result<Vec<u8>, Box<dyn Error>> {
             ));
             buffer.extend(bytes);
         }
+
         let (corners, faces) = (2 * k, 2 * k + 1);
         accessors.push(format!(
             r#"{{"bufferView":{corners},"componentType":5126,"count":{},"type":"VEC3","min":{:?},"max":{:?}}}"#,
@@ -113,6 +114,7 @@ pub fn encode(name: &str, parts: &[Part]) -> Result<Vec<u8>, Box<dyn Error>> {
             part.name
         ));
     }
+
     let mut text = String::from(r#"{"asset":{"version":"2.0","generator":"hedgehop-valley"},"scene":0,"#);
     write!(text, r#""scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"{name}","mesh":0}}],"#)?;
     let lists = [("materials", materials), ("accessors", accessors), ("bufferViews", views)];
@@ -120,6 +122,7 @@ pub fn encode(name: &str, parts: &[Part]) -> Result<Vec<u8>, Box<dyn Error>> {
     for (key, list) in lists {
         write!(text, r#""{key}":[{}],"#, list.join(","))?;
     }
+
     write!(text, r#""buffers":[{{"byteLength":{}}}]}}"#, buffer.len())?;
     file(&filled(text.into_bytes(), b' '), &buffer)
 }

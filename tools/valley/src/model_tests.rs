@@ -76,6 +76,7 @@ fn model_of_voxels_holds_its_shell() {
         names.push(&bytes[at..at + 4]);
         at += 12 + little(&bytes, at + 4);
     }
+
     assert_eq!((at, names), (bytes.len(), vec![b"SIZE".as_slice(), b"XYZI", b"RGBA"]));
     // Behind the sizes' chunk and the head of the next.
     let cells = 20 + 12 + 12 + 12;
@@ -86,6 +87,7 @@ fn model_of_voxels_holds_its_shell() {
         assert!((0..3).all(|axis| usize::from(cell[axis]) < gravel::SIZE[axis]), "{cell:?}");
         met[usize::from(cell[3]) - 1] = true;
     }
+
     assert_eq!(met, [true; gravel::COLOURS.len()], "a colour that nothing has");
     assert!(voxels::encode(&voxels::Voxels::new([257, 1, 1]), &[]).is_err());
 }
@@ -117,6 +119,7 @@ fn shapefile_is_read_back() {
     let width = |at: usize| usize::from(u16::from_le_bytes([file.dbf[at], file.dbf[at + 1]]));
     let (first, stride) = (width(8), width(10));
     assert_eq!(file.dbf.len(), first + stride * features.len() + 1);
+
     for (row, (feature, found)) in features.iter().zip(lines).enumerate() {
         let Geometry::Line(line) = &feature.geometry else { panic!("row {row} is no line") };
         assert_eq!(line.len(), found.len());
@@ -124,6 +127,7 @@ fn shapefile_is_read_back() {
             let off = (ORIGIN.0 + place.0 - found.0).hypot(ORIGIN.1 + place.1 - found.1);
             assert!(off < 0.01, "row {row}: {off} m");
         }
+
         let mut from = first + stride * row + 1;
         let mut met = 0;
         for column in file.dbf[32..first - 1].chunks_exact(32) {
@@ -135,6 +139,7 @@ fn shapefile_is_read_back() {
             assert_eq!(text, wanted, "row {row}, {name}");
             met += usize::from(!wanted.is_empty());
         }
+
         assert_eq!(met, feature.tags.len(), "row {row}");
     }
 }
@@ -159,6 +164,7 @@ fn vineyard_lies_on_free_ground() {
             assert!((0.8..1.2).contains(&(step / vineyard::ROWS)), "{step} m between {pair:?}");
         }
     }
+
     let flight = path::fly(&SAMPLE.valley.surface);
     let [gate, ..] = vineyard::TRACK;
     for feature in vineyard::draw() {
@@ -180,6 +186,7 @@ fn vineyard_lies_on_free_ground() {
             assert!(tree.is_none(), "in a crown at {x}, {y}");
         }
     }
+
     // The farm's track is met, not crossed.
     let pixel = around(gate.0, gate.1, 0.0).next().unwrap();
     assert!(roads::outside(&SAMPLE.roads, pixel) <= 2.5, "the track begins beside the farm's");

@@ -121,6 +121,7 @@ pub fn curve(knots: &[(f64, f64)], x: f64) -> f64 {
     if k > last {
         return knots[last].1;
     }
+
     let tangent = |i: usize| {
         let (a, b) = (knots[i.saturating_sub(1)], knots[(i + 1).min(last)]);
         (b.1 - a.1) / (b.0 - a.0)
@@ -129,6 +130,7 @@ pub fn curve(knots: &[(f64, f64)], x: f64) -> f64 {
     let width = b.0 - a.0;
     let t = (x - a.0) / width;
     let (t2, t3) = (t * t, t * t * t);
+
     (2.0 * t3 - 3.0 * t2 + 1.0) * a.1
         + (t3 - 2.0 * t2 + t) * width * tangent(k - 1)
         + (3.0 * t2 - 2.0 * t3) * b.1

@@ -20,6 +20,7 @@ pub type Place = (f64, f64);
 pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
     // One column and one row more on each side, outside.
     const WIDE: usize = SIZE + 2;
+
     let value = |c: usize, r: usize| match (c, r) {
         (1..=SIZE, 1..=SIZE) => values((SIZE - r) * SIZE + c - 1).clamp(-20.0, 20.0),
         _ => 1.0,
@@ -29,6 +30,7 @@ pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
         (metres(c), metres(r))
     };
     let mut joints = BTreeMap::new();
+
     for r in 0..WIDE - 1 {
         for c in 0..WIDE - 1 {
             // Corners counterclockwise from the south-west, and the sides that begin at each.
@@ -43,6 +45,7 @@ pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
             }
         }
     }
+
     let crossing = |(c, r, upright): (usize, usize, usize)| {
         let (c1, r1) = (c + 1 - upright, r + upright);
         let (a, b) = (value(c, r), value(c1, r1));
@@ -50,6 +53,7 @@ pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
         place(c as f64 + t * (c1 - c) as f64, r as f64 + t * (r1 - r) as f64)
     };
     let mut rings = Vec::new();
+
     while let Some((first, mut next)) = joints.pop_first() {
         let mut ring = vec![crossing(first)];
         while next != first {
@@ -59,6 +63,7 @@ pub fn rings(values: impl Fn(usize) -> f64, tolerance: f64) -> Vec<Vec<Place>> {
         }
         rings.push(simplified_ring(&ring, tolerance));
     }
+
     rings
 }
 

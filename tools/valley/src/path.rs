@@ -34,6 +34,7 @@ pub type Place = (f64, f64, f64);
 pub fn fly(surface: &[f64]) -> Vec<Place> {
     let line = even(&spline(&knots(), 1.0), STEP);
     let (xs, ys): (Vec<f64>, Vec<f64>) = line.into_iter().unzip();
+
     // The spline's curvature jumps at its knots, and bank follows curvature.
     let rounded: Vec<_> = smoothed(&xs, ROUND).into_iter().zip(smoothed(&ys, ROUND)).collect();
     let line = even(&rounded, STEP);
@@ -42,6 +43,7 @@ pub fn fly(surface: &[f64]) -> Vec<Place> {
         (0..floor.len()).map(|k| window(&floor, k, AHEAD).iter().copied().fold(f64::MIN, f64::max)).collect();
     let heights = smoothed(&held, AHEAD / 2);
     let stride = SPEED * INTERVAL / STEP;
+
     (0..)
         .map(|row| f64::from(row) * stride)
         .take_while(|&at| at <= (line.len() - 1) as f64)

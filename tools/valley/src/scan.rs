@@ -49,6 +49,7 @@ pub fn take(valley: &Valley) -> Vec<Mark> {
     let [west, south, east, north] = FARM;
     let (columns, rows) = (((east - west) / STEP) as i64, ((north - south) / STEP) as i64);
     let mut marks = Vec::new();
+
     for cell in 0..columns * rows {
         let (row, column) = (cell / columns, cell % columns);
         for echo in 0..2i64 {
@@ -65,12 +66,14 @@ pub fn take(valley: &Valley) -> Vec<Mark> {
             }
         }
     }
+
     for part in PARTS.iter().filter(|part| part.walls.is_some()) {
         walls(part, &farm, &valley.bare, &mut marks);
     }
     for (number, &tree) in TREES.iter().enumerate() {
         grow(number as i64, tree, &valley.bare, &mut marks);
     }
+
     fence(&valley.bare, &mut marks);
     marks
 }
@@ -83,6 +86,7 @@ fn below_crown(u: f64, v: f64) -> bool {
 fn walls(part: &Part, farm: &Farm, bare: &[f64], marks: &mut Vec<Mark>) {
     let (mu, mv) = part.middle;
     let (length, width) = part.half;
+
     // Just within the roof's edge.
     let (length, width) = (length - 0.05, width - 0.05);
     let corners = [(-length, -width), (length, -width), (length, width), (-length, width)];
@@ -118,6 +122,7 @@ fn grow(number: i64, (u, v, radius, tall): (f64, f64, f64, f64), bare: &[f64], m
     let crown = 0.36 * tall;
     let middle = tall - crown;
     let count = (22.0 * radius * radius) as i64;
+
     for k in 0..count {
         let point = number * 10_000 + k;
         // Even on the sphere; mostly on its upper side, where the light of the scanner ends.
@@ -126,6 +131,7 @@ fn grow(number: i64, (u, v, radius, tall): (f64, f64, f64, f64), bare: &[f64], m
         let out = radius * (1.0 - up * up).max(0.0).sqrt();
         let deep = 1.0 - 0.35 * chance(point, 7).powi(2);
         let shade = (3.0 * up).round() / 3.0 - 0.4;
+
         marks.push(Mark {
             x: x0 + out * deep * c,
             y: y0 + out * deep * s,
@@ -134,6 +140,7 @@ fn grow(number: i64, (u, v, radius, tall): (f64, f64, f64, f64), bare: &[f64], m
             colour: colour(Material::BroadMid, shade),
         });
     }
+
     for k in 0..10 {
         let point = number * 10_000 + 9000 + k;
         let (s, c) = (std::f64::consts::TAU * chance(point, 8)).sin_cos();
@@ -166,6 +173,7 @@ pub fn encode(marks: &[Mark]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut builder = Builder::from((1, 2));
     builder.point_format = Format::new(2)?;
     builder.point_format.is_compressed = true;
+
     // The same bytes on every day.
     builder.date = None;
     builder.system_identifier = String::from("synthetic");
@@ -173,6 +181,7 @@ pub fn encode(marks: &[Mark]) -> Result<Vec<u8>, Box<dyn Error>> {
     let axis = |offset: f64| Transform { scale: 0.01, offset };
     builder.transforms = Vector { x: axis(ORIGIN.0), y: axis(ORIGIN.1), z: axis(0.0) };
     let data = GEO_KEYS.iter().flat_map(|key| key.to_le_bytes()).collect();
+
     builder.vlrs.push(Vlr {
         user_id: "LASF_Projection".into(),
         record_id: 34735,
@@ -180,6 +189,7 @@ pub fn encode(marks: &[Mark]) -> Result<Vec<u8>, Box<dyn Error>> {
         data,
     });
     let mut writer = Writer::new(Cursor::new(Vec::new()), builder.into_header()?)?;
+
     for mark in marks {
         let [red, green, blue] = mark.colour.map(|code| u16::from(code) << 8);
         writer.write_point(Point {
@@ -193,5 +203,6 @@ pub fn encode(marks: &[Mark]) -> Result<Vec<u8>, Box<dyn Error>> {
             ..Point::default()
         })?;
     }
+
     Ok(writer.into_inner()?.into_inner())
 }

@@ -57,11 +57,13 @@ pub fn encode(features: &[Feature]) -> Result<Shapefile, Box<dyn Error>> {
         shapes.extend(record);
         all.extend(line);
     }
+
     let with_header = |content: Vec<u8>| -> Result<Vec<u8>, Box<dyn Error>> {
         let mut bytes = header(&all, content.len())?;
         bytes.extend(content);
         Ok(bytes)
     };
+
     Ok(Shapefile {
         shp: with_header(shapes)?,
         shx: with_header(index)?,
@@ -112,6 +114,7 @@ fn table(features: &[Feature]) -> Result<Vec<u8>, Box<dyn Error>> {
     for length in [32 * (1 + COLUMNS.len()) + 1, 1 + width] {
         bytes.extend(u16::try_from(length)?.to_le_bytes());
     }
+
     bytes.resize(32, 0);
     for (name, width, decimals) in COLUMNS {
         let start = bytes.len();
@@ -121,11 +124,13 @@ fn table(features: &[Feature]) -> Result<Vec<u8>, Box<dyn Error>> {
         bytes.extend([0, 0, 0, 0, width, decimals.unwrap_or(0)]);
         bytes.resize(start + 32, 0);
     }
+
     bytes.push(b'\r');
     for feature in features {
         bytes.push(b' ');
         bytes.extend(cells(feature)?.into_bytes());
     }
+
     bytes.push(0x1a);
     Ok(bytes)
 }

@@ -88,6 +88,7 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
     let (x, y) = centre(pixel);
     let (along, across) = valley_from_area(x, y);
     let beyond = (offset.abs() - half_width(along)).max(0.0);
+
     let side = if offset > 0.0 {
         let crest = 1.0 + 0.35 * fractal(along / 300.0, 3.7, 2, SEED + 1)
             - 0.36 * smooth(260.0, 0.0, (along - 230.0).abs());
@@ -104,6 +105,7 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
             (950.0, 250.0),
             (1250.0, 380.0),
         ];
+
         curve(&knots, beyond) * mix(1.0, crest, smooth(80.0, 300.0, beyond))
     } else {
         let knots = [
@@ -117,6 +119,7 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
         ];
         curve(&knots, beyond) * (1.0 + 0.25 * fractal(along / 330.0, across / 330.0, 2, SEED + 3))
     };
+
     let foot = if offset > 0.0 { 0.58 } else { 0.40 };
     // The last hundred metres fall away, so that the crest and not the edge is what one sees.
     let ragged = 0.05 * fractal(x / 160.0, y / 160.0, 4, SEED + 47);
@@ -127,6 +130,7 @@ fn relief_at(pixel: usize, offset: f64) -> f64 {
     let gullies = spurs * smooth(0.0, 90.0, relief) * fractal(x / 170.0, y / 170.0, 3, SEED + 10);
     let crags = 46.0 * wildness * ridged(x / 240.0, y / 240.0, 5, SEED + 20);
     let grain = (0.3 + 6.0 * wildness) * fractal(x / 38.0, y / 38.0, 4, SEED + 30);
+
     (relief + (gullies + crags + grain) * smooth(0.0, 30.0, relief)).max(0.0)
 }
 
@@ -220,11 +224,13 @@ fn run(relief: &mut [f64], brush: &mut Brush, mut x: f64, mut y: f64) {
         if length < 1e-9 || here <= 0.0 {
             return;
         }
+
         (dx, dy) = (dx / length, dy / length);
         let (nx, ny) = (x + dx * SPACING, y + dy * SPACING);
         if !(SPACING..SIDE - SPACING).contains(&nx) || !(SPACING..SIDE - SPACING).contains(&ny) {
             return;
         }
+
         let fall = here - sample(relief, nx, ny);
         let water = 1.0 - step as f64 / 64.0;
         let capacity = (fall.max(0.02) * speed * water * 2.2).min(6.0);
@@ -237,6 +243,7 @@ fn run(relief: &mut [f64], brush: &mut Brush, mut x: f64, mut y: f64) {
             brush.add(relief, x, y, -take);
             load += take;
         }
+
         speed = (speed * speed + fall * 0.6).max(0.05).sqrt().min(4.0);
         (x, y) = (nx, ny);
     }

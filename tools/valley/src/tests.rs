@@ -78,6 +78,7 @@ fn flight_clears_everything_beside_and_ahead() {
         let clearance = height - highest_around(surface, x, y);
         assert!(clearance >= 25.0, "{clearance} m at {x}, {y}");
     }
+
     for pair in places.windows(3) {
         let [a, b, c] = [pair[0], pair[1], pair[2]];
         let heading = |p: Place, q: Place| (q.0 - p.0).atan2(q.1 - p.1);
@@ -106,6 +107,7 @@ fn end_of_the_world_stays_hidden() {
             let mut highest = f64::MIN;
             let mut at_edge = f64::MIN;
             let mut range = 4.0 * SPACING;
+
             loop {
                 let (u, v) = (x + range * s, y + range * c);
                 if !(SPACING..SIDE - SPACING).contains(&u) || !(SPACING..SIDE - SPACING).contains(&v) {
@@ -115,6 +117,7 @@ fn end_of_the_world_stays_hidden() {
                 highest = highest.max(at_edge);
                 range += SPACING;
             }
+
             assert!(highest > at_edge, "{azimuth}° off the heading at {x}, {y}, {range} m away");
         }
     }

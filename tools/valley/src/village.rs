@@ -103,6 +103,7 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
     let axis = if gable { (-along.1, along.0) } else { along };
     let depth = if gable { half.0 } else { half.1 };
     let setback = side * (road.half + 4.0 + depth + 7.0 * pick(5));
+
     let material = match (barn, (pick(6) * 10.0) as u32) {
         (true, 0..=3) => Material::RoofMetal,
         (_, 0..=3) => Material::RoofTile,
@@ -110,6 +111,7 @@ fn beside(road: &Road, k: usize, side: f64, seed: i64) -> Building {
         (_, 7 | 8) => Material::RoofSlate,
         _ => Material::RoofWood,
     };
+
     Building {
         kind: if barn { Use::Barn } else { Use::House },
         x: road.line[k].0 - setback * along.1,
@@ -150,12 +152,14 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
     {
         return false;
     }
+
     let Some(pixel) = around(building.x, building.y, 0.0).next() else { return false };
     let density = 1.36 - crate::roads::village_radius(pixel);
     let clear = others.iter().all(|other| {
         let away = (other.x - building.x).hypot(other.y - building.y);
         away > reach + other.half.0.hypot(other.half.1) - 3.0 && !other.overlaps(building)
     });
+
     let on_road = roads.iter().any(|road| {
         let mut middles = road.line.windows(2).map(|pair| {
             let [(ax, ay), (bx, by)] = [pair[0], pair[1]];
@@ -163,6 +167,7 @@ fn fits(building: &Building, others: &[Building], roads: &[Road], water: &Water)
         });
         middles.any(|(x, y)| building.covers(x, y, road.half + 1.0))
     });
+
     clear
         && !on_road
         && uniform((building.x * 8.0) as i64, (building.y * 8.0) as i64, 720) < density
@@ -189,6 +194,7 @@ pub fn draw(
                 paint(pixel, Material::Wall, 0.4 * (uniform(pixel as i64, 0, 740) - 0.5));
                 continue;
             }
+
             let towards_ridge = 1.0 - v.abs() / building.half.1;
             let stepped = ((towards_ridge * 3.0).floor() + 0.5) / 3.0;
             surface[pixel] = base + building.eaves + building.roof * stepped;

@@ -41,6 +41,7 @@ pub fn draw() -> Vec<Feature> {
         [("highway", "track".into()), ("surface", "gravel".into()), ("width", TRACK_WIDTH.into())],
     )];
     let [south_west, north_west, north_east, south_east] = inset(0.5 * HEADLAND);
+
     // Its gate is where the track ends.
     let gate = between(north_west, south_west, 6.0);
     let beside = between(north_west, north_east, 6.0);
@@ -48,12 +49,14 @@ pub fn draw() -> Vec<Feature> {
         Geometry::Line(vec![gate, south_west, south_east, north_east, beside]),
         [("barrier", "fence".into()), ("height", FENCE.into())],
     ));
+
     features.extend(vines().into_iter().zip(LEAVES.into_iter().cycle()).map(|(row, leaves)| {
         Feature::new(
             Geometry::Line(row.to_vec()),
             [("barrier", "hedge".into()), ("height", VINE.into()), ("colour", leaves.into())],
         )
     }));
+
     features.extend((0..ORCHARD_ROWS).map(|row| {
         let moved = |(x, y): Place| (x + row as f64 * NEXT.0, y + row as f64 * NEXT.1);
         Feature::new(
@@ -61,6 +64,7 @@ pub fn draw() -> Vec<Feature> {
             [("natural", "tree_row".into()), ("height", 5.5.into()), ("leaf_type", "broadleaved".into())],
         )
     }));
+
     features
 }
 

@@ -69,11 +69,13 @@ pub fn encode(voxels: &Voxels, colours: &[[u8; 3]]) -> Result<Vec<u8>, Box<dyn E
         u8::try_from(side - 1)?;
         size.extend(u32::try_from(side)?.to_le_bytes());
     }
+
     let mut cells = Vec::new();
     for (at, colour) in voxels.shell() {
         cells.extend(at.map(|place| place as u8));
         cells.push(colour);
     }
+
     let mut places = u32::try_from(cells.len() / 4)?.to_le_bytes().to_vec();
     places.extend(cells);
     let mut palette: Vec<u8> =
@@ -83,10 +85,12 @@ pub fn encode(voxels: &Voxels, colours: &[[u8; 3]]) -> Result<Vec<u8>, Box<dyn E
     for (name, content) in [(b"SIZE", size), (b"XYZI", places), (b"RGBA", palette)] {
         children.extend(chunk(name, &content, 0)?);
     }
+
     let mut bytes = b"VOX ".to_vec();
     bytes.extend(150u32.to_le_bytes());
     bytes.extend(chunk(b"MAIN", &[], children.len())?);
     bytes.extend(children);
+
     Ok(bytes)
 }
 

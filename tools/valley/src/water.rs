@@ -33,6 +33,7 @@ pub fn carve(terrain: &mut Terrain) -> Water {
     let beside_lake: Vec<f64> = (0..PIXELS).map(beside_lake_at).collect();
     let outside: Vec<f64> =
         (0..PIXELS).map(|pixel| beside_river_at(pixel, &river).min(beside_lake[pixel])).collect();
+
     for (pixel, &shore) in outside.iter().enumerate() {
         let (x, y) = centre(pixel);
         let level = level(valley_from_area(x, y).0);
@@ -45,6 +46,7 @@ pub fn carve(terrain: &mut Terrain) -> Water {
             terrain.ground[pixel] = mix(bank, terrain.ground[pixel], smooth(0.3 * reach, 1.6 * reach, shore));
         }
     }
+
     Water { outside, beside_lake }
 }
 

@@ -72,6 +72,7 @@ pub(super) fn vectors<const N: usize>(
             accessor.count()
         ));
     }
+
     let fits = match accessor.dimensions() {
         Dimensions::Vec2 => N == 2,
         Dimensions::Vec3 => N == 3,
@@ -81,6 +82,7 @@ pub(super) fn vectors<const N: usize>(
     if !fits {
         return Err(format!("its {name} are no vectors of {N} numbers"));
     }
+
     let elements = elements(accessor, buffers, &name)?;
     let vector = |element: usize| {
         let mut vector = [0.0; N];
@@ -89,6 +91,7 @@ pub(super) fn vectors<const N: usize>(
         }
         Some(vector)
     };
+
     let all: Option<Vec<_>> = (0..elements.count).map(vector).collect();
     all.ok_or_else(|| format!("its {name} reach beyond their buffer"))
 }
@@ -104,6 +107,7 @@ pub(super) fn indices(accessor: &Accessor<'_>, buffers: &[Vec<u8>], most: usize)
     if accessor.dimensions() != Dimensions::Scalar {
         return Err("its indices are no single numbers".to_owned());
     }
+
     let elements = elements(accessor, buffers, "indices")?;
     let index = |element: usize| {
         let bytes = elements.bytes.get(element * elements.stride..)?;
@@ -114,6 +118,7 @@ pub(super) fn indices(accessor: &Accessor<'_>, buffers: &[Vec<u8>], most: usize)
             _ => return None,
         })
     };
+
     let all: Option<Vec<_>> = (0..elements.count).map(index).collect();
     all.ok_or_else(|| "its indices are no whole numbers".to_owned())
 }

@@ -140,6 +140,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
             };
             bits = bits << 6 | u32::from(value);
         }
+
         let missing = 4 - group.len() as u32;
         let [_, first, second, third] = (bits << (6 * missing)).to_be_bytes();
         let all = [first, second, third];
@@ -148,6 +149,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
             missing => bytes.extend(&all[..3 - missing as usize]),
         }
     }
+
     Some(bytes)
 }
 

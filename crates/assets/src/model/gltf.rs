@@ -67,6 +67,7 @@ fn parse(bytes: &[u8], files: &Files<'_>) -> Result<Gltf> {
             return Err(files.wrong("it is cut short in its header"));
         }
     }
+
     let bytes = files.text(bytes)?;
     let clause = |error: gltf::Error| match error {
         gltf::Error::Validation(errors) => {
@@ -77,6 +78,7 @@ fn parse(bytes: &[u8], files: &Files<'_>) -> Result<Gltf> {
         gltf::Error::Deserialize(error) => format!("it is no glTF: {error}"),
         other => format!("it is no glTF that can be read, or cut short: {other}"),
     };
+
     let wrong = |error: gltf::Error| files.wrong(clause(error));
     let read = Gltf::from_slice_without_validation(bytes).map_err(wrong)?;
     let root = read.document.into_json();
@@ -86,12 +88,14 @@ fn parse(bytes: &[u8], files: &Files<'_>) -> Result<Gltf> {
         let what = format!("it requires {extension:?} (extensionsRequired), which is not read");
         return Err(files.unsupported(what, "export it without compression and without such extensions"));
     }
+
     // The library's own validation takes these for granted.
     let mut used =
         root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|part| part.attributes.values());
     if let Some(outside) = used.find(|index| index.value() >= root.accessors.len()) {
         return Err(files.wrong(format!("it names accessor {outside}, of {}", root.accessors.len())));
     }
+
     Ok(Gltf { document: gltf::Document::from_json(root).map_err(wrong)?, blob: read.blob })
 }
 
@@ -127,6 +131,7 @@ fn buffers(document: &Gltf, blob: Option<Vec<u8>>, files: &mut Files<'_>) -> Res
                 None => files.beside(&files::name_of(uri))?,
             },
         };
+
         if bytes.len() < buffer.length() {
             let what = format!(
                 "its buffer {} has {} of {} bytes; the file is cut short",
@@ -136,8 +141,10 @@ fn buffers(document: &Gltf, blob: Option<Vec<u8>>, files: &mut Files<'_>) -> Res
             );
             return Err(files.wrong(what));
         }
+
         buffers.push(bytes);
     }
+
     Ok(buffers)
 }
 
@@ -170,6 +177,7 @@ impl Reader<'_> {
                     let mesh = node.mesh().map_or(0, |mesh| mesh.index());
                     files_wrong(files, format!("mesh {mesh}, primitive {}: {what}", primitive.index()))
                 };
+
                 match part {
                     Ok(Some(part)) => {
                         self.raw.push(ModelPart { node: Some(number), ..part });
@@ -186,6 +194,7 @@ impl Reader<'_> {
         if self.raw.parts.is_empty() {
             return Err(files.wrong("it shows no triangles"));
         }
+
         Ok(())
     }
 
@@ -210,6 +219,7 @@ impl Reader<'_> {
         if !from_node.is_finite() {
             return Err(Wrong::Here("the matrices of its nodes are not finite".to_owned()));
         }
+
         let count = primitive.indices().map_or(place.count(), |indices| indices.count());
         self.raw.check(count / 3, place.count())?;
 
@@ -226,11 +236,13 @@ impl Reader<'_> {
             self.note("its points and lines are not shown");
             return Ok(None);
         };
+
         if turn.determinant() < 0.0 {
             for triangle in &mut triangles {
                 triangle.swap(1, 2);
             }
         }
+
         self.raw.check(triangles.len(), positions.len())?;
 
         // What corners have besides their places.
@@ -241,6 +253,7 @@ impl Reader<'_> {
         let normals = vectors(Semantic::Normals)?.unwrap_or_default();
         let colours = vectors(Semantic::Colors(0))?.unwrap_or_default();
         let semantic = Semantic::TexCoords(set);
+
         let places = match primitive.get(&semantic) {
             Some(found) if material.texture.is_some() => {
                 accessor::vectors::<2>(&found, &semantic, buffers, MOST_CORNERS)?
@@ -251,6 +264,7 @@ impl Reader<'_> {
         // All of it in the model's axes.
         let placed = |place: &[f32; 3]| from_node.transform_point3(Vec3::from_array(*place).as_dvec3());
         let is_sound = normal_turn.is_finite();
+
         Ok(Some(ModelPart {
             positions: positions.iter().map(placed).collect(),
             normals: if is_sound {
@@ -278,6 +292,7 @@ impl Reader<'_> {
         let found = primitive.material();
         let surface = found.pbr_metallic_roughness();
         let [red, green, blue, alpha] = surface.base_color_factor();
+
         let mut cutoff = match found.alpha_mode() {
             AlphaMode::Opaque => None,
             AlphaMode::Mask => Some(found.alpha_cutoff().unwrap_or(0.5)),
@@ -310,9 +325,11 @@ impl Reader<'_> {
         {
             return Ok(None);
         }
+
         // The default material is none of the file's.
         let has_own = found.index().is_some() || primitive.get(&Semantic::Colors(0)).is_some();
         let colour = Vec3::new(red, green, blue).clamp(Vec3::ZERO, Vec3::ONE);
+
         let material = Material {
             colour: has_own.then_some(colour),
             alpha,
@@ -320,6 +337,7 @@ impl Reader<'_> {
             cutoff,
             both_sides: found.double_sided(),
         };
+
         Ok(Some((material, transform, set)))
     }
 
@@ -364,6 +382,7 @@ impl Reader<'_> {
         let decoded = self.pictures.decode(bytes, wrap);
         let decoded = decoded.map_err(|what| format!("texture {}: {what}", texture.index()))?;
         self.textures[texture.index()] = Some(decoded.clone());
+
         Ok(decoded)
     }
 

@@ -180,6 +180,7 @@ mod tests {
             "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
             "bufferViews":[{"buffer":0,"byteLength":36}],
             "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
         let folder = tempfile::tempdir().unwrap();
         let put = |name: &str, text: &str| {
             let path = folder.path().join(name);
@@ -189,6 +190,7 @@ mod tests {
         let (obj, gltf) = (put("a.obj", OBJ), put("a.gltf", GLTF));
         put("a.mtl", MTL);
         let plain = [shape(&obj).unwrap(), shape(&gltf).unwrap()];
+
         for (name, text) in [("a.obj", OBJ), ("a.mtl", MTL), ("a.gltf", GLTF)] {
             put(name, &format!("\u{feff}{text}"));
             assert_eq!([shape(&obj).unwrap(), shape(&gltf).unwrap()], plain, "{name}");

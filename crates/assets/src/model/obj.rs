@@ -84,6 +84,7 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
             // Names, groups, smoothing; what is not known is left out, as everybody does.
             _ => Ok(()),
         };
+
         done.map_err(|what| files.wrong(wrong(what)))?;
     }
 
@@ -92,6 +93,7 @@ pub(super) fn read(bytes: &[u8], files: &mut Files<'_>) -> Result<Model> {
     if parts.is_empty() {
         return Err(files.wrong("it has no faces"));
     }
+
     let mut raw = Model { notes, ..Model::new(axes()) };
     parts.into_iter().for_each(|part| raw.push(part));
     Ok(raw)
@@ -152,6 +154,7 @@ impl Reader {
         if material.is_some_and(|material| material.cutoff.is_some() && material.texture.is_none()) {
             return Ok(());
         }
+
         let material = material
             .cloned()
             .unwrap_or_else(|| Material::of((!self.colours.is_empty()).then_some(Vec3::ONE)));
@@ -162,12 +165,14 @@ impl Reader {
         let mut building = std::mem::replace(&mut self.parts[part], Building::new(Material::of(None)));
         let first = building.corner(self, first);
         let mut before = None;
+
         for corner in rest {
             let corner = building.corner(self, corner);
             if let Some(before) = before.replace(corner) {
                 building.part.triangles.push([first, before, corner]);
             }
         }
+
         self.parts[part] = building;
         Ok(())
     }
@@ -213,6 +218,7 @@ impl Reader {
                 material.alpha = value as f32;
                 material.cutoff = (material.alpha < SEEN_THROUGH).then_some(SEEN_THROUGH);
             };
+
             let done = match word {
                 // Values are those of the screen in most programs that write them, but meant as light by the format's description.
                 "Kd" => numbers::<3>(&rest).map(|colour| {
@@ -230,6 +236,7 @@ impl Reader {
                 }
                 _ => Ok(()),
             };
+
             done.map_err(|what| files.wrong(wrong(what)))?;
         }
 

@@ -108,6 +108,7 @@ mod tests {
             count.print("texture", name);
             count
         };
+
         for (name, kind, bands) in [
             ("PNG, RGB", ExtendedColorType::Rgb8, 3),
             ("PNG, RGBA", ExtendedColorType::Rgba8, 4),
@@ -117,6 +118,7 @@ mod tests {
             assert_eq!(found.silent, 0, "{name}");
             assert!(found.told > 200, "{name}");
         }
+
         // Codes that stay in step tell nothing; all else does.
         let found = count("JPEG", &jpeg(), 250);
         assert!(found.told > 150, "{found}");

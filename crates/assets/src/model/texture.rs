@@ -68,6 +68,7 @@ impl Level {
         if self.width == 1 && self.height == 1 {
             return None;
         }
+
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let mut texels = Vec::with_capacity(width * height);
         for row in 0..height {
@@ -85,6 +86,7 @@ impl Level {
                 texels.push([red, green, blue, (255.0 * 0.25 * sum.w).round() as u8]);
             }
         }
+
         Some(Self { width, height, texels })
     }
 
@@ -113,6 +115,7 @@ fn neighbours(place: f32, size: usize, wrap: Wrap) -> ([usize; 2], f32) {
         }
         Wrap::Clamp => place.clamp(0.0, 1.0),
     };
+
     let at = inside * size as f32 - 0.5;
     let first = at.floor();
     let index = |at: f32| {
@@ -126,6 +129,7 @@ fn neighbours(place: f32, size: usize, wrap: Wrap) -> ([usize; 2], f32) {
             at as usize
         }
     };
+
     ([index(first), index(first + 1.0)], at - first)
 }
 

@@ -24,6 +24,7 @@ pub(super) fn read(bytes: &[u8]) -> Clause<super::Model> {
     check(bytes)?;
     let data = dot_vox::load_bytes(bytes).map_err(|error| format!("it is no MagicaVoxel file: {error}"))?;
     let mut raw = super::Model::new(DMat3::IDENTITY);
+
     let mut part = ModelPart {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -33,12 +34,14 @@ pub(super) fn read(bytes: &[u8]) -> Clause<super::Model> {
         material: Material { both_sides: false, ..Material::of(Some(Vec3::ONE)) },
         node: None,
     };
+
     for (model, turn, shift) in instances(&data)? {
         add(&data, model, turn, shift, &mut part)?;
     }
     if part.triangles.is_empty() {
         return Err("it shows no voxels".to_owned());
     }
+
     raw.push(part);
     Ok(raw)
 }
@@ -49,6 +52,7 @@ fn check(bytes: &[u8]) -> Clause<()> {
     if !bytes.starts_with(b"VOX ") {
         return Err("it is no MagicaVoxel file".to_owned());
     }
+
     let sizes = |at: usize| -> Option<[usize; 2]> {
         let word = |at: usize| bytes.get(at..)?.first_chunk().map(|word| u32::from_le_bytes(*word) as usize);
         Some([word(at + 4)?, word(at + 8)?])
@@ -56,6 +60,7 @@ fn check(bytes: &[u8]) -> Clause<()> {
     let [own, children] = sizes(START).ok_or_else(cut)?;
     let mut at = (START + CHUNK).checked_add(own).ok_or_else(cut)?;
     let end = at.checked_add(children).filter(|end| *end <= bytes.len()).ok_or_else(cut)?;
+
     while at < end {
         let [own, children] = sizes(at).ok_or_else(cut)?;
         if children != 0 {
@@ -63,6 +68,7 @@ fn check(bytes: &[u8]) -> Clause<()> {
         }
         at = (at + CHUNK).checked_add(own).filter(|at| *at <= end).ok_or_else(cut)?;
     }
+
     Ok(())
 }
 
@@ -81,6 +87,7 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
     let mut found = Vec::new();
     let mut met = vec![false; data.scenes.len()];
     let mut waiting = vec![(0_u32, DMat3::IDENTITY, IVec3::ZERO)];
+
     while let Some((index, turn, shift)) = waiting.pop() {
         let node = data.scenes.get(index as usize).ok_or_else(|| format!("its scene has no node {index}"))?;
         if std::mem::replace(&mut met[index as usize], true) {
@@ -96,6 +103,7 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
                 {
                     continue;
                 }
+
                 let frame = frames.first();
                 let own = match frame.and_then(|frame| frame.attributes.get("_r")) {
                     Some(text) => rotation(text)
@@ -123,6 +131,7 @@ fn instances(data: &DotVoxData) -> Clause<Vec<(&Model, DMat3, IVec3)>> {
 
         within("instances", found.len().max(waiting.len()), MOST_INSTANCES)?;
     }
+
     Ok(found)
 }
 
@@ -160,6 +169,7 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut M
         let inside = cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::new(nx, ny, nz)).all();
         inside.then(|| ((cell.z * ny + cell.y) * nx + cell.x) as usize)
     };
+
     // 0 is nothing, as in the format; voxels tell their colour less 1.
     let mut cells = BTreeMap::new();
     for voxel in &model.voxels {
@@ -167,6 +177,7 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut M
         let at = index(cell).ok_or_else(|| format!("it has a voxel at {cell}, outside of its {size:?}"))?;
         cells.insert(at, u16::from(voxel.i) + 1);
     }
+
     let is_filled = |cell: IVec3| index(cell).is_some_and(|index| cells.contains_key(&index));
     // The middle of a model is where its node is; whole cells, as MagicaVoxel rounds it.
     let middle = IVec3::new(nx, ny, nz) / 2;
@@ -188,6 +199,7 @@ fn add(data: &DotVoxData, model: &Model, turn: DMat3, shift: IVec3, part: &mut M
             face(data, colour - 1, corners, (sign < 0) != is_mirrored, part)?;
         }
     }
+
     Ok(())
 }
 

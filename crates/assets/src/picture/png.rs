@@ -58,6 +58,7 @@ fn reader(bytes: &[u8], transparency: Transparency) -> Result<(PngReader<'_>, He
         // The decoder leaves out a chunk whose checksum holds, but that is none of its kind.
         return Err(Fault::Damaged("its tRNS chunk cannot be understood".to_owned()));
     }
+
     let value = info.trns.as_deref().filter(|_| keeps_value);
     let (decoded, decoded_depth) = reader.output_color_type();
     let header = Header {
@@ -71,6 +72,7 @@ fn reader(bytes: &[u8], transparency: Transparency) -> Result<(PngReader<'_>, He
         is_palette: color == ColorType::Indexed,
         transparent_grey: value.map(|value| value.iter().fold(0, |all, byte| all << 8 | u16::from(*byte))),
     };
+
     Ok((reader, header))
 }
 

@@ -42,6 +42,7 @@ fn each_kind_is_what_it_was_written_as() {
             (header.bands, header.has_alpha, header.is_wide, header.is_palette, header.transparent_grey)
         })
         .collect();
+
     assert_eq!(
         told,
         [
@@ -52,6 +53,7 @@ fn each_kind_is_what_it_was_written_as() {
             (4, true, false, true, None),
         ]
     );
+
     assert!(headers.iter().all(|header| (header.width, header.height, header.format) == (9, 7, Format::Png)));
 
     let grey = &all()[1];
@@ -72,6 +74,7 @@ fn no_byte_of_a_png_may_change_or_be_missing() {
                 (Err(fault), _) | (_, Err(fault)) => Err(fault),
             };
             let sound = read(bytes).unwrap();
+
             for at in 0..bytes.len() {
                 for bit in [0x01, 0x20, 0x80] {
                     let mut flipped = bytes.clone();

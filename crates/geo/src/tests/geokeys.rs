@@ -69,6 +69,7 @@ fn parameters_decide_where_codes_are_missing() {
         [3076, 0, 1, 9001],
         [0, 0, 0, 0],
     ];
+
     let doubles = [6_378_137.0, 298.257_222_101, 0.0, 0.0, 0.0, 0.0];
     let keys = parse(&utm, &doubles, "UTM Zone 25, Southern Hemisphere|");
     assert_equals(&keys, 31_985);
@@ -90,6 +91,7 @@ fn parameters_decide_where_codes_are_missing() {
         [3088, 34_736, 1, 1],
         [3089, 34_736, 1, 0],
     ];
+
     assert_equals(&parse(&laea, &[52.0, 10.0, 4_321_000.0, 3_210_000.0], "unknown|"), 3035);
 }
 
@@ -136,10 +138,12 @@ fn units_of_keys_are_those_of_the_registry() {
         ];
         parse_geokeys(&directory(&keys), &[], "").map(|keys| keys.crs.expect("a system").metres_per_unit())
     };
+
     let vertical = |code: u16| {
         let keys = [[1024, 0, 1, 2], [2048, 0, 1, 4326], [4096, 0, 1, 5703], [4099, 0, 1, code]];
         parse_geokeys(&directory(&keys), &[], "").map(|keys| keys.vertical.metres_per_unit)
     };
+
     let known = [
         (0, 1.0),
         (9001, 1.0),
@@ -154,6 +158,7 @@ fn units_of_keys_are_those_of_the_registry() {
         (9301, 20.116_756),
         (1033, 0.01),
     ];
+
     for (code, metres) in known {
         for found in [linear(code), vertical(code)] {
             let found = found.expect("a known unit").expect("a unit");
@@ -179,6 +184,7 @@ fn vertical_codes_and_units() {
         parse(&keys, &[], "a height|")
     };
     let us_foot = 1200.0 / 3937.0;
+
     for (code, datum, unit) in [
         (5703, VerticalDatum::Navd88, 1.0),
         (6360, VerticalDatum::Navd88, us_foot),
@@ -191,6 +197,7 @@ fn vertical_codes_and_units() {
         let keys = geographic(&[[4096, 0, 1, code]]);
         assert_eq!((keys.vertical.datum, keys.vertical.metres_per_unit), (Some(datum), Some(unit)), "{code}");
     }
+
     let feet = geographic(&[[4096, 0, 1, 5703], [4099, 0, 1, 9003]]);
     assert_eq!(feet.vertical.metres_per_unit, Some(us_foot), "the unit key decides");
     let unit_only = geographic(&[[4099, 0, 1, 9002]]);

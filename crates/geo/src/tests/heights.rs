@@ -42,10 +42,12 @@ fn undulations_are_one_around_the_globe() {
 #[test]
 fn datums_convert_or_say_why_not() {
     use VerticalDatum::{Egm96, Egm2008, Ellipsoid, Msl, Navd88};
+
     for datum in [Msl, Egm96, Egm2008, Ellipsoid, Navd88] {
         assert_eq!(VerticalDatum::parse(datum.key()).expect("its own key"), datum);
         assert_eq!(VerticalDatum::conversion(datum, datum).expect("the same"), VerticalShift::None);
     }
+
     assert_eq!(
         VerticalDatum::conversion(Ellipsoid, Egm96).expect("computed"),
         VerticalShift::MinusEgm96Undulation
@@ -58,6 +60,7 @@ fn datums_convert_or_say_why_not() {
         let error = VerticalDatum::conversion(from, to).expect_err("no grid").to_string();
         assert!(error.contains("--src-vdatum") && error.contains(from.label()), "{error}");
     }
+
     let error = VerticalDatum::parse("egm69").expect_err("unknown").to_string();
     assert!(error.contains("egm96, egm2008, ellipsoid, navd88, msl"), "{error}");
 }

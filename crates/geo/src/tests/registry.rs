@@ -77,6 +77,7 @@ fn codes_and_texts_place_as_proj_does() {
     let table = std::fs::read_to_string(&path).expect("the table");
     let (mut epsg, mut esri, mut texts, mut heights) =
         (Tally::default(), Tally::default(), Tally::default(), Tally::default());
+
     for line in table.lines().filter(|line| !line.starts_with('#')) {
         let fields: Vec<&str> = line.split('\t').collect();
         let numbers: Vec<f64> = fields[2..].iter().filter_map(|field| field.parse().ok()).collect();
@@ -117,10 +118,12 @@ fn codes_and_texts_place_as_proj_does() {
             report += &format!("  refused {}: {reason}\n", name.chars().take(300).collect::<String>());
         }
     }
+
     std::io::stderr().write_all(report.as_bytes()).expect("a report");
     for tally in [&epsg, &esri, &texts, &heights] {
         assert!(tally.wrong.is_empty(), "{} wrong, {:?}", tally.wrong.len(), tally.wrong.first());
     }
+
     let share = epsg.refused.len() as f64 / epsg.tried.len() as f64;
     assert!(share <= MOST_REFUSED, "{share}");
 }

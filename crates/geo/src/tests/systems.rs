@@ -70,6 +70,7 @@ fn refusals_say_what_to_do() {
         let error = refused(text);
         assert!(error.contains(remedy), "{text}: {error}");
     }
+
     let error = Crs::from_epsg(7).expect_err("no such code").to_string();
     assert!(error.contains("EPSG:7"), "{error}");
 }
@@ -119,6 +120,7 @@ fn areas_find_their_metric_system() {
         assert_eq!(crs.epsg(), Some(code), "{what}");
         assert!(crs.is_metric(), "{what}");
     }
+
     for code in (32_601..=32_661).chain(32_701..=32_761).chain([3995, 3031, 4087]) {
         assert!(Crs::from_epsg(code).is_ok_and(|crs| crs.is_metric()), "EPSG:{code}");
     }

@@ -78,6 +78,7 @@ fn a_whole_planet_keeps_its_borders() {
     let there = Transform::new(&Crs::wgs84(), &world).expect("a transform");
     let back = Transform::new(&world, &Crs::wgs84()).expect("a transform");
     let (east, north) = (20_037_508.342_789_244, 10_018_754.171_394_622);
+
     for (sx, sy) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
         let (x, y) = there.apply(sx * 180.0, sy * 90.0).expect("the corner of the map");
         assert!((x - sx * east).abs() < 1e-6 && (y - sy * north).abs() < 1e-6, "{x} {y}");
@@ -89,6 +90,7 @@ fn a_whole_planet_keeps_its_borders() {
         let (longitude, _) = back.apply(sx * 20_037_508.34, 0.0).expect("the border");
         assert!((longitude - sx * 180.0).abs() < 1e-7, "{longitude}");
     }
+
     // A row or column that reaches half a pixel over the border stays beside its neighbour.
     let (x, _) = there.apply(-180.041_666, 0.0).expect("just beyond the border");
     assert!((x + 20_042_146.0).abs() < 20.0, "{x}");
@@ -139,17 +141,20 @@ fn equivalent_systems_pass_unchanged() {
         ),
         ("local", "local"),
     ];
+
     for (one, two) in same {
         let (one, two) = (Crs::from_user(one).expect(one), Crs::from_user(two).expect(two));
         let transform = Transform::new(&one, &two).expect("a transform");
         assert!(transform.is_identity(), "{one:?} {two:?}");
         assert_eq!(transform.apply(1.5, -2.5), Some((1.5, -2.5)));
     }
+
     // NAD83 counts as WGS 84, but lies a metre or two from it in Hawaii.
     for (one, two) in [("EPSG:4326", "EPSG:4269"), ("EPSG:32604", "EPSG:26904")] {
         let (one, two) = (Crs::from_user(one).expect(one), Crs::from_user(two).expect(two));
         assert!(one.is_equivalent(&two) && !Transform::new(&one, &two).expect("a transform").is_identity());
     }
+
     let different = [
         ("EPSG:32633", "EPSG:32634"),
         ("EPSG:32633", "EPSG:32733"),
@@ -158,10 +163,12 @@ fn equivalent_systems_pass_unchanged() {
         ("EPSG:2263", "EPSG:32118"),
         ("EPSG:4326", "+proj=longlat +R=6371000"),
     ];
+
     for (one, two) in different {
         let (one, two) = (Crs::from_user(one).expect(one), Crs::from_user(two).expect(two));
         assert!(!Transform::new(&one, &two).expect("a transform").is_identity(), "{one:?} {two:?}");
     }
+
     let error = Transform::new(&Crs::local(), &crs(4326)).expect_err("local coordinates have no place");
     assert!(error.to_string().contains("--local"), "{error}");
 }

@@ -73,6 +73,7 @@ fn heights_behind_a_system_are_its_own() {
              PARAMETER[\"Vertical_Shift\",{shift:?}],PARAMETER[\"Direction\",{direction:?}],UNIT[\"US survey foot\",0.304800609601219]]"
         )
     };
+
     for (direction, metres) in [(1.0, 0.304_800_609_6), (-1.0, -0.304_800_609_6)] {
         let (crs, vertical) = Crs::with_vertical_from_wkt(&esri(direction, 0.0)).expect("sound");
         assert!(crs.is_equivalent(&Crs::from_epsg(3035).expect("a known code")));
@@ -80,6 +81,7 @@ fn heights_behind_a_system_are_its_own() {
         assert_eq!(vertical.datum, Some(VerticalDatum::Navd88));
         assert!(vertical.metres_per_unit.is_some_and(|found| (found - metres).abs() < 1e-9), "{vertical:?}");
     }
+
     for (text, part) in [
         (esri(1.0, 3.5), "shifted by 3.5 units"),
         (format!("{ESRI_LAEA},{ESRI_GEOGCS}"), "no vertical one"),
@@ -100,6 +102,7 @@ fn refusals_say_what_to_do() {
     let grads = ESRI_GEOGCS.replace("\"Degree\",0.0174532925199433", "\"Grad\",0.015707963267948967");
     let unknown = ESRI_LAEA.replace("Lambert_Azimuthal_Equal_Area", "Peirce_Quincuncial");
     let parameter = ESRI_WEB.replace("\"Auxiliary_Sphere_Type\",0.0", "\"Auxiliary_Sphere_Type\",3.0");
+
     for (text, part) in [
         (LOCAL, "names no place on Earth"),
         ("GEOCCS[\"x\"]", "gdalwarp"),

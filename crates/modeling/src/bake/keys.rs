@@ -83,6 +83,7 @@ impl<'a> BakingKeys<'a> {
         if let Some(known) = lights().get(&id) {
             return Ok(*known);
         }
+
         let shade = self.shades.shade();
         let keyer = Keyer::of("light").with(&shade.way(id));
         let keyer = shade.supports(self.source, id).into_iter().fold(keyer, |keyer, support| {
@@ -97,6 +98,7 @@ impl<'a> BakingKeys<'a> {
         if lights().insert(id, light).is_none() {
             self.steps.lit(key, light);
         }
+
         Ok(light)
     }
 

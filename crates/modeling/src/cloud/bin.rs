@@ -38,6 +38,7 @@ pub(super) fn bin(
         };
         let mut points = Points::open(&cloud.path, &cloud.head)?;
         let mut failed = Ok(());
+
         loop {
             let mut put = |point: RawPoint| {
                 if let Some((tile, mark)) = placing.mark(&point)
@@ -46,17 +47,20 @@ pub(super) fn bin(
                     failed = store.push(tile, mark);
                 }
             };
+
             let count = points.take(STEP, &mut put)?;
             std::mem::replace(&mut failed, Ok(()))?;
             if count == 0 {
                 break;
             }
+
             observer.advance(count);
             if observer.cancelled() {
                 return Err(Error::Interrupted("no database was written".into()));
             }
         }
     }
+
     store.settle()?;
     observer.end();
     Ok(store)
@@ -86,10 +90,12 @@ impl Placing<'_> {
         if !(is_near(0) && is_near(1)) {
             return None;
         }
+
         let voxel = place.map(|place| place.floor() as i64);
         let within = [0, 1].map(|axis| ((place[axis] - place[axis].floor()) * PARTS) as u16);
         let height = z * self.cloud.metres_per_unit + self.shift.at((place[0], place[1]));
         let colour = self.cloud.look.srgb(point.colour);
+
         let mark = Mark {
             z: height as f32,
             within,
@@ -99,6 +105,7 @@ impl Placing<'_> {
             colour: colour.unwrap_or_default(),
             rest: 0,
         };
+
         let tile = (voxel[0].div_euclid(TILE), voxel[1].div_euclid(TILE));
         mark.z.is_finite().then_some((tile, mark))
     }

@@ -26,6 +26,7 @@ pub(super) fn solids(scene: &Scene<'_>) -> Vec<StoredSolid> {
     let kinds = [Hard::roofs(scene), Hard::decks(scene)];
     let inner = RIM..scene.window.side - RIM;
     let is_inner = |voxel: &(usize, usize)| inner.contains(&voxel.0) && inner.contains(&voxel.1);
+
     for voxel in scene.voxels().filter(is_inner) {
         let index = scene.index(voxel);
         for solid in kinds.iter().filter_map(|kind| kind.solid(scene, voxel)) {
@@ -33,10 +34,12 @@ pub(super) fn solids(scene: &Scene<'_>) -> Vec<StoredSolid> {
             hard[index].push(solid);
         }
     }
+
     let plants = Plants { scene, roofs: &roofs };
     let (has_towers, has_wires) = (has(Kind::Tower), has(Kind::Wire));
     let mut out = Vec::new();
     let mut over = Vec::new();
+
     for (column, row) in (0..TILE).flat_map(|row| (0..TILE).map(move |column| (column, row))) {
         let voxel = ((column + HALO) as usize, (row + HALO) as usize);
         over.append(&mut hard[scene.index(voxel)]);
@@ -49,5 +52,6 @@ pub(super) fn solids(scene: &Scene<'_>) -> Vec<StoredSolid> {
         }
         out.extend(over.drain(..).map(|solid| StoredSolid::of([column as u8, row as u8], &solid)));
     }
+
     out
 }

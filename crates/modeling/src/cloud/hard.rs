@@ -88,6 +88,7 @@ impl Hard {
             let deck = scene.solid(Some(plane.height - DECK), &plane, paint);
             return Some(Solid { parallel: true, wall, ..deck });
         }
+
         (plane.height >= ground + LOWEST).then(|| Solid { wall, ..scene.solid(None, &plane, paint) })
     }
 
@@ -107,10 +108,12 @@ impl Hard {
         if count < KEPT {
             return None;
         }
+
         around.sort_by(f64::total_cmp);
         let level = quantile(&around, 0.5)?;
         let has_ground = scene.window.at(voxel.0, voxel.1).iter().any(|mark| mark.kind() == Kind::Ground);
         let is_sure = count >= if has_ground { JOINED_ALL } else { JOINED };
+
         Some((level, is_sure, is_rim))
     }
 }

@@ -94,20 +94,24 @@ impl Head {
         if head.len() < SHORTEST {
             return Err(wrong("ends within its header; it is cut short, fetch it again"));
         }
+
         let reading = Reading::of(&file, head)?;
         let (version, format) = (reading.head[25], reading.head[104]);
         let is_compressed = format & 0xc0 != 0;
         let format = usize::from(format & 0x3f);
         let records = reading.records(version)?;
+
         if is_compressed {
             reading.check_compressed(records.items.as_deref())?;
         } else {
             reading.check_plain()?;
         }
+
         let triple = |at: usize, step: usize| [0, 1, 2].map(|axis| f64_at(&reading.head, at + axis * step));
         let (scale, offset) = (triple(131, 8), triple(155, 8));
         let (high, low) = (triple(179, 16), triple(187, 16));
         sound_places(path, scale, offset)?;
+
         let mut head = Self {
             count: reading.count,
             record: reading.record as usize,
@@ -122,6 +126,7 @@ impl Head {
             crs_problem: None,
             vertical: VerticalCrs::default(),
         };
+
         head.place(&records);
         Ok(head)
     }
@@ -181,6 +186,7 @@ impl<'a> Reading<'a> {
                 remedy,
             ));
         }
+
         let length = if minor == 4 {
             375
         } else if minor == 3 {
@@ -188,6 +194,7 @@ impl<'a> Reading<'a> {
         } else {
             SHORTEST
         };
+
         let (stated, points) = (u64::from(u16_at(&head, 94)), u64::from(u32_at(&head, 96)));
         if head.len() < length || stated < length as u64 || points < stated || points > file.length() {
             return Err(wrong(format!(
@@ -196,6 +203,7 @@ impl<'a> Reading<'a> {
                 file.length()
             )));
         }
+
         let format = usize::from(head[104] & 0x3f);
         let record = u16_at(&head, 105);
         match RECORDS.get(format) {
@@ -214,6 +222,7 @@ impl<'a> Reading<'a> {
             }
             Some(_) => {}
         }
+
         // Writers of version 1.4 may leave the older count at zero.
         let legacy = u64::from(u32_at(&head, 107));
         let own = if minor == 4 { u64_at(&head, 247) } else { legacy };
@@ -222,6 +231,7 @@ impl<'a> Reading<'a> {
                 "its header states {own} points in one place and {legacy} in another; count them with `lasinfo -repair_counters`"
             )));
         }
+
         let count = if own == 0 { legacy } else { own };
         if count == 0 {
             return Err(wrong("holds no points".into()));
@@ -229,6 +239,7 @@ impl<'a> Reading<'a> {
         if count > MOST_POINTS {
             return Err(wrong(format!("states {count} points; it is damaged, fetch it again")));
         }
+
         Ok(Self { file, head, points, record: u64::from(record), count })
     }
 
@@ -267,6 +278,7 @@ impl<'a> Reading<'a> {
         let user = head[2..18].split(|byte| *byte == 0).next().unwrap_or_default();
         let number = u16_at(&head, 18);
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned();
+
         if user == ITEMS.0.as_bytes() && number == ITEMS.1 {
             records.items = Some(self.file.bytes_at(at + size, length)?);
         } else if user == b"LASF_Projection" && length <= LONGEST_TEXT {
@@ -279,6 +291,7 @@ impl<'a> Reading<'a> {
                 _ => {}
             }
         }
+
         Ok(end)
     }
 
@@ -333,6 +346,7 @@ impl<'a> Reading<'a> {
         let items = items.get(34..34 + 6 * count).filter(|items| !items.is_empty()).ok_or_else(damaged)?;
         let (mut bytes, mut layers) = (0, 0);
         let is_extended = self.head[104] & 0x3f >= EXTENDED;
+
         for (index, item) in items.chunks_exact(6).enumerate() {
             let (kind, size) = (u16_at(item, 0), u16_at(item, 2));
             // Size of each kind of item, and its layers; 0: as many as the item says.
@@ -349,14 +363,17 @@ impl<'a> Reading<'a> {
                 14 => (0, u64::from(size)),
                 _ => return Err(damaged()),
             };
+
             let is_first = kind == if is_extended { 10 } else { 6 };
             let is_of_its_time = matches!(kind, 10..=14) == is_extended;
             if (known.0 != 0 && known.0 != size) || is_first != (index == 0) || !is_of_its_time {
                 return Err(damaged());
             }
+
             bytes += u64::from(size);
             layers += known.1;
         }
+
         if bytes == self.record { Ok(layers) } else { Err(damaged()) }
     }
 
@@ -368,9 +385,11 @@ impl<'a> Reading<'a> {
             // Where it could not be written at the beginning it stands at the end.
             table = word(self.file.length() - 8)?;
         }
+
         if table <= self.points {
             return Ok(());
         }
+
         let chunks = match table.checked_add(8).filter(|end| *end <= self.file.length()) {
             Some(_) => u64::from(u32_at(&self.file.bytes_at(table, 8)?, 4)),
             None => {
@@ -379,14 +398,17 @@ impl<'a> Reading<'a> {
                 );
             }
         };
+
         if chunks * LEAST_CHUNK > self.file.length() {
             return Err(self.damaged(&format!("states {chunks} chunks of points")));
         }
+
         // All but the last are full, unless they are of any size.
         let size = u64::from(u32_at(items, 12));
         if size > 0 && size < u64::from(u32::MAX) && chunks > self.count.div_ceil(size) {
             return Err(self.more_points(chunks * size));
         }
+
         Ok(())
     }
 

@@ -45,6 +45,7 @@ impl Look {
                 let read = |reader: &mut Option<Points>, range: u64| {
                     Self::of_range(path, head, (reader, range * RANGE, RANGE), observer)
                 };
+
                 in_order(
                     ranges,
                     threads,
@@ -56,10 +57,12 @@ impl Look {
                         Ok(())
                     },
                 )?;
+
                 look
             }
             false => Self::of_range(path, head, (&mut None, 0, head.count), observer)?,
         };
+
         observer.end();
 
         let is_far = |value: &f64| value.abs() > FARTHEST;
@@ -73,6 +76,7 @@ impl Look {
                 ),
             ));
         }
+
         Ok(look)
     }
 
@@ -101,6 +105,7 @@ impl Look {
             left -= count;
             observer.advance(count);
         }
+
         Ok(look)
     }
 

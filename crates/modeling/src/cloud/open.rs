@@ -76,6 +76,7 @@ pub(crate) fn open(
     if look.used == 0 {
         return Err(Error::invalid(path, "holds nothing but noise and withheld points"));
     }
+
     let mut notes: Vec<String> = look.contradiction(&name, &head).into_iter().collect();
     let (crs, given) = match (&head.crs, &file.crs) {
         (Some(crs), given) => {
@@ -102,25 +103,30 @@ pub(crate) fn open(
             (Crs::local(), VerticalCrs::default())
         }
     };
+
     let bounds = [look.low[0], look.low[1], look.high[0], look.high[1]];
     notes.extend(crs.doubt(bounds).map(|doubt| format!("{name}: {doubt}")));
     plausible(file, (&head, &look), &crs)?;
     let stated = Stated { name: &name, file: &head.vertical, given, flag: file.datum, crs: &crs };
     let heights = stated.settle(&mut notes);
+
     if heights.is_silent {
         notes.push(format!(
             "{name}: states no vertical datum, taken as mean sea level (--src-vdatum says otherwise)"
         ));
     }
+
     if !look.is_classified() {
         notes.push(format!(
             "{name}: has no points of the ground, and is taken as a surface on which nothing stands"
         ));
     }
+
     let (east, north) = metres(&look, &crs);
     let area = ((look.high[0] - look.low[0]) * east * (look.high[1] - look.low[1]) * north).max(1.0e-4);
     let density = look.used as f64 / area;
     let ground = if look.is_classified() { look.ground as f64 / area } else { density };
+
     let spacing = match options.spacing {
         Some(spacing) if spacing.is_finite() && spacing > 0.0 => spacing,
         _ if options.corridors.is_empty() => {
@@ -132,6 +138,7 @@ pub(crate) fn open(
         }
         _ => rounded((WANTED / ground).sqrt()),
     };
+
     let (geo, size) = lattice(&look, [spacing / east, spacing / north]);
     if size.iter().any(|size| *size > f64::from(limits::MOST_VOXELS)) {
         let what = format!("reaches over {:.0} x {:.0} voxels of {spacing} m", size[0], size[1]);
@@ -141,11 +148,13 @@ pub(crate) fn open(
             "give a larger --spacing, or leave out stray points, as `pdal translate FILE OUT.laz outlier` does",
         ));
     }
+
     let description =
         format!("{} of {} points, {}, {}", head.format, head.count, crs_label(&crs), heights.words());
     let SourceHeights { datum, metres_per_unit, .. } = heights;
     let samples = Box::new(Unread((size[0] as u32, size[1] as u32)));
     let facts = format!("{:?}", CloudFile { path: PathBuf::new(), ..file.clone() });
+
     let opened = Opened {
         path: path.clone(),
         samples,
@@ -156,6 +165,7 @@ pub(crate) fn open(
         description,
         facts,
     };
+
     let ground_only = file.ground_only;
     let cloud = Cloud { path: path.clone(), head, look, crs, datum, metres_per_unit, ground_only, density };
     Ok((cloud, opened, notes))
@@ -168,6 +178,7 @@ fn plausible(file: &CloudFile, (head, look): (&Head, &Look), crs: &Crs) -> Resul
     if is_of_degrees || !crs.is_geographic() {
         return Ok(());
     }
+
     let what = format!(
         "its coordinates, {} … {} east and {} … {} north, cannot be degrees of {}",
         low[0],
@@ -176,11 +187,13 @@ fn plausible(file: &CloudFile, (head, look): (&Head, &Look), crs: &Crs) -> Resul
         high[1],
         crs.name()
     );
+
     let remedy = if head.crs.is_some() {
         "its reference system is wrong; write the right one with `las2las -epsg …`"
     } else {
         "name the right system with --cloud-crs EPSG:…"
     };
+
     Err(Error::unsupported(&file.path, what, remedy))
 }
 

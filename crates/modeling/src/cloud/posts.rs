@@ -93,6 +93,7 @@ fn post(window: &Window, at: (usize, usize), spacing: f64) -> Post {
         fit.add(place, mark.z(), weight);
         mix.add(mark.srgb(), weight);
     };
+
     if !has(Kind::Surface) {
         let ground = window.around(at, 1).filter(|(_, mark)| mark.kind() == Kind::Ground);
         ground.for_each(|(place, mark)| add(place, mark));
@@ -105,9 +106,11 @@ fn post(window: &Window, at: (usize, usize), spacing: f64) -> Post {
         let near = |mark: &Mark| (mark.z() - top).abs() <= depth;
         window.around(at, 1).filter(|(_, mark)| near(mark)).for_each(|(place, mark)| add(place, mark));
     }
+
     let is_enough = fit.weight() >= LEAST || has(Kind::Ground) || has(Kind::Surface);
     let Some(plane) = fit.plane().filter(|_| is_enough) else { return Post { flags, ..Post::NONE } };
     let colour = mix.srgb();
     let flags = flags | if colour.is_some() { Post::COLOURED } else { 0 };
+
     Post { height: plane.height as f32, colour: colour.unwrap_or_default(), flags }
 }

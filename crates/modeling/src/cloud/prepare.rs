@@ -66,6 +66,7 @@ pub(crate) fn prepare(
     drop(own);
     let area: f64 = clouds.iter().map(|cloud| cloud.head.count as f64 / cloud.density).sum();
     let density = clouds.iter().map(|cloud| cloud.head.count as f64).sum::<f64>() / area * spacing * spacing;
+
     let standees = if clouds.iter().all(|cloud| cloud.ground_only || !cloud.look.is_classified()) {
         None
     } else {
@@ -78,12 +79,15 @@ pub(crate) fn prepare(
         let is_coloured = clouds.iter().any(Cloud::is_coloured);
         Some(Standees::new(solids, &plan.grid, is_coloured)?)
     };
+
     let Some(area) = Area::of(&filled, &plan.grid)? else {
         return Ok(Prepared { elevation: None, imagery: None, standees: None });
     };
+
     let filled = Arc::new(filled);
     let elevation = raster::elevation(&filled, area, plan)?;
     let imagery = if area.is_coloured { Some(raster::imagery(&filled, area, plan)?) } else { None };
+
     Ok(Prepared { elevation: Some(elevation), imagery, standees })
 }
 

@@ -95,11 +95,13 @@ impl<T: Copy, F: Fn(&Post) -> T + Send + Sync> Samples<T> for Posts<F> {
         let (width, height) = (i64::from(window.width), i64::from(window.height));
         samples.clear();
         samples.resize((width * height) as usize, (self.sample)(&Post::NONE));
+
         // Rows of rasters go southward.
         let west = self.area.first[0] + i64::from(window.x);
         let north = self.area.first[1] + self.area.size[1] - 1 - i64::from(window.y);
         let south = north - height + 1;
         let range = |low: i64, high: i64| low.div_euclid(TILE)..=high.div_euclid(TILE);
+
         for row in range(south, north) {
             for column in range(west, west + width - 1) {
                 each(&self.store, (column, row), |voxel, post| {
@@ -110,6 +112,7 @@ impl<T: Copy, F: Fn(&Post) -> T + Send + Sync> Samples<T> for Posts<F> {
                 })?;
             }
         }
+
         Ok(())
     }
 }

@@ -107,6 +107,7 @@ impl Plants<'_, '_> {
         if ground.is_nan() {
             return;
         }
+
         let mut points: Vec<(usize, [f64; 2], &Mark)> = Vec::new();
         for ([east, north], marks) in scene.window.voxels(voxel, 1) {
             let other = ((voxel.0 as i64 + east) as usize, (voxel.1 as i64 + north) as usize);
@@ -118,9 +119,11 @@ impl Plants<'_, '_> {
             let those = marks.iter().filter(|mark| counts(mark, roof));
             points.extend(those.map(|mark| (slot, place(mark), mark)));
         }
+
         if points.len() < LEAST {
             return;
         }
+
         points.sort_by(|a, b| a.2.z.total_cmp(&b.2.z));
         let mut runs: Vec<Run> = Vec::new();
         for (slot, place, mark) in points {
@@ -133,8 +136,10 @@ impl Plants<'_, '_> {
                 }
             }
         }
+
         let kind = if gap > GAP.1.max(GAP.0 * scene.spacing) { Kind::Tower } else { Kind::Vegetation };
         let roof = self.roofs[scene.index(voxel)];
+
         // The top of what is below.
         let mut below = if roof.is_nan() { ground } else { roof };
         for (index, run) in runs.iter().enumerate().filter(|(_, run)| run.is_here()) {
@@ -166,6 +171,7 @@ impl Plants<'_, '_> {
             tops.add(place, high, share);
             bottoms.push(low);
         }
+
         let top = tops.plane()?;
         bottoms.sort_by(f64::total_cmp);
         let low = quantile(&bottoms, 0.5)?.min(top.height - THINNEST * scene.spacing);
@@ -174,10 +180,12 @@ impl Plants<'_, '_> {
         if top.height <= low_m.unwrap_or(ground) {
             return None;
         }
+
         let own = kind.paint();
         let colour = run.mix.srgb().unwrap_or_else(|| rough(own.colour, scene.window.first, voxel));
         let solid = scene.solid(low_m, &top, Paint { colour, ..own });
         let share = run.count as f64 / (9.0 * scene.density);
+
         // Sides look away from where the points are.
         let facing = (-run.lean[1]).atan2(-run.lean[0]);
         Some(Solid {

@@ -65,6 +65,7 @@ impl Scene<'_> {
         const BAND: (f64, f64) = (0.8, 1.5);
         const CLOSE: (f64, f64) = (0.15, 0.2);
         const RADIUS: f64 = 1.5;
+
         let wide = BAND.0.max(BAND.1 * self.spacing);
         let close = CLOSE.0.max(CLOSE.1 * self.spacing);
         let about = || self.window.around(voxel, 1).filter(|(_, mark)| counts(mark));
@@ -72,6 +73,7 @@ impl Scene<'_> {
         for (place, mark) in about().filter(|(_, mark)| (mark.z() - level).abs() <= wide) {
             rough.add(place, mark.z(), tent(place, RADIUS));
         }
+
         let first = rough.plane()?;
         let (mut fine, mut on, mut all) = (Fit::new(), 0, 0);
         for (place, mark) in about() {
@@ -81,6 +83,7 @@ impl Scene<'_> {
                 fine.add(place, mark.z(), tent(place, RADIUS));
             }
         }
+
         // Where two planes meet in a ridge neither holds most points.
         let is_one = fine.weight() >= 0.5 * rough.weight();
         Some((fine.plane().filter(|_| is_one).unwrap_or(first), on, all))

@@ -60,6 +60,7 @@ impl Standees {
         let mut piles = Vec::new();
         piles.resize_with(if side > 1 { rect.len() } else { 0 }, Pile::default);
         let range = |axis: usize| low[axis].div_euclid(TILE)..=(high[axis] - 1).div_euclid(TILE);
+
         for tile in range(1).flat_map(|row| range(0).map(move |column| (column, row))) {
             self.store.read(tile, |solids| {
                 for stored in solids {
@@ -70,6 +71,7 @@ impl Standees {
                     if (0..2).any(|axis| voxel[axis] < low[axis] || voxel[axis] >= high[axis]) {
                         continue;
                     }
+
                     let index = rect.index((voxel[0] / side) as u32, (voxel[1] / side) as u32);
                     match piles.get_mut(index) {
                         Some(pile) => Pile::add(pile, stored.solid()),
@@ -78,6 +80,7 @@ impl Standees {
                 }
             })?;
         }
+
         let least = (side * side) as u32 / 2;
         found.extend(piles.iter().enumerate().filter_map(|(index, pile)| Some((index, pile.solid(least)?))));
         Ok(found)

@@ -46,6 +46,7 @@ impl StoredSolid {
             Wall::Wedge(planes) => (WEDGE, planes),
             Wall::Round(facing) => (ROUND, [(facing, 0.0), nothing, nothing]),
         };
+
         let bit = |is: bool, bit: u8| if is { bit } else { 0 };
         Self {
             low_m: solid.low_m.map_or(f32::NAN, |low| low as f32),
@@ -72,6 +73,7 @@ impl StoredSolid {
         let planes =
             [0, 1, 2].map(|index| (f64::from(self.facing[index]), f64::from(self.distance_m[index])));
         let (facing, distance_m) = planes[0];
+
         Solid {
             low_m: Some(f64::from(self.low_m)).filter(|low| !low.is_nan()),
             high_m: f64::from(self.high_m),

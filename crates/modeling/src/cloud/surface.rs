@@ -71,6 +71,7 @@ impl Field {
                 }
             })?;
         }
+
         Ok(Self { side, halo, posts })
     }
 
@@ -95,6 +96,7 @@ impl Field {
         if here.is_known() {
             return here;
         }
+
         let (mut sum, mut weight, mut found, mut mix) = (0.0, 0.0, 0, Mix::default());
         for step in DIRECTIONS {
             let Some((post, distance)) = self.nearest([column, row], step) else { continue };
@@ -104,10 +106,12 @@ impl Field {
             mix.add(post.srgb(), share);
             found += 1;
         }
+
         let is_held = here.flags & Post::HELD != 0;
         if found == 0 || (!is_held && found < ENCLOSED) {
             return here;
         }
+
         let colour = mix.srgb();
         let flags = here.flags | if colour.is_some() { Post::COLOURED } else { 0 };
         Post { height: (sum / weight) as f32, colour: colour.unwrap_or_default(), flags }

@@ -48,14 +48,17 @@ pub(super) fn between(
             counts[usize::from(is_in)] += 1;
         }
     }
+
     if counts.iter().any(|count| *count < LEAST) {
         return None;
     }
+
     let [out, within] = [0, 1].map(|side| sums[side] / counts[side] as f64);
     let normal = (out - within).try_normalize()?;
     let mut along: Vec<(f64, bool)> =
         points.iter().map(|(place, is_in)| (place.dot(normal), *is_in)).collect();
     along.sort_by(|a, b| a.0.total_cmp(&b.0));
+
     // With all on the outside, those of the roof are wrong; each that comes inside puts that right, or is wrong itself.
     let mut wrong = counts[1] as i64;
     let (mut fewest, mut sum, mut ties) = (i64::MAX, 0.0, 0.0);
@@ -68,9 +71,11 @@ pub(super) fn between(
             (sum, ties) = (sum + pair[0].0.midpoint(pair[1].0), ties + 1.0);
         }
     }
+
     if fewest as f64 > WRONG * along.len() as f64 {
         return None;
     }
+
     let distance = sum / ties;
     let reach = 0.5 * (normal.x.abs() + normal.y.abs());
     Some(if distance >= reach {

@@ -61,6 +61,7 @@ impl Window {
         let first = [tile.0 * TILE - halo, tile.1 * TILE - halo];
         let side = (TILE + 2 * halo) as usize;
         let about = (-1..=1).flat_map(|north| (-1..=1).map(move |east| (tile.0 + east, tile.1 + north)));
+
         let index = |tile: Tile, mark: &Mark| {
             let column = tile.0 * TILE + i64::from(mark.voxel[0]) - first[0];
             let row = tile.1 * TILE + i64::from(mark.voxel[1]) - first[1];
@@ -68,11 +69,13 @@ impl Window {
             (inside(column) && inside(row)).then(|| row as usize * side + column as usize)
         };
         let mut counts = vec![0_u32; side * side];
+
         for tile in about.clone() {
             let count = |mark: &Mark| index(tile, mark).into_iter().for_each(|at| counts[at] += 1);
             let mut count = count;
             store.read(tile, |marks| marks.iter().for_each(&mut count))?;
         }
+
         let steps: Vec<u32> = counts.iter().map(|count| count.div_ceil(MOST).max(1)).collect();
         let mut starts = Vec::with_capacity(counts.len() + 1);
         let mut total = 0;
@@ -80,6 +83,7 @@ impl Window {
             starts.push(total);
             total += count.div_ceil(*step);
         }
+
         starts.push(total);
         let mut marks = vec![Mark::zeroed(); total as usize];
         let mut met = vec![0_u32; side * side];
@@ -93,6 +97,7 @@ impl Window {
             };
             store.read(tile, |marks| marks.iter().for_each(&mut put))?;
         }
+
         Ok(Self { first, side, starts, marks })
     }
 

@@ -35,10 +35,12 @@ pub(super) fn strips(scene: &Scene<'_>, voxel: Voxel, out: &mut Vec<Solid>) {
     if points.len() < LEAST {
         return;
     }
+
     let counts = |mark: &Mark| mark.kind() == Kind::Wire;
     let own = Kind::Wire.paint();
     let colour = scene.colour(voxel, counts).unwrap_or(own.colour);
     let points = points.into_iter().map(|(point, _)| point).collect();
+
     for level in cut(points, GAPS[0], |point| point.1) {
         let Some((_, along)) = line(&level) else { continue };
         let beside = along.perp();
@@ -88,6 +90,7 @@ fn strip(scene: &Scene<'_>, points: &[Point]) -> Option<(Plane, Wall)> {
     let normal = along.perp();
     let distance = middle.dot(normal);
     let reach = 0.5 * (normal.x.abs() + normal.y.abs());
+
     // Where the line passes the voxel's middle, from the points' middle.
     let here = -middle.dot(along);
     let far = |sign: f64| {
@@ -96,6 +99,7 @@ fn strip(scene: &Scene<'_>, points: &[Point]) -> Option<(Plane, Wall)> {
     if distance.abs() > reach || here > far(1.0) + BEYOND || -here > far(-1.0) + BEYOND {
         return None;
     }
+
     let count = points.len() as f64;
     let mean = points.iter().map(|point| point.1).sum::<f64>() / count;
     let (mut tt, mut tz) = (0.0, 0.0);
@@ -103,8 +107,10 @@ fn strip(scene: &Scene<'_>, points: &[Point]) -> Option<(Plane, Wall)> {
         let t = (*place - middle).dot(along);
         (tt, tz) = (tt + t * t, tz + t * (z - mean));
     }
+
     let rise = tz / tt.max(f64::MIN_POSITIVE);
     let plane = Plane { height: mean + rise * here + 0.5 * THICKNESS, rise: (along * rise).into() };
     let wall = Wall::Plane { facing: normal.y.atan2(normal.x), distance_m: distance * scene.spacing };
+
     Some((plane, wall))
 }

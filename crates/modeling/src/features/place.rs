@@ -46,18 +46,21 @@ pub fn place(
     let (meanings, mut notes) = interpret_all(layer, options);
     let (mut features, mut left_out) = (Vec::with_capacity(meanings.len()), LeftOut::default());
     let mut halved = LeftOut::in_part();
+
     let reaches = |[west, south, east, north]: [f64; 4], reach: f64| {
         west <= area[2] + reach
             && east >= area[0] - reach
             && south <= area[3] + reach
             && north >= area[1] - reach
     };
+
     for (index, meaning) in meanings {
         let row = &layer.rows[index];
         let Some(geometry) = row.geometry.transformed(&transform) else {
             left_out.add(&row.place, format!("it has no place in {}", crs.name()));
             continue;
         };
+
         let meaning = over_outline(meaning, &geometry);
         if needs_outline(&meaning) && geometry.areas.is_empty() {
             left_out.add(&row.place, "it is a building, and has no outline but a point or a line");
@@ -77,6 +80,7 @@ pub fn place(
             left_out.add(&row.place, "it lies outside of the area");
         }
     }
+
     notes.extend(halved.into_notes(&file));
     notes.extend(left_out.into_notes(&file));
     Ok((features, notes))
@@ -171,6 +175,7 @@ mod tests {
             .iter()
             .flat_map(|feature| bind(&feature.meaning, &feature.geometry, feature.hash, &level))
             .collect();
+
         // One row has two buildings.
         assert_eq!(bound.len(), 4 + 2 + 60);
         let square =
@@ -181,6 +186,7 @@ mod tests {
             let here = solids.iter().filter(|(index, _)| *index == square.index(x, y));
             here.map(|(_, solid)| solid.high_m).fold(f64::NEG_INFINITY, f64::max)
         };
+
         // The church is 30 m high, and open in its middle; the pair has three levels and a roof.
         assert_eq!(over(42, 20), 630.0);
         assert_eq!(over(54, 20), f64::NEG_INFINITY);
@@ -211,6 +217,7 @@ mod tests {
     fn wide_features_reach_farther() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.geojson");
+
         // 190 m west of the area.
         let place_of = |tags: &str, is_point: bool| {
             let geometry = if is_point {
@@ -220,6 +227,7 @@ mod tests {
             };
             format!(r#"{{"type":"Feature","geometry":{{"type":{geometry}}},"properties":{{{tags}}}}}"#)
         };
+
         let table = [
             (r#""highway":"primary","width":120"#, false, 0),
             (r#""highway":"primary","width":200"#, false, 1),
@@ -227,6 +235,7 @@ mod tests {
             (r#""waterway":"stream""#, false, 0),
             (r#""man_made":"gasometer","height":90,"diameter":200"#, true, 1),
         ];
+
         for (tags, is_point, expected) in table {
             std::fs::write(&path, place_of(tags, is_point)).unwrap();
             let options = LayerOptions { crs: Some("EPSG:25832".into()), ..LayerOptions::default() };
@@ -248,6 +257,7 @@ mod tests {
         let path = folder.path().join("a.geojson");
         let uneven = "[612010,5241030],[612020,5241044],[612020,5241030],[612010,5241040],[612010,5241030]";
         let line = r#"{"type":"Feature","geometry":{"type":"LineString","coordinates":[[612010,5241010],[612020,5241020]]},"properties":{"building":"yes"}}"#;
+
         let lines = [
             polygon(r#""building":"yes""#, bow_tie),
             polygon(r#""barrier":"fence""#, bow_tie),
@@ -255,11 +265,13 @@ mod tests {
             polygon(r#""barrier":"fence""#, uneven),
             line.to_owned(),
         ];
+
         std::fs::write(&path, lines.join("\n")).unwrap();
         let options = LayerOptions { crs: Some("EPSG:25832".into()), ..LayerOptions::default() };
         let crs = Crs::from_epsg(25832).unwrap();
         let (features, notes) = place(&read(&path, &options).unwrap(), &options, &crs, AREA).unwrap();
         assert_eq!(features.len(), 3, "{notes:?}");
+
         for expected in [
             "a.geojson: feature 1 is left out: its outline encloses nothing: it crosses itself, or is a line",
             "a.geojson: feature 3 is left out in part: its outline crosses itself, and what that goes around the other way is no inside",
@@ -267,6 +279,7 @@ mod tests {
         ] {
             assert!(notes.iter().any(|note| note == expected), "{notes:?}");
         }
+
         assert!(!notes.iter().any(|note| note.contains("feature 4") || note.contains("rows")), "{notes:?}");
     }
 

@@ -43,6 +43,7 @@ impl ClassRaster {
                 "convert it: gdal_translate -ot UInt16 IN out.tif",
             ));
         }
+
         let seen: Vec<u32> = info.seen_bands().collect();
         if seen.len() >= 3 {
             let what =
@@ -54,6 +55,7 @@ impl ClassRaster {
         let Some(band) = seen.first().copied() else {
             return Err(Error::invalid(&info.path, "holds an alpha band only, no classes"));
         };
+
         let bands = std::iter::once(band).chain(info.alpha_band).collect();
         let voids: Vec<f64> = info.nodata_of(band).iter().chain(nodata).copied().collect();
         let class = |number: u16| {
@@ -65,6 +67,7 @@ impl ClassRaster {
                 None => Class::Unknown(sample as i32),
             }
         };
+
         let classes = (0..=u16::MAX).map(class).collect();
         Ok(Self { raster, bands, classes })
     }

@@ -71,8 +71,10 @@ impl Sampler<'_> {
         if level == 0 {
             return self.of_centres(rect, &LevelGrid::of(&self.grid, 0).grid);
         }
+
         let finer = LevelGrid::of(&self.grid, level - 1).grid;
         let mut covers = Vec::with_capacity(rect.len());
+
         // Bands, so that what is finer takes no more memory than it must.
         for band in rect.bands() {
             let wide = Rect {
@@ -82,6 +84,7 @@ impl Sampler<'_> {
                 y1: band.y1.saturating_mul(RADIX).min(finer.ny),
             };
             let parts = self.of_centres(wide, &finer)?;
+
             covers.extend((0..band.len()).map(|voxel| {
                 let (x, y) = band.voxel(voxel);
                 let columns = x * RADIX..((x + 1) * RADIX).min(wide.x1);
@@ -90,6 +93,7 @@ impl Sampler<'_> {
                 mean(all.map(|(x, y)| parts[wide.index(x, y)]))
             }));
         }
+
         Ok(covers)
     }
 
@@ -118,6 +122,7 @@ impl Sampler<'_> {
             (0..band.len()).map(|voxel| Place::of(voxel, &field, source, grid)).collect();
         let size = source.samples.size();
         let mut blocks = vec![band];
+
         while let Some(block) = blocks.pop() {
             let voxels =
                 || (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| band.index(x, y)));
@@ -129,6 +134,7 @@ impl Sampler<'_> {
                 blocks.extend(block.halves());
                 continue;
             }
+
             source.samples.read(window, &mut self.window)?;
             let pixels = Pixels { window, classes: &self.window };
             for voxel in voxels() {
@@ -137,6 +143,7 @@ impl Sampler<'_> {
                 }
             }
         }
+
         Ok(())
     }
 }
@@ -225,15 +232,18 @@ impl Pixels<'_> {
         if material == 0 {
             return Cover::default();
         }
+
         let own = Cover::of(material, materials);
         if place.scale >= 1.0 {
             return own;
         }
+
         let at = place.moved();
         let middle = (at + 0.5).floor();
         let (columns, rows) = (spline(at.x - middle.x), spline(at.y - middle.y));
         let (x, y) = (middle.x as i64 - 1, middle.y as i64 - 1);
         let mut shares = Shares::default();
+
         for (row, down) in (y..).zip(rows) {
             for (column, across) in (x..).zip(columns) {
                 // Where nothing is known beside it, it goes on.
@@ -241,9 +251,11 @@ impl Pixels<'_> {
                 shares.add(if found == 0 { material } else { found }, (across * down) as f32);
             }
         }
+
         if shares.count == 1 && shares.all[0].0 == material {
             return own;
         }
+
         // A voxel is never sharper than itself.
         let power = ((1.5 / place.scale) as u32).clamp(1, SHARPNESS);
         let parts = || {
@@ -252,6 +264,7 @@ impl Pixels<'_> {
                 .map(|(class, share)| (*class, (1..power).fold(*share, |product, _| product * share)))
         };
         let whole: f32 = parts().map(|(_, share)| share).sum();
+
         parts().fold(Self::nothing(material), |sum, (class, share)| {
             let (part, weight) = (Cover::of(class, materials), share / whole);
             Cover {

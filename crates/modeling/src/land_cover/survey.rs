@@ -25,10 +25,12 @@ pub(crate) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &
             "{file} lies outside the area and tells nothing; check its reference system"
         )]);
     };
+
     let mut unknown: BTreeMap<i32, u64> = BTreeMap::new();
     let (mut others, mut known) = (0_u64, 0_u64);
     let mut classes = Vec::new();
     let rows = (TOGETHER / window.width).max(1);
+
     for y in (window.y..window.y + window.height).step_by(rows as usize) {
         let height = rows.min(window.y + window.height - y);
         source.samples.read(Window { y, height, ..window }, &mut classes)?;
@@ -43,11 +45,13 @@ pub(crate) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &
             }
         }
     }
+
     let mut notes = Vec::new();
     let mut counts: Vec<(i32, u64)> = unknown.into_iter().collect();
     counts.sort_by_key(|(number, count)| (std::cmp::Reverse(*count), *number));
     others += counts.iter().skip(TOLD_APART).map(|(_, count)| count).sum::<u64>();
     counts.truncate(TOLD_APART);
+
     if !counts.is_empty() {
         let told: Vec<String> =
             counts.iter().map(|(number, count)| format!("{number} ({count} pixels)")).collect();
@@ -57,11 +61,13 @@ pub(crate) fn unknown(source: &CoverInput, grid: &Grid, (file, scheme): (&str, &
             told.join(", ")
         ));
     }
+
     if known == 0 {
         notes.push(format!(
             "{file}: no pixel around the area has a class of {scheme}; is it of another scheme?"
         ));
     }
+
     Ok(notes)
 }
 

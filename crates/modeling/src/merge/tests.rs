@@ -44,17 +44,21 @@ fn the_first_is_in_front_and_the_join_is_measured() {
     let east = area([270, 17], [300, 280], |x, y| slope(x, y) + 4.0);
     let (whole, report) = merged(&[&west, &east], 0.0);
     assert_eq!((whole.header().grid.nx, whole.header().grid.ny), (570, 297));
+
     for (x, y, raised) in [(10, 10, 0.0), (299, 100, 0.0), (300, 100, 4.0), (569, 296, 4.0), (280, 290, 4.0)]
     {
         let wanted = slope(f64::from(x), f64::from(y)) + raised;
         assert!((height(&whole, x, y) - wanted).abs() < 0.01, "{x} {y}");
     }
+
     assert!(height(&whole, 5, 290).is_nan() && height(&whole, 560, 3).is_nan());
     assert!((report.join.largest - 4.1).abs() < 0.02, "{report:?}");
+
     // Along the column and along the row where the first ends.
     assert_eq!(report.join.pairs, 263 + 30);
     let (other, _) = merged(&[&east, &west], 0.0);
     assert!((height(&other, 280, 100) - slope(280.0, 100.0) - 4.0).abs() < 0.01);
+
     // Blended over 20 m nothing steps by more than a metre.
     let (soft, report) = merged(&[&west, &east], 20.0);
     assert!(report.join.largest < 0.6, "{report:?}");
@@ -76,6 +80,7 @@ fn what_is_told_of_several_is_told_once() {
         let grid = Grid { origin: DVec2::new(first, 0.0), ..grid };
         build_in_memory(grid, &[5.0; 10_000], &[[9; 3]; 10_000], None, &metadata).unwrap()
     };
+
     let west = pages(0.0, &["no imagery", "datum assumed"], "a.tif");
     let east = pages(200.0, &["no imagery", "west of all", "datum assumed"], "b.tif");
     let (whole, _) = merged(&[&west, &east], 0.0);
@@ -83,6 +88,7 @@ fn what_is_told_of_several_is_told_once() {
     let files: Vec<&str> = metadata.sources.iter().map(|source| source.file.as_str()).collect();
     assert_eq!(files, ["a.tif", "b.tif"]);
     assert_eq!(metadata.notes, ["no imagery", "datum assumed", "west of all", "merged from 2 databases"]);
+
     // Again with a third.
     let far = pages(400.0, &["no imagery"], "c.tif");
     let (whole, _) = merged(&[&whole, &far], 0.0);

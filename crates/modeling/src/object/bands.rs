@@ -23,8 +23,10 @@ pub(super) fn banded(solid: Solid, faces: &[Steep], spacing: f64) -> Vec<Solid> 
     if solid.parallel || solid.strip || faces.is_empty() {
         return vec![solid];
     }
+
     let [east, north] = solid.slope;
     let low = solid.low_m.unwrap_or(f64::NEG_INFINITY);
+
     // Above that the upper end would cut a band off.
     let high = solid.high_m - 0.5 * spacing * (east.abs() + north.abs());
     let mut ends: Vec<f64> = faces.iter().flat_map(|face| [face.low, face.high]).collect();
@@ -33,6 +35,7 @@ pub(super) fn banded(solid: Solid, faces: &[Steep], spacing: f64) -> Vec<Solid> 
     ends.push(solid.high_m);
     let mut bands: Vec<(f64, [u8; 3])> = Vec::new();
     let mut from = faces.iter().map(|face| face.low).fold(f64::INFINITY, f64::min).max(low);
+
     for end in ends {
         if end - from < LOWEST * spacing {
             continue;
@@ -46,6 +49,7 @@ pub(super) fn banded(solid: Solid, faces: &[Steep], spacing: f64) -> Vec<Solid> 
         }
         from = end;
     }
+
     let Some((_, upper)) = bands.pop() else { return vec![solid] };
     let mut parts = Vec::with_capacity(bands.len() + 1);
     let mut low_m = solid.low_m;
@@ -53,6 +57,7 @@ pub(super) fn banded(solid: Solid, faces: &[Steep], spacing: f64) -> Vec<Solid> 
         parts.push(Solid { low_m, high_m: top, slope: [0.0; 2], top: side, side, ..solid });
         low_m = Some(top);
     }
+
     parts.push(Solid { low_m, side: upper, ..solid });
     parts
 }

@@ -84,6 +84,7 @@ impl BuiltIn {
             }
             .faces()
         };
+
         // Trunks end below crowns: else crowns would have the colours of bark above them.
         let faces = match self {
             Self::Broadleaf => {
@@ -117,6 +118,7 @@ impl BuiltIn {
                     .faces()
             }
         };
+
         let mut faces = faces;
         faces.iter_mut().flat_map(|face| &mut face.corners).for_each(|corner| *corner *= scale);
         Soup::built_in(faces)
@@ -150,6 +152,7 @@ impl Turned<'_> {
             let tone = 0.8 + 0.4 * chance(2) as f32;
             (DVec3::new(turn.x, turn.y, height), dark.lerp(light, part) * tone)
         };
+
         let mut faces = Vec::with_capacity(2 * SIDES * last);
         let mut push = |corners: [(DVec3, Vec3); 3]| {
             faces.push(Face {
@@ -160,6 +163,7 @@ impl Turned<'_> {
                 piece: 0,
             });
         };
+
         for step in 0..last {
             for side in 0..SIDES {
                 let next = (side + 1) % SIDES;
@@ -169,6 +173,7 @@ impl Turned<'_> {
                 push([a, c, d]);
             }
         }
+
         // At its poles all corners are one.
         faces.retain(|face| face.across().length_squared() > 0.0);
         faces

@@ -69,6 +69,7 @@ impl Over<'_> {
         for layer in overlapping(sheets, self.spacing) {
             self.sheets(layer, &cell.steep, &mut solids);
         }
+
         solids.extend(self.poles(&cell.steep, &solids));
         // Last, since a wall is one to what looks whether it is there.
         let rest = solids.split_off(dense);
@@ -81,6 +82,7 @@ impl Over<'_> {
             let low = |solid: &Solid| solid.low_m.unwrap_or(f64::NEG_INFINITY);
             low(a).total_cmp(&low(b)).then(a.high_m.total_cmp(&b.high_m))
         });
+
         solids
     }
 
@@ -118,6 +120,7 @@ impl Over<'_> {
             .collect();
         let turned = |(outside, reach): (DVec2, f64)| (outside.to_angle(), reach * self.spacing);
         let form = mask.form(&facings);
+
         let (wall, opacity) = match form {
             Form::Whole => (Wall::Whole, 1.0),
             Form::Half(outside, reach) | Form::Strip(outside, reach) => {
@@ -133,6 +136,7 @@ impl Over<'_> {
                 (self.round(), width)
             }
         };
+
         // Narrow ones have no slope that their places would tell; one that is steep and does not fit would stand out beyond them.
         let is_plane = mask.count() >= RAYS / 4 || upper.rest < 0.2 * STEP * self.spacing;
         let is_broad = mask.count() >= RAYS / 8 && form != Form::Island && is_plane;
@@ -144,6 +148,7 @@ impl Over<'_> {
             false => Some(ends[0]),
         };
         let (top, side) = self.colours(layer, &beside);
+
         self.solid(Solid {
             low_m,
             high_m: upper.height,
@@ -174,10 +179,12 @@ impl Over<'_> {
             }));
             return;
         }
+
         let low = layer.iter().map(|stretch| stretch.low).fold(f64::INFINITY, f64::min);
         let beside = beside(steep, [low, upper.height]);
         let (top, side) = self.colours(&layer, &beside);
         let around: f64 = beside.iter().map(|steep| steep.length()).sum::<f64>() / self.spacing;
+
         solids.extend(self.solid(Solid {
             low_m: (!self.is_ground(low)).then_some(low),
             high_m: upper.height,
@@ -203,6 +210,7 @@ impl Over<'_> {
                 steep.high.min(high) - steep.low.max(low) > 0.5 * (steep.high - steep.low)
             })
         };
+
         let mut left: Vec<&Steep> = steep.iter().filter(|steep| !is_known(steep)).collect();
         left.sort_by(|a, b| a.low.total_cmp(&b.low).then(a.high.total_cmp(&b.high)));
         let mut groups: Vec<(f64, Vec<&Steep>)> = Vec::new();
@@ -215,6 +223,7 @@ impl Over<'_> {
                 None => groups.push((steep.high, vec![steep])),
             }
         }
+
         groups.into_iter().filter_map(|(_, group)| self.pole(&group)).collect()
     }
 
@@ -225,15 +234,18 @@ impl Over<'_> {
         let low = group.iter().map(|steep| steep.low).fold(f64::INFINITY, f64::min);
         let high = group.iter().map(|steep| steep.high).fold(f64::NEG_INFINITY, f64::max);
         let is_dense = 2.0 * sheets < area;
+
         // Of one wall alone that much is here which no ray meets.
         let is_rim = is_dense && normal.length() > 0.95 * area;
         if is_dense && !is_rim && normal.length() > 0.5 * area || high - low < 1e-6 {
             return None;
         }
+
         let length = area / (high - low) / self.spacing * if is_dense { 0.5 } else { 1.0 };
         let along = group.iter().max_by(|a, b| a.area.total_cmp(&b.area))?;
         let facing = along.normal.try_normalize().unwrap_or(DVec2::X);
         let is_wall = length > 0.7 && along.normal.length() > 0.4 * area;
+
         let (wall, opacity) = if is_wall || is_rim {
             let distance_m = along.distance / along.area;
             let reach = 0.5 * (facing.x.abs() + facing.y.abs());
@@ -251,6 +263,7 @@ impl Over<'_> {
             let is_tall = high - low > 0.5 * self.spacing;
             (self.round(), width.clamp(if is_tall { FAINTEST } else { 0.0 }, 1.0))
         };
+
         let all: Vec<Steep> = group.iter().map(|steep| **steep).collect();
         let side = colour_of(&all)?;
         self.solid(Solid {
@@ -305,6 +318,7 @@ impl Over<'_> {
         let middle = layer.iter().map(at).sum::<DVec2>() / count;
         let height = mean(layer, &end);
         let [mut xx, mut xy, mut yy, mut xz, mut yz, mut zz] = [0.0; 6];
+
         for stretch in layer {
             let (from, up) = (at(stretch) - middle, end(stretch) - height);
             xx += from.x * from.x;
@@ -314,12 +328,14 @@ impl Over<'_> {
             yz += from.y * up;
             zz += up * up;
         }
+
         let volume = xx * yy - xy * xy;
         // Places along a line tell no slope across it.
         let is_sound = volume > 1e-3 * (xx + yy) * (xx + yy) && layer.len() >= RAYS / 8;
         let slope = if is_sound { dvec2(xz * yy - yz * xy, yz * xx - xz * xy) / volume } else { DVec2::ZERO };
         let rest = ((zz - slope.x * xz - slope.y * yz).max(0.0) / count).sqrt();
         let slope = slope.clamp(DVec2::splat(-STEEPEST), DVec2::splat(STEEPEST));
+
         Plane { height: height - slope.dot(middle), slope, rest }
     }
 }

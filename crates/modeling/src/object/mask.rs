@@ -107,6 +107,7 @@ impl Mask {
         if count + 1 >= RAYS {
             return Form::Whole;
         }
+
         let tried = |outside: DVec2| (self.half(outside), outside);
         let told = |(outside, own): &(DVec2, f64)| {
             let ((wrong, reach), outside) = tried(*outside);
@@ -115,8 +116,10 @@ impl Mask {
             if own_wrong <= wrong.max(1) { ((own_wrong, *own), outside) } else { ((wrong, reach), outside) }
         };
         let told = facings.iter().map(told).min_by_key(|((wrong, _), _)| *wrong);
+
         // Faces tell the direction exactly; another one must be far better.
         const BETTER: u32 = 5;
+
         let least = told.map_or(u32::MAX, |((wrong, _), _)| wrong);
         let best = if least <= BETTER {
             told
@@ -127,6 +130,7 @@ impl Mask {
             let free = turns.min_by_key(|((wrong, _), _)| *wrong);
             free.filter(|((wrong, _), _)| wrong + BETTER < least).or(told)
         };
+
         let Some(((wrong, reach), outside)) = best else { return Form::Island };
         let most = (count.min(RAYS - count) as u32).div_ceil(2);
         if let Some((corner_wrong, walls)) = self.corner(facings)
@@ -138,6 +142,7 @@ impl Mask {
         if wrong <= most {
             return Form::Half(outside, reach);
         }
+
         self.strip().unwrap_or(Form::Island)
     }
 
@@ -150,6 +155,7 @@ impl Mask {
             xy += from.x * from.y;
             yy += from.y * from.y;
         }
+
         let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
         let spread = |direction: DVec2| {
             self.rays()
@@ -160,9 +166,11 @@ impl Mask {
         if to - from < 0.7 || self.count() < 3 {
             return None;
         }
+
         let across = along.perp();
         let outside = if middle.dot(across) >= 0.0 { across } else { -across };
         let [low, high] = spread(outside);
+
         (high - low < 0.75 * (to - from)).then_some(Form::Strip(outside, high + 0.5 / RAYS as f64))
     }
 }

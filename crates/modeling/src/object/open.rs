@@ -135,6 +135,7 @@ pub(crate) fn open_scatter(file: &ScatterFile) -> Result<OpenScatter> {
         }
     };
     let mut forms = Vec::new();
+
     for form in &file.forms {
         let of_form = match form {
             Form::BuiltIn(form) => {
@@ -156,8 +157,10 @@ pub(crate) fn open_scatter(file: &ScatterFile) -> Result<OpenScatter> {
                 scales.iter().map(at).collect::<Result<Vec<_>>>()
             }
         };
+
         forms.push(of_form?);
     }
+
     let options = LayerOptions { crs: file.crs.clone(), ..LayerOptions::default() };
     let area = file.area.as_ref().map(|path| features::read(path, &options)).transpose()?;
     if let Some(area) = &area {
@@ -170,5 +173,6 @@ pub(crate) fn open_scatter(file: &ScatterFile) -> Result<OpenScatter> {
         notes.extend(area.notes.iter().cloned());
         hasher.update(format!("{:?} {:?}", area.crs.name(), area.rows).as_bytes());
     }
+
     Ok(OpenScatter { file: file.clone(), forms, content: *hasher.finalize().as_bytes(), area, notes })
 }

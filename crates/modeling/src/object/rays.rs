@@ -105,6 +105,7 @@ impl Window {
             let across = face.across();
             let rise = across.z / across.length();
             let [(west, east), (south, north)] = self.touched(face);
+
             for row in south..north {
                 for column in west..east {
                     let cell = &mut cells[row * self.columns + column];
@@ -118,6 +119,7 @@ impl Window {
                 }
             }
         }
+
         cells.iter_mut().for_each(Cell::gather_sides);
         cells
     }
@@ -128,6 +130,7 @@ impl Window {
         let across = face.across();
         let is_masked = soup.materials[face.material as usize].cutoff;
         let edges = [(a, b), (b, c), (c, a)];
+
         for ray in 0..RAYS {
             let at = centre + place(ray) * self.spacing;
             let sides = edges.map(|(from, to)| is_left(from, to, at));
@@ -155,6 +158,7 @@ impl Window {
         for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
             polygon = clipped(&polygon, axis, sign, half);
         }
+
         let [first, rest @ ..] = &polygon[..] else { return };
         let across: DVec3 =
             rest.windows(2).map(|pair| (pair[0] - first).cross(pair[1] - first)).sum::<DVec3>() * 0.5;
@@ -166,6 +170,7 @@ impl Window {
         if area <= 0.0 || !area.is_finite() {
             return;
         }
+
         let normal = flat.normalize();
         let inside = soup.pieces[face.piece as usize];
         let is_inverted = matches!(
@@ -178,6 +183,7 @@ impl Window {
         let (low, high) = polygon.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), corner| {
             (low.min(corner.z), high.max(corner.z))
         });
+
         let own = Steep {
             normal: normal * area,
             area,
@@ -189,6 +195,7 @@ impl Window {
             bin: turn as u8,
             material: face.material,
         };
+
         let gap = GAP * self.spacing;
         let key = |steep: &Steep| (steep.bin, steep.is_sheet);
         add(&mut cell.steep, own, gap, key);
@@ -265,6 +272,7 @@ impl Cell {
                     && side.high <= wall.high
             })
         };
+
         let mut gathered: Vec<(Option<usize>, Steep)> = Vec::with_capacity(self.sides.len());
         for side in &self.sides {
             let wall = wall_of(side);
@@ -275,6 +283,7 @@ impl Cell {
                 None => gathered.push((wall, *side)),
             }
         }
+
         self.sides = gathered.into_iter().map(|(_, side)| side).collect();
     }
 
@@ -290,6 +299,7 @@ impl Cell {
         for of_piece in self.crossings.chunk_by(|a, b| (a.ray, a.piece) == (b.ray, b.piece)) {
             enclosed(of_piece, pieces[of_piece[0].piece as usize], SHEET * spacing, &mut all);
         }
+
         all.sort_by(|a, b| a.ray.cmp(&b.ray).then(a.low.total_cmp(&b.low)).then(a.high.total_cmp(&b.high)));
         let mut joined: Vec<Stretch> = Vec::with_capacity(all.len());
         for stretch in all {
@@ -306,6 +316,7 @@ impl Cell {
                 _ => joined.push(stretch),
             }
         }
+
         joined
     }
 }
@@ -319,6 +330,7 @@ fn enclosed(crossings: &[Crossing], inside: Inside, thickness: f64, all: &mut Ve
         top: upper.face,
         is_sheet: false,
     };
+
     let sheet =
         |crossing: &Crossing| Stretch { is_sheet: true, ..stretch(crossing.height - thickness, crossing) };
     let (is_inverted, foot) = match inside {
@@ -331,6 +343,7 @@ fn enclosed(crossings: &[Crossing], inside: Inside, thickness: f64, all: &mut Ve
         Inside::Winding { is_inverted } => (is_inverted, None),
         Inside::Standing { is_inverted, foot } => (is_inverted, Some(foot)),
     };
+
     let mut entered: Vec<&Crossing> = Vec::new();
     let first = all.len();
     for crossing in crossings {
@@ -338,6 +351,7 @@ fn enclosed(crossings: &[Crossing], inside: Inside, thickness: f64, all: &mut Ve
             entered.push(crossing);
             continue;
         }
+
         match (entered.pop(), foot) {
             (Some(lower), _) => all.push(stretch(lower.height, crossing)),
             (None, Some(foot)) => {
@@ -348,5 +362,6 @@ fn enclosed(crossings: &[Crossing], inside: Inside, thickness: f64, all: &mut Ve
             (None, None) => all.push(sheet(crossing)),
         }
     }
+
     all.extend(entered.into_iter().map(sheet));
 }

@@ -71,6 +71,7 @@ impl Scatter {
         let [west, south, east, north] = square.bounds();
         let range =
             |low: f64, high: f64| (low / self.cell).floor() as i64..=(high / self.cell).floor() as i64;
+
         for j in range(south, north) {
             for i in range(west, east) {
                 let chance = Chance(mix(self.seed ^ mix(i as u64 ^ mix(j as u64))));
@@ -82,10 +83,12 @@ impl Scatter {
                 if !inner {
                     continue;
                 }
+
                 let (column, row) = (local.x as usize, local.y as usize);
                 let index = square.index(column, row);
                 let is_taken = site.objects[index] || self.avoids && site.features[index];
                 let is_ground = |grounds: &Classes| grounds.has(site.materials[index]);
+
                 if !is_taken
                     && self.grounds.as_ref().is_none_or(is_ground)
                     && within.as_ref().is_none_or(|within| within[index])
@@ -114,6 +117,7 @@ impl Scatter {
             place.x >= west && place.x <= east && place.y >= south && place.y <= north
         };
         let centre = |index: usize| square.centre(index % square.columns, index / square.columns);
+
         let mut within: Option<Vec<bool>> = self.areas.as_ref().map(|areas| {
             let mut within = vec![false; square.columns * square.rows];
             for area in areas {
@@ -124,10 +128,12 @@ impl Scatter {
             }
             within
         });
+
         if let Some(bbox) = self.bbox {
             let within = within.get_or_insert_with(|| vec![true; square.columns * square.rows]);
             within.iter_mut().enumerate().for_each(|(index, is_in)| *is_in &= holds(bbox, centre(index)));
         }
+
         within
     }
 
@@ -231,12 +237,14 @@ mod tests {
         let found = placed(&gentle, [0, 0], 300, |_| false);
         assert!(found.len() > 300);
         assert!(found.iter().all(|placement| (50..=150).contains(&placement.voxel[0])));
+
         // Rows of three materials, of which two are asked for.
         let mut classes = Classes::default();
         [0, 2].into_iter().for_each(|number| classes.add(number));
         let found = placed(&Scatter { grounds: Some(classes), ..EVERYWHERE() }, [0, 0], 300, |_| false);
         assert!((found.len() as f64 / 936.0 - 1.0).abs() < 0.05, "{}", found.len());
         assert!(found.iter().all(|placement| placement.voxel[1] % 3 != 1));
+
         // A triangle, but for where something is already.
         let corners = [(20.0, 20.0), (280.0, 20.0), (20.0, 280.0)].map(|(x, y)| dvec2(x, y));
         let area = Area { outer: Path::flat(corners.to_vec()), holes: Vec::new() };

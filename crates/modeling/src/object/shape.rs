@@ -53,6 +53,7 @@ impl Shape {
         let corner = (first - phase) * spacing;
         let tiles = (columns.div_ceil(TILE), rows.div_ceil(TILE));
         let mut of_tile: Vec<Vec<u32>> = vec![Vec::new(); tiles.0 * tiles.1];
+
         for (number, face) in (0..).zip(&soup.faces) {
             let [west, south, east, north] = face.bounds();
             let index = |at: f64, from: f64, count: usize| {
@@ -64,6 +65,7 @@ impl Shape {
                 }
             }
         }
+
         let mut found: Vec<Vec<Solid>> = vec![Vec::new(); columns * rows];
         for (tile, faces) in of_tile.into_iter().enumerate() {
             let (x0, y0) = (tile % tiles.0 * TILE, tile / tiles.0 * TILE);
@@ -73,6 +75,7 @@ impl Shape {
                 columns: TILE.min(columns - x0),
                 rows: TILE.min(rows - y0),
             };
+
             for (index, mut cell) in window.look(soup, faces.into_iter()).into_iter().enumerate() {
                 let (x, y) = (x0 + index % window.columns, y0 + index / window.columns);
                 let centre = corner + (dvec2(x as f64, y as f64) + 0.5) * spacing;
@@ -80,12 +83,14 @@ impl Shape {
                 found[y * columns + x] = over.fit(&mut cell);
             }
         }
+
         let first = [first.x as i64, first.y as i64];
         let mut shape = Self { first, columns, rows, starts: vec![0], solids: Vec::new() };
         for solids in found {
             shape.solids.extend(solids);
             shape.starts.push(shape.solids.len() as u32);
         }
+
         shape
     }
 

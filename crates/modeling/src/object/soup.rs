@@ -98,6 +98,7 @@ impl Soup {
         let (sin, cos) = stance.roll_deg.to_radians().sin_cos();
         let roll = DMat3::from_cols(DVec3::new(cos, 0.0, -sin), DVec3::Y, DVec3::new(sin, 0.0, cos));
         let (mut faces, mut materials) = (Vec::new(), Vec::new());
+
         for model in models {
             let axes = match stance.is_z_up {
                 None => model.body_from_model,
@@ -106,17 +107,20 @@ impl Soup {
             };
             let turned = pitch * roll * axes * stance.scale;
             let is_mirrored = turned.determinant() < 0.0;
+
             for part in &model.parts {
                 let material = materials.len() as u32;
                 let is_plain = part.material.colour.is_none();
                 let own = part.material.colour.unwrap_or(PLAIN);
                 materials.push(part.material.clone());
+
                 for corners in &part.triangles {
                     let [a, b, c] = corners.map(|corner| corner as usize);
                     let order = if is_mirrored { [a, c, b] } else { [a, b, c] };
                     if order.iter().any(|corner| *corner >= part.positions.len()) {
                         return Err("a triangle names a corner that is not there".to_owned());
                     }
+
                     let corners = order.map(|corner| turned * part.positions[corner]);
                     if corners
                         .iter()
@@ -126,6 +130,7 @@ impl Soup {
                             "a corner of it lies beyond {FARTHEST} m of its origin; see `scale`"
                         ));
                     }
+
                     let places = order.map(|corner| part.places.get(corner).copied().unwrap_or(Vec2::ZERO));
                     let factor = |corner: usize| part.colours.get(corner).copied().unwrap_or(Vec3::ONE);
                     let own = if is_plain && !part.colours.is_empty() { Vec3::ONE } else { own };
@@ -134,10 +139,12 @@ impl Soup {
                 }
             }
         }
+
         faces.retain(|face| face.across().length_squared() > 0.0);
         if faces.is_empty() {
             return Err("it has no triangle with an area".to_owned());
         }
+
         Ok(Self { faces, materials, pieces: Vec::new(), corners: [DVec3::ZERO; 2] })
     }
 
@@ -186,6 +193,7 @@ impl Soup {
         let weld = (WELD * (high - low).max_element()).max(f64::MIN_POSITIVE);
         let mut numbers: HashMap<[i64; 3], u32> = HashMap::new();
         let mut owners: Vec<u32> = Vec::new();
+
         let corners: Vec<[u32; 3]> = (self.faces.iter())
             .map(|face| {
                 face.corners.map(|corner| {
@@ -197,17 +205,20 @@ impl Soup {
                 })
             })
             .collect();
+
         for [a, b, c] in &corners {
             for other in [b, c] {
                 let (first, second) = (root(&mut owners, *a), root(&mut owners, *other));
                 owners[first.max(second) as usize] = first.min(second);
             }
         }
+
         let mut of_root: HashMap<u32, u32> = HashMap::new();
         for (face, corners) in self.faces.iter_mut().zip(&corners) {
             let count = of_root.len() as u32;
             face.piece = *of_root.entry(root(&mut owners, corners[0])).or_insert(count);
         }
+
         let mut edges: HashMap<[u32; 2], Edge> = HashMap::new();
         for (face, corners) in self.faces.iter().zip(&corners) {
             for (from, to) in [(0, 1), (1, 2), (2, 0)] {
@@ -220,10 +231,12 @@ impl Soup {
                 edge.piece = face.piece;
             }
         }
+
         let mut sums = vec![Sums::default(); of_root.len()];
         // Sums of floats depend on their order, which that of a map is not.
         let mut edges: Vec<([u32; 2], Edge)> = edges.into_iter().collect();
         edges.sort_unstable_by_key(|(corners, _)| *corners);
+
         for (_, edge) in &edges {
             let sums = &mut sums[edge.piece as usize];
             if edge.ways != 0 {
@@ -234,6 +247,7 @@ impl Soup {
                 sums.odd += edge.length;
             }
         }
+
         for face in &self.faces {
             let sums = &mut sums[face.piece as usize];
             sums.area += 0.5 * face.across().length();
@@ -242,11 +256,13 @@ impl Soup {
                 sums.high = sums.high.max(corner.z);
             });
         }
+
         for face in &self.faces {
             let sums = &mut sums[face.piece as usize];
             let [a, b, c] = face.corners.map(|corner| corner - DVec3::Z * sums.low);
             sums.volume += a.dot(b.cross(c)) / 6.0;
         }
+
         self.pieces = sums.iter().map(Sums::inside).collect();
     }
 }

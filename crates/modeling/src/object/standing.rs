@@ -148,6 +148,7 @@ impl Objects {
         let stands = file.up_m <= 0.0;
         let is_exact = file.places.len() <= MOST_EXACT;
         let shared = (!is_exact).then(|| self.stock(soup, file.material, stands, None));
+
         for place in file.places.iter().map(|place| DVec2::from_array(*place)) {
             let Some(ground) = ground_at(grid, place, maker)? else {
                 notes.push(format!(
@@ -156,6 +157,7 @@ impl Objects {
                 ));
                 continue;
             };
+
             let foot_m = ground + file.up_m;
             let stock = shared.unwrap_or_else(|| self.stock(soup, file.material, stands, Some(place)));
             let keyer = Keyer::of("object").with_bytes(&object.content).with(&file.stance).with(&stands);
@@ -164,6 +166,7 @@ impl Objects {
             self.highest = self.highest.max(self.top(soup, foot_m, grid.spacing));
             self.placed.push(Placed { stock, place, foot_m, reach, key });
         }
+
         Ok(())
     }
 
@@ -177,6 +180,7 @@ impl Objects {
         let areas = scatter.areas(&plan.crs)?;
         let file = &scatter.file;
         let mut shapes = Vec::with_capacity(scatter.forms.len());
+
         for of_form in scatter.forms {
             let mut of_scales = Vec::with_capacity(of_form.len());
             for Scaled { soup, material, built_in } in of_form {
@@ -189,8 +193,10 @@ impl Objects {
                 self.stocks[number as usize].built_in = built_in;
                 of_scales.push(number);
             }
+
             shapes.push(of_scales);
         }
+
         let settings = ScatterFile { forms: Vec::new(), area: None, ..file.clone() };
         let key = Keyer::of("scatter").with(&settings).with_bytes(&scatter.content).key();
         let scatter = Scatter {
@@ -204,6 +210,7 @@ impl Objects {
             grounds: (!file.grounds.is_empty()).then(|| materials.numbers_of(&file.grounds)),
             avoids: file.avoid,
         };
+
         self.scatters.push((scatter, key));
         Ok(())
     }
@@ -308,6 +315,7 @@ impl Objects {
                 Placement { shape: placed.stock, voxel, symmetry: Symmetry::default(), foot_m: placed.foot_m }
             })
             .collect();
+
         let mut objects = vec![false; wide.len()];
         let mut covered = Vec::new();
         if !self.scatters.is_empty() {
@@ -322,6 +330,7 @@ impl Objects {
                 }
             }
         }
+
         let square = Square {
             origin: self.origin,
             first: [i64::from(wide.x0), i64::from(wide.y0)],
@@ -329,6 +338,7 @@ impl Objects {
             columns: wide.width(),
             rows: wide.height(),
         };
+
         let site = Site { square, heights: natural, materials, features, objects: &objects };
         for (scatter, _) in &self.scatters {
             let is_seen = |number: &u32| {
@@ -339,6 +349,7 @@ impl Objects {
                 scatter.placements(&site, &mut placements);
             }
         }
+
         placements
     }
 

@@ -113,10 +113,12 @@ fn boxes_have_straight_walls_at_any_heading() {
                     let worst = &mut worst[usize::from(at.abs() > wide - 1.5 * spacing)];
                     *worst = worst.max((wall - far).abs());
                 }
+
                 let bounds = [0.05, 0.1].map(|bound| bound * spacing.max(1.0));
                 assert!(worst[0] < bounds[0] && worst[1] < bounds[1], "{heading}: {worst:?}");
             }
         }
+
         let tops = (-3..=3).map(|at| column(&shape, spacing, axes[0] * f64::from(at), phase));
         tops.for_each(|top| assert!((top - 6.0).abs() < 1e-9, "{top}"));
     }
@@ -138,6 +140,7 @@ fn open_sheets_are_thin_and_slope() {
     let corner = |x: f64, y: f64| DVec3::new(x, y, 6.0 + 0.5 * x);
     let [a, b, c, d] = [corner(-4.0, -4.0), corner(4.0, -4.0), corner(4.0, 4.0), corner(-4.0, 4.0)];
     let shape = Shape::of(&soup(&[[a, b, c], [a, c, d]], 0.0), 1.0, DVec2::ZERO, (0, true));
+
     for x in -4..4 {
         let [solid] = shape.over([x, 1]) else { panic!("{x}: {:?}", shape.over([x, 1])) };
         assert!((solid.high_m - (6.25 + 0.5 * x as f64)).abs() < 1e-9, "{solid:?}");
@@ -145,6 +148,7 @@ fn open_sheets_are_thin_and_slope() {
         assert!((solid.slope[0] - 0.5).abs() < 1e-9 && solid.slope[1].abs() < 1e-9, "{solid:?}");
         assert_eq!((solid.wall, solid.opacity), (Wall::Whole, 1.0));
     }
+
     assert!(shape.over([4, 0]).is_empty() && shape.over([0, -5]).is_empty());
     // One that stands is a wall.
     let corner = |y: f64, z: f64| DVec3::new(0.3, y, z);
@@ -166,15 +170,18 @@ fn holes_do_not_leak() {
         volume(&Shape::of(&soup(triangles, 0.0), 1.0, phase, (0, true)), 1.0, 8.0, phase)
     };
     let all = volume_of(&whole);
+
     // Without some triangles of its top: no more is lost than lies below them.
     let pierced: Vec<_> =
         whole.iter().filter(|triangle| !triangle.iter().all(|corner| corner.z > 11.85)).copied().collect();
     assert!(pierced.len() < whole.len());
     let left = volume_of(&pierced);
     assert!((0.93..1.001).contains(&(left / all)), "{left} of {all}");
+
     // Turned inside out it is the same.
     let inverted: Vec<_> = whole.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
     assert!((volume_of(&inverted) / all - 1.0).abs() < 1e-6);
+
     // A house without a floor is filled, as is one whose faces look either way.
     let cuboid = cuboid(DVec3::new(4.0, 3.0, 2.0));
     for triangles in [
@@ -233,6 +240,7 @@ fn eight_ways_to_lay_a_shape() {
         .collect();
     let phase = dvec2(0.5, 0.5);
     let shape = Shape::of(&soup(&triangles, 20.0), 1.0, phase, (0, true));
+
     for number in 0..8 {
         let symmetry = Symmetry::new(number);
         let moved: Vec<_> = triangles
@@ -249,6 +257,7 @@ fn eight_ways_to_lay_a_shape() {
                 if symmetry.is_mirrored() { [a, c, b] } else { [a, b, c] }
             })
             .collect();
+
         let wanted = Shape::of(&soup(&moved, 0.0), 1.0, phase, (0, true));
         let (mut there, mut same) = (0, 0);
         for voxel in (-8..8).flat_map(|y| (-8..8).map(move |x| [x, y])) {
@@ -257,6 +266,7 @@ fn eight_ways_to_lay_a_shape() {
             assert_eq!(symmetry.turn(symmetry.turn_back(voxel)), voxel);
             let wanted = wanted.over(voxel);
             there += wanted.len();
+
             same += wanted
                 .iter()
                 .zip(&laid)
@@ -273,6 +283,7 @@ fn eight_ways_to_lay_a_shape() {
                 })
                 .count();
         }
+
         // At corners of walls one of two is chosen, which is not the same from every side.
         assert!(same as f64 > 0.75 * there as f64, "{number}: {same} of {there}");
     }
@@ -289,6 +300,7 @@ fn parts_above_each_other_keep_their_air() {
         };
         (0..4).flat_map(raised).collect()
     };
+
     for (pitch, spacing, heading) in [
         (6.0, 0.25, 0.0),
         (6.0, 1.0, 0.0),
@@ -301,6 +313,7 @@ fn parts_above_each_other_keep_their_air() {
         let phase = dvec2(0.3, 0.6);
         let shape = Shape::of(&soup(&slabs(pitch), heading), spacing, phase, (0, true));
         let mut solids = 0;
+
         for voxel in (-50..50).flat_map(|y| (-50..50).map(move |x| [x, y])) {
             for solid in shape.over(voxel) {
                 let low = solid.low_m.unwrap_or(0.0);
@@ -310,9 +323,11 @@ fn parts_above_each_other_keep_their_air() {
                 solids += 1;
             }
         }
+
         let floor = (2.0 * half.x / spacing).powi(2);
         assert!(f64::from(solids) > 4.0 * floor, "{context}: {solids} solids");
     }
+
     // Without air between them they are one.
     let shape = Shape::of(&soup(&slabs(1.0), 0.0), 1.0, DVec2::ZERO, (0, true));
     let [solid] = shape.over([4, 2]) else { panic!("{:?}", shape.over([4, 2])) };

@@ -29,11 +29,13 @@ impl PageMaker<'_> {
         if has_own_colours || !land_cover.is_empty() || synthetic.states_materials() {
             return Ok(None);
         }
+
         let Some(colours) = self.drape.pixels(rect)? else { return Ok(None) };
         let surface = &ground.surface;
         let mut heights = Vec::with_capacity(rect.len());
         let mut attributes = Vec::with_capacity(rect.len());
         let code = self.project.code;
+
         for row in rect.rows_in(surface.rect) {
             let first = heights.len();
             heights.extend(surface.heights[row.clone()].iter().map(|height| code.encode(*height)));
@@ -49,6 +51,7 @@ impl PageMaker<'_> {
                 flags,
             }));
         }
+
         Ok(Some(VoxelBlock { x: rect.x0..rect.x1, y: rect.y0..rect.y1, heights, colours, attributes }))
     }
 
@@ -68,6 +71,7 @@ impl PageMaker<'_> {
                 (pigment.alpha >= 0.5).then_some(colour)
             });
         }
+
         let mut voxels = VoxelBlock {
             x: rect.x0..rect.x1,
             y: rect.y0..rect.y1,
@@ -75,6 +79,7 @@ impl PageMaker<'_> {
             colours: Vec::with_capacity(rect.len()),
             attributes: Vec::with_capacity(rect.len()),
         };
+
         for (voxel, (pigment, mapped)) in pigments.iter().zip(&covers).enumerate() {
             let (x, y) = rect.voxel(voxel);
             let at_world = warp::world(&self.level.grid, f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -101,6 +106,7 @@ impl PageMaker<'_> {
             if share > 0.0 {
                 linear = mix(linear, cover.linear, share);
             }
+
             let linear = self.project.synthetic.textured(linear, pigment.alpha, at_world.into(), side);
             voxels.heights.push(code);
             voxels.colours.push(linear.map(srgb8_from_linear));
@@ -110,6 +116,7 @@ impl PageMaker<'_> {
             let source = ground.surface.source(at).unwrap_or(0);
             voxels.attributes.push(Attributes { source, material, flags });
         }
+
         Ok(voxels)
     }
 
@@ -152,6 +159,7 @@ impl PageMaker<'_> {
             if *share >= 0.5 {
                 attributes[at].material = paint.material.code();
             }
+
             let (over, share) = if is_bare {
                 let cover = Cover { linear: own, ..Cover::of(paint.material.code(), self.project.materials) };
                 (land_cover::varied(&cover, under, place.into(), self.level.grid.spacing), *share)
@@ -160,6 +168,7 @@ impl PageMaker<'_> {
             };
             colours[at] = mix(under, over, share as f32).map(srgb8_from_linear);
         }
+
         for (index, paint, share) in &built.paints {
             let Some(at) = inside(*index) else { continue };
             let colour = self.project.materials.moved(paint.material, paint.colour);
@@ -169,6 +178,7 @@ impl PageMaker<'_> {
                 attributes[at].material = paint.material.code();
             }
         }
+
         let mut spans: HashMap<usize, Vec<Span>> = HashMap::new();
         for (index, solid) in &built.solids {
             if let Some(at) = inside(*index)
@@ -177,9 +187,11 @@ impl PageMaker<'_> {
                 spans.entry(at).or_default().push(span);
             }
         }
+
         if spans.is_empty() && built.placed.is_empty() {
             return;
         }
+
         spans.values_mut().for_each(|spans| spans.sort_by_key(|span| (span.low, span.high)));
         let bare = Bare {
             heights: heights.clone(),
@@ -188,6 +200,7 @@ impl PageMaker<'_> {
             spans,
             placed: built.placed.clone(),
         };
+
         for (index, solid) in built.surfaces(around.len()).into_iter().enumerate() {
             if let (Some(at), Some(solid)) = (inside(index), solid) {
                 heights[at] = code.encode(solid.high_m);
@@ -195,6 +208,7 @@ impl PageMaker<'_> {
                 attributes[at].material = solid.material;
             }
         }
+
         for placed in &built.placed {
             self.top_off(&mut made.voxels, rect, placed);
         }
@@ -224,6 +238,7 @@ impl PageMaker<'_> {
         let rect = surface.rect;
         let (west, east) = (x.saturating_sub(1).max(rect.x0), (x + 1).min(rect.x1 - 1));
         let (south, north) = (y.saturating_sub(1).max(rect.y0), (y + 1).min(rect.y1 - 1));
+
         // At rims of the surface and of the area there is one neighbour, or none.
         let rise = |low: f64, high: f64, steps: u32| {
             let rise = high - low;
@@ -233,6 +248,7 @@ impl PageMaker<'_> {
                 rise / (f64::from(steps) * self.level.grid.spacing)
             }
         };
+
         let slope = rise(height(west, y), height(east, y), east - west).hypot(rise(
             height(x, south),
             height(x, north),

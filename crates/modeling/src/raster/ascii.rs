@@ -47,12 +47,14 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     let stated = header.nodata.as_deref().unwrap_or("-9999");
     let whole = integers && stated.parse::<i32>().is_ok();
     let sample = if whole { SampleType::I32 } else { SampleType::F32 };
+
     let nodata = match &header.nodata {
         Some(text) => nodata::parse(text, sample).map_err(|text| {
             Error::invalid(file.path(), format!("states {text:?} as its NODATA_value; give a number"))
         })?,
         None => None,
     };
+
     let mut info = RasterInfo {
         width,
         height,
@@ -62,6 +64,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         block: (width, block_rows),
         ..RasterInfo::blank(file.path(), "Esri ASCII grid")
     };
+
     side::complete(&mut info)?;
     let grid = AsciiGrid { file, info, groups };
     Ok(Box::new(BlockRaster::new(grid, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
@@ -159,10 +162,12 @@ fn index(
         );
         return Err(Error::invalid(tokens.path, what));
     }
+
     let group = u64::from(size.0) * u64::from(block_rows);
     let mut groups = Vec::new();
     let mut integers = true;
     let mut token = first;
+
     for number in 0..total {
         if number > 0 && !tokens.next(&mut token)? {
             let what = format!(
@@ -171,6 +176,7 @@ fn index(
             );
             return Err(Error::invalid(tokens.path, what));
         }
+
         if number % group == 0 {
             groups.push(token.at);
         }
@@ -179,6 +185,7 @@ fn index(
             tokens.number(&token)?;
         }
     }
+
     if tokens.next(&mut token)? {
         let what = format!(
             "goes on after {} × {} numbers, at byte {}; its header is wrong",
@@ -186,6 +193,7 @@ fn index(
         );
         return Err(Error::invalid(tokens.path, what));
     }
+
     Ok((groups, integers))
 }
 
@@ -242,11 +250,13 @@ impl<'a> Tokens<'a> {
             if buffer.is_empty() {
                 return Ok(!token.text.is_empty());
             }
+
             let mut used = 0;
             if token.text.is_empty() {
                 used = buffer.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
                 token.at = self.position + used as u64;
             }
+
             let word = buffer[used..].iter().take_while(|byte| !byte.is_ascii_whitespace()).count();
             let complete = used + word < buffer.len() && word + token.text.len() > 0;
             let text = std::str::from_utf8(&buffer[used..used + word.min(LONGEST_TOKEN + 1)]);
@@ -258,6 +268,7 @@ impl<'a> Tokens<'a> {
                     return Err(Error::invalid(self.path, what));
                 }
             }
+
             self.reader.consume(used + word);
             self.position += (used + word) as u64;
             if complete {

@@ -90,9 +90,11 @@ impl RasterInfo {
         if number >= self.bands {
             return Ok(());
         }
+
         if self.described.is_empty() {
             self.described = vec![Band::default(); self.bands as usize];
         }
+
         let wrong = || {
             let what = format!(
                 "states {text:?} as the {subject:?} of band {} in {source}, which is no number",
@@ -105,6 +107,7 @@ impl RasterInfo {
                     .replace("Offset", "offset"),
             )
         };
+
         let finite = || text.trim().parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(wrong);
         let mut band = self.described[number as usize];
         match subject {
@@ -121,6 +124,7 @@ impl RasterInfo {
             },
             Subject::Unit => {}
         }
+
         self.described[number as usize] = band;
         Ok(())
     }

@@ -76,6 +76,7 @@ impl<S: BlockSource> BlockRaster<S> {
                 format!("raise --memory, or convert it: {remedy}"),
             ));
         }
+
         Ok(Self { source, cache: BlockCache::new(cache_bytes) })
     }
 
@@ -119,10 +120,12 @@ pub(super) fn prepare(
             format!("has {} bands, not {}", info.bands, u64::from(*band) + 1),
         ));
     }
+
     let count = (window.width as usize).checked_mul(window.height as usize);
     let Some(count) = count.and_then(|count| count.checked_mul(bands.len())) else {
         return Err(Error::invalid(&info.path, format!("the window {window:?} exceeds memory")));
     };
+
     samples.clear();
     samples.resize(count, 0.0);
     Ok(())
@@ -196,6 +199,7 @@ impl<S: BlockSource> Raster for BlockRaster<S> {
         prepare(info, window, bands, samples)?;
         let planar = self.source.planar();
         let last = (window.x + (window.width - 1), window.y + (window.height - 1));
+
         for row in window.y / info.block.1..=last.1 / info.block.1 {
             for column in window.x / info.block.0..=last.0 / info.block.0 {
                 let overlap = Overlap::new(window, info.block, column, row);
@@ -206,6 +210,7 @@ impl<S: BlockSource> Raster for BlockRaster<S> {
                     overlap.copy(&block, info.sample, (bands, info.bands as usize), out);
                     continue;
                 }
+
                 for (position, &plane) in bands.iter().enumerate() {
                     let block = self.block(BlockIndex { column, row, plane })?;
                     let out = Rows { samples, width, step, position };
@@ -213,6 +218,7 @@ impl<S: BlockSource> Raster for BlockRaster<S> {
                 }
             }
         }
+
         Ok(())
     }
 }

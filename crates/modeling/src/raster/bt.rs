@@ -30,6 +30,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         _ => Err(invalid(format!("states no sound number of {what} at byte {at}; it is damaged"))),
     };
     let (width, height) = (size(10, "columns")?, size(14, "rows")?);
+
     let sample = match (short(18), short(20)) {
         (2, 0) => SampleType::I16,
         (4, 0) => SampleType::I32,
@@ -40,11 +41,13 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             )));
         }
     };
+
     let (left, right, bottom, top) = (double(28), double(36), double(44), double(52));
     let geo = [left, (right - left) / f64::from(width), 0.0, top, 0.0, (bottom - top) / f64::from(height)];
     if !side::is_sound(&geo) {
         return Err(invalid("states no sound extent at bytes 28 to 59; it is damaged".to_owned()));
     }
+
     let vertical = f32::from_bits(unsigned(62, 4) as u32);
     let mut info = RasterInfo {
         width,
@@ -59,6 +62,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         block: (GROUP.min(width), height),
         ..RasterInfo::blank(file.path(), "VTP .bt")
     };
+
     side::complete(&mut info)?;
     if info.crs.is_none() && info.crs_problem.is_none() {
         match stated_crs(short(22), short(24), short(26)) {
@@ -66,9 +70,11 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             Err(problem) => info.crs_problem = Some(problem),
         }
     }
+
     let record_bytes = u64::from(height) * sample.bytes() as u64;
     let columns =
         Columns { file, info, first: HEADER, record_bytes, decode: plain_little_endian(sample) }.checked()?;
+
     Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }
 

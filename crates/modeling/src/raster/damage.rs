@@ -30,6 +30,7 @@ fn found(path: &Path, taken: Use) -> Result<Found> {
     let mut notes = raster.info().notes.clone();
     let (width, height) = (raster.info().width, raster.info().height);
     let window = Window { x: 0, y: 0, width: width.min(4 * WIDTH), height: height.min(4 * HEIGHT) };
+
     let samples = match taken {
         Use::Elevation => {
             let (raster, mut heights) = (ElevationRaster::new(raster, &[], 1.0)?, Vec::new());
@@ -44,6 +45,7 @@ fn found(path: &Path, taken: Use) -> Result<Found> {
             pixels.iter().map(|pixel| u64::from(u32::from_le_bytes(*pixel))).collect()
         }
     };
+
     Ok(((width, height), samples, notes))
 }
 
@@ -73,9 +75,11 @@ fn png(taken: Use) -> Vec<u8> {
             colours()
         }
     };
+
     let mut writer = encoder.write_header().unwrap();
     writer.write_image_data(&samples).unwrap();
     writer.finish().unwrap();
+
     bytes
 }
 
@@ -116,6 +120,7 @@ fn count(name: &str, taken: Use, sound: &[u8], damage: &mut dyn FnMut() -> Vec<u
     };
     let sound = read(sound).unwrap();
     let mut count = Count::default();
+
     for _ in 0..copies {
         let copy = read(&damage());
         if let Err(error) = &copy {
@@ -125,6 +130,7 @@ fn count(name: &str, taken: Use, sound: &[u8], damage: &mut dyn FnMut() -> Vec<u
         // What a note says of it is told.
         count.add(copy.ok().filter(|copy| copy.2 == sound.2 || copy.1 == sound.1), &sound);
     }
+
     count.print(&format!("{taken:?}").to_lowercase(), name);
     count
 }

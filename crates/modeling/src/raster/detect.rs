@@ -43,6 +43,7 @@ fn open_alone(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
     if head.is_empty() {
         return Err(Error::invalid(path, "is empty"));
     }
+
     match head.as_slice() {
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => return tiff::open(file, options),
         head if hedgehop_assets::picture::format(head).is_some() => return picture::open(file, options),
@@ -50,13 +51,16 @@ fn open_alone(path: &Path, options: &OpenOptions) -> Result<Box<dyn Raster>> {
         [b'U' | b'V' | b'H', b'H' | b'O' | b'D', b'L' | b'R', b'1', ..] => return dted::open(file, options),
         _ => {}
     }
+
     if ascii::recognises(&head) {
         return ascii::open(file, options);
     }
+
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     if extension == "hgt" {
         return hgt::open(file);
     }
+
     refuse_foreign(path, &head, &extension)?;
     open_with_header(file, options)
 }
@@ -87,6 +91,7 @@ fn refuse_foreign(path: &Path, head: &[u8], extension: &str) -> Result<()> {
     if head.starts_with(b"\x1f\x8b") {
         return unzip("gunzip IN");
     }
+
     let known = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, name)| *name);
     let format = known.or(match extension {
         "hdr" | "prj" | "tfw" | "pgw" | "jgw" | "wld" => {
@@ -111,6 +116,7 @@ fn refuse_foreign(path: &Path, head: &[u8], extension: &str) -> Result<()> {
         "dem" if side::beside(path, "hdr").is_none() => Some("a USGS DEM"),
         _ => None,
     });
+
     match format {
         Some(format) => Err(Error::unsupported(
             path,

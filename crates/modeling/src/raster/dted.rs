@@ -35,9 +35,11 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         let what = format!("has no DSI record at byte {}; it is damaged, fetch it again", start + UHL);
         return Err(Error::invalid(file.path(), what));
     }
+
     let header = Header::parse(&uhl, start).map_err(|what| Error::invalid(file.path(), what))?;
     let datum = String::from_utf8_lossy(&dsi[141..144]).into_owned();
     let horizontal = String::from_utf8_lossy(&dsi[144..149]).into_owned();
+
     let crs = match horizontal.trim() {
         "WGS84" => Crs::wgs84(),
         "WGS72" => Crs::from_epsg(4322)?,
@@ -50,6 +52,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             ));
         }
     };
+
     let (longitude_step, latitude_step) = header.steps;
     let north = header.latitude + latitude_step * f64::from(header.posts - 1);
     let info = RasterInfo {
@@ -80,9 +83,11 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         block: (GROUP.min(header.columns), header.posts),
         ..RasterInfo::blank(file.path(), level(&dsi))
     };
+
     let record_bytes = (BEFORE + AFTER) as u64 + 2 * u64::from(header.posts);
     let first = start + UHL + DSI + ACC;
     let columns = Columns { file, info, first, record_bytes, decode: decode_column }.checked()?;
+
     Ok(Box::new(BlockRaster::new(columns, options.cache_bytes, "gdal_translate -co TILED=YES IN out.tif")?))
 }
 
@@ -137,6 +142,7 @@ impl Header {
                 "states a size or interval of zero in its header at byte {start}; it is damaged"
             ));
         }
+
         let angle = |range: std::ops::Range<usize>| {
             let text = field(range);
             angle(&text).ok_or_else(|| {
@@ -145,6 +151,7 @@ impl Header {
         };
         let degrees = |tenths: u32| f64::from(tenths) / 36_000.0;
         let steps = (degrees(longitude_step), degrees(latitude_step));
+
         Ok(Self { longitude: angle(4..12)?, latitude: angle(12..20)?, steps, columns, posts })
     }
 }
@@ -165,6 +172,7 @@ fn decode_column(column: u32, record: &mut [u8]) -> std::result::Result<(), Stri
     if content[0] != 0xaa {
         return Err(format!("has no record mark before column {column}; it is damaged, fetch it again"));
     }
+
     let sum = content.iter().fold(0u32, |sum, byte| sum.wrapping_add(u32::from(*byte)));
     let stored = checksum.iter().fold(0u32, |value, byte| value << 8 | u32::from(*byte));
     if sum != stored {
@@ -173,12 +181,14 @@ fn decode_column(column: u32, record: &mut [u8]) -> std::result::Result<(), Stri
              if its producer wrote wrong sums, gdal_translate IN out.tif"
         ));
     }
+
     let posts = (record.len() - BEFORE - AFTER) / 2;
     for post in 0..posts {
         let at = BEFORE + 2 * post;
         let height = signed_magnitude([record[at], record[at + 1]]);
         record[2 * post..2 * post + 2].copy_from_slice(&height.to_ne_bytes());
     }
+
     Ok(())
 }
 

@@ -30,6 +30,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("nodata", &text))?,
         None => None,
     };
+
     let mut info = RasterInfo {
         width,
         height,
@@ -39,6 +40,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         nodata,
         ..RasterInfo::blank(file.path(), if float { "GridFloat" } else { "Esri raw raster" })
     };
+
     side::complete(&mut info)?;
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }
@@ -85,6 +87,7 @@ fn placement(
         Some(bytes) => Ok(u64::from(bytes)),
         None => default.ok_or_else(|| Error::invalid(fields.path, "states a row that exceeds 64 bits")),
     };
+
     let (row_bytes, pixel_bytes, band_bytes) = match fields.text("layout") {
         None | Some("bil") => {
             let band = fields.whole("bandrowbytes")?.map_or(row, u64::from);
@@ -98,6 +101,7 @@ fn placement(
         }
         Some(other) => return Err(fields.wrong("layout", other)),
     };
+
     Ok(Placement { rows: RowStarts::Even { first, row_bytes }, pixel_bytes, band_bytes, order })
 }
 

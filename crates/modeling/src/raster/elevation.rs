@@ -122,6 +122,7 @@ impl ElevationRaster {
         let Some(band) = seen.first() else {
             return Err(Error::invalid(&info.path, "holds an alpha band only, no heights"));
         };
+
         let bands = std::iter::once(*band).chain(info.alpha_band).collect();
         let given = nodata.iter().map(|value| info.sample.round(*value));
         let mut conversion = Conversion {
@@ -131,6 +132,7 @@ impl ElevationRaster {
             metres_per_unit,
             deep_sea: false,
         };
+
         conversion.deep_sea = covers_deep_sea(raster.as_ref(), *band, &conversion)?;
         Ok(Self { raster, bands, conversion, undeclared: Mutex::new(BTreeMap::new()) })
     }
@@ -152,10 +154,12 @@ impl ElevationRaster {
             }
             heights.truncate(heights.len() / 2);
         }
+
         if self.conversion.are_heights(heights) {
             heights.iter_mut().for_each(|sample| *sample = self.conversion.metres(*sample));
             return Ok(());
         }
+
         for sample in heights.iter_mut() {
             let height = self.conversion.height(*sample);
             if height.is_nan() && !self.conversion.is_nodata(*sample) {
@@ -163,9 +167,11 @@ impl ElevationRaster {
             }
             *sample = height;
         }
+
         if !undeclared.is_empty() {
             self.count(undeclared);
         }
+
         Ok(())
     }
 
@@ -181,6 +187,7 @@ impl ElevationRaster {
                 info.bands
             ));
         }
+
         if let Some(unit) = &info.unknown_unit {
             let taken = match self.conversion.metres_per_unit {
                 1.0 => "metres".to_owned(),
@@ -191,10 +198,12 @@ impl ElevationRaster {
                 info.path.display()
             ));
         }
+
         let undeclared = self.undeclared.lock().unwrap_or_else(PoisonError::into_inner);
         let mut values: Vec<_> =
             undeclared.iter().map(|(value, count)| (f64::from_bits(value.0), *count)).collect();
         values.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.total_cmp(&b.0)));
+
         for (value, count) in values.iter().take(TOLD_APART) {
             let remedy =
                 if value.is_finite() { format!("; --nodata {value} says the same") } else { String::new() };
@@ -204,6 +213,7 @@ impl ElevationRaster {
                 info.path.display()
             ));
         }
+
         let others: u64 = values.iter().skip(TOLD_APART).map(|(_, count)| count).sum();
         if others > 0 {
             let path = info.path.display();
@@ -211,6 +221,7 @@ impl ElevationRaster {
                 "{path}: {others} further samples of other values are no heights and are taken as voids"
             ));
         }
+
         notes
     }
 

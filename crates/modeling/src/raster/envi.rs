@@ -29,6 +29,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         Some(text) => nodata::parse(text, sample).map_err(|text| fields.wrong("data ignore value", &text))?,
         None => None,
     };
+
     let mut info = RasterInfo {
         width,
         height,
@@ -38,6 +39,7 @@ pub(super) fn open(file: InputFile, header: &Path, text: &str) -> Result<Box<dyn
         nodata,
         ..RasterInfo::blank(file.path(), "ENVI")
     };
+
     set_crs(&fields, &mut info)?;
     side::complete(&mut info)?;
     Ok(Box::new(RawRaster::new(file, info, placement)?))
@@ -128,6 +130,7 @@ fn set_crs(fields: &Fields<'_>, info: &mut RasterInfo) -> Result<()> {
         side::set_crs(info, fields.path, wkt);
         return Ok(());
     }
+
     let map_info = map_info(fields);
     let zone = match map_info.first().copied() {
         Some("Geographic Lat/Lon") => None,
@@ -154,5 +157,6 @@ fn set_crs(fields: &Fields<'_>, info: &mut RasterInfo) -> Result<()> {
             Err(problem) => info.crs_problem = Some(problem),
         },
     }
+
     Ok(())
 }

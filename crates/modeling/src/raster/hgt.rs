@@ -22,6 +22,7 @@ pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
             ));
         }
     };
+
     let stem = file.path().file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     let (longitude, latitude) = south_west(stem).ok_or_else(|| {
         Error::invalid(
@@ -29,6 +30,7 @@ pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
             "must be named after its south-west corner, such as N35E138.hgt, since nothing else states its place",
         )
     })?;
+
     let info = RasterInfo {
         width: posts,
         height: posts,
@@ -40,12 +42,14 @@ pub(super) fn open(file: InputFile) -> Result<Box<dyn Raster>> {
         pixel_is_point: true,
         ..RasterInfo::blank(file.path(), "SRTM .hgt")
     };
+
     let placement = Placement {
         rows: RowStarts::Even { first: 0, row_bytes: u64::from(posts) * 2 },
         pixel_bytes: 2,
         band_bytes: 0,
         order: ByteOrder::Big,
     };
+
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }
 

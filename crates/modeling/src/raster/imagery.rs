@@ -51,6 +51,7 @@ impl ImageryRaster {
         chosen.extend(info.alpha_band);
         let nodata = chosen[..colours].iter().map(|band| info.nodata_of(*band)).collect();
         notes.extend(unused_scale(info, &chosen[..colours]));
+
         let mut this = Self {
             nodata,
             white_is_zero: info.white_is_zero,
@@ -62,6 +63,7 @@ impl ImageryRaster {
             colours,
             notes,
         };
+
         if this.info().sample != SampleType::U8 {
             this.fit()?;
             let (black, white) = this.black_white;
@@ -72,6 +74,7 @@ impl ImageryRaster {
             );
             this.notes.push(note);
         }
+
         Ok(this)
     }
 
@@ -238,6 +241,7 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
         }
         return Ok(bands.iter().map(|band| band - 1).collect());
     }
+
     refuse_other_colours(info)?;
     let seen: Vec<u32> = info.seen_bands().collect();
     if let ([], _) | ([_] | [_, _], None) = (&seen[..], info.stated_colours()) {
@@ -249,6 +253,7 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
 
     let stated = info.stated_colours();
     let chosen = stated.unwrap_or_else(|| [seen[0], seen[1], seen[2]]);
+
     // Three bands of which a file says nothing are what everybody takes them for.
     let is_said = info.described.iter().any(|band| band.role == Role::Other);
     if seen.len() > 3 || stated.is_none() && is_said {
@@ -258,6 +263,7 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
             None if is_said => ", since the file names none so",
             None => "",
         };
+
         notes.push(format!(
             "{}: of {} bands, {red}, {green} and {blue} are taken as red, green and blue{because}; --bands R,G,B \
              chooses others",
@@ -265,6 +271,7 @@ fn choose(info: &RasterInfo, bands: Option<[u32; 3]>, notes: &mut Vec<String>) -
             info.bands,
         ));
     }
+
     Ok(chosen.to_vec())
 }
 
@@ -308,6 +315,7 @@ mod tests {
             raster.0.settle_bands();
             raster
         };
+
         let (blue_first, other) = ([Role::Blue, Role::Green, Role::Red], Role::Other);
         let (found, notes) = pixels(named(&blue_first), None);
         assert_eq!((found, notes.len()), (vec![[3, 2, 1, 255]], 0));
@@ -329,6 +337,7 @@ mod tests {
                 ImageryRaster::new(Box::new(named(roles)), None).err().expect("no colours").to_string();
             assert!(error.contains(what), "{error}");
         }
+
         let hues = named(&[Role::OtherColour, Role::OtherColour, Role::OtherColour]);
         assert_eq!(pixels(hues, Some([1, 2, 3])).0, [[1, 2, 3, 255]]);
 
@@ -354,6 +363,7 @@ mod tests {
                 [colour * alpha / 65_535.0, colour * alpha / 65_535.0, colour * alpha / 65_535.0, alpha]
             })
             .collect();
+
         let mut own = raster(SampleType::U16, 4, &samples);
         (own.0.alpha_band, own.0.is_premultiplied) = (Some(3), true);
         let found = pixels(own, None).0;

@@ -52,6 +52,7 @@ impl Raster for Masked {
         let mut mask = Vec::new();
         let layers: Vec<u32> = (0..self.mask.info().bands).collect();
         self.mask.read(window, &layers, &mut mask)?;
+
         // Masks of 8 bits may use 0 and 1.
         let opaque = if self.info.sample == SampleType::I8 { 127.0 } else { 255.0 };
         for (pixel, mask) in samples.chunks_exact_mut(bands.len()).zip(mask.chunks_exact(layers.len())) {
@@ -61,6 +62,7 @@ impl Raster for Masked {
                 pixel[place] = opaque;
             }
         }
+
         Ok(())
     }
 }
@@ -79,6 +81,7 @@ pub(super) fn with_file(raster: Box<dyn Raster>, options: &OpenOptions) -> Resul
             format!("is the mask of the raster beside it, and {what}; write it anew, or remove it"),
         )
     })?;
+
     let size = |info: &RasterInfo| (info.width, info.height);
     let (own, wanted) = (size(mask.info()), size(raster.info()));
     if own != wanted {
@@ -88,6 +91,7 @@ pub(super) fn with_file(raster: Box<dyn Raster>, options: &OpenOptions) -> Resul
         );
         return Err(Error::invalid(&path, what));
     }
+
     Ok(Box::new(Masked::new(raster, mask)))
 }
 

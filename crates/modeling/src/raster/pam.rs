@@ -49,6 +49,7 @@ fn read(info: &mut RasterInfo, path: &Path, text: &str) -> Result<()> {
     };
     let mut reader = Reader::from_str(text);
     let mut place = Place::default();
+
     loop {
         match reader.read_event().map_err(|error| broken(error.to_string()))? {
             Event::Start(element) => place.enter(&element).map_err(broken)?,
@@ -117,6 +118,7 @@ impl Place {
             }
             _ => return Ok(()),
         };
+
         let Some(band) = self.band else { return Ok(()) };
         info.state(&path.display().to_string(), &Statement { band: band - 1, subject, text: &self.text })
     }

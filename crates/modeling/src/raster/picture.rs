@@ -28,6 +28,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             format!("raise --memory, or convert it: {REMEDY}"),
         ));
     }
+
     let bytes = file.bytes_at(0, file.length())?;
     let header = picture::header(&bytes, Transparency::Value).map_err(|fault| wrong(&file, fault))?;
     if header.is_palette {
@@ -50,6 +51,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         block: (header.width, header.height),
         ..RasterInfo::blank(file.path(), format)
     };
+
     side::complete(&mut info)?;
     Ok(Box::new(BlockRaster::new(Picture { file, info }, options.cache_bytes, REMEDY)?))
 }

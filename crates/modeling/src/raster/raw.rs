@@ -96,6 +96,7 @@ impl Raster for RawRaster {
         let per_pixel = (self.placement.pixel_bytes as usize / size).max(1);
         let count = window.width as usize;
         let mut bytes = Vec::new();
+
         for y in 0..window.height {
             let mut position = y as usize * count * bands.len();
             for group in bands.chunks(if self.is_interleaved() { bands.len().max(1) } else { 1 }) {
@@ -112,6 +113,7 @@ impl Raster for RawRaster {
                 position += group.len();
             }
         }
+
         Ok(())
     }
 }
@@ -135,6 +137,7 @@ pub(super) fn open_headerless(file: InputFile, options: &OpenOptions) -> Result<
             ));
         }
     };
+
     let expected = u64::from(width).checked_mul(u64::from(height)).and_then(|count| count.checked_mul(4));
     if width == 0 || height == 0 || expected != Some(file.length()) {
         let what = format!(
@@ -143,6 +146,7 @@ pub(super) fn open_headerless(file: InputFile, options: &OpenOptions) -> Result<
         );
         return Err(Error::invalid(file.path(), what));
     }
+
     let info = RasterInfo { width, height, sample: SampleType::F32, ..RasterInfo::blank(file.path(), "raw") };
     let placement = Placement {
         rows: RowStarts::Even { first: 0, row_bytes: u64::from(width) * 4 },
@@ -150,5 +154,6 @@ pub(super) fn open_headerless(file: InputFile, options: &OpenOptions) -> Result<
         band_bytes: 0,
         order: ByteOrder::Little,
     };
+
     Ok(Box::new(RawRaster::new(file, info, placement)?))
 }

@@ -51,6 +51,7 @@ fn widen(sample: SampleType, bytes: &[u8], from: Stride, count: usize, to: Strid
     macro_rules! widen_as {
         ($type:ty) => {{
             const SIZE: usize = size_of::<$type>();
+
             let source = bytes.get(from.first * SIZE..).unwrap_or_default();
             if from.step <= 1 && to.step <= 1 {
                 // Without strides, many are widened at once.
@@ -59,6 +60,7 @@ fn widen(sample: SampleType, bytes: &[u8], from: Stride, count: usize, to: Strid
                 }
                 return;
             }
+
             let targets = out.iter_mut().step_by(to.step.max(1)).take(count);
             for (target, chunk) in targets.zip(source.chunks(SIZE * from.step.max(1))) {
                 if let Some((value, _)) = chunk.split_first_chunk::<SIZE>() {
@@ -67,6 +69,7 @@ fn widen(sample: SampleType, bytes: &[u8], from: Stride, count: usize, to: Strid
             }
         }};
     }
+
     match sample {
         SampleType::U8 => widen_as!(u8),
         SampleType::I8 => widen_as!(i8),

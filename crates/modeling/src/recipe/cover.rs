@@ -21,6 +21,7 @@ pub(super) fn materials(root: &mut Fields<'_, '_, '_>) -> Materials {
         mistakes.add(&span, "write [material.asphalt], a table for each material");
         return Materials::default();
     };
+
     let mut said: Vec<Finish> = Vec::new();
     for (name, value) in tables {
         let at = name.span();
@@ -34,8 +35,10 @@ pub(super) fn materials(root: &mut Fields<'_, '_, '_>) -> Materials {
             let what = format!("{name} and {} both have the number {}", other.name, finish.material.code());
             mistakes.add(&at, what);
         }
+
         said.push(finish);
     }
+
     Materials::new(said)
 }
 
@@ -43,6 +46,7 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
     let mistakes = table.mistakes;
     let known = Material::named(name);
     let number = table.take::<u8>("number");
+
     let like = table.take::<String>("like").and_then(|like| {
         let known = Material::named(like.get_ref());
         let wanted = || {
@@ -54,6 +58,7 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
         };
         mistakes.check(&like.span(), known.ok_or_else(wanted))
     });
+
     let colour = table.take::<String>("colour").and_then(|text| {
         let wanted = || format!("a colour is #rrggbb (sRGB) or a name, not {:?}", text.get_ref());
         mistakes.check(&text.span(), colour(text.get_ref()).ok_or_else(wanted))
@@ -62,6 +67,7 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
     let tint = table.number("tint", is_share, "must be 0 to 1").unwrap_or(0.0) as f32;
     let has_number = number.is_some();
     table.finish();
+
     let material = match (known, number) {
         (Some(known), None) => known,
         (Some(known), Some(number)) => {
@@ -84,12 +90,14 @@ fn finish(mut table: Fields<'_, '_, '_>, at: &std::ops::Range<usize>, name: &str
             return None;
         }
     };
+
     if like.is_some() && !has_number {
         mistakes.add(
             at,
             format!("{name} is a material of the table, and like says what one of your own is like"),
         );
     }
+
     Some(Finish { material, name: name.to_owned(), like, colour, tint })
 }
 
@@ -128,6 +136,7 @@ pub(super) fn land_cover(
     let nodata = table.take::<OneOrMany<f64>>("nodata").map(|nodata| nodata.into_inner().into_vec());
     let named = table.take::<String>("scheme");
     let classes = table.value("classes");
+
     let scheme = match (named, classes) {
         (Some(scheme), None) => mistakes.check(&scheme.span(), Scheme::named(scheme.get_ref())),
         (None, Some(classes)) => own(classes, materials, mistakes).map(Scheme::Own),
@@ -138,10 +147,12 @@ pub(super) fn land_cover(
             None
         }
     };
+
     table.finish();
     let Some(scheme) = scheme else { return Vec::new() };
     let nodata = nodata.unwrap_or_default();
     let of = |path| LandCoverFile { path, crs: crs.clone(), scheme: scheme.clone(), nodata: nodata.clone() };
+
     paths.into_iter().map(of).collect()
 }
 
@@ -157,10 +168,12 @@ fn own(
         mistakes.add(&span, format!("classes is a table of numbers and materials, as in {example}"));
         return None;
     };
+
     if table.is_empty() {
         mistakes.add(&span, format!("classes names none; write {example}"));
     }
     let mut classes = BTreeMap::new();
+
     for (number, value) in table {
         let at = value.span();
         let wanted = || {
@@ -175,5 +188,6 @@ fn own(
         let material = text.and_then(|text| named(&Spanned::new(at, text), materials, mistakes));
         classes.extend(key.zip(material));
     }
+
     Some(classes)
 }

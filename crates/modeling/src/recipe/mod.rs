@@ -125,6 +125,7 @@ impl Recipe {
         let mut mistakes: Vec<Mistake> =
             faults.map(|(input, error)| mistake(self.line_of_input(input), error)).collect();
         let mut found = None;
+
         if mistakes.is_empty() {
             match outline(&self.options) {
                 Ok(outline) => {
@@ -134,6 +135,7 @@ impl Recipe {
                 Err(error) => mistakes.push(mistake(self.line_of(&error.to_string()), error)),
             }
         }
+
         mistakes.extend(self.wrong_output());
         match found {
             Some(found) if mistakes.is_empty() => Ok(self.with_lines(found)),

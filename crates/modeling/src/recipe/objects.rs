@@ -74,12 +74,14 @@ pub(super) fn object(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &M
         }
         places
     });
+
     let mut stance = stance(&mut table, true);
     stance.scale = table.number("scale", |scale| scale > 0.0, "must be more than 0").unwrap_or(1.0);
     let is_plausible = |metres: f64| metres.abs() <= MOST_UP_M;
     let up_m = table.number("up_m", is_plausible, "must be −10000 to 10000 m").unwrap_or(0.0);
     let material = material(&mut table, materials);
     table.finish();
+
     ObjectFile { paths, places, stance, up_m, material }
 }
 
@@ -141,6 +143,7 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
         let what = "material is what models of files are made of; built-in plants and rocks have theirs, so leave it out";
         table.refuse("material", what);
     }
+
     scatter.material = material(&mut table, materials);
     for key in ["pitch_deg", "roll_deg", "up"].into_iter().filter(|_| !has_files) {
         let what = format!(
@@ -148,14 +151,17 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
         );
         table.refuse(key, what);
     }
+
     scatter.stance = stance(&mut table, false);
     if !table.has("area") {
         table.refuse("crs", "crs is of the file of area, which is not there; add area, or leave crs out");
     }
+
     scatter.area = table
         .take::<String>("area")
         .and_then(|name| file(&table, &name.span(), &folder.join(name.get_ref())));
     scatter.crs = crs(&mut table);
+
     scatter.bbox = table.take::<[f64; 4]>("bbox").and_then(|bbox| {
         let [west, south, east, north] = *bbox.get_ref();
         let wanted =
@@ -165,6 +171,7 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
     let more = |number: f64| number > 0.0;
     let spacing = table.number("spacing_m", more, "must be more than 0 m");
     let density = table.number("per_hectare", more, "must be more than 0");
+
     scatter.spacing_m = match (spacing, density) {
         (Some(spacing), None) => spacing,
         (None, Some(density)) => (HECTARE / density).sqrt(),
@@ -181,12 +188,14 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
             scatter.spacing_m
         }
     };
+
     if let Some(scales) = table.take::<Scales>("scale") {
         let [low, high] = match *scales.get_ref() {
             Scales::One(scale) => [scale; 2],
             Scales::Range(range) => range,
         };
         let has_built_in = scatter.forms.iter().any(|form| matches!(form, Form::BuiltIn(_)));
+
         let checked = if !(low > 0.0 && low <= high && high.is_finite()) {
             Err("scale is more than 0; of two numbers the first is the least: [0.8, 1.2]".to_owned())
         } else if has_built_in && high > MOST_SCALE {
@@ -194,10 +203,12 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
         } else {
             Ok([low, high])
         };
+
         if let Some(scale) = mistakes.check(&scales.span(), checked) {
             scatter.scale = scale;
         }
     }
+
     scatter.seed = table.take::<u32>("seed").map_or(0, |seed| u64::from(seed.into_inner()));
     scatter.heights_m = range(&mut table, "heights_m", "[0, 1800]");
     scatter.slopes_deg = range(&mut table, "slopes_deg", "[0, 35]");
@@ -206,8 +217,10 @@ pub(super) fn scatter(mut table: Fields<'_, '_, '_>, folder: &Path, materials: &
     {
         mistakes.add(&table.span(), "slopes_deg lie from 0 to less than 90 degrees");
     }
+
     scatter.grounds = grounds(&mut table, materials);
     scatter.avoid = table.take("avoid").is_none_or(Spanned::into_inner);
     table.finish();
+
     scatter
 }

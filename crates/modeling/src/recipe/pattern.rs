@@ -43,6 +43,7 @@ pub fn matching(folder: &Path, name: &str) -> Result<Vec<PathBuf>> {
             files.push(path);
         }
     }
+
     match files.is_empty() {
         true => Err(wrong("no file matches this pattern".into())),
         false => Ok(files),
@@ -71,6 +72,7 @@ mod tests {
         for name in ["b.tif", "a.tif", "c.hgt", ".hidden.tif", "deep/d.tif", "deep/er/e.tif", "odd[1].tif"] {
             std::fs::write(folder.join(name), b"").unwrap();
         }
+
         assert_eq!(names(&folder, "?.tif"), ["a.tif", "b.tif"]);
         assert_eq!(names(&folder, "[bc].*"), ["b.tif", "c.hgt"]);
         assert_eq!(names(&folder, "deep/**/*.tif"), ["deep/d.tif", "deep/er/e.tif"]);
@@ -80,6 +82,7 @@ mod tests {
             let error = matching(&folder, pattern).unwrap_err().to_string();
             assert!(error.contains(words) && error.contains(pattern), "{error}");
         }
+
         let absolute = folder.parent().unwrap().join("*").join("c.*");
         assert_eq!(
             matching(Path::new("elsewhere"), &absolute.to_string_lossy()).unwrap(),

@@ -33,6 +33,7 @@ pub(super) fn synthetic(
             shapes.push(shape);
         }
     }
+
     let is_whole = shapes.len() == count;
     let mut textures = Vec::new();
     for table in root.tables("texture", "[[texture]]") {
@@ -41,6 +42,7 @@ pub(super) fn synthetic(
         lines.textures.extend(texture.iter().map(|_| line));
         textures.extend(texture);
     }
+
     let synthetic = Synthetic {
         terrain: shapes,
         materials,
@@ -48,6 +50,7 @@ pub(super) fn synthetic(
         palette: root.table("palette", "[palette]").and_then(palette),
         textures,
     };
+
     (synthetic, is_whole)
 }
 
@@ -216,6 +219,7 @@ fn swept(table: &mut Fields<'_, '_, '_>, [height, level]: [&'static str; 2], sig
         let is_line = (2..=MOST_PLACES).contains(&places.len());
         table.mistakes.check(&span, if is_line { Ok(places) } else { Err(wanted) })
     });
+
     let height_m = table.needed(height, "80", AMOUNT);
     let width = table.needed("width_m", "900", LENGTH);
     let crest_m = table.number_or(level, 0.0, WIDTH);
@@ -226,6 +230,7 @@ fn swept(table: &mut Fields<'_, '_, '_>, [height, level]: [&'static str; 2], sig
             .add(&table.span(), format!("{level} is {crest_m}, but must be less than width_m, {width_m}"));
         return None;
     }
+
     Some(Terrain::Ridge { line, width_m, crest_m, height_m })
 }
 
@@ -314,10 +319,12 @@ fn texture(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<Texture> 
                 .mistakes
                 .check(&texts.span(), if is_several { Ok(colours) } else { Err("colours are 2 to 256") })
         });
+
     let size = table.needed("size_m", "60", LENGTH);
     if pattern == Some(Pattern::Checkerboard) {
         table.refuse("seed", "all checkerboards of a size are alike: leave seed out, or write kind = \"checks\", whose squares are by chance");
     }
+
     let seed = table.seed();
     let turned_deg = table.number_or("turned_deg", 0.0, AZIMUTH);
     let strength = table.number_or("strength", 1.0, SHARE) as f32;
@@ -325,6 +332,7 @@ fn texture(mut table: Fields<'_, '_, '_>, known: &Materials) -> Option<Texture> 
     let within = table.within();
     table.finish();
     let texture = Texture::new(pattern?, &colours?, size?)?;
+
     Some(Texture { seed, turned_deg, strength, over_imagery, within: within?, material, ..texture })
 }
 

@@ -73,6 +73,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
     options.steps = true;
     let mut lines = Lines { place: 1, ..Lines::default() };
     let mut spacing = None;
+
     if let Some(table) = root.table("place", "[place]") {
         lines.place = table.line();
         spacing = table.span_of("spacing_m");
@@ -84,6 +85,7 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         }
         lines.keys = place(table, &folder, &mut options);
     }
+
     let has_cloud = root.has("cloud");
     for table in root.tables("cloud", "[[cloud]]") {
         let line = table.line();
@@ -91,59 +93,70 @@ pub(super) fn read(path: &Path, mut root: Fields<'_, '_, '_>) -> Option<Recipe> 
         lines.clouds.extend(files.iter().map(|_| line));
         options.clouds.extend(files);
     }
+
     options.materials = cover::materials(&mut root);
     let is_whole;
     (options.synthetic, is_whole) = synthetic(&mut root, &options.materials, &mut lines);
     let tables = root.tables("elevation", "[[elevation]]");
+
     // Of shapes in which something is wrong one may be the plane.
     if tables.is_empty() && !has_cloud && !options.synthetic.has_base() && is_whole {
         let what = "there is no [[elevation]]; a place needs one at least, or a [[cloud]], with its `file`, or a [[terrain]] with kind = \"plane\"";
         mistakes.add(&(0..0), what);
     }
+
     for table in tables {
         let line = table.line();
         let files = elevation(table, &folder);
         lines.elevation.extend(files.iter().map(|_| line));
         options.elevation.extend(files);
     }
+
     for table in root.tables("imagery", "[[imagery]]") {
         let line = table.line();
         let files = imagery(table, &folder);
         lines.imagery.extend(files.iter().map(|_| line));
         options.imagery.extend(files);
     }
+
     for table in root.tables("land_cover", "[[land_cover]]") {
         let line = table.line();
         let files = cover::land_cover(table, &folder, &options.materials);
         lines.land_cover.extend(files.iter().map(|_| line));
         options.land_cover.extend(files);
     }
+
     for table in root.tables("features", "[[features]]") {
         let line = table.line();
         let files = features(table, &folder);
         lines.features.extend(files.iter().map(|_| line));
         options.features.extend(files);
     }
+
     for table in root.tables("object", "[[object]]") {
         lines.objects.push(table.line());
         options.objects.push(objects::object(table, &folder, &options.materials));
     }
+
     for table in root.tables("scatter", "[[scatter]]") {
         lines.scatters.push(table.line());
         options.scatters.push(objects::scatter(table, &folder, &options.materials));
     }
+
     for table in root.tables("corridor", "[[corridor]]") {
         let line = table.line();
         let corridor = corridor(table, &folder);
         lines.corridors.extend(corridor.iter().map(|_| line));
         options.corridors.extend(corridor);
     }
+
     spacings(&mut options, spacing, mistakes);
     let shadows = root.table("shadows", "[shadows]").and_then(|table| {
         lines.shadows = table.line();
         sun(table)
     });
     root.finish();
+
     Some(Recipe { path: path.to_owned(), options, shadows, lines })
 }
 
@@ -163,10 +176,12 @@ fn place(
         }
         options.output = folder.join(output);
     }
+
     options.crs = crs(&mut table);
     options.local = table.take("local").is_some_and(Spanned::into_inner);
     options.spacing = table.number("spacing_m", |metres| metres > 0.0, "must be more than 0 m");
     options.outside = table.number("outside_m", |metres| metres > 0.0, "must be more than 0 m");
+
     options.bbox = table.take::<Vec<f64>>("bbox").and_then(|bbox| {
         let bounds = <[f64; 4]>::try_from(bbox.get_ref().as_slice());
         let wanted = "bbox is west, south, east and north, metres: [480000, 5120000, 520000, 5160000]";
@@ -180,6 +195,7 @@ fn place(
         };
         mistakes.check(&bbox.span(), area)
     });
+
     let voids = table.take::<Voids>("voids");
     options.nodata_fill = match voids.as_ref().map(Spanned::get_ref) {
         Some(Voids::Height(height)) if HEIGHT.0(*height) => NodataFill::Value(*height),
@@ -194,6 +210,7 @@ fn place(
         }
         None => NodataFill::Small,
     };
+
     options.interpolation = interpolation(&mut table);
     table.finish()
 }
@@ -382,12 +399,14 @@ fn corridor(mut table: Fields<'_, '_, '_>, folder: &Path) -> Option<Corridor> {
 fn sun(mut table: Fields<'_, '_, '_>) -> Option<SunSetting> {
     let mistakes = table.mistakes;
     let span = table.span();
+
     // What is there but of the wrong kind is told by itself.
     let is_empty = ["azimuth_deg", "elevation_deg", "time"].iter().all(|key| !table.has(key));
     let azimuth = table.take("azimuth_deg");
     let elevation = table.take("elevation_deg");
     let time = table.take("time");
     table.finish();
+
     match written::sun("[shadows]", azimuth, elevation, time) {
         Ok(None) if is_empty => {
             mistakes.add(&span, "[shadows] needs azimuth_deg and elevation_deg, or time");

@@ -63,6 +63,7 @@ fn a_recipe_says_what_flags_say() {
          [[corridor]]\npath = \"flight.csv\"\nwidth_m = 50\nspacing_m = 4\n\
          [shadows]\nazimuth_deg = 250\nelevation_deg = 12\n"
     );
+
     let Recipe { options, shadows, lines, .. } = site.read(&text);
     assert_eq!(options.output, site.folder.path().join("out/valley.hop"));
     assert_eq!(
@@ -93,6 +94,7 @@ fn a_spacing_beside_corridors_is_that_of_pixels_without_georeferencing() {
         (options.spacing, options.raw_spacing)
     };
     assert_eq!(spacings(&format!("[place]\nspacing_m = 10\n{bare}")), (Some(2.5), Some(10.0)));
+
     // A finer corridor must not shrink the place.
     assert_eq!(spacings(&bare), (Some(2.5), None));
     let mistakes = site.mistakes(&format!("[place]\nlocal = true\n{bare}"));
@@ -288,6 +290,7 @@ fn a_place_can_be_made_of_nothing_but_a_recipe() {
     assert!(recipe.options.elevation.is_empty());
     let outline = recipe.outline().unwrap();
     assert_eq!((outline.grid.nx, outline.grid.ny, outline.grid.spacing), (200, 100, 4.0));
+
     for (without, line, key) in [
         ("bbox = [0, 0, 800, 400]\n", 1, "bbox"),
         ("spacing_m = 4\n", 1, "spacing_m"),
@@ -298,6 +301,7 @@ fn a_place_can_be_made_of_nothing_but_a_recipe() {
             |mistake: &Mistake| mistake.line == line && mistake.what.contains(&format!("`{key}` of [place]"));
         assert!(mistakes.len() == 1 && told(&mistakes[0]), "{mistakes:?}");
     }
+
     let mistakes = site.mistakes(
         &MADE.replace("plane", "dome").replace("height_m", "centre = [1, 2]\nradius_m = 9\nheight_m"),
     );
@@ -335,17 +339,20 @@ fn all_mistakes_of_a_long_recipe_are_told_at_once() {
     // Those that leave tables whole, one after the other, each in a table of its own.
     let tables = WRONG.iter().filter(|(text, ..)| text.starts_with("[["));
     let (mut text, mut wanted) = (String::new(), Vec::new());
+
     for (table, line, words) in tables.cycle().take(400) {
         wanted.push((text.lines().count() + line, *words));
         text += table;
         text += &format!("# {}\n", "a page of remarks ".repeat(20)).repeat(12);
     }
+
     let mistakes = site.mistakes(&text);
     for (line, words) in &wanted {
         let told =
             |mistake: &Mistake| mistake.line == *line && words.iter().all(|word| mistake.what.contains(word));
         assert!(mistakes.iter().any(told), "line {line}: {words:?}");
     }
+
     assert_eq!(mistakes.len(), wanted.len());
     assert!(mistakes.is_sorted_by_key(|mistake| mistake.line));
     let error = Recipe::read(&site.put(&text)).unwrap_err().to_string();
@@ -419,6 +426,7 @@ fn objects_and_scatters_say_what_they_are() {
     assert_eq!((scatter.spacing_m, scatter.scale, scatter.heights_m), (10.0, [0.5, 2.0], Some([0.0, 9.0])));
     assert!(!scatter.avoid && scatter.slopes_deg.is_none());
     assert_eq!((object.material, scatter.material), (Material::Wood, Material::Own(201)));
+
     // Of plants and files together the files stand as it says, and polygons have a system.
     fs::write(site.folder.path().join("woods.geojson"), "{}").unwrap();
     let text = format!(
@@ -428,6 +436,7 @@ fn objects_and_scatters_say_what_they_are() {
     let [scatter] = &both.options.scatters[..] else { panic!() };
     assert_eq!((scatter.stance.is_z_up, scatter.stance.roll_deg), (Some(true), 3.0));
     assert_eq!(scatter.crs.as_deref(), Some("EPSG:32632"));
+
     for (table, words) in [
         ("[[object]]\nfile = \"box.obj\"\n", "[[object]] needs `at`"),
         ("[[object]]\nfile = \"box.obj\"\nat = []\n", "one place at least"),

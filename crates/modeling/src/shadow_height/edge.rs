@@ -117,6 +117,7 @@ fn band(height: f64, rise: f64) -> f64 {
 pub(super) fn coarse(pixels: &[Rough], rise: f64, (lowest, highest): (f64, f64)) -> Result<f64, Unclear> {
     /// Variance that is there always, so that flat pictures have no infinite signal.
     const FLOOR: f64 = 1e-4;
+
     let step = rise / STEPS;
     let bins = (band(highest, rise) + highest) / step;
     let mut sums = vec![Sums::default(); bins.ceil().max(1.0) as usize + 1];
@@ -128,6 +129,7 @@ pub(super) fn coarse(pixels: &[Rough], rise: f64, (lowest, highest): (f64, f64))
             bin.squares += pixel.log * pixel.log;
         }
     }
+
     // From here on all that lies below.
     for index in 1..sums.len() {
         let before = sums[index - 1];
@@ -135,6 +137,7 @@ pub(super) fn coarse(pixels: &[Rough], rise: f64, (lowest, highest): (f64, f64))
         (here.count, here.sum, here.squares) =
             (here.count + before.count, here.sum + before.sum, here.squares + before.squares);
     }
+
     let below = |height: f64| sums[((height / step).round() as usize).min(sums.len() - 1)];
     let signal = |height: f64| {
         let (shaded, lit) = (below(height), below(height + band(height, rise)).less(below(height)));
@@ -144,6 +147,7 @@ pub(super) fn coarse(pixels: &[Rough], rise: f64, (lowest, highest): (f64, f64))
             (lit.mean() - shaded.mean()) / deviation
         })
     };
+
     let heights = (0..).map(|index| lowest + f64::from(index) * step).take_while(|height| *height <= highest);
     let best =
         heights.filter_map(|height| Some((height, signal(height)?))).max_by(|a, b| a.1.total_cmp(&b.1));
@@ -182,6 +186,7 @@ impl Pixel {
 /// The sum of squares at a height, and lit and shaded brightness there, beginning from some.
 fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> Fit {
     const ROUNDS: usize = 3;
+
     let shares: Vec<f64> = pixels.iter().map(|pixel| pixel.shaded(height)).collect();
     let mut squares = 0.0;
     for round in 0..=ROUNDS {
@@ -207,6 +212,7 @@ fn fit(pixels: &[Pixel], height: f64, (mut lit, mut shade): (f64, f64)) -> Fit {
         lit += (ar * bb - br * ab) / determinant;
         shade += (br * aa - ar * ab) / determinant;
     }
+
     Fit { height, squares, lit, shade }
 }
 
@@ -288,6 +294,7 @@ fn check(pixels: &[Pixel], fit: &Fit) -> Result<(), Unclear> {
         }
         if all == 0 { 1.0 } else { right as f64 / all as f64 }
     };
+
     let (low, high) = pixels.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), pixel| {
         (low.min(pixel.across), high.max(pixel.across))
     });
@@ -295,6 +302,7 @@ fn check(pixels: &[Pixel], fit: &Fit) -> Result<(), Unclear> {
     let shaded = |pixel: &Pixel| pixel.shaded(fit.height) > 0.5;
     let (dark, bright) = (agreement(&shaded), agreement(&|pixel| !shaded(pixel)));
     let ends = [agreement(&|pixel| pixel.across < centre), agreement(&|pixel| pixel.across >= centre)];
+
     if 0.5 * (dark + bright) < LEAST_AGREEMENT {
         Err(Unclear::Flat)
     } else if ends.into_iter().any(|end| end < LEAST_AGREEMENT - 0.1) {
@@ -307,6 +315,7 @@ fn check(pixels: &[Pixel], fit: &Fit) -> Result<(), Unclear> {
 /// Returns how many neighbouring pixels tell what one independent pixel tells: by the correlation of what is left of neighbours in rows and in columns.
 fn dependence(pixels: &[Pixel], fit: &Fit) -> f64 {
     const MOST: f64 = 0.9;
+
     let (lit, shade) = (fit.lit.exp(), fit.shade.exp());
     let residual = |pixel: &Pixel| {
         let share = pixel.shaded(fit.height);
@@ -315,6 +324,7 @@ fn dependence(pixels: &[Pixel], fit: &Fit) -> f64 {
     let all: std::collections::BTreeMap<_, _> =
         pixels.iter().map(|pixel| (pixel.place, residual(pixel))).collect();
     let variance = all.values().map(|value| value * value).sum::<f64>() / all.len().max(1) as f64;
+
     let along = |column: u32, row: u32| {
         let pairs = all
             .iter()
@@ -324,5 +334,6 @@ fn dependence(pixels: &[Pixel], fit: &Fit) -> f64 {
             if count > 0.0 && variance > 0.0 { (sum / count / variance).clamp(0.0, MOST) } else { 0.0 };
         (1.0 + correlation) / (1.0 - correlation)
     };
+
     along(1, 0) * along(0, 1)
 }

@@ -64,6 +64,7 @@ impl<T: Copy> Placed<T> {
         let Some((origin, place_from_pixel)) = self.local(sun, 0.5 * (low + high), high - low) else {
             return Ok(Cut::Nothing);
         };
+
         let pixel_from_place = place_from_pixel.inverse();
         let corners = [low, dvec2(high.x, low.y), high, dvec2(low.x, high.y)]
             .map(|corner| pixel_from_place * (corner - origin));
@@ -78,6 +79,7 @@ impl<T: Copy> Placed<T> {
         if count > MOST_SAMPLES {
             return Ok(Cut::TooMany);
         }
+
         let mut patch = Patch {
             first,
             rows: Vec::with_capacity(spans.len() + 1),
@@ -86,6 +88,7 @@ impl<T: Copy> Placed<T> {
             place_from_pixel,
             pixel_from_place,
         };
+
         let mut strip = Vec::new();
         for (y, spans) in (first..=last).step_by(ROWS as usize).zip(spans.chunks(ROWS as usize)) {
             let seen = || spans.iter().flatten();
@@ -96,6 +99,7 @@ impl<T: Copy> Placed<T> {
             };
             let window = Window { x: from, y, width: to - from + 1, height: spans.len() as u32 };
             self.samples.read(window, &mut strip)?;
+
             for (span, line) in spans.iter().zip(strip.chunks_exact(window.width as usize)) {
                 let (column, line) = match span {
                     Some((column, end)) => (*column, &line[(column - from) as usize..=(end - from) as usize]),
@@ -105,6 +109,7 @@ impl<T: Copy> Placed<T> {
                 patch.samples.extend_from_slice(line);
             }
         }
+
         patch.rows.push((0, patch.samples.len()));
         Ok(Cut::Part(patch))
     }

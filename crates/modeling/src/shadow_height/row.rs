@@ -72,6 +72,7 @@ fn claim(row: &Row, transform: &Transform, all: bool) -> Result<Claim, String> {
             .map(Some)
             .ok_or_else(|| format!("its {name} is {:?}, which is no length", shortened(text))),
     };
+
     if let (false, Ok(Some(height))) = (all, metres("height"))
         && height > 0.0
     {
@@ -84,6 +85,7 @@ fn claim(row: &Row, transform: &Transform, all: bool) -> Result<Claim, String> {
             Err(format!("its shadow_length is {length}, and must be above 0"))
         };
     }
+
     match row.attributes.get("shadow_tip") {
         None => Ok(Claim::None),
         Some(Value::Text(text)) if place(text).is_some() => {

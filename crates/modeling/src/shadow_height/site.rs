@@ -160,12 +160,14 @@ impl Scene<'_> {
     fn search(&self, views: &[View], side: f64) -> Result<Found, Unclear> {
         let site = self.site;
         let rise = side * site.sun.rise;
+
         // A shadow of less than two pixels has no pixel of its own.
         let range = (site.range.0.max(1.5 * rise), site.range.1);
         let (low, high) = site.region();
         let size = high - low;
         let stride = (size.x * size.y / (side * side) / MOST_ROUGH).sqrt().ceil().max(1.0) as u32;
         let mut rough = Vec::new();
+
         for (index, view) in views.iter().enumerate() {
             view.each(stride, (low, high), |_, place, log| {
                 if views[..index].iter().any(|above| above.shows(place)) {
@@ -176,12 +178,15 @@ impl Scene<'_> {
                 }
             });
         }
+
         let start = edge::coarse(&rough, rise, range)?;
         drop(rough);
+
         // The half-shadow where a roof of that height throws it.
         let soft = start / site.sun.rise * site.sun.spread;
         let (from, to) = edge::window(start, rise, soft);
         let mut near = Vec::new();
+
         for (index, view) in views.iter().enumerate() {
             view.each(1, (low, high), |at, place, log| {
                 let Spot::Behind(critical, _) = self.pixel(place, side) else { return };
@@ -190,9 +195,11 @@ impl Scene<'_> {
                 }
             });
         }
+
         let stride = (near.len() as f64 / MOST_FINE as f64).sqrt().ceil().max(1.0) as u32;
         let chosen =
             near.into_iter().filter(|(_, (column, row), ..)| column % stride == 0 && row % stride == 0);
+
         let pixels: Vec<Pixel> = chosen
             .filter_map(|(index, (column, row), place, log)| {
                 let parts = self.parts(&views[index as usize], place)?;
@@ -200,9 +207,11 @@ impl Scene<'_> {
                 Some(Pixel { log: log as f32, place: place_of, across: place.y as f32, parts })
             })
             .collect();
+
         let found = edge::fine(&pixels, start, rise, soft)?;
         // Pictures and outlines do not lie on each other better than that.
         const REGISTRATION: f64 = 0.25;
+
         let found = Found { error: found.error.hypot(REGISTRATION * rise), ..found };
         if self.is_lit_beside(views, side, &found) { Ok(found) } else { Err(Unclear::Flat) }
     }
@@ -211,6 +220,7 @@ impl Scene<'_> {
     /// fields and their borders may look like an edge, but seldom like one that ends with the building.
     fn is_lit_beside(&self, views: &[View], side: f64, found: &Found) -> bool {
         const LEAST: usize = 12;
+
         let site = self.site;
         let (low, high) = site.bounds();
         let length = found.height / site.sun.rise;
@@ -218,6 +228,7 @@ impl Scene<'_> {
         let middle = 0.5 * (found.lit + found.shade);
         let from = (low - dvec2(0.8 * length, width), dvec2(low.x, high.y + width));
         let (mut sums, mut counts) = ([0.0; 2], [0; 2]);
+
         for view in views {
             let stride = (width * length / (side * side) / MOST_ROUGH).sqrt().ceil().max(1.0) as u32;
             view.each(stride, from, |_, place, log| {
@@ -234,6 +245,7 @@ impl Scene<'_> {
                 }
             });
         }
+
         let lit = |index: usize| counts[index] >= LEAST && sums[index] > middle * counts[index] as f64;
         counts.iter().all(|count| *count < LEAST) || lit(0) || lit(1)
     }
@@ -302,6 +314,7 @@ impl Scene<'_> {
     fn reason(&self, views: &[View], unclear: Unclear) -> Reason {
         const LINES: usize = 5;
         const PLACES: usize = 40;
+
         let (low, high) = self.site.region();
         let (mut outside, mut hidden, mut near_outside, mut all) = (0, 0, 0, 0);
         let side = views.iter().map(View::side).fold(f64::INFINITY, f64::min);
@@ -323,6 +336,7 @@ impl Scene<'_> {
                 }
             }
         }
+
         match unclear {
             _ if 2 * outside > all || 4 * near_outside > all => Reason::OutOfPicture,
             _ if 8 * outside > all => Reason::LeavesPicture,

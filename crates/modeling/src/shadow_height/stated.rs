@@ -68,6 +68,7 @@ impl Site<'_> {
         if edges().filter_map(crossing).count() % 2 == 1 {
             return Err("its shadow_tip lies on it");
         }
+
         let entered = edges().filter_map(crossing).reduce(f64::min);
         // A tip that is a little beside is that of the corner nearest to its ray.
         let beside = || {
@@ -79,6 +80,7 @@ impl Site<'_> {
         let length =
             entered.or_else(beside).ok_or("its shadow_tip does not lie behind it as seen from the sun")?;
         let ground = self.ground.height_at(tip).ok_or("there is no elevation at its shadow_tip")?;
+
         Ok((ground - self.base + length * self.sun.rise, length))
     }
 }

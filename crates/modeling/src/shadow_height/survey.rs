@@ -66,6 +66,7 @@ pub(super) fn survey(layer: Layer, options: &ShadowOptions, observer: &dyn Obser
     let Some([west, south, east, north]) = all else {
         return Err(Error::invalid(&layer.path, "has no buildings: no row of it has a form"));
     };
+
     let middle = dvec2(0.5 * (west + east), 0.5 * (south + north));
     let (survey, said) = Survey::open(&layer, middle, options)?;
     notes.extend(said);
@@ -79,11 +80,13 @@ pub(super) fn survey(layer: Layer, options: &ShadowOptions, observer: &dyn Obser
         );
         return Err(Error::Configuration(what));
     }
+
     let sites = survey.sites(&layer, observer)?;
     let answers = survey.answers(&sites, observer)?;
     survey.imagery.iter().for_each(|raster| notes.extend(raster.samples.notes()));
     survey.elevation.iter().for_each(|raster| notes.extend(raster.samples.notes()));
     notes.extend(notes::notes(&file, &layer, &answers));
+
     Ok(ShadowReport { layer, answers, sun, notes })
 }
 
@@ -101,16 +104,19 @@ impl<'o> Survey<'o> {
             raw_spacing: options.raw_spacing,
             ..BuildOptions::new(Vec::new(), Vec::new(), PathBuf::new())
         };
+
         let Inputs { elevation, imagery, notes: mut said, .. } = open_rasters(&build, CACHE, &Silent)?;
         if elevation.is_empty() {
             said.push("no elevation is given: the ground is taken as level".to_owned());
         }
+
         let to_metres = Transform::new(&layer.crs, &metres)?;
         let norths = [GridNorth::new(&layer.crs)?, GridNorth::new(&metres)?];
         let elevation =
             elevation.into_iter().map(|raster| Placed::new(raster, &metres)).collect::<Result<_>>()?;
         let imagery =
             imagery.into_iter().map(|raster| Placed::new(raster, &metres)).collect::<Result<_>>()?;
+
         Ok((Self { options, elevation, imagery, metres, to_metres, norths }, said))
     }
 
@@ -159,6 +165,7 @@ impl<'o> Survey<'o> {
         if !SUNS.contains(&sun.elevation) {
             return Ok(Err(format!("the sun stands {:.0}° above the horizon there", sun.elevation)));
         }
+
         let sun = Sunward::new(sun.azimuth, sun.elevation);
         let rings = turned(&outline, &sun);
         let places = rings.iter().flatten();
@@ -171,6 +178,7 @@ impl<'o> Survey<'o> {
         let Some(geometry) = row.geometry.transformed(&self.to_metres) else {
             return Ok(Err("it has no place in metres".to_owned()));
         };
+
         let height = |place: DVec2| ground.height(sun.turned(place));
         let bases: Vec<f64> = geometry.areas.iter().filter_map(|area| foot_of(area, &height)).collect();
         Ok(match bases.into_iter().reduce(f64::min) {
@@ -204,10 +212,12 @@ impl<'o> Survey<'o> {
         let mut heights: Vec<Option<f64>> = sites.iter().map(stated).collect();
         let mut answers = Vec::new();
         let passes = if self.imagery.is_empty() { 1 } else { 2 };
+
         for _ in 0..passes {
             observer.begin("shadows", sites.len() as u64, "buildings");
             let mut found = Vec::with_capacity(sites.len());
             let work = |(): &mut (), number: u64| self.measure(sites, number as u32, &index, &heights);
+
             in_order(
                 sites.len() as u64,
                 self.options.threads,
@@ -220,12 +230,14 @@ impl<'o> Survey<'o> {
                     Ok(())
                 },
             )?;
+
             observer.end();
             without_pale(&mut found);
             let height = |(known, outcome): (&Known, &Outcome)| stated(known).or(outcome.height());
             heights = sites.iter().zip(&found).map(height).collect();
             answers = found.into_iter().map(Outcome::into_answer).collect();
         }
+
         Ok(answers)
     }
 
@@ -243,6 +255,7 @@ impl<'o> Survey<'o> {
         };
         let Building { outline, sun, base } = building;
         let rings = turned(outline, sun);
+
         let highest = match outline.claim {
             Claim::Height(_) => return Ok(Outcome::Kept),
             Claim::Length(length) => length * sun.rise,
@@ -254,6 +267,7 @@ impl<'o> Survey<'o> {
             }
             Claim::None => self.options.highest_m,
         };
+
         let level = |_: DVec2| Some(0.0);
         let mut site = Site {
             sun: *sun,
@@ -264,14 +278,17 @@ impl<'o> Survey<'o> {
             ground: &level,
             range: (LOWEST, highest),
         };
+
         let Some(relief) = self.ground(sun, site.surroundings())? else {
             return Ok(Outcome::Nothing(Reason::TooLarge.text().to_owned()));
         };
+
         let height = |place: DVec2| relief.height(place);
         site.ground = &height;
         if outline.claim != Claim::None {
             return Ok(stated(&site, outline.claim));
         }
+
         let (others, neighbours) = near(sites, number, &site, index, heights);
         (site.others, site.neighbours) = (&others, &neighbours);
         Ok(match site.look(&self.imagery)? {
@@ -329,6 +346,7 @@ fn near(
     });
     let (mut rings, mut neighbours) = (Vec::new(), Vec::new());
     let own = sites[number as usize].as_ref().ok().map(|building| &building.outline);
+
     for other in index.near(square).into_iter().filter(|other| *other != number) {
         let Ok(building) = &sites[other as usize] else { continue };
         // Outlines of a building and of its parts lie on each other, and are no neighbours.
@@ -339,12 +357,14 @@ fn near(
             .iter()
             .flatten()
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, m), place| (l.min(*place), m.max(*place)));
+
         if !is_same && least.cmple(high).all() && most.cmpge(low).all() {
             let owner = neighbours.len() as u32;
             rings.extend(turned.into_iter().map(|ring| (owner, ring)));
             neighbours.push(Neighbour { base: building.base, height: heights[other as usize] });
         }
     }
+
     (rings, neighbours)
 }
 
@@ -392,6 +412,7 @@ fn stated(site: &Site<'_>, claim: Claim) -> Outcome {
         Claim::Tip(tip) => site.height_of_tip(site.sun.turned(tip)),
         Claim::Height(_) | Claim::None => Err("it states no shadow"),
     };
+
     match found {
         Err(reason) => nothing(reason),
         Ok((height, _)) if height <= 0.0 => {

@@ -26,6 +26,7 @@ pub(super) fn write(report: &ShadowReport) -> Result<String> {
     if is_table(&layer.path) {
         return edited(report);
     }
+
     let mut names: Vec<&str> = Vec::new();
     let mut places: HashMap<&str, usize> = HashMap::new();
     for (name, _) in layer.rows.iter().flat_map(|row| row.attributes.iter()) {
@@ -34,6 +35,7 @@ pub(super) fn write(report: &ShadowReport) -> Result<String> {
             names.len() - 1
         });
     }
+
     let header: StringRecord = names.iter().copied().chain(["polygon"]).collect();
     let records = layer.rows.iter().zip(&report.answers).map(|(row, answer)| {
         let mut cells = vec![String::new(); names.len()];
@@ -48,9 +50,11 @@ pub(super) fn write(report: &ShadowReport) -> Result<String> {
                 };
             }
         }
+
         cells.push(outline(row));
         (StringRecord::from(cells), changes(row, answer))
     });
+
     written(report, b',', header, records.collect())
 }
 
@@ -84,6 +88,7 @@ fn written(
         |what: String| Error::invalid(&report.layer.path, format!("cannot be written as a table: {what}"));
     let mut writer = WriterBuilder::new().delimiter(delimiter).from_writer(Vec::new());
     writer.write_record(&header).map_err(|error| failed(error.to_string()))?;
+
     for (record, changes) in records {
         let mut cells: Vec<String> = record.iter().map(str::to_owned).collect();
         cells.resize(header.len(), String::new());
@@ -97,8 +102,10 @@ fn written(
                 };
             }
         }
+
         writer.write_record(&cells).map_err(|error| failed(error.to_string()))?;
     }
+
     let bytes = writer.into_inner().map_err(|error| failed(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| failed(error.to_string()))
 }

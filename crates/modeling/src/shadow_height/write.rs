@@ -115,6 +115,7 @@ fn edited(report: &ShadowReport, text: &[u8]) -> Result<String> {
     let rows: HashMap<&str, Vec<Change>> =
         rows.map(|(row, answer)| (row.place.as_str(), changes(row, answer))).collect();
     let (mut count, mut out) = (0_usize, String::new());
+
     for object in serde_json::Deserializer::from_slice(&text).into_iter::<Members<'_>>() {
         let object = object.map_err(wrong)?;
         if object.kind() != "FeatureCollection" {
@@ -123,6 +124,7 @@ fn edited(report: &ShadowReport, text: &[u8]) -> Result<String> {
             out.push('\n');
             continue;
         }
+
         let mut separator = '{';
         for (name, value) in &object.0 {
             out.push(separator);
@@ -132,6 +134,7 @@ fn edited(report: &ShadowReport, text: &[u8]) -> Result<String> {
                 out.push_str(value.get());
                 continue;
             }
+
             let features: Option<Vec<Members<'_>>> = serde_json::from_str(value.get()).map_err(wrong)?;
             out.push('[');
             for (number, member) in features.iter().flatten().enumerate() {
@@ -139,10 +142,13 @@ fn edited(report: &ShadowReport, text: &[u8]) -> Result<String> {
                 count += 1;
                 feature(member, rows.get(format!("feature {count}").as_str()), &mut out).map_err(wrong)?;
             }
+
             out.push_str("\n]");
         }
+
         out.push_str("}\n");
     }
+
     Ok(out)
 }
 
@@ -156,6 +162,7 @@ fn feature(object: &Members<'_>, changes: Option<&Vec<Change>>, out: &mut String
     let changes = changes.map(Vec::as_slice).unwrap_or_default();
     let is_feature = object.kind() == "Feature";
     let is_wrapped = !is_feature && !changes.is_empty();
+
     // The reference system is stated outside of geometries.
     let is_outside = |name: &str| is_wrapped && name == "crs";
     if is_wrapped {
@@ -169,6 +176,7 @@ fn feature(object: &Members<'_>, changes: Option<&Vec<Change>>, out: &mut String
         properties(None, changes, out)?;
         out.push_str(r#","geometry":"#);
     }
+
     let mut separator = '{';
     let mut has_properties = false;
     for (name, value) in object.0.iter().filter(|(name, _)| !is_outside(name)) {
@@ -182,14 +190,17 @@ fn feature(object: &Members<'_>, changes: Option<&Vec<Change>>, out: &mut String
             out.push_str(value.get());
         }
     }
+
     if is_feature && !has_properties && !changes.is_empty() {
         out.push_str(r#","properties":"#);
         properties(None, changes, out)?;
     }
+
     out.push('}');
     if is_wrapped {
         out.push('}');
     }
+
     Ok(())
 }
 
@@ -204,6 +215,7 @@ fn properties(value: Option<&RawValue>, changes: &[Change], out: &mut String) ->
         }
         _ => Members(Vec::new()),
     };
+
     let mut separator = "";
     let mut push = |name: &str, text: &str| {
         out.push_str(if separator.is_empty() { "{" } else { separator });
@@ -211,6 +223,7 @@ fn properties(value: Option<&RawValue>, changes: &[Change], out: &mut String) ->
         push_name(name, out);
         out.push_str(text);
     };
+
     for (name, value) in &members.0 {
         match changes.iter().find(|(changed, _)| changed == name) {
             None => push(name, value.get()),
@@ -218,11 +231,13 @@ fn properties(value: Option<&RawValue>, changes: &[Change], out: &mut String) ->
             Some((_, None)) => {}
         }
     }
+
     for (name, value) in changes {
         if let (Some(value), None) = (value, members.get(name)) {
             push(name, &value.to_string());
         }
     }
+
     out.push_str(if separator.is_empty() { "{}" } else { "}" });
     Ok(())
 }
@@ -235,6 +250,7 @@ fn made(report: &ShadowReport) -> String {
         // Writing to a string does not fail.
         let _ = write!(out, r#""crs":{{"type":"name","properties":{{"name":{name}}}}},"#);
     }
+
     out.push_str(r#""features":["#);
     for (number, (row, answer)) in report.layer.rows.iter().zip(&report.answers).enumerate() {
         out.push_str(if number == 0 { "\n" } else { ",\n" });
@@ -247,12 +263,14 @@ fn made(report: &ShadowReport) -> String {
             // The first of a name counts.
             properties.entry(name).or_insert(value);
         }
+
         for (name, value) in changes(row, answer) {
             match value {
                 Some(value) => drop(properties.insert(name.to_owned(), value)),
                 None => drop(properties.remove(name)),
             }
         }
+
         let _ = write!(
             out,
             r#"{{"type":"Feature","properties":{},"geometry":{}}}"#,
@@ -260,6 +278,7 @@ fn made(report: &ShadowReport) -> String {
             geometry(&row.geometry)
         );
     }
+
     out.push_str("\n]}\n");
     out
 }

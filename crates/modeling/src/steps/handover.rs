@@ -28,12 +28,14 @@ pub fn take_over(from: &Path, to: &Path) -> Result<()> {
     let mut part = OsString::from(to);
     part.push(ON_ITS_WAY);
     let on_its_way = beside(&PathBuf::from(part));
+
     // Of a build that was killed here.
     let _ = fs::remove_file(&on_its_way);
     let mut log = Log::after(fs::read(beside(from)).map_err(|error| Error::io(beside(from), "read", error))?);
     log.begin(&on_its_way)
         .map_err(|error| Error::io(&on_its_way, "write what is known of the pages", error))?;
     fs::rename(from, to).map_err(|error| Error::io(to, "give the finished file this name", error))?;
+
     // A new name is a change of the file to the system, but of none of its bytes. What is changed from now on has another time.
     std::thread::sleep(TICK);
     if let Some((before, now)) = known.zip(stamp(to).ok())
@@ -43,6 +45,7 @@ pub fn take_over(from: &Path, to: &Path) -> Result<()> {
         // Without it the next build reads all pages.
         let _ = log.write();
     }
+
     // Where this fails, the next build finds the log under the name that it has.
     if let Some(path) = log.keep() {
         let _ = fs::rename(path, beside(to));
@@ -50,6 +53,7 @@ pub fn take_over(from: &Path, to: &Path) -> Result<()> {
     // What cannot be removed takes room, and no more.
     let _ = fs::remove_file(beside(from));
     let left = parts(from).into_iter().chain(parts(to));
+
     // Others may be written still.
     left.filter(|part| EarlierFile::open_abandoned(part).is_some()).for_each(|part| forget(&part));
     flush_folder(to).map_err(|error| Error::io(to, "flush its folder to the disk", error))

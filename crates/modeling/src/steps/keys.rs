@@ -53,6 +53,7 @@ impl SourceKeys {
             threads: 0,
             ..options.clone()
         };
+
         let settings = Keyer::of("area").with(&settings).with(&plan.grid).with(&plan.stored.outside());
         let mut settings = settings.with(&plan.crs.name()).with(&plan.crs.proj()).with(&datum.label());
         let mut elevation = keys(&inputs.elevation, steps)?;
@@ -62,6 +63,7 @@ impl SourceKeys {
             clouds.fill(all);
             settings = settings.with_key(all);
         }
+
         let (imagery, land_cover) = (keys(&inputs.imagery, steps)?, keys(&inputs.land_cover, steps)?);
         Ok(Self { elevation, imagery, land_cover, settings: settings.key() })
     }
@@ -166,11 +168,13 @@ impl<'a> PageKeys<'a> {
         let (width, height) = self.grid.page_size(id).unwrap_or((0, 0));
         let (x0, y0) = (id.px * PAGE_SIDE, id.py * PAGE_SIDE);
         let page = Rect { x0, y0, x1: x0 + width, y1: y0 + height };
+
         // Slopes in the apron ask for a voxel more.
         let around = page.grown(APRON + 1, &level.grid);
         if let Some(standing) = self.standing {
             keyer = standing.keys_around(around, &level).into_iter().fold(keyer, Keyer::with_key);
         }
+
         // Scatters ask for ground, and keep away from what stands there.
         let around_objects = self.objects.and_then(|objects| objects.margin(around, &level)).unwrap_or(0);
         if let Some(objects) = self.objects {
@@ -180,6 +184,7 @@ impl<'a> PageKeys<'a> {
                 keyer = standing.keys_around(wide, &level).into_iter().fold(keyer, Keyer::with_key);
             }
         }
+
         if let Some(ground) = self.ground {
             keyer = keyer.with_key(ground);
         }
@@ -187,6 +192,7 @@ impl<'a> PageKeys<'a> {
         let margin = self.standing.and_then(|standing| standing.margin(around, &level)).unwrap_or(0);
         let wide = around.grown(around_objects + margin + fill::REACH, &level.grid);
         let here = self.sources.iter().filter(|(_, reach)| wide.meets(reach, &level.grid));
+
         here.fold(keyer, |keyer, (key, _)| keyer.with_key(*key))
     }
 }

@@ -153,6 +153,7 @@ impl From<PageRecord> for Made {
         let PageRecord { offset, length, spans, crc, hash, .. } = record;
         let [voxels, made, voids, filled, empty, bare] = record.counts;
         let codes = (record.codes != [0; 2]).then_some((record.codes[0], record.codes[1]));
+
         Self {
             id: PageId { level: record.level as u8, px: record.px, py: record.py },
             entry: PageEntry { offset, length, spans, crc, hash },
@@ -239,6 +240,7 @@ impl Known {
         } else {
             return None;
         }
+
         Some(())
     }
 }

@@ -165,6 +165,7 @@ impl Steps {
             left: Vec::new(),
             log: Mutex::default(),
         };
+
         let file = EarlierFile::open(output);
         adopt(output, file.as_ref());
         let known = Known::read(&beside(output));
@@ -172,6 +173,7 @@ impl Steps {
         steps.base = file.clone().filter(|_| !known.pages.is_empty());
         let is_as_left = known.left.is_some() && known.left == stamp(output).ok();
         steps.take(known, file, is_as_left);
+
         for part in parts(output) {
             // A build was killed between its part and its log; one that runs has just written to it.
             if fs::symlink_metadata(&part).is_err() && is_settled(&beside(&part)) {
@@ -183,6 +185,7 @@ impl Steps {
             steps.left.push((part, known.pages.len()));
             steps.take(known, Some(file), false);
         }
+
         steps
     }
 

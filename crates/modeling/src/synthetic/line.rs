@@ -26,6 +26,7 @@ pub(super) fn widening(line: &[DVec2]) -> f64 {
 fn along([from, to]: [DVec2; 2], at: DVec2) -> f64 {
     /// Beside the leg's own line, in the square of the way along it, below which differences would cancel.
     const BESIDE: f64 = 1.0e-3;
+
     let length = (to - from).length();
     let way = (to - from) / length;
     let (low, high) = ((from - at).dot(way), (to - at).dot(way));
@@ -41,6 +42,7 @@ fn along([from, to]: [DVec2; 2], at: DVec2) -> f64 {
         };
         return power(near, aside2) - power(far, aside2);
     }
+
     let part = |u: f64| {
         let ray2 = aside2 + u * u;
         let ray = ray2.sqrt();
@@ -48,6 +50,7 @@ fn along([from, to]: [DVec2; 2], at: DVec2) -> f64 {
     };
     // On the line itself the quotient is no number.
     let sum = part(high) - part(low);
+
     if sum.is_nan() { f64::INFINITY } else { sum }
 }
 

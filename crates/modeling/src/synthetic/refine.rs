@@ -251,6 +251,7 @@ impl Sheet {
         samples.read(window, scratch)?;
         let heights = std::mem::take(scratch);
         let (columns, rows) = (width as usize, height as usize);
+
         let energies = (0..heights.len()).map(|index| {
             let (column, row) = (index % columns, index / columns);
             if column == 0 || row == 0 || column + 1 == columns || row + 1 == rows {
@@ -261,6 +262,7 @@ impl Sheet {
             let curvature = heights[index] - 0.25 * (beside[0] + beside[1] + beside[2] + beside[3]);
             curvature * curvature
         });
+
         let energies = energies.collect();
         Ok(Self { window, heights, energies })
     }

@@ -95,6 +95,7 @@ impl Texture {
         if side * MANY <= 1.0 {
             return self.colour_at(place(at), side);
         }
+
         let mean = self.mean();
         // What is finer than the voxel would be noise in its four by four places; of fractals it is left out.
         let fading =
@@ -102,6 +103,7 @@ impl Texture {
         if fading >= 1.0 {
             return mean;
         }
+
         let centre = place(at);
         let offset = |index: u32| (f64::from(index) + 0.5) / f64::from(PLACES) - 0.5;
         let mut sum = [0.0; 3];
@@ -110,6 +112,7 @@ impl Texture {
             let colour = self.colour_at(centre + beside, side / f64::from(PLACES));
             sum = std::array::from_fn(|channel| sum[channel] + colour[channel]);
         }
+
         mix(sum.map(|sum| sum / (PLACES * PLACES) as f32), mean, fading)
     }
 

@@ -83,6 +83,7 @@ fn pages_are_stored_where_the_corridor_meets_their_squares() {
         let count = if has { &mut stored } else { &mut absent };
         count[usize::from(id.level)] += 1;
     }
+
     assert!(stored[0] > 25 && absent[0] > 150 && stored[1] > 5 && absent[1] > 5, "{stored:?} {absent:?}");
     let corridors = &area.pages.header().metadata.corridors;
     assert_eq!(corridors.len(), 2);
@@ -125,6 +126,7 @@ fn corridor_databases_are_sound() {
     for fill in [NodataFill::None, NodataFill::Interpolate] {
         let mut rasters = rasters();
         let local = Crs::local();
+
         // A void that reaches from the corridor out of it.
         let holed = terrain(&local, north_up(0.0, 3200.0, 16.0), (300, 200), |x, y| {
             if DVec2::new(x - 1500.0, y - 1200.0).length() < 400.0 { f64::NAN } else { hill(x, y) }
@@ -140,6 +142,7 @@ fn corridor_databases_are_sound() {
         assert!(report.absent > report.pages);
         let metadata = &area.pages.header().metadata;
         assert_eq!(metadata.empty_share > 0.0, fill == NodataFill::None);
+
         // A disc of 400 m, without what the finer raster covers.
         let disc = std::f64::consts::PI * 160_000.0 / (4800.0 * 3200.0);
         assert!((0.4 * disc..disc).contains(&metadata.void_share), "{} {disc}", metadata.void_share);
@@ -160,11 +163,13 @@ fn coarse_voxels_outside_are_means_of_their_sources() {
     let code = area.pages.header().heights;
     let id = PageId { level: 1, px: 1, py: 1 };
     let (view, bounds) = (area.pages.page(id).unwrap().unwrap(), area.pages.bounds(id).unwrap().unwrap());
+
     for (x, y) in [(0, 0), (100, 30), (255, 255)] {
         assert!((code.decode(view.heights[view.sample(x, y)]).unwrap() - 50.0).abs() < 0.6);
         let low = bounds.low[(y * 256 + x) as usize];
         assert!(low <= view.heights[view.sample(x, y)] && low > code.encode(20.0));
     }
+
     // What lies below the size of a voxel shows in its slopes.
     let relief = view.relief[(20 * 266 + 20) as usize];
     assert_ne!(relief, Relief::default());
@@ -245,6 +250,7 @@ fn corridors_that_make_no_sense_are_refused() {
         .expect("an error")
         .to_string()
     };
+
     for (width, spacing, flag) in [
         (0.0, 1.0, "--width"),
         (f64::NAN, 1.0, "--width"),
@@ -256,6 +262,7 @@ fn corridors_that_make_no_sense_are_refused() {
         let error = refused(&|options| options.corridors[0] = corridor(width, spacing));
         assert!(error.contains(flag) && error.contains("positive"), "{error}");
     }
+
     let error = refused(&|options| options.corridors[1].spacing = 5.0);
     assert!(
         error.contains("--spacing 5 is not 1, 4, 16, 64") && error.contains("4 or 16 would do"),

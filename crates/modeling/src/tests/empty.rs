@@ -51,11 +51,13 @@ fn what_lies_between_files_has_no_bytes() {
         own.map(|(_, entry)| u32::from(entry.length > 0))
             .fold([0, 0], |[all, some], own| [all + 1, some + own])
     };
+
     // The far tile lies across two columns and two rows of pages of level 1, and in one of level 4.
     assert_eq!([0, 1, 2, 3].map(with_bytes), [[100, 5], [9, 2], [1, 1], [1, 1]]);
     assert!(area.bytes.len() < 4_500_000, "{}", area.bytes.len());
     let report = verify(&area.pages, &Silent).unwrap();
     assert_eq!((report.problems, report.pages, report.empty), (Vec::new(), 111, 102));
+
     // Heights, and what the metadata say.
     let (far, end) = (APART as u32, APART as u32 + SIDE);
     for (x, y) in area.voxels().step_by(37) {
@@ -67,6 +69,7 @@ fn what_lies_between_files_has_no_bytes() {
             None => assert!(!has_surface, "{x} {y}"),
         }
     }
+
     let metadata = &area.pages.header().metadata;
     let covered = 2.0 * f64::from(SIDE).powi(2) / 2400.0_f64.powi(2);
     assert_eq!((metadata.void_share, metadata.filled_share), (0.0, None));
@@ -96,6 +99,7 @@ fn pages_that_nothing_reaches_are_what_they_would_be_made() {
         };
         assert_eq!(shares(&quick), shares(&made));
     }
+
     // Voxels that differ need bytes: imagery over half of the gap.
     let image = sheet(&Crs::local(), north_up(700.0, 1500.0, 10.0), (70, 70), |_, _| [80, 90, 60, 255]);
     let seen = built(tiles(), vec![image], |_| {});
@@ -108,6 +112,7 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
     let area = apart();
     let full = in_full(&area.pages).unwrap();
     let both = [&area.pages, &full];
+
     // In the gap, across the edge of a tile, and beyond both.
     for bounds in [[600.0, 600.0, 1000.0, 1000.0], [100.0, 100.0, 900.0, 300.0], [1700.0, 1700.0, 9e9, 9e9]] {
         let [part, wanted] = both.map(|source: &MemPages| {
@@ -121,6 +126,7 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
         let is_bare = bounds[0] == 600.0;
         assert_eq!(part.header().metadata.empty_share == 1.0, is_bare, "{bounds:?}");
     }
+
     let other = built(vec![tile(900.0, 900.0)], Vec::new(), |_| {});
     for reversed in [false, true] {
         let [whole, wanted] = both.map(|source: &MemPages| {
@@ -134,6 +140,7 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
         let whole = MemPages::from_bytes("whole.hop", &whole).unwrap();
         assert!(verify(&whole, &Silent).unwrap().empty > 70);
     }
+
     let sun = Sun { azimuth: 140.0, elevation: 12.0 };
     let [baked, wanted] = both.map(|source: &MemPages| {
         written(|output| {
@@ -149,6 +156,7 @@ fn parts_wholes_and_shadows_are_those_of_a_database_in_full() {
             bake_shadows(&baking, &Silent).unwrap()
         })
     });
+
     let [baked, wanted] = [baked, wanted].map(|bytes| MemPages::from_bytes("baked.hop", &bytes).unwrap());
     assert_eq!(baked.header().content_hash, wanted.header().content_hash);
     assert!(baked.bytes().len() == wanted.bytes().len() && verify(&baked, &Silent).unwrap().is_sound());

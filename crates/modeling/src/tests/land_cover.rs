@@ -127,6 +127,7 @@ fn corridors_have_the_most_frequent_class_outside() {
         options.corridors = vec![Corridor { route: route.clone(), width: 400.0, spacing: 2.5 }];
         (options.spacing, options.outside) = (Some(2.5), Some(10.0));
     });
+
     let of = |x: f64, y: f64| {
         let (column, row) = (((x - west) / 10.0) as u32, ((south + 8000.0 - y) / 10.0) as u32);
         match patch(column, row) {
@@ -134,6 +135,7 @@ fn corridors_have_the_most_frequent_class_outside() {
             _ => 0,
         }
     };
+
     let mut looked_at = [0_u32; 3];
     for level in 0..3_u8 {
         let side = 2.5 * 4_f64.powi(level.into());
@@ -145,6 +147,7 @@ fn corridors_have_the_most_frequent_class_outside() {
             {
                 let corner = DVec2::new(f64::from(px * PAGE_SIDE + x), f64::from(py * PAGE_SIDE + y)) * side;
                 let found = page.attributes_at(x, y).material;
+
                 // Of level 4, voxels are pixels; of level 16, they have most of 16 pixels.
                 let wanted: Vec<u8> = match level {
                     0 | 1 => vec![of(west + corner.x + 0.5 * side, south + corner.y + 0.5 * side)],
@@ -163,6 +166,7 @@ fn corridors_have_the_most_frequent_class_outside() {
                         best
                     }
                 };
+
                 assert!(
                     wanted.contains(&found),
                     "level {level}, {px} {py}, {x} {y}: {found}, not {wanted:?}"
@@ -171,6 +175,7 @@ fn corridors_have_the_most_frequent_class_outside() {
             }
         }
     }
+
     assert!(looked_at.iter().all(|count| *count > 1000), "{looked_at:?}");
 }
 
@@ -180,6 +185,7 @@ fn ground_has_the_colour_of_its_material_and_varies() {
     let geo = north_up(west, south + 800.0, 400.0);
     let half =
         |column: u32, _| Class::Known(if column == 0 { Material::Water } else { Material::Sand }.code());
+
     let sand = Finish {
         material: Material::Sand,
         name: "sand".into(),
@@ -192,6 +198,7 @@ fn ground_has_the_colour_of_its_material_and_varies() {
         })
     };
     let plain = area(Vec::new());
+
     let mean = |area: &Area, columns: std::ops::Range<u32>| -> [f64; 3] {
         let colours: Vec<[u8; 3]> =
             columns.flat_map(|x| (0..80).map(move |y| (x, y))).map(|(x, y)| area.colour(x, y)).collect();
@@ -199,6 +206,7 @@ fn ground_has_the_colour_of_its_material_and_varies() {
             colours.iter().map(|colour| f64::from(colour[channel])).sum::<f64>() / colours.len() as f64
         })
     };
+
     let near = |found: [f64; 3], wanted: [u8; 3]| {
         found.iter().zip(wanted).all(|(a, b)| (a - f64::from(b)).abs() < 18.0)
     };
@@ -213,6 +221,7 @@ fn ground_has_the_colour_of_its_material_and_varies() {
     );
     let red = area(vec![sand]);
     assert!(near(mean(&red, 50..80), [200, 120, 60]), "{:?}", mean(&red, 50..80));
+
     // Water far from the border, which colours cross by a part of a pixel.
     assert!(near(mean(&red, 0..8), Material::Water.colour()), "{:?}", mean(&red, 0..8));
 }

@@ -19,6 +19,7 @@ fn abutting_tiles_join_in_a_plane() {
         };
         let tiles = vec![tile(0.0, 0.0), tile(1.0, 0.0), tile(0.0, 1.0), tile(1.0, 1.0)];
         let area = built(tiles, vec![], |options| options.spacing = Some(3.7));
+
         for (x, y) in area.voxels() {
             let (east, north) = area.centre(x, y);
             let bounds = 800.0 - 10.0 * shared;
@@ -154,6 +155,7 @@ fn overlapping_tiles_fade_as_one() {
         let tile =
             |x: f64, y: f64| terrain(&local, north_up(200.0 + x, 800.0 - y, 5.0), (60, 60), |_, _| 110.0);
         let base = terrain(&local, north_up(0.0, 1000.0, 10.0), (100, 100), |_, _| 150.0);
+
         // Like bricks: a joint of the lower two lies in the middle of the upper one.
         let (next, below) = (300.0 - overlap, 300.0 - overlap);
         let tiles = vec![tile(0.0, 0.0), tile(next, 0.0), tile(0.5 * next, below), base];
@@ -163,11 +165,13 @@ fn overlapping_tiles_fade_as_one() {
             let step = (height(x, y) - height(x - 1, y)).abs().max((height(x, y) - height(x, y - 1)).abs());
             assert!(step <= 40.0 / 8.0, "{step} m at {:?}, overlap {overlap}", area.centre(x, y));
         }
+
         // Across a joint, far from its ends, and along the rim over one.
         for (east, north, expected) in [(200.0 + next, 650.0, 110.0), (20.0, 20.0, 150.0)] {
             let (x, y) = ((east / area.grid.spacing) as u32, (north / area.grid.spacing) as u32);
             assert!((height(x, y) - expected).abs() <= area.step(), "{east} {north}: {}", height(x, y));
         }
+
         let rim = |east: f64| height((east / area.grid.spacing) as u32, (780.0 / area.grid.spacing) as u32);
         assert!(
             (rim(200.0 + next + 2.0) - rim(300.0)).abs() < 0.1,
@@ -213,6 +217,7 @@ fn tiles_on_both_sides_of_the_180th_meridian_make_one_small_area() {
     };
     let red =
         |west: f64| sheet(&Crs::wgs84(), north_up(west, -16.0, pixel), (120, 120), |_, _| [200, 10, 10, 255]);
+
     let whole = built(
         vec![terrain(&Crs::wgs84(), north_up(179.0, -16.0, pixel), (240, 120), |x, y| {
             500.0 + 90.0 * (x - 180.0) + 9.0 * y
@@ -220,6 +225,7 @@ fn tiles_on_both_sides_of_the_180th_meridian_make_one_small_area() {
         Vec::new(),
         |options| options.spacing = Some(900.0),
     );
+
     assert_eq!(whole.pages.header().metadata.crs_epsg, Some(32701));
     for (a, b) in [(179.0, -180.0), (-180.0, 179.0), (179.0, 180.0), (-181.0, -180.0)] {
         let area =

@@ -65,6 +65,7 @@ fn an_object_stands_where_it_says_and_moves_alone() {
     options.objects = vec![object(&path, &[[100.0, 140.0]], 90.0), object(&path, &[[700.0, 700.0]], 33.0)];
     assert_eq!(updated(&options).reused, 0);
     let area = Area::open(&options.output).unwrap();
+
     // Its length runs from north to south.
     for (x, y, height) in [(100, 144, 105.0), (102, 140, 105.0), (103, 140, 100.0), (100, 145, 100.0)] {
         assert!((area.height(x, y).unwrap() - height).abs() <= 2.0 * area.step(), "{x} {y}");
@@ -72,11 +73,13 @@ fn an_object_stands_where_it_says_and_moves_alone() {
     let [red, green, _] = area.colour(100, 140);
     assert!(red > 150 && green < 90, "{red} {green}");
     assert_eq!(updated(&options).reused, PAGES);
+
     // Its page, and one of each coarser level; the code of heights stays.
     options.objects[0].places[0][0] += 7.25;
     assert_eq!(updated(&options).reused, PAGES - 4);
     options.objects[1].stance.heading_deg = 60.0;
     assert_eq!(updated(&options).reused, PAGES - 4);
+
     // What its file holds counts, and not when it was written.
     fs::write(folder.path().join("box.mtl"), MATERIALS).unwrap();
     assert_eq!(updated(&options).reused, PAGES);
@@ -98,12 +101,14 @@ fn an_object_is_made_of_what_is_said() {
     let plain = Area::open(&options.output).unwrap();
     assert_eq!(plain.attributes(100, 140).material, 0);
     options.objects[0].material = Material::Wood;
+
     // Its page and those of two coarser levels: further up wood is nowhere most of a voxel, so that the next page has nothing new to see.
     assert_eq!(updated(&options).reused, PAGES - 3);
     let area = Area::open(&options.output).unwrap();
     let material = |x, y| Material::of_code(area.attributes(x, y).material);
     assert_eq!((material(100, 140), material(102, 144)), (Material::Wood, Material::Wood));
     assert_eq!((material(700, 700), material(110, 140)), (Material::Unknown, Material::Unknown));
+
     // Its colours are its own, and go along where the material's is another one than usual.
     assert_eq!(area.colour(100, 140), plain.colour(100, 140));
     let [red, green, blue] = Material::Wood.colour();
@@ -162,6 +167,7 @@ fn scatters_are_the_same_for_any_machine() {
     let scatter =
         ScatterFile { forms, spacing_m: 20.0, scale: [0.7, 1.2], seed: 3, ..ScatterFile::default() };
     let mut bytes = Vec::new();
+
     for (threads, memory) in [(1, 512), (3, 512), (2, 96)] {
         let mut options = plain(folder.path(), "b.hop");
         (options.threads, options.memory) = (threads, memory << 20);
@@ -170,8 +176,10 @@ fn scatters_are_the_same_for_any_machine() {
         build(&options, &Silent).unwrap();
         bytes.push(fs::read(&options.output).unwrap());
     }
+
     assert!(bytes[0] == bytes[1] && bytes[0] == bytes[2]);
     let area = Area::open(&folder.path().join("b.hop")).unwrap();
+
     // Something stands on the whole of it, and not on most of it.
     let over = |x: u32, y: u32| area.height(x, y).unwrap() > 100.5;
     let share = |x0: u32, y0: u32| {
@@ -200,6 +208,7 @@ fn damaged_files_are_errors_or_models() {
     options.objects = vec![object(&path, &[[32.0, 32.0]], 10.0)];
     let mut state = 0x9e37_79b9_7f4a_7c15;
     let (mut good, mut bad) = (0, 0);
+
     for round in 0..2000 {
         let mut bytes = BOX.as_bytes().to_vec();
         for _ in 0..1 + next(&mut state) % 4 {
@@ -210,11 +219,14 @@ fn damaged_files_are_errors_or_models() {
                 _ => bytes.insert(at, b"0123456789.-e/ \nvf"[next(&mut state) % 18]),
             }
         }
+
         fs::write(&path, &bytes).unwrap();
         let opened = crate::object::open_object(&options.objects[0]);
+
         // Whole builds take longer.
         let done = if round % 20 == 0 { build(&options, &Silent).is_ok() } else { opened.is_ok() };
         if done { good += 1 } else { bad += 1 }
     }
+
     assert!(good > 100 && bad > 100, "{good} {bad}");
 }

@@ -29,6 +29,7 @@ fn pixels_on_voxels_keep_their_colours() {
 fn a_palette_takes_its_share_of_imagery_and_leaves_water_alone() {
     let picture = |c: u32, _: u32| if c < 32 { [0, 0, 0, 255] } else { [0; 4] };
     let white = Palette::new(&[Stop { at: 0.0, colour: [255; 3] }], &[]);
+
     // It only states what the ground is made of.
     let water = Texture::new(Pattern::Checks, &[[9; 3], [9; 3]], 5.0).map(|texture| Texture {
         strength: 0.0,
@@ -37,6 +38,7 @@ fn a_palette_takes_its_share_of_imagery_and_leaves_water_alone() {
         material: Some(Material::Water),
         ..texture
     });
+
     let over = |share: f64| {
         let image = sheet(&Crs::local(), north_up(0.0, 640.0, 10.0), (64, 64), picture);
         let synthetic = Synthetic {
@@ -46,6 +48,7 @@ fn a_palette_takes_its_share_of_imagery_and_leaves_water_alone() {
         };
         built(ground(), vec![image], |options| options.synthetic = synthetic.clone())
     };
+
     let (none, quarter) = (over(0.0), over(0.25));
     let beside = |area: &Area| [area.colour(4, 4), area.colour(16, 32), area.colour(60, 4)];
     let [photographed, water, bare] = beside(&none);
@@ -101,10 +104,12 @@ fn filters_keep_the_mean() {
         let hash = (c.wrapping_mul(73_856_093) ^ r.wrapping_mul(19_349_663)).wrapping_mul(2_654_435_761);
         [(hash >> 24) as u8, (hash >> 16) as u8, (hash >> 8) as u8, 255]
     };
+
     for side in [2.5, 7.0, 23.0] {
         let pixels = (640.0 / side) as u32 + 2;
         let image = sheet(&Crs::local(), north_up(0.0, 640.0, side), (pixels, pixels), noise);
         let area = built(ground(), vec![image], |_| {});
+
         let mean = |values: &mut dyn Iterator<Item = u8>| {
             let (sum, count) = values.fold((0.0, 0.0), |(sum, count), byte| {
                 (sum + f64::from(linear_from_srgb8([byte; 3])[0]), count + 1.0)
@@ -248,6 +253,7 @@ fn an_image_without_a_place_is_refused_with_the_command_that_gives_it_one() {
 fn edges_of_an_image_are_taken_in_degrees_or_in_metres() {
     let folder = tempfile::tempdir().unwrap();
     let mut options = bare_photograph(folder.path());
+
     // All of the ground in degrees: its bounds.
     let degrees = [13.727_89, 45.146_39, 13.733_05, 45.150_05];
     for (extent, crs) in [
@@ -265,6 +271,7 @@ fn edges_of_an_image_are_taken_in_degrees_or_in_metres() {
             "{extent:?} {crs:?}"
         );
     }
+
     // East of the middle there is nothing of it.
     options.imagery[0].extent = Some([400_000.0, 5_000_000.0, 400_200.0, 5_000_400.0]);
     build(&options, &Silent).unwrap();

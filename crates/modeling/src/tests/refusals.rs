@@ -110,6 +110,7 @@ fn pictures_without_georeferencing_need_a_spacing() {
     options.raw_spacing = Some(-2.0);
     assert!(refused(&options).contains("--spacing"));
     options.raw_spacing = Some(4.0);
+
     // Imagery of another size belongs to the same ground.
     let colours = folder.path().join("colours.png");
     image::RgbImage::from_fn(60, 40, |x, y| image::Rgb([(x * 4) as u8, (y * 6) as u8, 9]))

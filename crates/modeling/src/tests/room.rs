@@ -78,6 +78,7 @@ fn what_is_needed_lies_between_the_least_and_the_most() {
         let room = Room { plan: &plan, output: &options.output, builds, reach: &reach };
         let report = build(&options, &Silent).unwrap();
         let area = Area::open(&options.output).unwrap();
+
         // Of each level: bytes of its pages, and the same with gaps; bare ground is made with its surface.
         let mut levels = vec![(0, 0); usize::from(area.grid.level_count())];
         let mut bare = 0;
@@ -93,6 +94,7 @@ fn what_is_needed_lies_between_the_least_and_the_most() {
             assert!((least..=most_page_bytes(&area.grid, id.level)).contains(&length), "{id}: {length}");
             assert!(builds || id.level > 0 || length - least < 1024, "{id}: {length} of level ground");
         }
+
         assert_eq!(bare > 0, builds);
         let [least, most] = room.needed();
         let (mut file, mut peak) = (4096, 0);
@@ -100,6 +102,7 @@ fn what_is_needed_lies_between_the_least_and_the_most() {
             file += placed;
             peak = peak.max(file + aside);
         }
+
         assert!((least..=most).contains(&peak), "{peak} of {least} to {most}");
         assert!(report.bytes <= room.most_bytes() && room.most_bytes() < most);
     }
@@ -119,11 +122,13 @@ fn a_disk_that_is_too_small_is_told_before_anything_is_made() {
     assert!(refused.contains(&format!("up to {}", megabytes(most))), "{refused}");
     assert!(refused.contains(&format!("only {} MB are free", (least - 1) / 1_000_000)), "{refused}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+
     // It may do.
     let notes = Notes::default();
     with_free(least, || build(&options, &notes)).unwrap();
     let told = notes.of_room();
     assert!(told.len() == 1 && told[0].contains(&format!("up to {}", megabytes(most))), "{told:?}");
+
     // It does.
     let notes = Notes::default();
     with_free(most, || build(&options, &notes)).unwrap();
@@ -138,6 +143,7 @@ fn a_change_in_place_takes_no_room_for_a_new_file() {
         BuildOptions { steps: true, ..options }
     };
     let first = build(&stepped(100.0, 0.2), &Silent).unwrap();
+
     // A quarter of what is there.
     let free = first.bytes / 4;
     let notes = Notes::default();
@@ -150,6 +156,7 @@ fn a_change_in_place_takes_no_room_for_a_new_file() {
     let clean = BuildOptions { steps: false, output: folder.path().join("clean.hop"), ..options.clone() };
     build(&clean, &Silent).unwrap();
     assert!(fs::read(&options.output).unwrap() == fs::read(&clean.output).unwrap(), "the same bytes");
+
     // Nothing changed: no room at all is needed.
     with_free(0, || build(&options, &Silent)).unwrap();
     let parts = fs::read_dir(folder.path()).unwrap().flatten();

@@ -30,6 +30,7 @@ fn degrees_become_the_utm_zone_of_the_centre() {
     assert_eq!(area.pages.header().metadata.crs_epsg, Some(32633));
     assert!((area.grid.spacing - 25.2).abs() < 0.3, "{}", area.grid.spacing);
     let (mut worst, mut empty) = (0.0_f64, 0);
+
     for (x, y) in area.voxels() {
         let (east, north) = area.centre(x, y);
         let (lon, lat) = degrees_from_world.apply(east, north).unwrap();
@@ -46,6 +47,7 @@ fn degrees_become_the_utm_zone_of_the_centre() {
             }
         }
     }
+
     // A twentieth of a pixel on a slope of 200 m · 30 per degree.
     assert!(worst < 200.0 * 30.0 * pixel * 0.1 + area.step(), "{worst} m off");
     assert!(empty > 0, "the rectangle's slivers lie outside of the raster");
@@ -79,11 +81,13 @@ fn turned_rasters_lie_where_their_geotransform_says() {
     let area = built(vec![terrain(&utm(), geo, (80, 60), plane)], vec![], |_| {});
     assert!((area.grid.spacing - 10.0).abs() < 1e-9);
     let mut inner = 0;
+
     for (x, y) in area.voxels() {
         let (east, north) = area.centre(x, y);
         let (u, v) = (east - 500_000.0, north - 5_400_000.0);
         let (column, row) = ((u * cos + v * sin) / 10.0, (u * sin - v * cos) / 10.0);
         let rim = column.min(80.0 - column).min(row).min(60.0 - row);
+
         match area.height(x, y) {
             Some(height) if rim > 0.5 => {
                 inner += 1;
@@ -93,6 +97,7 @@ fn turned_rasters_lie_where_their_geotransform_says() {
             None => assert!(rim < 0.1, "{x} {y}"),
         }
     }
+
     assert!(inner > 79 * 59 * 95 / 100);
 }
 
@@ -119,6 +124,7 @@ fn aprons_repeat_the_neighbours() {
     let (columns, rows) = area.grid.page_dims(0);
     assert!(columns > 1 && rows > 1);
     let code = &area.pages.header().heights;
+
     for py in 0..rows {
         for px in 0..columns {
             let page = area.pages.page(PageId { level: 0, px, py }).unwrap().unwrap();

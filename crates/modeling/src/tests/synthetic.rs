@@ -130,6 +130,7 @@ fn shapes_lie_on_elevation_and_a_plane_goes_on_beside_it() {
     let hole = |x: f64, y: f64| if x > 300.0 && y > 300.0 { f64::NAN } else { 200.0 + 0.1 * x };
     let raster = || terrain(&Crs::local(), north_up(0.0, 400.0, 8.0), (50, 50), hole);
     let dome = Terrain::Dome { circle: circle(100.0, 100.0, 60.0), height_m: 25.0 };
+
     let with = |terrain: Vec<Terrain>, bbox| {
         built(vec![raster()], vec![], move |options| {
             options.synthetic.terrain.clone_from(&terrain);
@@ -176,6 +177,7 @@ fn all(options: &mut BuildOptions) {
     options.crs = Some("EPSG:32633".into());
     options.spacing = Some(9.0);
     options.interpolation = Interpolation::Spline;
+
     options.synthetic = Synthetic {
         terrain: vec![
             plane(80.0),
@@ -288,10 +290,12 @@ fn octaves(height: impl Fn(usize, usize) -> f64, count: usize) -> Vec<f64> {
     for line in 0..24 {
         let profile: Vec<f64> = (0..count).map(|at| height(at, line)).collect();
         let mean = profile.iter().sum::<f64>() / count as f64;
+
         // A window after von Hann, so that the ends of the profile are no step.
         let window = |at: usize| 0.5 - 0.5 * (turn * (at as f64 + 0.5)).cos();
         let profile: Vec<f64> =
             profile.iter().enumerate().map(|(at, height)| (height - mean) * window(at)).collect();
+
         for wave in 1..count / 2 {
             let phase = |at: usize| turn * (wave * at % count) as f64;
             let real: f64 = profile.iter().enumerate().map(|(at, height)| height * phase(at).cos()).sum();
@@ -301,6 +305,7 @@ fn octaves(height: impl Fn(usize, usize) -> f64, count: usize) -> Vec<f64> {
             powers[octave as usize] += (real * real + imaginary * imaginary) / f64::from(1_u32 << octave);
         }
     }
+
     powers
 }
 
@@ -316,6 +321,7 @@ fn the_spectrum_goes_on_below_the_posts() {
         };
         let found = profile(&refined(Interpolation::Linear, roughness, Some(detail), spacing));
         let plain = profile(&refined(Interpolation::Linear, roughness, None, spacing));
+
         let truth = octaves(
             |at, line| {
                 let place = |voxel: usize| (voxel as f64 + 0.5) / 8.0 - 0.5;
@@ -325,6 +331,7 @@ fn the_spectrum_goes_on_below_the_posts() {
             },
             count,
         );
+
         // Power of ten logarithms: decibels.
         let off = |powers: &[f64]| -> Vec<f64> {
             powers.iter().zip(&truth).map(|(power, truth)| 10.0 * (power / truth).log10()).collect()
@@ -332,6 +339,7 @@ fn the_spectrum_goes_on_below_the_posts() {
         let (with, without) = (off(&found), off(&plain));
         assert!(with.iter().all(|off| off.abs() < 2.0), "{roughness}: {with:.2?} dB off the true surface");
         assert!(without[6] < -7.0, "{roughness}: {without:.2?} without detail");
+
         // The power law: over all octaves from the third on, 16 posts long, power falls by the same factor from each to the next.
         let slopes: Vec<f64> = found.windows(2).skip(2).map(|pair| (pair[1] / pair[0]).log2()).collect();
         let mean = slopes.iter().sum::<f64>() / slopes.len() as f64;
@@ -345,6 +353,7 @@ fn level_posts_stay_level() {
     let lake = |x: f64, y: f64| {
         if x < 500.0 { 70.0 } else { 70.0 + 0.2 * (x - 500.0) + 9.0 * (x * 0.11).sin() * (y * 0.13).cos() }
     };
+
     let with = |detail: Option<Detail>| {
         let raster = terrain(&Crs::local(), north_up(0.0, 1000.0, 20.0), (50, 50), lake);
         built(vec![raster], vec![], move |options| {
@@ -352,6 +361,7 @@ fn level_posts_stay_level() {
             options.synthetic.detail = detail;
         })
     };
+
     let limit = 1.5;
     let area = with(Some(Detail { seed: 1, roughness: Roughness::Auto, limit_m: Some(limit) }));
     let plain = with(None);
@@ -359,6 +369,7 @@ fn level_posts_stay_level() {
     assert!(flat);
     let added = area.voxels().map(|(x, y)| (area.height(x, y).unwrap() - plain.height(x, y).unwrap()).abs());
     let most = added.fold(0.0, f64::max);
+
     // At a place itself, and between posts of which it was taken away.
     assert!((limit..2.0 * limit + area.step() + plain.step()).contains(&most), "{most}");
 }
@@ -369,12 +380,14 @@ fn rounded_interpolation_follows_curves() {
     let slope = |x: f64, _: f64| 5.0 + 0.3 * x;
     let bowl = |x: f64, y: f64| 1e-3 * ((x - 400.0).powi(2) + (y - 300.0).powi(2));
     let wave = |x: f64, y: f64| 400.0 + 60.0 * (x * 0.02).sin() * (y * 0.017).cos();
+
     let of = |height: fn(f64, f64) -> f64, interpolation| {
         let raster = terrain(&Crs::local(), north_up(0.0, 800.0, 20.0), (40, 40), height);
         built(vec![raster], vec![], move |options| {
             (options.spacing, options.interpolation) = (Some(4.0), interpolation);
         })
     };
+
     let worst = |area: &Area, height: fn(f64, f64) -> f64, margin: u32| {
         let inner = |at: u32| (margin..area.grid.nx - margin).contains(&at);
         let voxels = area.voxels().filter(|(x, y)| inner(*x) && inner(*y));
@@ -385,10 +398,12 @@ fn rounded_interpolation_follows_curves() {
             })
             .fold(0.0, f64::max)
     };
+
     let [linear, bicubic, spline] =
         [Interpolation::Linear, Interpolation::Bicubic, Interpolation::Spline].map(|way| of(wave, way));
     let errors = [&linear, &bicubic, &spline].map(|area| worst(area, wave, 20));
     assert!(errors[1] < 0.35 * errors[0] && errors[2] < 0.35 * errors[1], "{errors:?}");
+
     for way in [Interpolation::Bicubic, Interpolation::Spline] {
         let area = of(slope, way);
         // Half a post within the edge.
@@ -405,6 +420,7 @@ fn rounded_tiles_join_as_one_raster() {
         terrain(&Crs::local(), north_up(f64::from(column) * 640.0, 640.0, 20.0), (32, 32), height)
     };
     let whole = || terrain(&Crs::local(), north_up(0.0, 640.0, 20.0), (64, 32), height);
+
     for way in [Interpolation::Linear, Interpolation::Bicubic, Interpolation::Spline] {
         let with = |rasters, detail: bool| {
             built(rasters, vec![], move |options| {
@@ -413,6 +429,7 @@ fn rounded_tiles_join_as_one_raster() {
                     detail.then_some(Detail { seed: 8, roughness: Roughness::Given(0.6), limit_m: None });
             })
         };
+
         let worst = |detail: bool, rows: std::ops::Range<u32>| {
             let (one, two) = (with(vec![whole()], detail), with(vec![tile(0), tile(1)], detail));
             let voxels = one.voxels().filter(|(_, y)| rows.contains(y));
@@ -420,9 +437,11 @@ fn rounded_tiles_join_as_one_raster() {
             (apart.fold(0.0, f64::max), one.step())
         };
         let (apart, step) = worst(false, 10..150);
+
         // Within a post of the seam the pixel behind it is guessed at.
         let most = if way == Interpolation::Linear { 2.0 * step } else { 0.8 };
         assert!(apart <= most, "{way:?}: {apart}");
+
         // Waves are the same, but near the seam their height is of the tile's own posts.
         assert!(worst(true, 10..150).0 < 3.0, "{way:?}");
     }
@@ -434,6 +453,7 @@ fn coarse_levels_are_the_means_of_fine_ones_without_what_they_cannot_hold() {
     let hills = Terrain::Fractal { waves, amplitude_m: 90.0, crests: false, within: None };
     let ground = Synthetic { terrain: vec![plane(100.0), hills], ..Synthetic::default() };
     let grid = Grid { nx: 1024, ny: 1024, spacing: 1.5625, origin: DVec2::new(3e5, 5e6) };
+
     let heights = |level: u8| {
         let level = LevelGrid::of(&grid, level);
         let rect = Rect { x0: 0, y0: 0, x1: level.grid.nx, y1: level.grid.ny };
@@ -441,11 +461,13 @@ fn coarse_levels_are_the_means_of_fine_ones_without_what_they_cannot_hold() {
         ground.shape(&level, rect, &mut heights);
         heights
     };
+
     let (fine, coarse) = (heights(0), heights(2));
     let mut means = vec![0.0; 64 * 64];
     for (index, height) in fine.iter().enumerate() {
         means[index / 1024 / 16 * 64 + index % 1024 / 16] += height / 256.0;
     }
+
     let off = |coarse: &[f64]| {
         let apart: f64 = means.iter().zip(coarse).map(|(mean, height)| (mean - height).powi(2)).sum();
         (apart / 4096.0).sqrt()
@@ -453,6 +475,7 @@ fn coarse_levels_are_the_means_of_fine_ones_without_what_they_cannot_hold() {
     // What the middle of each voxel would tell with all of its waves.
     let points: Vec<f64> =
         (0..4096).map(|voxel| fine[(voxel / 64 * 16 + 8) * 1024 + voxel % 64 * 16 + 8]).collect();
+
     assert!(
         off(&coarse) < 3.0 && off(&coarse) < 0.5 * off(&points),
         "{} m, not {} m",

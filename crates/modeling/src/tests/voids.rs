@@ -87,9 +87,11 @@ fn small_voids_are_filled_and_others_stay() {
         ((1.0, 300.0), 5.0, false),
         ((500.0, 400.0), 5.0, false),
     ];
+
     let hole =
         |x: f64, y: f64| VOIDS.iter().any(|((u, v), half, _)| (x - u).abs() < *half && (y - v).abs() < *half);
     let sample = move |x: f64, y: f64| if hole(x, y) { f64::NAN } else { plane(x, y) };
+
     let build = |fill: NodataFill| {
         let holed = terrain(&Crs::local(), north_up(0.0, 600.0, 1.0), (500, 600), sample);
         // It makes the area wider, and leaves a strip between.
@@ -97,6 +99,7 @@ fn small_voids_are_filled_and_others_stay() {
         built(vec![holed, apart], vec![], |options| options.nodata_fill = fill)
     };
     let (area, kept) = (build(NodataFill::Small), build(NodataFill::None));
+
     for ((x, y), half, is_filled) in VOIDS {
         let voxel = ((x - half.min(0.5)) as u32, (y - half.min(0.5)) as u32);
         assert_eq!(kept.height(voxel.0, voxel.1), None, "{x}, {y}");
@@ -106,6 +109,7 @@ fn small_voids_are_filled_and_others_stay() {
             false => assert_eq!(area.height(voxel.0, voxel.1), None, "{x}, {y}"),
         }
     }
+
     assert_eq!(holes(&area), holes(&kept));
     let metadata = &area.pages.header().metadata;
     let filled = metadata.filled_share.unwrap() * 360_000.0;

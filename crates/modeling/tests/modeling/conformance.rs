@@ -52,6 +52,7 @@ fn differences(raster: &dyn Raster, expected: &Value) -> Vec<String> {
     for (name, found) in [("width", info.width), ("height", info.height), ("bands", info.bands)] {
         check(name, expected[name].as_u64() == Some(u64::from(found)), found.to_string());
     }
+
     check("dtype", expected["dtype"].as_str() == Some(info.sample.name()), info.sample.name().into());
     let geo: Vec<f64> = expected["geotransform"].as_array().unwrap().iter().filter_map(number).collect();
     let identity = geo == [0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
@@ -61,18 +62,22 @@ fn differences(raster: &dyn Raster, expected: &Value) -> Vec<String> {
     };
     check("geotransform", placed, format!("{:?}", info.geo));
     check("nodata", same(info.nodata, number(&expected["nodata"])), format!("{:?}", info.nodata));
+
     // Some systems are recognised only by GDAL's tables; then a definition without a code will do.
     if let Some(code) = expected["crs"].as_str().and_then(|crs| crs.strip_prefix("EPSG:")) {
         let right =
             info.crs.as_ref().is_some_and(|crs| crs.epsg().is_none_or(|epsg| epsg.to_string() == code));
         check("crs", right, format!("{:?} ({:?})", info.crs, info.crs_problem));
     }
+
     if !wrong.is_empty() {
         return wrong;
     }
+
     for (band, expected) in expected["band"].as_array().unwrap().iter().enumerate() {
         wrong.extend(band_differences(raster, band as u32, expected));
     }
+
     wrong
 }
 
@@ -101,6 +106,7 @@ fn band_differences(raster: &dyn Raster, band: u32, expected: &Value) -> Vec<Str
     };
     check("mean", close_mean, format!("{mean:?}"));
     check("checksum", expected["checksum"].as_u64() == Some(checksum), checksum.to_string());
+
     for sample in expected["samples"].as_array().unwrap() {
         let position = |i: usize| sample[i].as_u64().unwrap() as usize;
         let found = samples[position(1) * info.width as usize + position(0)];
@@ -110,6 +116,7 @@ fn band_differences(raster: &dyn Raster, band: u32, expected: &Value) -> Vec<Str
         let right = same(Some(found), number(&sample[2])) && same(Some(pixel[0]), Some(found));
         check("samples", right, format!("{found} ({} alone) at {sample}", pixel[0]));
     }
+
     wrong
 }
 
@@ -120,6 +127,7 @@ fn known_files_are_read_exactly_or_refused() {
         serde_json::from_slice(&std::fs::read(folder.join("expected.json")).unwrap()).unwrap();
     let files = expected.as_object().unwrap();
     let (mut exact, mut refused, mut wrong) = (0, Vec::new(), Vec::new());
+
     for (name, expected) in files {
         let path = folder.join(name);
         let raster = open(&path, &OpenOptions::default());
@@ -139,12 +147,14 @@ fn known_files_are_read_exactly_or_refused() {
             Err(error) => refused.push((name, error.to_string())),
         }
     }
+
     println!("{} files: {exact} exact, {} refused, {} wrong", files.len(), refused.len(), wrong.len());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     for (name, error) in &refused {
         println!("refused {name}: {error}");
         assert!(error.contains("gdal_translate") || error.contains("fetch it again"), "{error}");
     }
+
     assert_eq!(files.len(), 73);
     assert_eq!(exact, 70, "all but three JPEG files, of which one is damaged too, are exact");
 }
@@ -164,6 +174,7 @@ fn real_pairs_open() {
         ("lakedistrict/eudem_lakedistrict_example.tif", 46.4235, 934.306),
         ("srtm_tiles/N40W074_srtm1_3601x3601_int16.tif", -56.0, 197.0),
     ];
+
     for (name, least, most) in elevation {
         let raster = open(&folder.join(name), &OpenOptions::default()).unwrap();
         let raster = ElevationRaster::new(raster, &[], 1.0).unwrap();
@@ -172,6 +183,7 @@ fn real_pairs_open() {
         let valid = || heights.iter().copied().filter(|height| !height.is_nan());
         let (low, high) = (valid().fold(f64::INFINITY, f64::min), valid().fold(f64::NEG_INFINITY, f64::max));
         println!("{name}: {low} … {high} m, {:?}, {:?}", raster.info().crs, raster.notes());
+
         if name.starts_with("craterlake") {
             assert!(low > least && high < most, "{low} {high}");
             assert!(raster.notes()[0].contains("-32767"), "{:?}", raster.notes());
@@ -180,6 +192,7 @@ fn real_pairs_open() {
             assert!(raster.notes().is_empty(), "{:?}", raster.notes());
         }
     }
+
     for (name, transparent) in [
         ("global_etopo5_bmng/bmng.jpg", false),
         ("sf_srtm1_landsat7/landsat7_sf.tif", true),
@@ -194,6 +207,7 @@ fn real_pairs_open() {
         let mut pixels = Vec::new();
         raster.read(whole(raster.info()), &mut pixels).unwrap();
         let clear = pixels.iter().filter(|pixel| pixel[3] == 0).count();
+
         println!(
             "{name}: {clear} of {} transparent, {:?}, {:?}",
             pixels.len(),
@@ -249,6 +263,7 @@ fn exercise(path: &Path, random: &mut Random) {
     let info = raster.info().clone();
     let bands: Vec<u32> = (0..info.bands.min(4)).collect();
     let mut samples = Vec::new();
+
     for _ in 0..3 {
         let x = random.below(u64::from(info.width)) as u32;
         let y = random.below(u64::from(info.height)) as u32;
@@ -258,6 +273,7 @@ fn exercise(path: &Path, random: &mut Random) {
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }
     }
+
     let _ = ElevationRaster::new(raster, &[-1.0], 1.0);
     if let Ok(raster) = open(path, &options) {
         let _ = ImageryRaster::new(raster, None);
@@ -282,6 +298,7 @@ fn damaged_files_give_values_or_a_sentence() {
     let work = tempfile::tempdir().unwrap();
     let mut random = Random(42);
     let mut count = 0;
+
     for path in &files {
         let copy = work.path().join(path.file_name().unwrap());
         let original = std::fs::read(path).unwrap();
@@ -297,10 +314,12 @@ fn damaged_files_give_values_or_a_sentence() {
                 }
                 std::fs::write(work.path().join(side.file_name().unwrap()), &bytes).unwrap();
             }
+
             exercise(&copy, &mut random);
             count += 1;
         }
     }
+
     println!("{count} damaged files gave values or a sentence");
     assert!(count >= 100);
 }

@@ -41,6 +41,7 @@ fn built(side: u32, height: impl Fn(f64, f64) -> f64, corridors: Vec<Corridor>, 
         }
         grid.push('\n');
     }
+
     let [elevation, output] = ["dem.asc", "area.hop"].map(|name| folder.path().join(name));
     std::fs::write(&elevation, grid).unwrap();
     let options = BuildOptions {
@@ -50,6 +51,7 @@ fn built(side: u32, height: impl Fn(f64, f64) -> f64, corridors: Vec<Corridor>, 
         ..BuildOptions::new(vec![elevation], vec![], output.clone())
     };
     build(&options, &Silent).unwrap();
+
     MemPages::from_bytes(Path::new("area.hop"), &std::fs::read(output).unwrap()).unwrap()
 }
 
@@ -137,11 +139,13 @@ fn borders_of_a_corridor_do_not_gape() {
                 render_reference(&AREAS.whole, &camera, &fine(Engine::Reference), &farm).unwrap().frame;
             let found =
                 Renderer::new(&AREAS.corridor, &fine(Engine::Planes)).frame(&camera, &farm).unwrap().frame;
+
             for (pixel, (truth, found)) in truth.range.iter().zip(&found.range).enumerate() {
                 apart += u32::from(truth.is_finite() != found.is_finite());
                 if truth.is_finite() && found.is_finite() {
                     errors.push(f64::from((truth - found).abs() / truth));
                 }
+
                 // A gap would show the sky, or ground far behind, below what is near in the whole database; not at the area's own edge.
                 let row = pixel / camera.width as usize;
                 let is_near = |up: usize| whole.range[pixel - up * camera.width as usize] < 400.0;
@@ -155,9 +159,11 @@ fn borders_of_a_corridor_do_not_gape() {
             }
         }
     }
+
     errors.sort_by(f64::total_cmp);
     let at = |share: f64| errors[(errors.len() as f64 * share) as usize];
     let share = f64::from(apart) / errors.len() as f64;
+
     // Beside the border planes may see the coarser level where rays see the finer one.
     assert!(
         at(0.5) <= 1.5e-4 && at(0.95) <= 2e-2 && share <= 3e-3,

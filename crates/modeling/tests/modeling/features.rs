@@ -37,6 +37,7 @@ fn area(folder: &Path, slope: f64, features: &[String]) -> PageFile {
     let pages = PageFile::open(&folder.join("area.hop")).unwrap();
     assert_eq!(pages.verify(&Silent).unwrap().problems, []);
     assert!(pages.header().is_built);
+
     pages
 }
 
@@ -119,6 +120,7 @@ fn houses_have_their_walls_corners_and_heights() {
     let pages = area(folder.path(), 0.0, &features);
     let step = pages.header().heights.scale;
     let mut worst: f64 = 0.0;
+
     for (middle, turn) in houses {
         assert!((top(&pages, middle).unwrap() - 112.5).abs() <= step, "a roof lies where it is said to lie");
         // The walls, from four sides at a few places each.
@@ -134,6 +136,7 @@ fn houses_have_their_walls_corners_and_heights() {
                 worst = worst.max((hit.range - (35.0 - distance)).abs());
             }
         }
+
         // A twentieth of a voxel outside of a corner nothing stands, so much inside of it the house does.
         for (x, y) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)] {
             let corner = |more: f64| middle + DVec2::from_angle(turn).rotate((half + more) * dvec2(x, y));
@@ -141,6 +144,7 @@ fn houses_have_their_walls_corners_and_heights() {
             assert!(top(&pages, corner(-0.05)).is_some(), "inside of it");
         }
     }
+
     assert!(worst < 0.05, "walls are off by {worst} m");
 }
 
@@ -163,6 +167,7 @@ fn trees_of_a_wood_are_stored_once_and_placed() {
     let square = |half: f64| rectangle(dvec2(300.0, 300.0), DVec2::splat(half), 0.0);
     let wood =
         |half: f64| feature("Polygon", &square(half), r#""landuse":"forest","leaf_type":"needleleaved""#);
+
     let [few, many] = [30.0, 290.0].map(|half| {
         let folder = tempfile::tempdir().unwrap();
         let pages = area(folder.path(), 0.1, &[wood(half)]);
@@ -177,6 +182,7 @@ fn trees_of_a_wood_are_stored_once_and_placed() {
             .collect();
         placed.sort_unstable();
         placed.dedup();
+
         // The lower part of a crown hangs in the air, and its top is the surface's.
         let crowns = (0..200).filter_map(|step| {
             let at = dvec2(300.0 - half + 0.01 * half * f64::from(step), 311.3);
@@ -185,8 +191,10 @@ fn trees_of_a_wood_are_stored_once_and_placed() {
         let crowns: Vec<f64> = crowns.collect();
         assert!(crowns.iter().all(|height| (3.0..27.0).contains(height)), "{crowns:?}");
         assert!(crowns.len() > 100, "{} of 200 places have a crown above them", crowns.len());
+
         (placed.len(), objects)
     });
+
     // 180 trees a hectare; those on the seams of pages count twice.
     assert!((50..110).contains(&few.0), "{few:?}");
     assert!((5500..7500).contains(&many.0), "{many:?}");
@@ -213,9 +221,11 @@ fn shadows_are_baked_into_a_place_with_buildings_and_trees() {
             ),
         ],
     );
+
     // The sun is in the south: the building darkens what lies north of it.
     let sun = Sun { azimuth: 180.0, elevation: 30.0 };
     let path = folder.path().join("baked.hop");
+
     let baking = Baking {
         source: &pages,
         directory: pages.directory(),
@@ -225,6 +235,7 @@ fn shadows_are_baked_into_a_place_with_buildings_and_trees() {
         steps: false,
         threads: 2,
     };
+
     bake_shadows(&baking, &Silent).unwrap();
     let baked = PageFile::open(&path).unwrap();
     assert_eq!(baked.verify(&Silent).unwrap().problems, []);
@@ -320,6 +331,7 @@ fn wires_sag_and_hang_free_and_bridges_are_open_below() {
             r#""highway":"secondary","bridge":"yes","layer":"1","width":8"#,
         ),
     ];
+
     let pages = area(folder.path(), 0.0, &features);
     // Looking along y at the wires from beside, from low to high: something thin hangs, with air below.
     let heights = |x: f64| {
@@ -332,6 +344,7 @@ fn wires_sag_and_hang_free_and_bridges_are_open_below() {
     let lowest = |seen: &[f64]| seen.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(!near.is_empty() && !middle.is_empty(), "wires are seen");
     let sag = lowest(&near) - lowest(&middle);
+
     // A parabola: at 30.3 m of 300 m the wire hangs 4 · 0.101 · 0.899 of its sag below its ends.
     let whole = sag / (1.0 - 4.0 * 0.101 * 0.899);
     assert!((1.0..20.0).contains(&whole) && lowest(&middle) > 104.0, "a sag of {whole} m");
@@ -339,6 +352,7 @@ fn wires_sag_and_hang_free_and_bridges_are_open_below() {
     for (x, expected) in [(175.3, 4.0 * 0.251 * 0.749), (325.3, 4.0 * 0.751 * 0.249)] {
         assert!((share(x) - expected).abs() < 0.05, "{x}: {} instead of {expected}", share(x));
     }
+
     // The bridge's deck, and the ground under it.
     let deck = top(&pages, dvec2(495.5, 150.5)).unwrap();
     assert!(deck > 102.0, "{deck}");
@@ -376,6 +390,7 @@ fn lines_of_sight_go_under_bridges_and_end_at_their_decks() {
     assert_eq!((under.blocked, under.missing), (None, 0.0), "one sees under it");
     let through = across(0.5 * (lower + deck));
     let place = through.blocked.expect("the deck hides").place - CORNER;
+
     // Its edge is four metres beside its middle.
     assert!((295.0..297.0).contains(&place.y), "{place}");
     let concrete = pages.header().metadata.material_name(through.material.expect("a material"));
@@ -384,6 +399,7 @@ fn lines_of_sight_go_under_bridges_and_end_at_their_decks() {
     assert_eq!(over.blocked, None);
     let raised = across(0.5 * (lower + deck)).missing;
     assert!((0.0..8.0).contains(&raised) && raised > 0.0, "{raised} m");
+
     // Bare ground is below the deck, which is the highest surface.
     let place = middle + CORNER;
     let [highest, bare] =
@@ -423,6 +439,7 @@ fn wires_have_no_gaps_whatever_their_direction() {
         [middle - along, middle + along]
     };
     let tags = r#""power":"minor_line","cables":"1","height":8.5"#;
+
     // On a slope of 600 m, for steps of height of which a wire's thickness is no multiple.
     let pages = area(folder.path(), 1.0, &lines.map(|line| feature("LineString", &ends(line), tags)));
     for line in lines {

@@ -30,6 +30,7 @@ fn tiff(path: &Path, pixels: &[u8], nodata: Option<&str>) {
     );
     let palette = vec![0_u16; 768];
     let mut data: Vec<u8> = Vec::new();
+
     let mut put = |bytes: &[u8]| {
         let at = 8 + data.len() as u32;
         data.extend_from_slice(bytes);
@@ -43,6 +44,7 @@ fn tiff(path: &Path, pixels: &[u8], nodata: Option<&str>) {
     let (directory, colours) = (put(&shorts(&keys)), put(&shorts(&palette)));
     let text = nodata.map(|text| format!("{text}\0\0\0\0"));
     let text_at = text.as_ref().map(|text| put(text.as_bytes()));
+
     let mut entries: Vec<(u16, u16, u32, u32)> = vec![
         (256, 4, 1, PIXELS),
         (257, 4, 1, PIXELS),
@@ -58,6 +60,7 @@ fn tiff(path: &Path, pixels: &[u8], nodata: Option<&str>) {
         (33_922, 12, 6, tie),
         (34_735, 3, keys.len() as u32, directory),
     ];
+
     entries.extend(text.zip(text_at).map(|(text, at)| (42_113, 2, text.len() as u32, at)));
     let mut file = b"II\x2a\0".to_vec();
     file.extend((8 + data.len() as u32).to_le_bytes());
@@ -67,6 +70,7 @@ fn tiff(path: &Path, pixels: &[u8], nodata: Option<&str>) {
         file.extend(tag.to_le_bytes().into_iter().chain(kind.to_le_bytes()));
         file.extend(count.to_le_bytes().into_iter().chain(value.to_le_bytes()));
     }
+
     file.extend([0; 4]);
     fs::write(path, file).unwrap();
 }
@@ -184,6 +188,7 @@ fn plants_keep_to_their_ground() {
         let at = |(column, row)| material(&pages, 8.0 * f64::from(column) + 4.0, 8.0 * f64::from(row) + 4.0);
         places.map(at).filter(|found| found == class).count()
     };
+
     // A crown reaches into the next field, and no farther.
     assert_eq!((count(0, 18, "broadleaf"), count(42, 64, "broadleaf")), (0, 0));
     let trees = count(21, 39, "broadleaf");
@@ -202,6 +207,7 @@ fn a_changed_colour_gives_the_bytes_of_a_clean_build() {
         assert!(fs::read(&options.output).unwrap() == fs::read(&clean.output).unwrap(), "the same bytes");
         report
     };
+
     let colour = |path: &Path, x: u32, y: u32| {
         let pages = PageFile::open(path).unwrap();
         let id = hedgehop::voxel::PageId { level: 0, px: x / 256, py: y / 256 };
@@ -212,6 +218,7 @@ fn a_changed_colour_gives_the_bytes_of_a_clean_build() {
     let again = both(&options);
     assert_eq!(again.reused, again.pages);
     let asphalt = colour(&options.output, 300, 100);
+
     // Asphalt is the road's, whose colour is another one than the table's.
     let said = |material: Material, colour| Finish {
         material,
@@ -223,6 +230,7 @@ fn a_changed_colour_gives_the_bytes_of_a_clean_build() {
     assert_eq!(both(&options).reused, 0);
     let changed = colour(&options.output, 300, 100);
     assert!(changed[2] > asphalt[2] && changed[0] < asphalt[0], "{asphalt:?} became {changed:?}");
+
     // Another class somewhere.
     let mut pixels = classes();
     pixels[(PIXELS * PIXELS - 1) as usize] = 60;
@@ -241,6 +249,7 @@ fn damaged_rasters_are_refused_or_read() {
     let mut options = options(folder.path(), "a.hop");
     (options.steps, options.spacing) = (false, Some(32.0));
     let mut refused = 0;
+
     for at in (0..8).chain(directory..whole.len()).step_by(3) {
         for flip in [0x01, 0x80, 0xff] {
             let mut bytes = whole.clone();
@@ -249,10 +258,12 @@ fn damaged_rasters_are_refused_or_read() {
             refused += u32::from(build(&options, &Silent).is_err());
         }
     }
+
     for length in (0..whole.len()).step_by(whole.len() / 40) {
         fs::write(&path, &whole[..length]).unwrap();
         assert!(build(&options, &Silent).is_err(), "a prefix of {length} bytes");
     }
+
     assert!(refused > 20, "{refused}");
 }
 
@@ -295,6 +306,7 @@ fn mistakes_are_told_with_their_lines() {
         assert!(told.len() == 1 && told[0].contains(words), "{text}: {told:?}");
         assert!(told[0].starts_with(&format!("line {line}:")), "{text}: {told:?}");
     }
+
     assert_eq!(
         mistakes(&format!("{cover}scheme = \"worldcover\"\n[material.maize]\nnumber = 200\n")),
         [""; 0]
@@ -338,6 +350,7 @@ fn natural_areas_are_ground_and_leave_imagery_as_it_is() {
     let (x, y) = (WEST + 4.0, SOUTH + 508.0);
     fs::write(folder.path().join("photo.pgw"), format!("8\n0\n0\n-8\n{x}\n{y}\n")).unwrap();
     let mut options = options(folder.path(), "a.hop");
+
     let colour = |options: &BuildOptions, x: u32, y: u32| {
         build(options, &Silent).unwrap();
         let pages = PageFile::open(&options.output).unwrap();
@@ -348,6 +361,7 @@ fn natural_areas_are_ground_and_leave_imagery_as_it_is() {
         let page = pages.page(id).unwrap().unwrap();
         page.colours[page.sample(x % 256, y % 256)]
     };
+
     let [red, _, blue] = colour(&options, 350, 250);
     assert!(red > 150 && red > blue, "{red} {blue}");
     options.imagery = vec![hedgehop_modeling::ImageryFile {

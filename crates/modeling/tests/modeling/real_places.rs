@@ -147,6 +147,7 @@ fn footprints_stand_as_high_as_they_say() {
     let buildings = buildings();
     assert!(buildings.len() >= 8, "{} buildings", buildings.len());
     let (mut walls, mut worst) = (0, 0.0_f64);
+
     for row in &buildings {
         let name = &row.tags["name"];
         let foot = row.foot(&pages);
@@ -158,6 +159,7 @@ fn footprints_stand_as_high_as_they_say() {
             .collect();
         let highest = tops.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let lowest = tops.iter().copied().fold(f64::INFINITY, f64::min);
+
         // The ground along the outline is looked at every four metres.
         let slack = 0.05;
         assert!(tops.len() > 20, "{name}: {} places", tops.len());
@@ -167,6 +169,7 @@ fn footprints_stand_as_high_as_they_say() {
         );
         let ridge = height - if roof > 0.0 { 0.3 } else { slack };
         assert!(highest > ridge, "{name}: {highest} m instead of {height} m");
+
         // Walls, from no farther than the gap between two hangars; canopies have theirs high up.
         let low = row.metres("min_height").unwrap_or(if row.tags["building"] == "roof" {
             height - 0.4
@@ -174,6 +177,7 @@ fn footprints_stand_as_high_as_they_say() {
             0.0
         });
         let level = foot + low + 0.4 * (height - roof - low);
+
         for (a, b) in row.edges() {
             let outward = -(b - a).perp().normalize();
             for along in [0.2, 0.5, 0.8] {
@@ -190,6 +194,7 @@ fn footprints_stand_as_high_as_they_say() {
             }
         }
     }
+
     assert!(walls > 80, "{walls} places of walls");
     assert!(worst < 0.05, "walls are off by {worst} m");
 }
@@ -203,6 +208,7 @@ fn the_ground_beside_and_below_buildings_is_that_of_the_elevation() {
     let (buildings, trees) = (buildings(), rows("Point", &["natural"]));
     let ways = rows("LineString", &["aeroway", "highway"]);
     let (mut below, mut beside) = (0, 0);
+
     for place in lattice(5.3) {
         let is_inside = buildings.iter().any(|row| row.holds(place));
         // Ways are cut into the ground, with embankments.
@@ -213,11 +219,13 @@ fn the_ground_beside_and_below_buildings_is_that_of_the_elevation() {
             below += u32::from(is_inside);
             beside += u32::from(!is_inside);
         }
+
         let is_beside = buildings.iter().all(|row| row.distance(place) > 1.5);
         if !is_inside && is_beside && trees.iter().all(|tree| tree.distance(place) > 6.0) {
             assert_eq!(top(&built, place), None, "something stands at {place}");
         }
     }
+
     assert!(below > 300 && beside > 500, "{below} places below buildings, {beside} beside them");
 }
 
@@ -276,6 +284,7 @@ fn an_eye_below_a_canopy_sees_the_deck_above_it_and_the_sky_beside_it() {
         let exact = render_reference(&pages, &camera, &options, &farm).unwrap().frame;
         let (off, mean) = difference(&fast, &exact);
         assert!(off < 0.015 && mean < 0.005, "{yaw}, {pitch}: {off} of the pixels, {mean}");
+
         // Down the middle of the picture westward: the deck as far as it reaches, and the sky from there to the ground.
         for frame in [fast, exact] {
             for y in 0..180 {
@@ -283,6 +292,7 @@ fn an_eye_below_a_canopy_sees_the_deck_above_it_and_the_sky_beside_it() {
                 let rise = pitch.to_radians()
                     + ((90.0 - y as f64 - 0.5) / (160.0 / 30.0_f64.to_radians().tan())).atan();
                 let to_deck = deck / rise.sin();
+
                 match (yaw as u32, rise.tan() * half / deck) {
                     (270, share) if share > 1.05 => {
                         assert!((range / to_deck - 1.0).abs() < 0.01, "{y}: {range} m");
@@ -308,6 +318,7 @@ fn a_runway_is_flat_across() {
     let runway = rows.iter().find(|row| row.tags["aeroway"] == "runway").unwrap();
     let (a, b) = (runway.places[0], runway.places[1]);
     let (half, outward) = (0.5 * runway.metres("width").unwrap(), (b - a).perp().normalize());
+
     let spread = |pages: &PageFile, along: f64| {
         // The last voxel beside each edge is the embankment's.
         let across = (-20..=20).map(|step| outward * (f64::from(step) / 20.0 * (half - 1.5)));
@@ -315,6 +326,7 @@ fn a_runway_is_flat_across() {
         let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
         heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
     };
+
     let most =
         |pages: &PageFile| (1..20).map(|step| spread(pages, f64::from(step) / 20.0)).fold(0.0, f64::max);
     let [before, after] = [&bare, &built].map(most);

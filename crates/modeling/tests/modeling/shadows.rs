@@ -109,6 +109,7 @@ fn baked_shadows_look_like_live_ones_and_are_sound() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.hop");
     let live = options(true);
+
     let baking = Baking {
         source: &bare,
         directory: bare.directory(),
@@ -118,6 +119,7 @@ fn baked_shadows_look_like_live_ones_and_are_sound() {
         steps: false,
         threads: 2,
     };
+
     bake_shadows(&baking, &Silent).unwrap();
     let baked = PageFile::open(&path).unwrap();
     assert!(baked.verify(&Silent).unwrap().problems.is_empty());
@@ -125,6 +127,7 @@ fn baked_shadows_look_like_live_ones_and_are_sound() {
     let (source, directory, output) = (&baked, baked.directory(), &folder.path().join("b.hop"));
     let twice = bake_shadows(&Baking { source, directory, output, ..baking }, &Silent);
     assert!(twice.unwrap_err().to_string().contains("already"));
+
     for detail in [1.0, 8.0] {
         let camera = camera(&bare);
         let truth = Renderer::new(&bare, &RenderOptions { detail, ..live });

@@ -126,16 +126,19 @@ pub fn continuity<S: PageSource>(
     if [limits.spike, limits.seam].iter().any(|limit| !(limit.is_finite() && *limit > 1.0)) {
         return Err(Error::Configuration("limits of continuity are factors above 1".into()));
     }
+
     let header = source.header();
     let (columns, rows) = header.grid.page_dims(0);
     let mut found = Found::default();
     let (mut plateaus, mut seams) = (plateaus::Plateaus::default(), seams::Seams::default());
     let reader = PostReader::new(source, 0, Sheet::Bare);
     observer.begin("continuity", u64::from(columns) * u64::from(rows), "pages");
+
     for id in (0..rows).flat_map(|py| (0..columns).map(move |px| PageId { level: 0, px, py })) {
         if observer.cancelled() {
             return Err(Error::Interrupted("the area was not looked at to its end".into()));
         }
+
         if source.has(id) {
             let patch = Patch::read(&reader, source, id)?;
             spikes::find(&patch, limits.spike, &mut found);
@@ -145,11 +148,14 @@ pub fn continuity<S: PageSource>(
             crack(source, &patch, &mut found)?;
             found.report.pages += 1;
         }
+
         observer.advance(1);
     }
+
     observer.end();
     seams.join(header, &mut found);
     plateaus.join(&mut found);
+
     Ok(found.sorted())
 }
 
@@ -218,9 +224,11 @@ impl Patch {
         let around = |axis: usize| first[axis] - MARGIN..first[axis] + size[axis] + MARGIN;
         let codes = reader.codes(around(0), around(1))?.values;
         let (code, lowest) = (header.heights, header.height_range.0);
+
         // From the lowest ground, single precision loses nothing that codes have.
         let height = |value: &u16| code.decode(*value).map_or(f32::NAN, |height| (height - lowest) as f32);
         let (nx, ny) = header.grid.dims(0);
+
         Ok(Self {
             id,
             first,
@@ -275,15 +283,18 @@ fn crack<S: PageSource>(source: &S, patch: &Patch, found: &mut Found) -> Result<
     let others = reader.codes(around(0), around(1))?;
     let (mut worst, mut voxels) = (None, 0);
     let pairs = own.heights.iter().zip(&others.values).enumerate();
+
     for (index, (stated, there)) in pairs.filter(|(_, (stated, there))| stated != there) {
         let stride = patch.size[0] + 2 * apron;
         let (x, y) = (index as i64 % stride - apron, index as i64 / stride - apron);
         let inside = |at: i64, axis: usize| (0..patch.dims[axis]).contains(&(patch.first[axis] + at));
         let owner = [x, y].map(|at| at.div_euclid(i64::from(PAGE_SIDE)));
+
         // Beside the area, and where the neighbour is not stored, nobody else says anything.
         if !inside(x, 0) || !inside(y, 1) || owner == [0, 0] {
             continue;
         }
+
         let neighbour = PageId {
             level: 0,
             px: (i64::from(patch.id.px) + owner[0]) as u32,
@@ -292,15 +303,18 @@ fn crack<S: PageSource>(source: &S, patch: &Patch, found: &mut Found) -> Result<
         if !source.has(neighbour) {
             continue;
         }
+
         voxels += 1;
         let step = f64::from(stated.abs_diff(*there)) * patch.code.scale;
         if worst.is_none_or(|(_, _, known)| step > known) {
             worst = Some((x, y, step));
         }
     }
+
     if let Some((x, y, step)) = worst {
         found.add(Finding { voxels, ..patch.finding(Fault::Crack, x, y, step) });
     }
+
     Ok(())
 }
 

@@ -81,6 +81,7 @@ impl Plateaus {
         let label = |x: i64, y: i64| labels[(y * width + x) as usize];
         let count = labels.iter().max().map_or(0, |most| most + 1);
         let mut own: Vec<Option<Plateau>> = vec![None; count];
+
         // Places of `plateaus` for those that go on.
         let mut numbers: Vec<Option<usize>> = vec![None; count];
         let mut links = Vec::new();
@@ -90,6 +91,7 @@ impl Plateaus {
                 Some(known) => known.merge(&voxel),
                 none => *none = Some(voxel),
             }
+
             for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
                 let (there_x, there_y) = (x + right, y + up);
                 let is_own = (0..width).contains(&there_x) && (0..height).contains(&there_y);
@@ -103,6 +105,7 @@ impl Plateaus {
                 }
             }
         }
+
         for (side, label) in links {
             let number = *numbers[label].get_or_insert_with(|| {
                 self.plateaus.extend(own[label].take());
@@ -116,6 +119,7 @@ impl Plateaus {
                 }
             }
         }
+
         own.iter().flatten().for_each(|plateau| plateau.report(found));
     }
 
@@ -163,6 +167,7 @@ fn voxel(patch: &Patch, x: i64, y: i64) -> Plateau {
         is_at_edge: false,
         falls: [0.0; 2],
     };
+
     for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
         let there = patch.code_at(x + right, y + up);
         if !is_inside(patch, x + right, y + up) {
@@ -174,6 +179,7 @@ fn voxel(patch: &Patch, x: i64, y: i64) -> Plateau {
             plateau.falls[1] += 1.0;
         }
     }
+
     plateau
 }
 
@@ -188,10 +194,12 @@ fn labels(patch: &Patch) -> Vec<usize> {
     let none = usize::MAX;
     let mut labels = vec![none; (width * height) as usize];
     let (mut next, mut waiting) = (0, Vec::new());
+
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         if labels[(y * width + x) as usize] != none {
             continue;
         }
+
         let code = patch.code_at(x, y);
         labels[(y * width + x) as usize] = next;
         waiting.push((x, y));
@@ -204,7 +212,9 @@ fn labels(patch: &Patch) -> Vec<usize> {
                 }
             }
         }
+
         next += 1;
     }
+
     labels
 }

@@ -56,6 +56,7 @@ impl Seams {
             let (x, y) = if is_row { (at, line) } else { (line, at) };
             patch.height(x, y)
         };
+
         // Line n lies before column n.
         let excess = |line: i64| {
             let rows = piece * PIECE..(piece + 1) * PIECE;
@@ -68,6 +69,7 @@ impl Seams {
                 known.fold((0.0, 0), |(sum, count), excess| (sum + f64::from(excess), count + 1));
             if 2 * count > PIECE { sum / count as f64 } else { f64::NAN }
         };
+
         let lines = patch.size[across];
         let all: Vec<f64> = (-ASIDE..lines + ASIDE).map(excess).collect();
         for line in 0..lines {
@@ -94,6 +96,7 @@ impl Seams {
             let (is_row, line, first) = run[0].0;
             let size = run.iter().map(|(_, (step, _))| step).sum::<f64>() / run.len() as f64;
             let worst = run.iter().max_by(|a, b| a.1.0.total_cmp(&b.1.0)).unwrap_or(&run[0]);
+
             let place = |line: i64, along: i64| {
                 let units = if is_row {
                     DVec2::new(along as f64, line as f64)
@@ -102,6 +105,7 @@ impl Seams {
                 };
                 header.grid.origin + units * header.grid.spacing
             };
+
             let end = first + run.len() as i64;
             found.add(Finding {
                 fault: Fault::Seam,

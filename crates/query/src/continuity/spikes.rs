@@ -58,6 +58,7 @@ fn roughness(patch: &Patch, x: i64, y: i64) -> Option<f64> {
         if samples.iter().any(|[.., height]| height.is_nan()) {
             return None;
         }
+
         // Places lie evenly about the middle, so that mean and slopes do not depend on each other.
         let count = samples.len() as f64;
         let squares: f64 = samples.iter().map(|[right, ..]| right * right).sum();
@@ -71,6 +72,7 @@ fn roughness(patch: &Patch, x: i64, y: i64) -> Option<f64> {
             .collect();
         off.sort_unstable_by(f64::total_cmp);
         let middle = off.len() / 2;
+
         Some(DEVIATION * 0.5 * (off[middle - 1] + off[middle]))
     })
 }

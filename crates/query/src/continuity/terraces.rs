@@ -33,6 +33,7 @@ pub(super) fn find(patch: &Patch, found: &mut Found) {
 fn block(patch: &Patch, x: i64, y: i64, found: &mut Found) {
     let ends = [(x + BLOCK).min(patch.size[0]), (y + BLOCK).min(patch.size[1])];
     let voxels = || (y..ends[1]).flat_map(|y| (x..ends[0]).map(move |x| (x, y)));
+
     // Voxels of each height, and those that are level with their neighbours.
     let mut heights: BTreeMap<u16, [usize; 2]> = BTreeMap::new();
     for (x, y) in voxels() {
@@ -44,6 +45,7 @@ fn block(patch: &Patch, x: i64, y: i64, found: &mut Found) {
             known[1] += usize::from(is_level);
         }
     }
+
     let Some((frequent, _)) = heights.iter().max_by_key(|(_, [count, _])| *count) else { return };
     let others = || heights.iter().filter(|(code, _)| *code != frequent).map(|(_, counts)| *counts);
     let (count, level) = others().fold((0, 0), |(count, level), [own, flat]| (count + own, level + flat));
@@ -55,10 +57,12 @@ fn block(patch: &Patch, x: i64, y: i64, found: &mut Found) {
     {
         return;
     }
+
     let codes: Vec<u16> = heights.keys().copied().collect();
     let mut gaps: Vec<u16> = codes.windows(2).map(|pair| pair[1] - pair[0]).collect();
     gaps.sort_unstable();
     let gap = gaps[gaps.len() / 2];
+
     if gap > LEAST_STEPS {
         let middle = [(x + ends[0]) / 2, (y + ends[1]) / 2];
         let size = f64::from(gap) * patch.code.scale;

@@ -134,6 +134,7 @@ fn along_surface<V: Simd>(
     if is_flat.all() {
         return (straight, simd.mask(0));
     }
+
     let (under, over) = (row(-1), row(2));
     let is_smooth = is_near(simd, EDGE, lower[0], lower[1])
         & is_near(simd, EDGE, upper[0], upper[1])
@@ -144,6 +145,7 @@ fn along_surface<V: Simd>(
         below[0].select(is_left, below[1]).select(is_below, above[0].select(is_left, above[1]))
     };
     let zero = simd.splat(0.0);
+
     // From the nearest to the other one, and to the nearest from the one beyond it; and from the other one to that beyond it.
     let steps = |other: V::F, beyond: V::F, behind: V::F, known: V::F| {
         [other - known, known - beyond, behind - other]
@@ -151,12 +153,14 @@ fn along_surface<V: Simd>(
     let known = nearest([lower, upper]);
     let by_rows = steps(nearest([upper, lower]), nearest([under, over]), nearest([over, under]), known);
     let mut by_planes = [zero; 3];
+
     if is_plain {
         let beside = [[tap(-1, 0), tap(2, 0)], [tap(-1, 1), tap(2, 1)]];
         let others = [[lower[1], lower[0]], [upper[1], upper[0]]];
         let behind = beside.map(|[left, right]| [right, left]);
         by_planes = steps(nearest(others), nearest(beside), nearest(behind), known);
     }
+
     let (mut curved, mut on) = (straight, known);
     for ([there, before, behind], [a, b]) in [(by_planes, across), (by_rows, along)] {
         on = a.min(b).mul_add(lesser(simd, there, before), on);
@@ -165,6 +169,7 @@ fn along_surface<V: Simd>(
             curved = (a * b * simd.splat(-0.5)).mul_add(bend, curved);
         }
     }
+
     // An eye at the surface has no steps.
     let found = curved.select(is_smooth, on.max(known * simd.splat(0.5)));
     (found.select(known.lt(simd.splat(AT_EYE)), known), !is_smooth)

@@ -59,6 +59,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         let mut seen = [simd.splat(0.0); 3];
         let along = cubic(simd, place.rise);
         let mut left = place.gaze.lit;
+
         // Usually all lanes look into one annulus.
         while left.any() {
             let (_, here, between) = self.next(place, left);
@@ -71,11 +72,13 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
                     add(simd, &mut light, words, weight * up);
                 }
             }
+
             for (seen, light) in seen.iter_mut().zip(light) {
                 *seen = light.max(simd.splat(0.0)).select(here, *seen);
             }
             left = left & !here;
         }
+
         seen
     }
 
@@ -88,12 +91,14 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
         for (index, row) in rows.iter_mut().enumerate() {
             *row = self.row(place.below + simd.splat_int(index as i32 - 1));
         }
+
         let (mut inverse, mut is_outline) = (zero, simd.mask(0));
         let mut left = place.gaze.lit;
         while left.any() {
             let (_, here, between) = self.next(place, left);
             let share = between.share;
             let [west, east] = between.words;
+
             // Of the planes beside these two it is not known whether they were marched.
             let word = |plane: i32, row: i32| {
                 if plane <= 0 { west + rows[(row + 1) as usize] } else { east + rows[(row + 1) as usize] }
@@ -108,6 +113,7 @@ impl<V: Simd> LookUp<V> for PanoramaFan<'_, V> {
             is_outline = is_outline | ((standing | is_edge) & here);
             left = left & !here;
         }
+
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), inverse.recip());
         (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), is_outline)
     }

@@ -81,11 +81,13 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             let square = look.across.mul_add(look.across, look.tangent.mul_add(look.tangent, one));
             return Place { plane: look.plane, row: look.row, square, level: None };
         };
+
         let across = columns.mul_add(simd.splat(level.across[0]), simd.splat(level.across[1]));
         let square = across.mul_add(across, simd.splat(level.tangent * level.tangent + 1.0));
         let plane = columns.mul_add(simd.splat(level.plane[0]), simd.splat(level.plane[1]));
         let [planes, rows] = self.upright.size;
         let row = level.row.clamp(0, rows as i32 - 1);
+
         // Two groups hold all sixteen, unless planes are much closer than pixels.
         let (first, last) =
             (level.plane_at(column as f32 + 0.5), level.plane_at((column + LANES) as f32 - 0.5) + 2);
@@ -95,6 +97,7 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             let index = plane.floor().to_int() - simd.splat_int(group * LANES as i32);
             (group as usize * rows + row as usize, index)
         });
+
         Place { plane, row: simd.splat(row as f32), square, level }
     }
 
@@ -113,6 +116,7 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             let [from, to] = simd.permute_neighbours(low, high, index);
             return between(simd, from.to_bits(), to.to_bits(), share);
         }
+
         let below = place.row.floor();
         let rise = place.row - below;
         let (left, below) = (left.to_int(), below.to_int());
@@ -120,6 +124,7 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
             let right = left + simd.splat_int(1);
             return between(simd, self.words(left, below), self.words(right, below), share);
         }
+
         let mut light = [simd.splat(0.0); 3];
         let across = cubic(simd, share);
         for (row, up) in cubic(simd, rise).into_iter().enumerate() {
@@ -129,9 +134,11 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
                 add(simd, &mut light, words, weight * up);
             }
         }
+
         for light in &mut light {
             *light = light.max(simd.splat(0.0));
         }
+
         light
     }
 
@@ -141,11 +148,13 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
         let (left, below) = (place.plane.floor(), place.row.floor());
         let (share, rise) = (place.plane - left, place.row - below);
         let (left, below) = (left.to_int(), below.to_int());
+
         // Rows of an unrolled screen are those of the fan.
         let rows_apart = i32::from(self.levels.is_empty());
         let word = |plane: i32, row: i32| {
             self.index(left + simd.splat_int(plane), below + simd.splat_int(row * rows_apart))
         };
+
         // Inverse depth along the optical axis is what is linear from row to row.
         let [first, per_row] = self.upright.horizontal().map(|depth| simd.splat(depth));
         let per_depth = place.row.mul_add(per_row, first).recip();
@@ -160,6 +169,7 @@ impl<V: Simd> LookUp<V> for UprightFan<'_, V> {
         let zero = simd.splat(0.0);
         let range = place.square.sqrt() * inverse.recip();
         let range = zero.select(simd.splat(AT_EYE).lt(inverse), range);
+
         (range.select(zero.lt(inverse), simd.splat(f32::INFINITY)), stands | is_edge)
     }
 }

@@ -119,13 +119,16 @@ impl<'a> Footprint<'a> {
         let mut at = nearest;
         let strides = self.strides.clone();
         let mut rings = Rings::new(&strides, eye, wedge, nearest);
+
         while at < farthest {
             if horizon.sure >= top || horizon.sure >= 0.0 && ceiling < horizon.sure * at {
                 break;
             }
+
             let ring = rings.next_ring();
             let skip_level = ring.skip_level.min(coarsest);
             let sight = self.sight(eye, wedge, &ring, horizon)?;
+
             // A segment that ends in a hidden block began before.
             if sight.may_be || before.may_be {
                 for level in ring.levels[0]..=ring.levels[1] {
@@ -135,6 +138,7 @@ impl<'a> Footprint<'a> {
                     self.needs.add(eye, wedge, &self.sides, need);
                 }
             }
+
             // What stands may rise above all surfaces, and bare ground lies below them.
             let is_bare = ring.from * wedge.ground[0] < self.bare_until && ring.levels[0] == 0;
             if is_bare {
@@ -143,19 +147,23 @@ impl<'a> Footprint<'a> {
                     Need { level: 0, what: What::Standing, from, to, margins: MARGINS, is_likely: true };
                 self.needs.add(eye, wedge, &self.sides, need);
             }
+
             // Whose bounds the march looks at.
             for level in (ring.levels[0] + 2).min(skip_level)..=skip_level {
                 let Ring { from, to, .. } = ring;
                 let need = Need { level, what: What::Bounds, from, to, margins: MARGINS, is_likely: true };
                 self.needs.add(eye, wedge, &self.sides, need);
             }
+
             before = sight;
             // What lies below the horizon does not raise it.
             if sight.may_be && self.is_opaque && !is_bare {
                 horizon = self.raised(eye, wedge, &ring, horizon)?;
             }
+
             at = ring.to;
         }
+
         Ok(())
     }
 
@@ -198,11 +206,13 @@ impl<'a> Footprint<'a> {
         let page = self.surface.page_of(level, wedge.voxels(eye, &own, [ring.from, ring.to], [0.0; 2]))?;
         let mut from = ring.from;
         let mut by_from = 1.0 / from.max(f64::MIN_POSITIVE);
+
         for edge in edges_after(eye[wedge.major], wedge.forward, side, from) {
             let to = edge.min(ring.to);
             let by_to = 1.0 / to;
             let is_sure = to - from >= least && from >= wedge.inner[0] && to <= wedge.inner[1];
             let voxels = wedge.voxels_of_strip(eye, &own, [from, to]);
+
             if is_sure
                 && let Some([low, high]) = match page {
                     Some(page) => range_on_page(&page, voxels),
@@ -219,11 +229,14 @@ impl<'a> Footprint<'a> {
                 horizon.sure = horizon.sure.max(slope(low));
                 horizon.likely = horizon.likely.max(slope((low + high) / 2.0));
             }
+
             if to >= ring.to {
                 break;
             }
+
             (from, by_from) = (to, by_to);
         }
+
         Ok(horizon)
     }
 

@@ -124,15 +124,18 @@ impl<'a> Needs<'a> {
         let place = Place { is_doubtful: !is_likely, wedge: self.wedges, distance: from * wedge.ground[0] };
         let [x, y] = pages;
         let mut is_whole = true;
+
         for py in y[0]..=y[1] {
             for px in x[0]..=x[1] {
                 let id = PageId { level, px, py };
                 let has = self.source.has(if what == What::Standing { id.bare() } else { id });
+
                 // Where nothing stands nothing is missing.
                 is_whole &= has || what == What::Standing;
                 if !has && what == What::Standing {
                     continue;
                 }
+
                 for part in what.of(id) {
                     // Stretches go outward: the first one is the nearest.
                     let known = self.parts.entry(part).or_insert(place);
@@ -142,10 +145,12 @@ impl<'a> Needs<'a> {
                 }
             }
         }
+
         self.noted[usize::from(level)][what as usize] = is_whole.then(|| {
             let voxels = pages.map(|[first, last]| [first * PAGE_SIDE, last * PAGE_SIDE + (PAGE_SIDE - 1)]);
             Noted { from, until: wedge.within(eye, own, voxels, units[1]), margins, is_likely }
         });
+
         if !is_whole {
             // Blocks there begin and end elsewhere, and are skipped by bounds of their own.
             let need = Need { margins: [COARSER; 2], ..need };

@@ -97,6 +97,7 @@ impl Wedge {
         });
         let begin = groups.iter().map(|(group, field)| f64::from(field.begin(group, ceiling)));
         let first = &groups[0].0;
+
         Self {
             major: first.major,
             forward: first.forward,

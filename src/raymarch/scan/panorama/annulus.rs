@@ -48,6 +48,7 @@ impl Annulus {
         while FRAC_PI_2 - begins[begins.len() - 1] > cap {
             begins.push(0.5 * (begins[begins.len() - 1] + FRAC_PI_2));
         }
+
         let row = |elevation: f64| ((elevation / step) as usize).min(half - 1);
         let mut upper: Vec<Self> = Vec::new();
         for (index, &begin) in begins.iter().enumerate() {
@@ -62,6 +63,7 @@ impl Annulus {
             let ahead = (at.floor() as i32, at.fract() as f32);
             upper.push(Self { rows: first..end, planes, ahead, marks: Vec::new(), bases: Vec::new() });
         }
+
         // The mirror image, and the gap between the two rows beside the horizon, which is the upper one's.
         let lower: Vec<_> = upper
             .iter()
@@ -71,6 +73,7 @@ impl Annulus {
         for one in &mut upper {
             one.rows = half + one.rows.start..half + one.rows.end;
         }
+
         upper[0].rows.start = half - 1;
         lower.into_iter().chain(upper).collect()
     }
@@ -91,6 +94,7 @@ impl Annulus {
         if self.marks.is_empty() {
             self.marks = vec![0..0; groups];
         }
+
         let plane = |azimuth: f64| azimuth * self.planes as f64 / TAU;
         let [first, last] = match spread {
             Some(spread) => [plane(azimuth - spread) - MARGIN, plane(azimuth + spread) + MARGIN]
@@ -99,6 +103,7 @@ impl Annulus {
         };
         let lanes = LANES as i64;
         let (first, last) = (first.div_euclid(lanes), last.div_euclid(lanes));
+
         for group in first..=last.min(first + groups as i64 - 1) {
             let mark = &mut self.marks[group.rem_euclid(groups as i64) as usize];
             *mark = if mark.start >= mark.end {

@@ -148,6 +148,7 @@ impl Panorama {
         mark(&mut annuli, &directions, &world_from_mapping, [step, rows as f64]);
         let needed = place(&mut annuli);
         let begun = |row: usize| annuli.iter().filter(|annulus| annulus.rows.start <= row).count();
+
         Self {
             by_row: (0..rows).map(|row| begun(row).saturating_sub(1) as u8).collect(),
             directions,
@@ -274,6 +275,7 @@ impl Panorama {
             let sum = y.mul_add(simd.splat(up[axis]), z * simd.splat(forward[axis]));
             *turned = x.mul_add(simd.splat(right[axis]), sum);
         }
+
         let [sine, cosine] = self.ahead.map(|it| simd.splat(it));
         let along = direction[0].mul_add(sine, direction[1] * cosine);
         let across = direction[1].neg_mul_add(sine, direction[0] * cosine);
@@ -281,6 +283,7 @@ impl Panorama {
         let level = square * square.rsqrt();
         let elevation = atan2(simd, direction[2], level);
         let middle = simd.splat(0.5 * (self.rows - 1) as f32);
+
         Gaze {
             azimuth: atan2(simd, across, along),
             row: elevation.mul_add(simd.splat((1.0 / self.step) as f32), middle),
@@ -310,10 +313,12 @@ fn mark(annuli: &mut [Annulus], directions: &Directions, turn: &DMat3, [step, ro
         let row = |elevation: f64| elevation / step + middle;
         let low = (row(elevation - radius) - MARGIN).floor().max(0.0) as usize;
         let high = (row(elevation + radius) + MARGIN).ceil().min(rows - 1.0) as usize;
+
         // A cone of this radius touches azimuths up to here; all of them, where it holds the pole.
         let polar = FRAC_PI_2 - elevation.abs();
         let spread = if radius < polar { Some((radius.sin() / polar.sin()).min(1.0).asin()) } else { None };
         let azimuth = axis.x.atan2(axis.y);
+
         for annulus in annuli.iter_mut() {
             let looked_up = annulus.looked_up(rows as usize);
             let rows = low.max(looked_up.start)..(high + 1).min(looked_up.end);

@@ -35,6 +35,7 @@ impl Kernel for LookUps<'_> {
                     if gaze.lit.bits() >> lane & 1 == 0 {
                         continue;
                     }
+
                     let below = row.floor() as i32;
                     let annulus = self.panorama.annulus(below);
                     for words in annulus.between(simd, gaze.azimuth).words {
@@ -47,6 +48,7 @@ impl Kernel for LookUps<'_> {
                 }
             }
         }
+
         missing
     }
 }

@@ -166,6 +166,7 @@ impl Passage {
         };
         let (mut enter, mut leave) = (zero, one);
         let [near, far] = self.top;
+
         // Sinking beside the ray, or rising above it.
         let passes = simd.splat(near.min(far)).lt(tangents);
         if far < near {
@@ -173,6 +174,7 @@ impl Passage {
         } else {
             enter = enter.max(crossing(self.top)).select(passes, enter);
         }
+
         let [near, far] = self.bottom;
         let passes = tangents.lt(simd.splat(near.max(far)));
         if far > near {
@@ -180,6 +182,7 @@ impl Passage {
         } else {
             enter = enter.max(crossing(self.bottom)).select(passes, enter);
         }
+
         (leave - enter).max(zero)
     }
 }
@@ -350,6 +353,7 @@ impl Column {
     ) {
         let [zero, one, half] = [0.0, 1.0, HALF].map(|value| simd.splat(value));
         let all = simd.splat_int(ALL);
+
         // Shares of each row at which what fills it begins and ends.
         let [from, to] = [below(simd, within[0]), below(simd, within[1])];
         let open = simd.mask(open) & from.lt(to);
@@ -361,6 +365,7 @@ impl Column {
         let covered = simd.load_ints(&rows.covered);
         let [begin, end] = [from, to].map(|place| place.mul_add(simd.splat(PARTS), half).to_int());
         let bits = (power(simd, end) - power(simd, begin)) & (all - covered);
+
         // What is narrower than a part covers it in part.
         let is_narrow = begin.eq(end);
         let narrow = zero.select(covered.eq(all), to - from);
@@ -372,21 +377,25 @@ impl Column {
         for (light, sum) in light.into_iter().zip(&mut rows.light) {
             add(simd.splat(light), sum);
         }
+
         add(one, &mut rows.share);
         add(inverse, &mut rows.inverse);
         let covers = open & one.le(opacity) & !is_narrow;
         let covered = (covered | bits).select(covers, covered);
         let left = (left - left * hidden).select(open & !covers, left);
+
         // No light comes from behind, though it may not be known yet how far away the middle is.
         let is_dark = open & (covered.eq(all) | left.lt(simd.splat(NOTHING_LEFT)));
         covered.store(&mut rows.covered);
         zero.select(is_dark, left).store(&mut rows.left.0);
         let mut is_full = is_dark;
+
         if let Some(middles) = self.middles.get_mut(sixteen) {
             let hidden = simd.load(&middles.hidden.0);
             let has_middle = open & from.le(half) & half.lt(to);
             let more = (one - hidden).mul_add(opacity, hidden).select(has_middle, hidden);
             let hides = hidden.lt(half) & half.le(more);
+
             // Once the half is hidden it does not matter how much more.
             more.store(&mut middles.hidden.0);
             inverse.store_masked(hides, &mut middles.inverse.0);
@@ -397,6 +406,7 @@ impl Column {
             along.store_masked(hides, &mut middles.tilts[1].0);
             is_full = is_dark & half.le(more);
         }
+
         let (row, full) = (sixteen * LANES, is_full.bits());
         self.full[row / WORD] |= u64::from(full) << (row % WORD);
         self.open -= full.count_ones() as usize;

@@ -65,6 +65,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
     pub fn look_at(&mut self, spans: &[Span], ground: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let rise_per_step = 0.5 * spacing / Span::SLOPE_STEPS;
+
         // Of two above each other the upper is met first from above the plane between them, the lower from below: outward from the eye, as ends that slope go on to it.
         let eye = [0, 1].map(|axis| self.ends[0][axis] - self.ahead[axis] / self.inverse[0]);
         let is_below = |span: &Span| {
@@ -75,6 +76,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         let mut outward = spans[first..].iter().chain(spans[..first].iter().rev());
         let Some(any) = spans.first() else { return };
         let mut met = [([0.0_f32; 2], any); MOST_SORTED];
+
         loop {
             let mut count = 0;
             while count < MOST_SORTED
@@ -86,6 +88,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
                 if top * self.inverse[usize::from(top < 0.0)] <= self.floor {
                     continue;
                 }
+
                 let Some(shares) = self.within(span) else { continue };
                 // Halves of a ridge stand beside each other in one voxel: the nearer one comes first.
                 let mut at = count;
@@ -93,9 +96,11 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
                     met[at] = met[at - 1];
                     at -= 1;
                 }
+
                 met[at] = (shares, span);
                 count += 1;
             }
+
             for (shares, span) in &met[..count] {
                 self.meet(span, *shares, ground);
             }
@@ -116,6 +121,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
     fn meet(&mut self, span: &Span, cut: [f32; 2], ground: &mut Crest<'_>) {
         let Metric { scale, spacing, .. } = *self.metric;
         let between = |[near, far]: [f32; 2], share: f32| near + (far - near) * share;
+
         // Inverse depth is not linear in the distance, but 1 / it is.
         let inverse = cut.map(|share| match share {
             0.0 => self.inverse[0],
@@ -137,14 +143,17 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         if highest <= self.floor || self.column.is_full(self.row(lowest), high_row) {
             return;
         }
+
         let crest = ground.at(inverse[0]);
         let [low_near, low_far] = lows.unwrap_or([crest; 2]);
         let wall = self.wall(span, at[0]);
         let (facet, seam) = self.front(span, wall, cut[0], at[0]);
+
         // The rim of the front that is lit as the upper end is.
         let rim = top_near - seam * spacing * inverse[0];
         let side = [low_near.max(crest), rim.max(low_near)];
         let is_top_seen = top_far > top_near;
+
         let [emerges, submerges] = match is_top_seen {
             // Right below the eye no ground is seen that near: what hides the roof there would hide it from all rows.
             true if crest <= ground.lowest() => [f32::NEG_INFINITY, f32::INFINITY],
@@ -153,11 +162,13 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         };
         let upper = [rim.max(low_near).max(crest).max(emerges), highest.min(submerges)];
         let lower = [low_far.max(crest), low_near];
+
         // Along an end inverse depth is linear in the tangent: by as much as the end lies above the eye where it goes on to it.
         let depth = inverse.map(|inverse| 1.0 / inverse);
         let has_depths = self.column.has_depths();
         let turning = if has_depths { self.turning(wall, cut[0], at[0], depth[0]) } else { 0.0 };
         let front = (Line::level(inverse[0]), inverse[0] * turning);
+
         let along = |height: f32, slope: [f32; 2], rise: [f32; 2], far: f32, is_seen: bool| {
             let at_eye = height + (rise[0] * depth[1] - rise[1] * depth[0]) / (depth[1] - depth[0]);
             if !is_seen || at_eye == 0.0 {
@@ -166,17 +177,20 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
             let across = if has_depths { -dot(slope, self.beside) * spacing / at_eye } else { 0.0 };
             (Line::new(far, inverse[1], 1.0 / at_eye), across)
         };
+
         let low_slope = if span.is(Span::PARALLEL) { slope } else { [0.0; 2] };
         let bounds = [inverse[1], inverse[0]];
         let bottom = lows.unwrap_or([f32::NEG_INFINITY; 2]);
         let passage = Passage { inverse, top: [top_near, top_far], bottom };
         let opacity = span.state & Span::OPACITY;
         let mut known = (highest, high_row);
+
         for (face, tangents) in [side, upper, lower].into_iter().enumerate() {
             let [low, high] = tangents;
             if low >= high || high <= self.floor {
                 continue;
             }
+
             let high_row = if high >= highest { high_row } else { self.row(high) };
             // The upper end begins where the front ends.
             let low_row = if low == known.0 { known.1 } else { self.row(low) };
@@ -184,12 +198,14 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
             if low_row >= high_row || self.column.is_full(low_row, high_row) {
                 continue;
             }
+
             let (facet, (inverse, across)) = match face {
                 0 => (facet, front),
                 1 => (Facet::Top(span.slope), along(top, slope, rise, top_far, is_top_seen)),
                 _ => (Facet::Bottom, along(low_end, low_slope, low_rise, low_far, low_far < low_near)),
             };
             let light = self.light.light(self.page, self.voxel, span, facet);
+
             let haze = (opacity < Span::OPAQUE).then(|| {
                 let sides = match span.is(Span::STRIP) {
                     true => f32::from(span.thickness()) * scale / spacing,
@@ -199,6 +215,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
                 let clearness = self.metric.clearness[usize::from(opacity)] * way;
                 Haze { clearness, level: self.level, tangents, passage }
             });
+
             let fill = Fill { haze, inverse, across, bounds, front: front.1 };
             self.column.fill(self.simd, [low_row, high_row], light, &fill, self.centres);
         }
@@ -279,6 +296,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         {
             return (Facet::Side(wall.facing), SEAM);
         }
+
         // Of the voxel's sides the one that the plane enters through.
         let facing = if at[0].abs() >= at[1].abs() {
             if at[0] > 0.0 { 0 } else { 128 }
@@ -287,6 +305,7 @@ impl<L: FacetLight, V: Simd> Crossing<'_, '_, L, V> {
         } else {
             192
         };
+
         (Facet::Side(facing), SEAM)
     }
 }

@@ -214,6 +214,7 @@ impl<L: FacetLight> Kernel for Following<'_, '_, L> {
             };
             plane.follow(simd)?;
         }
+
         Ok(())
     }
 }
@@ -232,6 +233,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         let size = [self.march.grid.nx, self.march.grid.ny].map(|side| i64::from(side) - 1);
         let blocks = size.map(|last| [0, last / i64::from(BLOCK_SIDE)]);
         let side = f64::from(BLOCK_SIDE);
+
         for block in Walk::new([eye.x, eye.y], self.way, side, blocks, [from, to]) {
             if self.column().is_closed() {
                 break;
@@ -244,6 +246,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
             }
             self.cross_block(simd, (page, &view), &block);
         }
+
         Ok(())
     }
 
@@ -301,6 +304,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         let (corner, stands) = (corner_on_page(block.cell), blocks.get(block.cell, view));
         let datum = metric.code.offset - eye.z;
         let above = |from: f64, to: f64| datum - drop * (0.5 * (from + to)).powi(2);
+
         // What does not rise above a code that is linear in the major distance is hidden: `height · inverse depth ≤ floor`.
         let veil = Veil {
             base: -above(block.enter, block.leave) / metric.code.scale,
@@ -308,6 +312,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
         };
         let first_voxel = block.cell.map(|cell| cell * i64::from(BLOCK_SIDE));
         self.course.pass(simd, (first_voxel, stands.tops()), [block.enter, block.leave], veil, passed);
+
         for voxel in passed.voxels() {
             let place = voxel.place as u32;
             let [near, far] = voxel.distances;
@@ -332,6 +337,7 @@ impl<L: FacetLight> Plane<'_, '_, L> {
                 inverse: voxel.inverse,
                 above: above(f64::from(near), f64::from(far)) as f32,
             };
+
             crossing.look_at(stands.at(voxel.place), &mut self.crest);
         }
     }

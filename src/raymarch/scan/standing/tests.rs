@@ -101,6 +101,7 @@ impl Scene {
     fn is_as(&self, step: &Step, top: f32, found: Option<PassedVoxel>) -> bool {
         let [along, across] = self.way.map(f64::abs);
         let climb = along.min(across) / along.max(across);
+
         // Where it crosses a border that it almost runs along is as uncertain as how far across it is.
         let near = 1.0e-5 + if climb > 0.0 { 1.0e-6 / climb } else { 0.0 };
         let ends = [step.enter, step.leave];
@@ -110,6 +111,7 @@ impl Scene {
             // What is shorter than this may be passed or not.
             return top == 0.0 || above <= 0.01 || step.leave - step.enter <= 2.0 * near;
         };
+
         let is_near = |end: usize| {
             let told = f64::from(found.distances[end]);
             let exact =
@@ -119,6 +121,7 @@ impl Scene {
                 && (f64::from(found.inverse[end]) * self.depth * told - 1.0).abs() < 1.0e-6
                 && off[0].max(off[1]) < 2.0 * near
         };
+
         top > 0.0 && above > -0.01 && is_near(0) && is_near(1)
     }
 }
@@ -151,6 +154,7 @@ impl Row {
         if from >= to || self.full {
             return;
         }
+
         let [begin, end] = [from, to].map(|share| (share * 8.0 + 0.5) as u32);
         let bits = (((1_u32 << end) - (1 << begin)) as u8) & !self.covered;
         let is_narrow = begin == end;
@@ -164,17 +168,20 @@ impl Row {
         self.light += weight * filling.light;
         self.share += weight;
         self.inverse += weight * filling.inverse;
+
         if from <= 0.5 && to > 0.5 && self.hidden < 0.5 {
             self.hidden += (1.0 - self.hidden) * filling.opacity;
             if self.hidden >= 0.5 {
                 self.middle = filling.inverse;
             }
         }
+
         if filling.opacity >= 1.0 && !is_narrow {
             self.covered |= bits;
         } else {
             self.clear = 1.0 - left * (1.0 - share * filling.opacity);
         }
+
         if self.covered == u8::MAX || 1.0 - self.clear < 1.0 / 256.0 {
             self.clear = 1.0;
             self.full = !has_depths || self.hidden >= 0.5;
@@ -231,6 +238,7 @@ fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
             is.fill(row, filling, has_depths);
         }
     }
+
     let centres = vec![Sixteen::default(); count.div_ceil(LANES)];
     for isa in Isa::available() {
         let mut columns: [Column; LANES] = Default::default();
@@ -238,16 +246,19 @@ fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
             column.begin(count, has_depths);
             isa.run(Fills { column, fillings, centres: &centres });
         }
+
         let mut cover = Cover::default();
         cover.clear();
         cover.take(&columns);
         let mut seen = vec![[0.0; 6]; count];
+
         for (row, elements) in cover.rows() {
             for lane in 1..LANES {
                 assert!(elements.iter().all(|element| element.0[lane] == element.0[0]), "{isa}: {lane}");
             }
             seen[row] = std::array::from_fn(|element| elements[element].0[0]);
         }
+
         let column = &columns[0];
         for (row, (is, seen)) in rows.iter().zip(seen).enumerate() {
             let case = format!("{isa}, row {row}: {is:?} {seen:?}");
@@ -258,6 +269,7 @@ fn fills_as_one_by_one(count: usize, has_depths: bool, fillings: &[Filling]) {
             assert!(!has_depths || (seen[5] - is.middle).abs() < 1.0e-6, "{case}");
             assert_eq!(column.is_full(row as f32, row as f32 + 1.0), is.full, "{case}");
         }
+
         assert_eq!(column.is_closed(), rows.iter().all(|row| row.full), "{isa}");
     }
 }

@@ -113,6 +113,7 @@ impl Course {
         let [column, second] = [&COLUMNS, &SECOND].map(|lanes| simd.load(lanes));
         let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
         let [forward, upward] = self.senses;
+
         // Where it comes to the first column: distance, and how high there, from the block's border on the side it comes from.
         let near = |axis: usize, sense: f32| corner[axis] as f64 + if sense < 0.0 { SIDE } else { 0.0 };
         let (axis, other) = (self.axis, 1 - self.axis);
@@ -124,12 +125,14 @@ impl Course {
         let voxel = first.floor();
         let border = ((voxel + one - first) * simd.splat(self.columns)).min(one);
         let voxel = voxel + second;
+
         // Columns from the first one's near side.
         let columns = [enter, leave].map(|at| simd.splat(((at - start) / self.per_column) as f32));
         let from = border.mul_add(second, column).max(columns[0]);
         let to = (one - border).mul_add(second, border + column).min(columns[1]);
         let last = SIDE as f32 - 1.0;
         let is_within = from.lt(to) & zero.le(voxel) & voxel.le(simd.splat(last));
+
         // Numbers of voxels go up to the east and to the north.
         let strides = [1.0, SIDE as f32];
         let origin = |axis: usize, sense: f32| if sense < 0.0 { last * strides[axis] } else { 0.0 };
@@ -140,6 +143,7 @@ impl Course {
         let per_column = simd.splat(self.per_column as f32);
         let distance = |column: V::F| (column - columns[0]).mul_add(per_column, simd.splat(enter as f32));
         let distances = [from, to].map(distance);
+
         // Whichever end it is deeper hidden at has the last word.
         let end = distances[usize::from(veil.per_unit < 0.0)];
         let hidden = end.mul_add(simd.splat(veil.per_unit as f32), simd.splat(veil.base as f32));
@@ -147,10 +151,12 @@ impl Course {
         if passed.lanes == 0 {
             return;
         }
+
         place.store(&mut passed.places);
         let centre = [column, voxel].map(|at| at + half);
         let senses = [forward, upward].map(|sense| simd.splat(sense));
         let depth = simd.splat(self.depth as f32);
+
         for (end, (column, distance)) in [from, to].into_iter().zip(distances).enumerate() {
             let distance = distance.max(simd.splat(LEAST_DISTANCE as f32));
             distance.store(&mut passed.distances[end].0);

@@ -56,6 +56,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let what = "a database cannot go to standard output; name a file with -o, like SHADED.hop";
         return Err(hedgehop::Error::Configuration(what.into()).into());
     }
+
     let file = PageFile::open(&args.area)?;
     let sun = area::sky(args.sun, file.header())?.sun;
     let baking = Baking {
@@ -67,6 +68,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         steps: false,
         threads: args.making.workers.count(),
     };
+
     let baked = bake_shadows(&baking, &reporter)?;
     let text = format!(
         "baked {}: {:.1} MB, shadows of a sun {:.1}° from grid north, {:.1}° high\nNext:\n  {} render {} --path TRACK -o frames/####.png\n",
@@ -77,5 +79,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         program(),
         args.output.display()
     );
+
     Ok(exit::print(&text)?)
 }

@@ -140,6 +140,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let files = std::iter::once(&args.area).chain(&args.flight.path).map(PathBuf::as_path);
     let inputs: Vec<&Path> = files.chain(scene::inputs(scene.as_ref())).collect();
     let mut outputs: Vec<&PathBuf> = Vec::new();
+
     for (flag, file) in [("--svg", &args.svg), ("--json", &args.json), ("--trace", &args.trace)] {
         for file in file.iter().filter(|file| *file != Path::new("-")) {
             check_no_input(flag, file, &inputs)?;
@@ -154,12 +155,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             outputs.push(file);
         }
     }
+
     let file = PageFile::open_trusting(&args.area, args.trust.trust())?;
     let choose = |count| args.frames.clone().map_or_else(|| FrameSet::parse(&spread(count)), Ok);
     let setup = args.flight.screen.setup()?;
     let most = *args.workers.iter().max().unwrap_or(&args::available_cores());
     let in_flight = Farm::new(most)?.in_flight(args.overlap.in_flight);
     let has_objects = scene::has_objects(scene.as_ref());
+
     let frames = Frames {
         size: setup.size,
         product: Product::Picture,
@@ -169,17 +172,20 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         in_flight,
         encoders: 0,
     };
+
     let shares = args.memory.shares(frames)?;
     let source = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let cameras = args.flight.cameras(&args.area, &source, &setup, args.fps, choose, &reporter)?;
     args.memory.preload(&source, shares, &reporter)?;
     let report = measure(args, scene.as_ref(), &source, shares, setup.size, &cameras, &reporter)?;
     trust::sentence(&args.area, &source.file().damaged()).iter().for_each(|sentence| reporter.note(sentence));
+
     if let Some(file) = &args.svg {
         let svg = plot::bench(&report)
             .map_err(|error| Error::Configuration(format!("--svg: cannot draw the plot: {error}")))?;
         write_bytes(file, svg.as_bytes())?;
     }
+
     let json = format!("{}\n", serde_json::to_string_pretty(&report).unwrap_or_default());
     match args.json.as_deref() {
         Some(file) if file == Path::new("-") => exit::print(&json)?,
@@ -189,6 +195,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         }
         None => exit::print(&table(&report))?,
     }
+
     if report.identical_frames {
         Ok(())
     } else {
@@ -220,6 +227,7 @@ fn measure(
             if cores == 1 { "" } else { "s" }
         ));
     }
+
     let look = args.look.options(scene, source.header())?;
     let look = RenderOptions { engine: args.instructions.engine(), ..look };
     let options = args.flight.world.apply(source.header(), look);
@@ -227,17 +235,20 @@ fn measure(
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
     }
+
     let playing =
         scene.map(|scene| Playing::new(scene, source, args.flight.world, args.fps, reporter)).transpose()?;
     let job = Job { pages: source, renderer, cameras, playing, reporter };
     let passes = 1 + crews.len() as u64 * (1 + u64::from(args.repeats));
     reporter.begin("bench", passes * cameras.len() as u64, "frames");
     let (identical_frames, encode_ms) = job.compare(&crews, args.dump_ranges.as_deref())?;
+
     for _ in 0..args.repeats {
         for crew in &mut crews {
             crew.passes.push(job.time(crew)?);
         }
     }
+
     reporter.end();
     if let Some(file) = &args.trace {
         write_bytes(file, format!("{}\n", last_passes(&crews)).as_bytes())?;
@@ -253,6 +264,7 @@ fn measure(
     let listed = all.into_iter().zip(&crews).filter(|(_, crew)| crew.is_listed);
     let mut results: Vec<Figures> = listed.map(|(figures, _)| figures).collect();
     set_efficiency(&mut results);
+
     Ok(Report {
         hedgehop: env!("CARGO_PKG_VERSION"),
         cores: args::available_cores(),
@@ -298,6 +310,7 @@ impl Job<'_> {
             (0..).zip(self.cameras).map(|(frame, (number, camera))| (*number, (frame, camera))).collect();
         let batch = Batch { frames: &frames, in_flight, observer: self.reporter };
         let plan = FlightPlan::new(&self.renderer, farm, self.cameras).of_pictures();
+
         let flown = self.pages.ahead_of(frames.len() as u32, &plan, |flight| {
             let mut delivered = 0;
             let render = |farm: &Farm, &(frame, camera): &(u32, &Camera)| {
@@ -306,6 +319,7 @@ impl Job<'_> {
                 let (scenery, renderer) = (self.scenery(number), self.at(number));
                 Timed::render(|| renderer.picture_with(camera, &scenery, farm))
             };
+
             farm.fly(&batch, render, |number, timed| {
                 self.reporter.advance(1);
                 flight.deliver(delivered);
@@ -313,6 +327,7 @@ impl Job<'_> {
                 look(number, timed)
             })
         });
+
         flown.flatten().map_err(|error| match error {
             Error::Interrupted(_) => Error::Interrupted("nothing was measured".into()),
             other => other,
@@ -325,6 +340,7 @@ impl Job<'_> {
         let Some(most) = crews.last() else { return Ok((true, 0.0)) };
         let mut encoding = Duration::ZERO;
         let mut reference = Vec::with_capacity(self.cameras.len());
+
         // One frame after the other, so that rendering does not slow the encoder.
         let mut cameras = self.cameras.iter();
         self.fly(&most.farm, 1, |number, Timed { picture, .. }| {
@@ -340,6 +356,7 @@ impl Job<'_> {
                 None => Ok(()),
             }
         })?;
+
         let mut is_identical = true;
         for crew in crews {
             let mut expected = reference.iter();
@@ -348,6 +365,7 @@ impl Job<'_> {
                 Ok(())
             })?;
         }
+
         Ok((is_identical, encoding.as_secs_f64() * 1000.0 / self.cameras.len() as f64))
     }
 
@@ -408,6 +426,7 @@ fn figures(crew: &Crew, encode_ms: f64, frames: f64, pixels: f64) -> Figures {
         median(passes.iter().map(|pass| time(pass).as_secs_f64())) * 1000.0 / frames
     };
     let frames_per_s = frames / seconds;
+
     Figures {
         workers: crew.farm.workers(),
         in_flight: crew.in_flight,
@@ -442,6 +461,7 @@ fn table(report: &Report) -> String {
         report.cores,
         report.marcher()
     );
+
     for f in &report.results {
         text += &format!(
             "{:>7}  {:>8.2}  {:>8.2}  {:>8.0} %  {:>8.1}  {:>8.1}  {:>8.1}  {:>9.1}\n",
@@ -455,6 +475,7 @@ fn table(report: &Report) -> String {
             f.encode_ms
         );
     }
+
     let base = report.results.first().map_or(1, |figures| figures.workers);
     text += &format!(
         "\nefficiency: speed per worker against {base}; march and shade: time per frame, summed over workers; image:\n\
@@ -464,12 +485,14 @@ fn table(report: &Report) -> String {
     for f in &report.results {
         text += &format!("\n{} workers, last pass: {}\n", f.workers, memory::sentence(&f.paging));
     }
+
     text += &report.prediction.table();
     text += if report.identical_frames {
         "\nall numbers of workers gave identical frames\n"
     } else {
         "\nFRAMES DIFFER between numbers of workers\n"
     };
+
     text
 }
 

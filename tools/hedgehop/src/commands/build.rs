@@ -262,6 +262,7 @@ impl Args {
         // Of several, the finest holds; without corridors the last one given.
         let finest = self.spacing.iter().copied().reduce(f64::min);
         let spacing = if corridors.is_empty() { self.spacing.last().copied() } else { finest };
+
         Ok(BuildOptions {
             kept_for: None,
             clouds: self.cloud.iter().map(|path| self.cloud(path)).collect(),
@@ -363,6 +364,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let args = &args.clone().with_files()?;
     let order = args.order()?;
     let output = &order.options.output;
+
     // What is no file is refused for that: nothing replaces it.
     if output.is_file() && !order.options.overwrite {
         let mut what = format!("{} exists; --overwrite replaces it", output.display());
@@ -374,6 +376,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         }
         return Err(Error::Configuration(what).into());
     }
+
     let reporter = Reporter::new(args.making.progress, interrupt);
     let report = if args.recipe.is_some() {
         order.fill(&InKeys(&reporter)).map_err(|error| order.told(error))
@@ -381,6 +384,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         order.fill(&reporter)
     };
     exit::print(&summary(output, &report?)?)?;
+
     Ok(())
 }
 
@@ -389,6 +393,7 @@ pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> 
     let source = PageFile::open(output)?;
     let megabytes = report.bytes as f64 / 1e6;
     let voxels = report.voxels as f64 / 1e6;
+
     // A build that took no measurable time has no rate to speak of.
     let seconds = report.seconds.max(1e-3);
     let mut text = format!(
@@ -398,13 +403,16 @@ pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> 
         megabytes / seconds,
         voxels / seconds
     );
+
     if report.reused > 0 {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {} of {} pages are as before", report.reused, report.pages);
     }
+
     text += &area::description(source.header())?;
     text += &area::stored(source.header(), source.directory());
     let [x, y, z] = area::viewpoint(source.header()).to_array();
+
     // Writing to a String cannot fail.
     let _ = write!(
         text,
@@ -413,5 +421,6 @@ pub fn summary(output: &Path, report: &BuildReport) -> hedgehop::Result<String> 
         me = program(),
         file = output.display()
     );
+
     Ok(text)
 }

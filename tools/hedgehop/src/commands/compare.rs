@@ -75,10 +75,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let inputs: Vec<_> = pairs.iter().flat_map(|pair| &pair.files).map(PathBuf::as_path).collect();
         check_no_input(if args.html.as_ref() == Some(output) { "--html" } else { "-o" }, output, &inputs)?;
     }
+
     args.html.iter().try_for_each(|page| check_writable(page))?;
     let (mut all, mut table, mut rows) = (Sums::default(), HEAD.to_owned(), Vec::new());
     let mut viewer = Viewer::of([&args.a, &args.b].map(|run| run.display().to_string()));
     reporter.begin("compare", pairs.len() as u64, "frames");
+
     for pair in &pairs {
         if reporter.cancelled() {
             return Err(Error::Interrupted("what was compared before is written".into()).into());
@@ -89,6 +91,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         rows.push(sums.json(&pair.name));
         reporter.advance(1);
     }
+
     reporter.end();
     if let Some(page) = &args.html {
         write_bytes(page, viewer.page().as_bytes())?;
@@ -97,12 +100,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let report = json!({ "frames": rows, "all": all.json("all") });
         return Ok(exit::print(&format!("{report:#}\n"))?);
     }
+
     if pairs.len() > 1 {
         table.push_str(&all.row("all"));
     }
     for written in args.output.iter().chain(&args.html) {
         table.push_str(&format!("wrote {}\n", written.display()));
     }
+
     Ok(exit::print(&table)?)
 }
 
@@ -150,6 +155,7 @@ fn in_folders(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair
     for path in pictures::in_folder(&args.b)? {
         second.entry(stem(&path)).or_insert(path);
     }
+
     let (mut pairs, mut alone): (Vec<Pair>, Vec<String>) = (Vec::new(), Vec::new());
     for path in first {
         let name = stem(&path);
@@ -164,6 +170,7 @@ fn in_folders(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair
             None => alone.push(pictures::name(&path)),
         }
     }
+
     alone.extend(second.values().map(|path| pictures::name(path)));
     if pairs.is_empty() {
         return Err(Error::Configuration(format!(
@@ -172,10 +179,12 @@ fn in_folders(args: &Args, observer: &dyn Observer) -> hedgehop::Result<Vec<Pair
             args.b.display()
         )));
     }
+
     if !alone.is_empty() {
         let told = alone.iter().take(MOST_TOLD).cloned().collect::<Vec<_>>().join(", ");
         let more = if alone.len() > MOST_TOLD { ", …" } else { "" };
         observer.note(&format!("{} pictures are in one of the folders only: {told}{more}", alone.len()));
     }
+
     Ok(pairs)
 }

@@ -61,6 +61,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     check_no_input("-o", &args.output, &inputs)?;
     check_writable(&args.output)?;
     let is_film = |input: &PathBuf| !input.is_dir() && !pictures::is_picture(input);
+
     let entries = match args.inputs.as_slice() {
         [film] if is_film(film) => {
             reporter.begin("frames of the film", 0, "frames");
@@ -76,6 +77,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             of_files(args, &reporter)?
         }
     };
+
     let made = sheet(&entries, args.columns, args.width)?;
     write_bytes(&args.output, &pictures::png(&made, &args.output)?)?;
     let text = format!(
@@ -85,6 +87,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         made.width(),
         made.height()
     );
+
     Ok(exit::print(&text)?)
 }
 
@@ -98,6 +101,7 @@ fn of_files(args: &Args, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
             files.push(input.clone());
         }
     }
+
     // An earlier sheet among the frames is none of them.
     if let Ok(output) = args.output.canonicalize() {
         let is_frame =
@@ -108,6 +112,7 @@ fn of_files(args: &Args, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
         }
         files.retain(|file| file.canonicalize().is_ok_and(|file| file != output));
     }
+
     let chosen = spread(files.len(), args.count as usize);
     reporter.begin("frames", chosen.len() as u64, "frames");
     let mut entries = Vec::with_capacity(chosen.len());
@@ -118,6 +123,7 @@ fn of_files(args: &Args, reporter: &Reporter) -> hedgehop::Result<Vec<Entry>> {
         entries.push(Entry::new(pictures::label(file), &pictures::open(file)?, args.width));
         reporter.advance(1);
     }
+
     reporter.end();
     Ok(entries)
 }

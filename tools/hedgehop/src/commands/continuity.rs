@@ -78,6 +78,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if let Some(path) = &args.output {
         write_bytes(path, faults::table(&report, &places).as_bytes())?;
     }
+
     if let Some(path) = &args.picture {
         let header = source.header();
         let whole = MapExtent::of_level(&header.grid, 0, maps::WHOLE)?;
@@ -90,9 +91,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         write_bytes(path, &pictures::png(&picture, path)?)?;
         maps::write_beside(path, &extent, header, &reporter)?;
     }
+
     source.intact()?;
     exit::print(&faults::summary(&report, &places))?;
     let kinds = args.fail_on.as_deref().unwrap_or(&Kind::ALL);
+
     if kinds.iter().any(|kind| report.count(kind.fault()) > 0) { Err(Failure::Problems) } else { Ok(()) }
 }
 
@@ -106,6 +109,7 @@ fn check_outputs(args: &Args) -> Result<()> {
         args::check_no_input("-o", path, input)?;
         check_writable(path)?;
     }
+
     if let Some(path) = &args.picture {
         if !maps::is(path, "png") {
             let named = path.with_extension("png");
@@ -116,5 +120,6 @@ fn check_outputs(args: &Args) -> Result<()> {
         }
         maps::check_output(path, input)?;
     }
+
     Ok(())
 }

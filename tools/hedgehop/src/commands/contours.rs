@@ -126,6 +126,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     maps::check_output(&args.output, &[&args.area])?;
     let found = contours(&source, level, bounds, interval, &reporter)?;
     let index = i64::from(args.index);
+
     match form {
         Form::Lines => write_geojson(args, &source, &found, (interval, index), &reporter)?,
         Form::Tiff => {
@@ -138,6 +139,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             maps::write_beside(&args.output, &extent, header, &reporter)?;
         }
     }
+
     source.intact()?;
     let (lowest, highest) = (found.first(), found.last());
     let range = lowest.zip(highest).map_or(String::new(), |(low, high)| {
@@ -150,6 +152,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if found.is_empty() {
         text += &why_none(contour_range(&source, level, bounds)?, header.grid.side(level));
     }
+
     Ok(exit::print(&(text + "\n"))?)
 }
 
@@ -188,21 +191,26 @@ pub fn relief(source: &PageFile, extent: MapExtent, observer: &dyn Observer) -> 
     let shade = Hillshade::new(MAP_SUN, 1.0);
     let mut picture = RgbImage::from_pixel(extent.width, extent.height, NO_GROUND);
     observer.begin("relief", u64::from(extent.height), "rows");
+
     for first in (0..extent.height).step_by(STRIP as usize) {
         if observer.cancelled() {
             return Err(Error::Interrupted("the map was not written".into()));
         }
+
         let rows = first..extent.height.min(first + STRIP);
         let light =
             shade.light(&map, 0..i64::from(extent.width), i64::from(rows.start)..i64::from(rows.end))?;
         let pixels = rows.clone().flat_map(|row| (0..extent.width).map(move |column| (column, row)));
+
         for ((column, row), light) in pixels.zip(light).filter(|(_, light)| !light.is_nan()) {
             let channel =
                 |index: usize| (SHADOW[index] + (LIGHT[index] - SHADOW[index]) * light.sqrt()) as u8;
             picture.put_pixel(column, row, Rgb([0, 1, 2].map(channel)));
         }
+
         observer.advance(u64::from(rows.end - rows.start));
     }
+
     observer.end();
     Ok(picture)
 }

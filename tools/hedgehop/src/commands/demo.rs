@@ -97,6 +97,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let folder = &args.output;
     fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", error))?;
     let recipe = folder.join(RECIPE);
+
     // Somebody may have tried another line in one.
     let is_changed = |file: &Path, bytes: &[u8]| fs::read(file).is_ok_and(|there| there != bytes);
     let mut written = 0;
@@ -110,6 +111,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         write_bytes(&file, bytes)?;
         written += 1;
     }
+
     let all = FILES.len();
     exit::print(&format!("1. wrote {written} of the {all} files of {}\n", recipe.display()))?;
 
@@ -118,6 +120,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     (options.overwrite, options.memory, options.threads) = (true, MEMORY, args::available_cores());
     let report = order.fill(&reporter)?;
     let area = order.options.output;
+
     exit::print(&format!(
         "2. built {}: {} x {} voxels of {} m, {:.1} MB in {:.1} s\n",
         area.display(),
@@ -136,6 +139,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if let Some(film) = &flight.video {
         exit::print(&format!("5. wrote the film {}\n", film.display()))?;
     }
+
     exit::print(&next(folder, &area, flight.video.is_some()))?;
     Ok(())
 }
@@ -196,6 +200,7 @@ fn next(folder: &Path, area: &Path, has_film: bool) -> String {
     let (area, path) = (area.display(), folder.join(PATH));
     let flight = format!("{area} --path {} --fps {FRAMES_PER_SECOND} --hfov {HFOV}", path.display());
     let frames = |folder_name: &str| folder.join(folder_name).join("####.png").display().to_string();
+
     let film = if has_film {
         String::new()
     } else {
@@ -205,6 +210,7 @@ fn next(folder: &Path, area: &Path, has_film: bool) -> String {
             folder.join("valley.mp4").display()
         )
     };
+
     format!(
         "Next:\n{film}  \
          {me} info {area}\n  \

@@ -59,6 +59,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let what = "a database cannot go to standard output; name a file with -o, like PART.hop";
         return Err(Error::Configuration(what.into()).into());
     }
+
     let source = PageFile::open(&args.area)?;
     let header = source.header();
     let bounds = match (args.bbox, args.lon_lat) {
@@ -76,6 +77,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let target = (args.output.as_path(), args.making.overwrite);
     let (_, bytes) = extract(&source, &pages, &part, target, args.making.workers.count(), &reporter)?;
     let size = (far - near) / 1000.0;
+
     let text = format!(
         "extracted {}: {:.1} MB, {:.2} x {:.2} km\n",
         args.output.display(),
@@ -83,6 +85,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         size.x,
         size.y
     );
+
     Ok(exit::print(&text)?)
 }
 
@@ -93,6 +96,7 @@ fn metres([west, south, east, north]: [f64; 4], header: &Header) -> Result<[f64;
         let what = "--lon-lat: the database has no place on Earth; give --bbox in its metres";
         return Err(Error::Configuration(what.into()));
     }
+
     let transform = Transform::new(&Crs::wgs84(), &crs)?;
     let shares = (0..SIDE_POINTS).map(|point| f64::from(point) / f64::from(SIDE_POINTS - 1));
     let points = shares.flat_map(|t| [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)]);
@@ -101,6 +105,7 @@ fn metres([west, south, east, north]: [f64; 4], header: &Header) -> Result<[f64;
     let bounds = places
         .map(|(x, y)| [x, y, x, y])
         .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
+
     bounds.ok_or_else(|| {
         let what = format!(
             "--lon-lat {west},{south},{east},{north} lies nowhere in the reference system of the database"

@@ -75,11 +75,13 @@ pub fn run(args: &Args) -> Outcome {
         );
         return Err(Error::Configuration(what).into());
     }
+
     let source = PageFile::open(&args.file)?;
     let places = Places::new(&source, args.xy)?;
     let ground = if args.bare { Ground::Bare } else { Ground::Highest };
     let metadata = &source.header().metadata;
     let (mut samples, mut materials) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
+
     for pair in pairs {
         let place = places.find(*pair)?;
         samples.push(Sample { distance: 0.0, place, ground: ground.height_at(&source, place)? });
@@ -87,6 +89,7 @@ pub fn run(args: &Args) -> Outcome {
         let material = material.filter(|number| *number > 0);
         materials.push(material.map(|number| metadata.material_name(number)));
     }
+
     if args.json {
         let all: Vec<_> = samples
             .iter()
@@ -100,6 +103,7 @@ pub fn run(args: &Args) -> Outcome {
             .collect();
         return Ok(exit::print(&format!("{:#}\n", serde_json::Value::from(all)))?);
     }
+
     let datum = &metadata.vertical_datum;
     let mut text = String::new();
     for (sample, material) in samples.iter().zip(&materials) {
@@ -111,6 +115,7 @@ pub fn run(args: &Args) -> Outcome {
             None => writeln!(text, "{name}  no ground: a gap of the data"),
         };
     }
+
     Ok(exit::print(&text)?)
 }
 

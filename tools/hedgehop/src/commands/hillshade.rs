@@ -80,6 +80,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let what = format!("{}: a hillshade is a .tif or a .png", args.output.display());
         return Err(Error::Configuration(what).into());
     }
+
     let source = PageFile::open(&args.area)?;
     let header = source.header();
     let sun = area::sky(args.sun, header)?.sun;
@@ -87,6 +88,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let what = format!("at {:.1}° the sun lights no ground; choose one above the horizon", sun.elevation);
         return Err(Error::Configuration(what).into());
     }
+
     let extent = args.part.extent(header)?;
     let (kind, (most, side)) = if is_tiff { ("a GeoTIFF", MOST_TIFF) } else { ("a PNG", MOST_PNG) };
     maps::check_size(&extent, kind, most, side)?;
@@ -94,12 +96,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let sheet = if args.bare { Sheet::Bare } else { Sheet::Surface };
     let map = GroundMap::new(&source, extent, sheet);
     let picture = Picture { map, shade: Hillshade::new(sun, args.exaggeration), has_colour: args.colour };
+
     if is_tiff {
         picture.write_tiff(args, header, &reporter)?;
     } else {
         picture.write_png(args, &reporter)?;
         maps::write_beside(&args.output, &extent, header, &reporter)?;
     }
+
     source.intact()?;
     let text = format!(
         "{}: {}x{} pixels of {} m\n",
@@ -108,6 +112,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         extent.height,
         area::metres(extent.pixel)
     );
+
     Ok(exit::print(&text)?)
 }
 
@@ -171,6 +176,7 @@ impl Picture<'_> {
             let mut writer = encoder.write_header().map_err(io::Error::from)?;
             let mut stream = writer.stream_writer().map_err(io::Error::from)?;
             observer.begin("hillshade", u64::from(extent.height), "rows");
+
             for first in (0..extent.height).step_by(STRIP as usize) {
                 let rows = i64::from(first)..i64::from(extent.height.min(first + STRIP));
                 let samples = if observer.cancelled() {
@@ -189,9 +195,11 @@ impl Picture<'_> {
                 stream.write_all(&bytes)?;
                 observer.advance((rows.end - rows.start) as u64);
             }
+
             stream.finish().map_err(io::Error::from)?;
             writer.finish().map_err(io::Error::from)
         });
+
         observer.end();
         failed.map_or(written, Err)
     }

@@ -48,6 +48,7 @@ pub fn run(args: &Args) -> Outcome {
         Some(bbox) => Some(part(&source, bbox)?),
         None => args.classes.then(|| tally(&source, None)).transpose()?,
     };
+
     let text = if args.json {
         let mut json = area::json(header, source.directory())?;
         if let Some(found) = &found {
@@ -64,6 +65,7 @@ pub fn run(args: &Args) -> Outcome {
         let classes = classes.unwrap_or_default();
         format!("{}: hedgehop database\n{what}{stored}{classes}", args.file.display())
     };
+
     Ok(exit::print(&text)?)
 }
 

@@ -51,6 +51,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let what = "a database cannot go to standard output; name a file with -o, like WHOLE.hop";
         return Err(Error::Configuration(what.into()).into());
     }
+
     let files = inputs.iter().map(|path| PageFile::open(path)).collect::<Result<Vec<_>>>()?;
     let names: Vec<String> = inputs.iter().map(|path| path.display().to_string()).collect();
     let databases: Vec<(&dyn PageSource, &str)> =
@@ -61,6 +62,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let grid = merger.grid();
     let size = (grid.far_corner() - grid.origin) / 1000.0;
     let join = &merged.join;
+
     let seam = if join.pairs == 0 {
         "the databases do not touch".to_owned()
     } else {
@@ -73,6 +75,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             join.mean()
         )
     };
+
     let text = format!(
         "merged {}: {:.1} MB, {:.2} x {:.2} km, {} x {} voxels of {} m\n{seam}\n",
         args.output.display(),
@@ -83,5 +86,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         grid.ny,
         area::metres(grid.spacing)
     );
+
     Ok(exit::print(&text)?)
 }

@@ -122,6 +122,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     };
     let made = Chart { camera: &camera, path: &places, footprints: &footprints }.draw(picture);
     write_bytes(&args.output, &pictures::png(&made, &args.output)?)?;
+
     let text = format!(
         "{}: {}x{} pixels of {} m\n",
         args.output.display(),
@@ -129,6 +130,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         made.height(),
         area::metres((1000.0 / camera.focal_px()).round() / 1000.0)
     );
+
     Ok(exit::print(&text)?)
 }
 
@@ -176,6 +178,7 @@ fn camera(header: &Header, places: &[DVec2], longer: u32) -> Camera {
             [(low - around).max(whole[0]).min(low), (high + around).min(whole[1]).max(high)]
         }
     };
+
     // What is added for a handy shape lies in the area.
     let handy = DVec2::splat((high - low).max_element() / LONGEST).min(whole[1] - whole[0]);
     let sides = (high - low).max(handy);
@@ -183,6 +186,7 @@ fn camera(header: &Header, places: &[DVec2], longer: u32) -> Camera {
     let middle = (0.5 * (low + high)).clamp(whole[0] + reach, whole[1] - reach);
     let middle = middle.clamp(high - 0.5 * sides, low + 0.5 * sides);
     let metres = sides.max_element() / f64::from(longer);
+
     // At least a pixel.
     let [width, height] = (sides / metres).round().max(DVec2::ONE).to_array().map(|pixels| pixels as u32);
     look_down(header, middle, metres, [width, height])
@@ -208,10 +212,12 @@ fn relief(source: &PageFile, camera: &Camera, farm: &Farm, observer: &dyn Observ
     let (width, height, metres) = (camera.width, camera.height, 1.0 / camera.focal_px());
     let mut pixels = Vec::with_capacity(width as usize * height as usize * 3);
     observer.begin("map", u64::from(height), "rows");
+
     for first in (0..height).step_by(STRIP as usize) {
         if observer.cancelled() {
             return Err(Error::Interrupted("the map was not written".into()));
         }
+
         let rows = STRIP.min(height - first);
         let down = f64::from(first) + 0.5 * f64::from(rows) - 0.5 * f64::from(height);
         let middle = camera.pose.eye.truncate() - DVec2::Y * (down * metres);
@@ -221,9 +227,11 @@ fn relief(source: &PageFile, camera: &Camera, farm: &Farm, observer: &dyn Observ
         for (pixel, _) in frame.level.iter().enumerate().filter(|(_, level)| **level == Frame::SKY_LEVEL) {
             rgb[3 * pixel..3 * pixel + 3].copy_from_slice(&NO_GROUND);
         }
+
         pixels.extend(rgb);
         observer.advance(u64::from(rows));
     }
+
     observer.end();
     // There are as many pixels as the strips have together.
     Ok(RgbImage::from_raw(width, height, pixels)

@@ -166,12 +166,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         inputs.extend(args.flight.path.as_deref());
         traffic::check(map, &inputs)?;
     }
+
     let scene = args.scene.read(&reporter)?;
     let file = PageFile::open(&args.area)?;
     let finish = scene.as_ref().map(|scene| scene.finish).unwrap_or_default();
     let setup = args.flight.screen.setup()?.behind_lens(finish.distortion)?;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
     let cameras = args.flight.cameras(&args.area, &file, &setup, args.fps, choose, &reporter)?;
+
     let cameras: Vec<_> = cameras
         .into_iter()
         .map(|(number, camera)| {
@@ -184,6 +186,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         let first_use = &planned.plan.pages();
         Traffic { header: file.header(), cameras: &cameras, first_use }.write(map)?;
     }
+
     let farm = Farm::new(args.workers.count())?;
     let frames = Frames {
         has_objects: scene::has_objects(scene.as_ref()),
@@ -194,10 +197,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         in_flight: farm.in_flight(args.overlap.in_flight),
         encoders: 1,
     };
+
     if let Some(memory) = args.memory {
         Memory::of(memory).shares(frames)?;
     }
     let report = report(args, &file, &cameras, &planned, frames)?;
+
     let text = if args.json {
         format!(
             "{:#}\n",
@@ -206,6 +211,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     } else {
         report.text()
     };
+
     Ok(exit::print(&text)?)
 }
 
@@ -256,6 +262,7 @@ fn report(
     let needed = plan.pages();
     let pages: Vec<PageId> = needed.iter().map(|(id, _)| *id).collect();
     let disk = if args.no_timing { None } else { Some(file.time_reading(&pages, TIMED)?) };
+
     let mut report = Report {
         area: args.area.display().to_string(),
         frames: cameras.len() as u64,
@@ -280,12 +287,14 @@ fn report(
         obstacles: Vec::new(),
         by_frame: Vec::new(),
     };
+
     report.obstacles = report.obstacles();
     if args.json {
         let frames = cameras.iter().zip(&plan.frames);
         report.by_frame =
             frames.map(|((frame, _), needs)| ByFrame { frame: *frame, needs: *needs }).collect();
     }
+
     Ok(report)
 }
 
@@ -293,6 +302,7 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
     let header = file.header();
     let grid = &header.grid;
     let stored = area::shares(header, file.directory());
+
     let level_needs = |level: u8| {
         let own: Vec<_> = needed.iter().filter(|(id, _)| id.level == level).collect();
         let squares = || own.iter().map(|(id, _)| grid.page_square(*id));
@@ -302,6 +312,7 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
             let farthest = eyes.map(|eye| (eye - low).abs().max((high - eye).abs()).length());
             farthest.fold(f64::INFINITY, f64::min)
         });
+
         LevelNeeds {
             level: Grid::side_units(level),
             pages: own.len() as u64,
@@ -316,6 +327,7 @@ fn levels(file: &PageFile, cameras: &[(u64, Camera)], needed: &[(PageId, u32)]) 
             reach_m: reach.fold(0.0, f64::max),
         }
     };
+
     (0..header.level_count).map(level_needs).collect()
 }
 
@@ -331,6 +343,7 @@ impl Report {
                 mib_up(self.memory_bytes_least)
             ));
         }
+
         if let Some(free) = self.machine.memory_bytes
             && free < wanted
         {
@@ -340,6 +353,7 @@ impl Report {
                 amount(free)
             ));
         }
+
         if let Some(rate) = self.machine.disk_bytes_per_s
             && rate < self.second_bytes_most as f64
         {
@@ -349,6 +363,7 @@ impl Report {
                 amount(rate as u64)
             ));
         }
+
         obstacles
     }
 
@@ -361,15 +376,18 @@ impl Report {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "  {name:<11} {value}");
         };
+
         if self.frames_by_reference > 0 {
             line(
                 "not known",
                 format!("{} frames: the reference marcher renders them", self.frames_by_reference),
             );
         }
+
         line("one view", format!("up to {}", amount(self.view_bytes_most)));
         line("with ahead", format!("up to {} for {LOOKAHEAD} frames more", amount(self.ahead_bytes_most)));
         line("the flight", format!("{} in all", amount(self.flight_bytes)));
+
         line(
             "memory",
             format!(
@@ -378,6 +396,7 @@ impl Report {
                 mib_up(self.memory_bytes_least)
             ),
         );
+
         line(
             "disk",
             format!(
@@ -388,6 +407,7 @@ impl Report {
                 amount(self.second_bytes_most)
             ),
         );
+
         if let Some(given) = self.memory_bytes_given {
             let holds = if given >= self.memory_bytes {
                 format!("holds {LOOKAHEAD} frames ahead")
@@ -398,6 +418,7 @@ impl Report {
             };
             line("given", format!("--memory {} {holds}", amount(given)));
         }
+
         for level in self.levels.iter().filter(|level| level.pages > 0) {
             line(
                 &format!("level {}", level.level),
@@ -411,6 +432,7 @@ impl Report {
                 ),
             );
         }
+
         let machine = [
             self.machine.memory_bytes.map(|free| format!("{} of memory free", amount(free))),
             self.machine
@@ -422,6 +444,7 @@ impl Report {
             [] => line("verdict", "can do it".into()),
             obstacles => obstacles.iter().for_each(|obstacle| line("verdict", obstacle.clone())),
         }
+
         text
     }
 }

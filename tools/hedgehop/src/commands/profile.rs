@@ -106,10 +106,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     if let Some((path, _)) = &output {
         args::check_no_input("-o", path, &inputs)?;
     }
+
     args.tracks.check(args.path.is_some(), "--path")?;
     let source = PageFile::open(&args.file)?;
     let places = Places::new(&source, args.xy || args.path.is_some())?;
     let step = args.step.unwrap_or(source.header().grid.spacing);
+
     let line = match (&args.path, args.from, args.to) {
         (Some(path), ..) => under_flight(args, path, &source, step, &reporter)?,
         (None, Some(from), Some(to)) => {
@@ -126,6 +128,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         }
         _ => return Err(Error::Configuration("give --path, or --from and --to".into()).into()),
     };
+
     let header = source.header();
     if let Some((path, kind)) = output {
         let text = match kind {
@@ -134,6 +137,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         };
         write_bytes(path, text.as_bytes())?;
     }
+
     Ok(exit::print(&summary(&line, header)?)?)
 }
 
@@ -162,6 +166,7 @@ fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter
         .collect();
     let (mut samples, mut flight): (Vec<Sample>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut begun = 0.0;
+
     for ends in eyes.windows(2) {
         let places: [DVec2; 2] = [ends[0].truncate(), ends[1].truncate()];
         let length = places[0].distance(places[1]);
@@ -175,11 +180,13 @@ fn under_flight(args: &Args, path: &Path, source: &PageFile, step: f64, reporter
         }
         begun += length;
     }
+
     if let Some(eye) = eyes.last() {
         let last = profile(source, args.ground(), &[eye.truncate()], step)?;
         samples.extend(last.into_iter().map(|sample| Sample { distance: begun, ..sample }));
         flight.push(eye.z);
     }
+
     Ok(Line { title: path.display().to_string(), samples, flight: Some(flight) })
 }
 
@@ -192,16 +199,19 @@ fn drawn(line: &Line, header: &Header) -> std::result::Result<String, Failure> {
         );
         return Err(Error::Configuration(what).into());
     }
+
     let ground: Vec<_> =
         line.samples.iter().map(|sample| (sample.distance / 1000.0, sample.ground)).collect();
     let along = ground.iter().map(|(along, _)| *along);
     let flight = line.flight.iter().flat_map(|flight| along.clone().zip(flight.iter().copied())).collect();
+
     let shown = Elevations {
         title: line.title.clone(),
         datum: header.metadata.vertical_datum.clone(),
         ground,
         flight,
     };
+
     plot::profile(&shown).map_err(|error| Failure::Unforeseen(format!("the plot: {error}")))
 }
 
@@ -214,6 +224,7 @@ fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
             .lonlat(sample.place)
             .map_or([String::new(), String::new()], |place| place.map(|degrees| format!("{degrees:.8}")));
         let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
+
         // Writing to a string does not fail.
         let _ = write!(
             text,
@@ -223,12 +234,15 @@ fn table<S: PageSource>(line: &Line, places: &Places<'_, S>) -> String {
             sample.place.y,
             number(sample.ground)
         );
+
         if let Some(flight) = &line.flight {
             let altitude = flight[index];
             let _ = write!(text, ",{altitude:.3},{}", number(sample.ground.map(|ground| altitude - ground)));
         }
+
         text.push('\n');
     }
+
     text
 }
 
@@ -242,6 +256,7 @@ fn summary(line: &Line, header: &Header) -> Result<String> {
         (low.min(*height), high.max(*height))
     });
     let climb: f64 = heights.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
+
     // Writing to a string does not fail.
     let _ = if heights.is_empty() {
         write!(text, "; there is no ground along it")
@@ -249,12 +264,14 @@ fn summary(line: &Line, header: &Header) -> Result<String> {
         write!(text, "; ground from {low:.1} to {high:.1} m above {datum}, {climb:.0} m up in all")
     };
     text += &missing(line, header)?;
+
     if let Some(flight) = &line.flight {
         let above = line
             .samples
             .iter()
             .zip(flight)
             .filter_map(|(sample, eye)| Some((sample.distance, eye - sample.ground?)));
+
         if let Some((at, least)) = above.min_by(|a, b| a.1.total_cmp(&b.1)) {
             let _ = write!(
                 text,
@@ -263,6 +280,7 @@ fn summary(line: &Line, header: &Header) -> Result<String> {
             );
         }
     }
+
     text.push('\n');
     Ok(text)
 }

@@ -73,6 +73,7 @@ pub fn run(args: &Args) -> Outcome {
         && options.clouds.is_empty()
         && options.objects.is_empty()
         && options.scatters.is_empty();
+
     let mut text = format!(
         "{} is sound: {} x {} voxels of {} m in {}, {:.1} MB at most{}, into {}\n",
         path.display(),
@@ -84,6 +85,7 @@ pub fn run(args: &Args) -> Outcome {
         if is_bare { "" } else { " without what stands on it" },
         recipe.options.output.display()
     );
+
     let output = &recipe.options.output;
     if output.exists() && !is_own_work(output) {
         // Writing to a string does not fail.
@@ -93,10 +95,12 @@ pub fn run(args: &Args) -> Outcome {
             output.display()
         );
     }
+
     for note in &outline.notes {
         // Writing to a string does not fail.
         let _ = writeln!(text, "  {}", in_keys(note));
     }
+
     Ok(exit::print(&text)?)
 }
 

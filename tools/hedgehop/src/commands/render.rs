@@ -178,6 +178,7 @@ impl Done {
     pub fn sentence(&self) -> String {
         let size = self.size;
         let megapixels = self.rendered as f64 * f64::from(size.width) * f64::from(size.height) / 1e6;
+
         // A flight that took no measurable time has no rate to speak of.
         let seconds = self.seconds.max(1e-3);
         let kept = if self.kept > 0 { format!(", kept {}", self.kept) } else { String::new() };
@@ -190,6 +191,7 @@ impl Done {
         if self.rendered == 0 {
             return format!("rendered nothing{kept}{place}\n");
         }
+
         format!(
             "rendered {} frame{plural}{kept} in {:.1} s ({:.2} frames/s, {:.2} Mpixel/s){place}\n",
             self.rendered,
@@ -214,6 +216,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let in_flight = farm.in_flight(args.overlap.in_flight);
     let has_objects = scene::has_objects(scene);
     let further = args.aov.pixel_bytes();
+
     let shares = args.memory.shares(Frames {
         size: setup.size,
         product,
@@ -227,6 +230,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         in_flight,
         encoders,
     })?;
+
     let pages = ResidentPages::new(file, shares.map(|shares| shares.pages));
     let source = &pages;
     let choose = |count| Ok(args.frames.clone().unwrap_or_else(|| FrameSet::all(count)));
@@ -244,6 +248,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     if let Some(note) = scene.filter(|_| setup.is_map()).and_then(scene::left_out_of_map) {
         reporter.note(&note);
     }
+
     let look = args.look.options(scene, source.header())?;
     let matte = args.aov.has(Aov::Cryptomatte);
     let look = RenderOptions { engine: args.instructions.engine(), matte, ..look };
@@ -251,14 +256,17 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     if let Some(note) = notes::other_sun(&args.area, source.header(), options.sun) {
         reporter.note(&note);
     }
+
     let mut renderer = Renderer::new(source, &options).with_isa(args.instructions.isa());
     if let Some(shares) = shares {
         renderer = renderer.with_memory(shares.derived as usize);
     }
+
     notes::left_to_reference(&renderer, &options, (&cameras, finish.antialias), reporter)?;
     // Heights of a path above ground were read before.
     let before = source.paging();
     args.memory.preload(source, shares, reporter)?;
+
     // Pages that are loaded before take no frame's time.
     let begun = Instant::now();
     let numbers = cameras.iter().map(|(number, _)| *number);
@@ -271,6 +279,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     if product == Product::Frame && (finish.is_developed() || !hud.is_empty()) {
         reporter.note("EXR holds linear light: exposure, curves, vignette and instruments are left out");
     }
+
     let map = match args.late {
         _ if product == Product::Frame => None,
         Late::Wait => finish::mini_map(&hud, source, &trajectory)?,
@@ -279,6 +288,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
     let motion = Motion { trajectory: &trajectory, fps: args.fps };
     let finishing = Finishing { finish, hud, map, motion, setup: &setup, world: args.flight.world };
     let is_finished = finish.is_developed() || finish.gathers() || !hud.is_empty();
+
     let sequence = Sequence {
         pages: source,
         renderer: &renderer,
@@ -293,6 +303,7 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
         motion,
         finishing: is_finished.then_some(&finishing),
     };
+
     let (files, (rendered, fineness)) = if args.output.target() == Target::Y4m {
         check_frames(args, scene, &[args.output.path(1)])?;
         let stream = Sequence { encoders: 1, ..sequence };
@@ -309,18 +320,22 @@ pub fn fly(args: &Args, file: PageFile, reporter: &Reporter) -> Result<Done> {
                 settings
             },
         };
+
         let files = Files::new(origin, &args.output);
         let paths: Vec<_> = cameras.iter().map(|(number, _)| files.path(*number)).collect();
         check_frames(args, scene, &paths)?;
         let is_listed = replacing::check(args, &files, &cameras, reporter)?;
+
         (paths, fly_files(args, &sequence, (&files, is_listed), &cameras, reporter)?)
     };
+
     if let Some(map) = &args.traffic {
         Traffic { header: source.header(), cameras: &cameras, first_use: &source.first_use() }.write(map)?;
     }
     if let Some(film) = &args.video {
         encode_video(files.iter().cloned(), args.fps, film, reporter)?;
     }
+
     Ok(Done {
         files,
         size: setup.size,
@@ -356,15 +371,18 @@ fn check_combination(args: &Args, scene: Option<&Scene>, size: Size) -> Result<(
         }
         sidecar::Manifest::check_folder(folder)?;
     }
+
     if let Some(map) = &args.traffic {
         inputs.push(&args.area);
         traffic::check(map, &inputs)?;
     }
+
     if is_stream && args.skip_existing {
         return Err(Error::Configuration(
             "--skip-existing needs frames in files; a y4m stream is always written whole".into(),
         ));
     }
+
     match &args.video {
         Some(_) if is_stream => Err(Error::Configuration(
             "--video is made from frames in files; write them with -o frames/####.png".into(),
@@ -395,13 +413,16 @@ fn settings(args: &Args, scene: Option<&Scene>, setup: &Setup, options: &RenderO
         "detail": options.detail,
         "effective_earth_radius_m": options.curvature.radius(),
         "tile_world": options.tile_world,
+
         "engine": format!("{:?}", options.engine).to_lowercase(),
     });
+
     args.trust.record(&mut settings);
     args.late.record(&mut settings);
     scene::record(scene, &mut settings);
     scene::record_weather(&options.weather, &mut settings);
     args.aov.record(flight.path.as_deref(), &mut settings);
+
     settings
 }
 
@@ -441,6 +462,7 @@ fn fly_stream(
         let summed = flown.summed();
         return flown.end.map(|()| summed);
     }
+
     let file = args.output.path(1);
     let mut outcome = Ok((0, Fineness::default()));
     let written = write_with(&file, |target| {
@@ -452,6 +474,7 @@ fn fly_stream(
         // Any error keeps the unfinished file from taking its name; the cause is in `outcome`.
         outcome.as_ref().map(drop).map_err(|_| io::Error::other("unfinished"))
     });
+
     let rendered = outcome.map_err(|error| unfinished(&file, error))?;
     written.map(|()| rendered)
 }

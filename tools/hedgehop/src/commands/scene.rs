@@ -54,28 +54,33 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
     let reporter = Reporter::new(Mode::Auto, interrupt);
     let scene = scene::read(scene, &reporter)?;
     let mut text = description(&scene);
+
     if let Some(file) = area {
         let source = PageFile::open(file)?;
         if let (Some(SunSetting::Time(_)), Some(sky)) = (scene.sun, area::sky_of(&scene, source.header())?) {
             let Sun { azimuth, elevation } = sky.sun;
             let _ = writeln!(text, "  the sun is then {azimuth:.1}° from grid north, {elevation:.1}° high");
         }
+
         let cast = over_ground(&source, WorldArgs::default(), |crs, ground| scene.bind(crs, ground))?;
         let names: Vec<&str> = cast.names().collect();
         let lamps = cast.lights_at(0.0).len();
         if lamps > 0 {
             let _ = writeln!(text, "  {lamps} lamps shine when it begins");
         }
+
         // Parts are where their objects are.
         for body in cast.bodies_at(0.0).iter().filter(|body| (body.id as usize) < scene.objects.len()) {
             let ([x, y, z], name) = (body.position.to_array(), names[body.id as usize]);
             // Writing to a string does not fail.
             let _ = writeln!(text, "  {name} begins at x {x:.1}, y {y:.1}, {z:.1} m above the datum");
         }
+
         for (name, metres) in cast.raised() {
             let _ = writeln!(text, "  {}", scene::raised(name, metres));
         }
     }
+
     Ok(exit::print(&text)?)
 }
 
@@ -92,6 +97,7 @@ fn description(scene: &Scene) -> String {
         }
         None => {}
     }
+
     if scene.shadows == Some(true) {
         let _ = writeln!(text, "  shadows of the ground");
     }
@@ -101,6 +107,7 @@ fn description(scene: &Scene) -> String {
     if scene.weather.glow > 0.0 {
         let _ = writeln!(text, "  glow {}", scene.weather.glow);
     }
+
     if let Some(fog) = &scene.weather.fog {
         let _ = writeln!(
             text,
@@ -108,6 +115,7 @@ fn description(scene: &Scene) -> String {
             fog.top, fog.visibility
         );
     }
+
     if let Some(clouds) = &scene.weather.clouds {
         let _ = writeln!(
             text,
@@ -115,6 +123,7 @@ fn description(scene: &Scene) -> String {
             clouds.base, clouds.top, clouds.coverage
         );
     }
+
     if let Some(falls) = &scene.weather.precipitation {
         let kind = match falls.kind {
             PrecipitationKind::Rain => "rain",
@@ -122,18 +131,21 @@ fn description(scene: &Scene) -> String {
         };
         let _ = writeln!(text, "  {kind}, {} mm of water an hour", falls.rate);
     }
+
     let Cover { wet, snow } = scene.weather.ground;
     for (share, what) in
         [(wet, "wet"), (snow, "white with snow")].into_iter().filter(|(share, _)| *share > 0.0)
     {
         let _ = writeln!(text, "  ground {what}, {share} of 1");
     }
+
     for light in &scene.lights {
         let _ = writeln!(text, "  {}: {}", light.name, lamps(&light.layout));
     }
     if let Some(finish) = finish::sentence(&scene.finish, &scene.hud) {
         let _ = writeln!(text, "  picture: {finish}");
     }
+
     for object in &scene.objects {
         let _ = writeln!(text, "  {}: {}, {}", object.name, of_object(object), place(object));
         if !object.notes.is_empty() {
@@ -143,6 +155,7 @@ fn description(scene: &Scene) -> String {
             let _ = writeln!(text, "    {}: {}{}", part.name, form(&part.form), movement(object, part));
         }
     }
+
     for plume in &scene.plumes {
         let kind = match plume.kind {
             PlumeKind::Smoke => "smoke",
@@ -155,6 +168,7 @@ fn description(scene: &Scene) -> String {
         };
         let _ = writeln!(text, "  {}: {kind} {from}", plume.name);
     }
+
     text
 }
 
@@ -187,6 +201,7 @@ fn form(form: &Form) -> String {
             return format!("point of radius {} m{}", 0.5 * width, at_least(*pixels));
         }
     };
+
     let levels = model.levels().iter().map(|level| {
         let [low, high] = level.mesh.corners();
         let size = high - low;
@@ -195,6 +210,7 @@ fn form(form: &Form) -> String {
             if level.below.is_finite() { format!("below {} pixels ", level.below) } else { String::new() };
         format!("{below}{triangles} triangles, {:.2} × {:.2} × {:.2} m", size.x, size.y, size.z)
     });
+
     format!("model of {}", levels.collect::<Vec<_>>().join("; "))
 }
 

@@ -123,6 +123,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
             Error::Configuration("say when the picture was taken with --time, or --sun".into()).into()
         );
     };
+
     let elevation = args::input_files("--elevation", &args.elevation, &ELEVATION)?;
     let elevation = elevation.iter().map(|path| ElevationFile {
         path: path.clone(),
@@ -131,12 +132,14 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         ..ElevationFile::default()
     });
     let imagery = args::input_files("--imagery", &args.imagery, &IMAGERY)?;
+
     let imagery = imagery.iter().map(|path| ImageryFile {
         path: path.clone(),
         crs: args.imagery_crs.clone(),
         bands: args.bands,
         extent: args.imagery_extent,
     });
+
     let options = ShadowOptions {
         buildings: args.buildings.clone(),
         layer: LayerOptions { crs: args.crs.clone(), table: args.layer.clone(), ..LayerOptions::default() },
@@ -149,10 +152,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Outcome {
         all: args.all,
         threads: args.workers.count(),
     };
+
     let report = shadow_heights(&options, &reporter)?;
     report.notes.iter().for_each(|note| reporter.note(note));
     let text = if as_table { report.csv()? } else { report.geojson()? };
     write_bytes(&args.output, text.as_bytes())?;
+
     Ok(exit::print(&summary(&report, &args.output))?)
 }
 
@@ -189,9 +194,11 @@ fn summary(report: &ShadowReport, output: &Path) -> String {
             Answer::Kept | Answer::Nothing(_) => None,
         })
         .collect();
+
     let stated = found.iter().filter(|found| found.origin == Origin::Stated).count();
     let kept = report.answers.iter().filter(|answer| **answer == Answer::Kept).count();
     let (all, sun) = (report.answers.len(), report.sun);
+
     let mut text = format!(
         "sun: {:.1}° from north, {:.1}° above the horizon\n{} of {all} buildings have got a height: {} from the picture, {stated} from stated shadows\n",
         sun.azimuth,
@@ -199,9 +206,11 @@ fn summary(report: &ShadowReport, output: &Path) -> String {
         found.len(),
         found.len() - stated
     );
+
     let mut heights: Vec<f64> = found.iter().map(|found| found.height_m).collect();
     let mut errors: Vec<f64> = found.iter().map(|found| found.error_m).collect();
     [&mut heights, &mut errors].into_iter().for_each(|values| values.sort_unstable_by(f64::total_cmp));
+
     // Writing to a string does not fail.
     if let ([low, ..], [.., high]) = (heights.as_slice(), heights.as_slice()) {
         let middle = heights.len() / 2;
@@ -211,6 +220,7 @@ fn summary(report: &ShadowReport, output: &Path) -> String {
             heights[middle], errors[middle]
         );
     }
+
     if kept > 0 {
         let _ = writeln!(text, "{kept} stated a height already, and kept it (--all measures them, too)");
     }
@@ -218,6 +228,7 @@ fn summary(report: &ShadowReport, output: &Path) -> String {
     if without > 0 {
         let _ = writeln!(text, "{without} are left without; shadow_note says why");
     }
+
     let _ = writeln!(text, "wrote {}", output.display());
     text
 }

@@ -71,11 +71,13 @@ pub fn run(args: &Args) -> Outcome {
         );
         return Err(Error::Configuration(what).into());
     }
+
     let world = WorldArgs { curvature: args.curvature, tile_world: false };
     let curvature = world.apply(source.header(), RenderOptions::default()).curvature;
     let found = sight(&source, from, to, curvature)?;
     let Sight { distance, blocked, material, nearest, missing, within } = &found;
     let standing = material.map(|number| source.header().metadata.material_name(number));
+
     if args.json {
         let json = json!({
             "sees": blocked.is_none(),
@@ -89,6 +91,7 @@ pub fn run(args: &Args) -> Outcome {
         });
         return Ok(exit::print(&format!("{json:#}\n"))?);
     }
+
     let mut text = lead(source.header(), within);
     text += &match blocked {
         None if *distance == 0.0 => {
@@ -103,6 +106,7 @@ pub fn run(args: &Args) -> Outcome {
             sample.ground.unwrap_or(f64::NAN)
         ),
     };
+
     // Writing to a string does not fail.
     let _ = match (blocked, nearest) {
         (Some(_), _) if missing.is_infinite() => write!(text, "; no height of it would do"),
@@ -116,6 +120,7 @@ pub fn run(args: &Args) -> Outcome {
         (None, None) if *distance > 0.0 => write!(text, "; there is no ground between them"),
         _ => Ok(()),
     };
+
     Ok(exit::print(&(text + "\n"))?)
 }
 

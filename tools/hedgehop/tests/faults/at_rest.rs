@@ -97,6 +97,7 @@ pub fn flips_left_out(site: &Site, random: &mut Random) -> Verdict {
     for _ in 0..=random.below(3) {
         area[BLOCK + random.below(pages)] ^= 1 << random.below(8);
     }
+
     let path = write_area(site, &area);
     let streams = ["1", "2"].map(|workers| {
         let mut command = site.stream_of(&path);
@@ -116,6 +117,7 @@ pub fn flips_left_out(site: &Site, random: &mut Random) -> Verdict {
     if stderr(&streams[0]).contains("shown from coarser levels") {
         return Ok(Outcome::StoodIn);
     }
+
     if streams[0].stdout == site.stream { Ok(Outcome::Same) } else { Err("differs without a word".into()) }
 }
 
@@ -171,10 +173,12 @@ pub fn inputs(site: &Site, random: &mut Random) -> Verdict {
             Ok(Outcome::Refused(code))
         };
     }
+
     let mut verify = program();
     verify.current_dir(&folder).args(["verify", "--progress", "none", "area.hop"]);
     ended(&run(verify), &[0], "")?;
     let same = fs::read(folder.join("area.hop")).is_ok_and(|area| area == site.area);
+
     Ok(if same { Outcome::Same } else { Outcome::OtherInput })
 }
 

@@ -96,17 +96,20 @@ pub fn holed(site: &Site, random: &mut Random) -> Verdict {
     let area = disk.0.join("area.hop");
     fs::write(&area, &site.area).map_err(|error| error.to_string())?;
     let pages = site.area.len() / 4096;
+
     streamed(site, &area, random, |random, process| {
         // Nobody reads while the hole could still be filled.
         let signal = |name: &str| system("kill", &[name, &process.to_string()]).expect("a signal");
         signal("-STOP");
         let (at, length) = (4096 * (1 + random.below(pages - 1)), 4096 * (1 + random.below(pages)));
         let hole = ["-p", "-o", &at.to_string(), "-l", &length.to_string(), &area.to_string_lossy()];
+
         // Punching changes the file's time; it is put back, so that what is met is the hole and nothing else.
         let modified = fs::metadata(&area).and_then(|metadata| metadata.modified()).expect("a time");
         system("fallocate", &hole).expect("a hole");
         let file = OpenOptions::new().write(true).open(&area).expect("the database opens");
         file.set_modified(modified).expect("the time is set");
+
         // Fills what the hole freed.
         let _ = fs::write(disk.0.join("rest"), vec![1; length + 64 * 4096]);
         signal("-CONT");

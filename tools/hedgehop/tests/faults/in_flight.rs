@@ -96,11 +96,13 @@ pub fn render_killed(site: &Site, random: &mut Random) -> Verdict {
 pub fn build_killed(site: &Site, random: &mut Random) -> Verdict {
     let folder = site.fresh("rest");
     let target = folder.join("area.hop");
+
     // Over nothing, or over an older database, which must then be there until the new one is.
     let older = random.below(2) == 0;
     if older {
         fs::write(&target, b"older").expect("an older file");
     }
+
     let build = || {
         let mut command = site.build(&folder, "area.hop");
         command.arg("--overwrite");
@@ -109,12 +111,14 @@ pub fn build_killed(site: &Site, random: &mut Random) -> Verdict {
     let mut child = start_silently(build());
     kill_later(&mut child, site.build_time, random);
     let status = child.wait().map_err(|error| error.to_string())?;
+
     match fs::read(&target) {
         Ok(bytes) if bytes == site.area => {}
         Ok(bytes) if older && bytes == b"older" && !status.success() => {}
         Err(_) if !older && !status.success() => {}
         _ => return Err("something else than a whole database has its name".into()),
     }
+
     for entry in fs::read_dir(&folder).map_err(|error| error.to_string())? {
         let left = entry.map_err(|error| error.to_string())?.path();
         if left != target {
@@ -127,6 +131,7 @@ pub fn build_killed(site: &Site, random: &mut Random) -> Verdict {
             }
         }
     }
+
     ended(&run(build()), &[0], "")?;
     match fs::read(&target) {
         Ok(bytes) if bytes != site.area => Err("a second build gives other bytes".into()),
@@ -178,6 +183,7 @@ pub fn update_killed(site: &Site, random: &mut Random) -> Verdict {
         thread::sleep(Duration::from_micros(random.below(3000) as u64));
         let _ = child.kill();
     }
+
     let status = child.wait().map_err(|error| error.to_string())?;
     let mut info = program();
     info.arg("info").arg(&target);
@@ -186,6 +192,7 @@ pub fn update_killed(site: &Site, random: &mut Random) -> Verdict {
     if journal.exists() || !(found == after || (found == before && !status.success())) {
         return Err("neither the database that was there, nor the new one".into());
     }
+
     ended(&run(build("area.hop")), &[0], "")?;
     match fs::read(&target) {
         Ok(bytes) if bytes == after && status.success() => Ok(Outcome::Same),

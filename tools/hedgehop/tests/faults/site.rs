@@ -46,6 +46,7 @@ impl Site {
             build_time: Duration::ZERO,
             render_time: Duration::ZERO,
         };
+
         let (columns, rows) = POSTS;
         let mut grid = format!("ncols {columns}\nnrows {rows}\nxllcorner 0\nyllcorner 0\ncellsize 10\n");
         for row in 0..rows {
@@ -56,6 +57,7 @@ impl Site {
             grid += &(0..columns).map(height).collect::<Vec<_>>().join(" ");
             grid.push('\n');
         }
+
         fs::write(site.path("dem.asc"), grid).expect("the grid is written");
         let path = "t_s,x_m,y_m,alt_agl_m\n0,500,700,60\n1,1200,1300,60\n2,3900,2000,60\n";
         fs::write(site.path("path.csv"), path).expect("the path is written");
@@ -72,6 +74,7 @@ impl Site {
         let streamed = run(site.stream_of(&site.path("area.hop")));
         assert!(streamed.status.success(), "{}", stderr(&streamed));
         site.stream = streamed.stdout;
+
         site
     }
 

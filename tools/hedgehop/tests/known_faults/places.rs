@@ -27,6 +27,7 @@ pub fn pages_of_interrupted_builds(inputs: &Replay) {
     build.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
     let mut build = build.spawn().expect("the program starts");
     let start = Instant::now();
+
     while start.elapsed() < PATIENCE && kept(inputs) < SOME_PAGES {
         assert!(
             build.try_wait().expect("a process").is_none(),
@@ -34,6 +35,7 @@ pub fn pages_of_interrupted_builds(inputs: &Replay) {
         );
         std::thread::sleep(Duration::from_millis(20));
     }
+
     let pid = build.id().to_string();
     let is_sent = std::process::Command::new("kill").args(["-INT", &pid]).status().expect("kill starts");
     assert!(is_sent.success());

@@ -24,6 +24,7 @@ pub fn small_faults_of_features(inputs: &Replay) {
         inputs.done(&build(file));
         inputs.heights("--xy 676080 5228070", &[middle], 0.5);
     }
+
     // 150 m wide: to both sides of its middle line.
     inputs.done(&build("road_wide.geojson"));
     let told =

@@ -17,6 +17,7 @@ pub fn heights_and_depths(inputs: &Replay) {
         ("--cloud ngvd29_ft.las --spacing 1", [200.0, 214.0]),
         ("--cloud msl_depth.las --spacing 1", [200.0, 214.0]),
     ];
+
     for (line, expected) in table {
         assert_range(&inputs.built(line), expected, 0.2);
     }

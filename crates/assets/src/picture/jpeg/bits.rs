@@ -92,6 +92,7 @@ impl Codes {
             symbols: symbols.to_vec(),
         };
         let (mut code, mut first) = (0_u32, 0_usize);
+
         for length in 1..=LONGEST {
             let count = usize::from(counts[length - 1]);
             code <<= 1;
@@ -109,6 +110,7 @@ impl Codes {
             }
             first += count;
         }
+
         Some(codes)
     }
 

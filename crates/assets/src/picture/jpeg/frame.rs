@@ -73,11 +73,13 @@ pub fn check(bytes: &[u8]) -> Result<(), Fault> {
             other => return Err(damaged(format!("it holds a segment of no known kind (0xff{other:02x})"))),
         }
     }
+
     let frame = frame.ok_or_else(|| damaged("its picture has no size".to_owned()))?;
     // Zeros are codes too: of a file that nothing closes they may be room for what never came.
     if ends_in_zeros {
         return Err(damaged("it ends in zeros, and the marker of its end is missing".to_owned()));
     }
+
     if frame.components.iter().all(Component::is_whole) {
         Ok(())
     } else {
@@ -109,6 +111,7 @@ impl Frame {
             let side = |size: usize, own: usize, most: usize| (size * own).div_ceil(most).div_ceil(8);
             let stride = units.0 * own.0;
             let all = if is_progressive { stride * units.1 * own.1 } else { 0 };
+
             Component {
                 id: part[0],
                 sampling: own,
@@ -119,6 +122,7 @@ impl Frame {
                 low: [UNSEEN; 64],
             }
         };
+
         let components = parts().map(component).collect();
         Ok(Self { is_progressive, bits: *bits, units, components })
     }
@@ -134,6 +138,7 @@ impl Frame {
         if self.is_progressive {
             (scan.from, scan.to, scan.high, scan.low) = (*from, *to, bits >> 4, bits & 15);
         }
+
         let is_dc = scan.from == 0;
         let is_sound = if !self.is_progressive {
             true
@@ -142,6 +147,7 @@ impl Frame {
         } else {
             scan.from <= scan.to && scan.to < 64 && *count == 1
         };
+
         for part in parts.chunks_exact(2) {
             let number = self.components.iter().position(|component| component.id == part[0]);
             let number = number.ok_or_else(wrong)?;
@@ -151,6 +157,7 @@ impl Frame {
             let (dc, ac) = (usize::from(part[1] >> 4), usize::from(part[1] & 15));
             scan.parts.push(scan::Part { component: number, dc, ac });
         }
+
         if scan.parts.is_empty() || !is_sound {
             return Err(wrong());
         }
@@ -167,6 +174,7 @@ impl Frame {
             }
             low.fill(scan.low);
         }
+
         Ok(scan)
     }
 

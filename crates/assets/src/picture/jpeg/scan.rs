@@ -95,6 +95,7 @@ pub fn walk(frame: &mut Frame, scan: &Scan, tables: &Tables, coded: &Coded<'_>) 
         let ac = tables.ac.get(part.ac).and_then(Option::as_ref);
         Some(Coding { dc, ac, step: i64::from(step) })
     };
+
     let codings: Option<Vec<Coding<'_>>> = scan.parts.iter().map(coding).collect();
     let Some(codings) = codings else { return Err(broken(0, Stop::Wrong("a table of it is missing"))) };
 
@@ -105,16 +106,19 @@ pub fn walk(frame: &mut Frame, scan: &Scan, tables: &Tables, coded: &Coded<'_>) 
         if from >= of {
             return Err(broken(of, Stop::Wrong("they go on behind its last block")));
         }
+
         for unit in from..of.min(from + interval) {
             let (column, row) = (unit % across, unit / across);
             walk.unit(frame, &codings, (column, row)).map_err(|stop| broken(unit, stop))?;
         }
+
         // Zeros at the end of a file are what was never written of it.
         let filling = if coded.goes_on { FILLING } else { 0 };
         if walk.ended > 0 || !walk.bits.is_used_up(filling) {
             return Err(broken(of.min(from + interval), Stop::Wrong("they go on behind its last block")));
         }
     }
+
     let done = coded.parts.len() * interval;
     if done < of { Err(broken(done, Stop::Ended)) } else { Ok(()) }
 }
@@ -179,11 +183,13 @@ impl Walk<'_> {
                     at += 1;
                 }
             }
+
             // Behind sixteen zeros comes a coefficient.
             if at > if size == 0 { 63 } else { 64 } {
                 return Err(Stop::Wrong("a block has too many coefficients"));
             }
         }
+
         Ok(())
     }
 
@@ -208,6 +214,7 @@ impl Walk<'_> {
             self.ended -= 1;
             return Ok(());
         }
+
         let mut at = self.scan.from;
         while at <= self.scan.to {
             let (zeros, size) = self.run(codes)?;
@@ -215,6 +222,7 @@ impl Walk<'_> {
                 self.ended = self.ends(zeros)? - 1;
                 break;
             }
+
             at += zeros;
             if size > 0 {
                 self.bits.take(u32::from(size))?;
@@ -222,11 +230,13 @@ impl Walk<'_> {
             if at > self.scan.to || size == 0 && at == self.scan.to {
                 return Err(Stop::Wrong("a block has too many coefficients"));
             }
+
             if size > 0 {
                 *nonzero |= 1 << at;
             }
             at += 1;
         }
+
         Ok(())
     }
 
@@ -242,6 +252,7 @@ impl Walk<'_> {
                 self.ended = self.ends(zeros)?;
                 break;
             }
+
             // The new coefficient's sign.
             self.bits.take(u32::from(size))?;
             at = self.pass(at, zeros, *nonzero)?;
@@ -251,12 +262,15 @@ impl Walk<'_> {
                 }
                 *nonzero |= 1 << at;
             }
+
             at += 1;
         }
+
         if self.ended > 0 {
             self.pass(at, u8::MAX, *nonzero)?;
             self.ended -= 1;
         }
+
         Ok(())
     }
 

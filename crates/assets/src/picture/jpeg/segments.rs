@@ -63,9 +63,11 @@ impl<'b> Segments<'b> {
                 _ => return Err(damaged(format!("no marker stands at byte {from}"))),
             }
         };
+
         if matches!(marker, marker::SOI | marker::EOI) {
             return Ok(Some(Segment { marker, body: &[] }));
         }
+
         let cut = || damaged("it is cut short before its picture".to_owned());
         let rest = &self.bytes[self.at..];
         let (length, _) = rest.split_first_chunk().ok_or_else(cut)?;
@@ -74,6 +76,7 @@ impl<'b> Segments<'b> {
         let body =
             body.get(2..).ok_or_else(|| damaged(format!("its segment at byte {from} has no length")))?;
         self.at += length;
+
         Ok(Some(Segment { marker, body }))
     }
 
@@ -91,11 +94,13 @@ impl<'b> Segments<'b> {
                     None => break None,
                 }
             };
+
             let Some(end) = end else {
                 parts.push(part);
                 self.at = self.bytes.len();
                 return Ok(Coded { parts, goes_on: false });
             };
+
             parts.push(&part[..end]);
             let fill = part[end..].iter().take_while(|byte| **byte == 0xff).count();
             let next = part.get(end + fill).copied().unwrap_or(marker::EOI);
@@ -106,6 +111,7 @@ impl<'b> Segments<'b> {
             if usize::from(next - marker::FIRST_RESTART) != (parts.len() - 1) % 8 {
                 return Err(damaged("its restart markers are out of order".to_owned()));
             }
+
             from += end + fill + 1;
         }
     }

@@ -55,6 +55,7 @@ fn no_part_of_one_is_taken_for_all() {
             for padded in [0, 3, 2000] {
                 let mut part = bytes[..length].to_vec();
                 part.resize(length + padded, 0);
+
                 // The marker at the end may be missing.
                 match read(&part) {
                     Ok(read) => {

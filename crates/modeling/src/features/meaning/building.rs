@@ -114,6 +114,7 @@ fn stated(tags: &mut Tags<'_>, kind: &str, is_part: bool, usual: &Usual) -> Buil
         tags.doubts.push(format!("its lower end, {min_height_m} m, is not below its top, {height} m"));
         top = Top::Ridge(min_height_m + LEVEL);
     }
+
     let walls = tags.paint(
         [columns.colour.as_ref(), columns.material.as_ref()],
         &["building:colour", "building:color", "colour", "color"],
@@ -125,6 +126,7 @@ fn stated(tags: &mut Tags<'_>, kind: &str, is_part: bool, usual: &Usual) -> Buil
         RoofShape::Dome => Paint { colour: [112, 150, 134], material: Material::Metal },
         _ => Paint { colour: [138, 78, 60], material: Material::RoofTiles },
     });
+
     let cover = tags.paint(
         [columns.roof_colour.as_ref(), None],
         &["roof:colour", "roof:color", "building:roof:colour"],
@@ -132,6 +134,7 @@ fn stated(tags: &mut Tags<'_>, kind: &str, is_part: bool, usual: &Usual) -> Buil
         cover,
     );
     let min_height_m = if hover { (height.min(2.0 * LEVEL) - 0.4).max(0.0) } else { min_height_m };
+
     Building { top, min_height_m, roof, walls, cover, is_part }
 }
 
@@ -145,6 +148,7 @@ fn roof(tags: &mut Tags<'_>, usual: RoofShape) -> (Roof, bool) {
             .or_else(|| tags.word("building:roof:shape"))
             .or_else(|| tags.word("roof_shape")),
     };
+
     let shape = match word.as_deref() {
         None => usual,
         Some("flat" | "no" | "terrace") => RoofShape::Flat,
@@ -165,6 +169,7 @@ fn roof(tags: &mut Tags<'_>, usual: RoofShape) -> (Roof, bool) {
             RoofShape::Flat
         }
     };
+
     let zero = 0.0..=*LENGTHS.end();
     let column = tags.options.columns.roof_height.clone();
     let height =
@@ -173,6 +178,7 @@ fn roof(tags: &mut Tags<'_>, usual: RoofShape) -> (Roof, bool) {
     let direction = tags.text("roof:direction").and_then(|text| quantity::direction(&text));
     let across = tags.is("roof:orientation", &["across"]);
     let is_said = height.is_some() || angle.is_some();
+
     let rise = match (height, angle, shape) {
         (Some(height), ..) => Rise::Height(height),
         (None, Some(angle), _) => Rise::Angle(angle),
@@ -181,5 +187,6 @@ fn roof(tags: &mut Tags<'_>, usual: RoofShape) -> (Roof, bool) {
         (None, None, RoofShape::Dome) => Rise::Angle(DOME.atan().to_degrees() * 2.0),
         (None, None, _) => Rise::Angle(USUAL_ANGLE + 10.0 * (share(mix(tags.hash ^ 2)) - 0.5)),
     };
+
     (Roof { shape, rise, direction, across, is_guess: word.is_none() }, is_said)
 }

@@ -23,11 +23,14 @@ pub(super) fn ground(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         "bare_soil" | "earth" | "brownfield" | "landfill" => Material::Soil,
         _ => return None,
     };
+
     if !tags.has_area() {
         return None;
     }
+
     let usual = Paint { colour: material.colour(), material };
     let columns = &tags.options.columns;
     let columns = [columns.colour.as_ref(), columns.material.as_ref()];
+
     Some(Meaning::Ground(tags.paint(columns, &["colour"], &["material", "surface"], usual)))
 }

@@ -72,6 +72,7 @@ pub fn interpret_all(layer: &Layer, options: &LayerOptions) -> (Vec<(usize, Mean
     let (mut meanings, mut notes, mut doubtful, mut left_out) =
         (Vec::new(), Vec::new(), 0, LeftOut::default());
     notes.extend(unknown_columns(layer, options));
+
     for (index, row) in layer.rows.iter().enumerate() {
         let Interpreted { meaning, doubts } = interpret(row, options);
         for doubt in doubts {
@@ -80,16 +81,19 @@ pub fn interpret_all(layer: &Layer, options: &LayerOptions) -> (Vec<(usize, Mean
                 notes.push(format!("{file}: {}: {doubt}", row.place));
             }
         }
+
         match meaning {
             Meaning::Unknown => left_out.add(&row.place, "no tag says what it is that is known here"),
             Meaning::Hidden(why) => left_out.add(&row.place, why),
             meaning => meanings.push((index, meaning)),
         }
     }
+
     if doubtful > MOST_DOUBTS {
         notes.push(format!("{file}: {} more values are passed over", doubtful - MOST_DOUBTS));
     }
     notes.extend(left_out.into_notes(&file));
+
     (meanings, notes)
 }
 
@@ -154,6 +158,7 @@ fn of_class(tags: &mut Tags<'_>, class: Class) -> Meaning {
             ground::ground(tags, &kind).or_else(|| ground::ground(tags, "earth"))
         }
     };
+
     found.unwrap_or(Meaning::Unknown)
 }
 
@@ -213,6 +218,7 @@ fn landuse(tags: &mut Tags<'_>) -> Meaning {
         Some(kind) => ground::ground(tags, kind),
         None => None,
     };
+
     let parking =
         tags.is("amenity", &["parking"]) && !tags.is("parking", &["underground", "multi-storey", "rooftop"]);
     match found {

@@ -107,6 +107,7 @@ mod tests {
             let found = length(text).unwrap_or(f64::NAN);
             assert!((found - metres).abs() < 1e-9, "{text}: {found}");
         }
+
         for text in [
             "",
             "tall",

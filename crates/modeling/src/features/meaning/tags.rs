@@ -108,6 +108,7 @@ impl<'r> Tags<'r> {
     ) -> Paint {
         /// Codes by which like surfaces differ.
         const VARIATION: f64 = 12.0;
+
         let named = |(_, text): (String, String)| {
             let word = text.trim().to_ascii_lowercase();
             let own = || self.options.materials.named(&word);
@@ -119,11 +120,13 @@ impl<'r> Tags<'r> {
         let Some((name, text)) = self.found(columns[0], colours) else {
             return Paint { colour: usual, material };
         };
+
         let colour = colour(&text).unwrap_or_else(|| {
             let shown: String = text.chars().take(40).map(|c| if c.is_control() { ' ' } else { c }).collect();
             self.doubts.push(format!("{name} = \"{shown}\" is passed over: it is no colour"));
             usual
         });
+
         Paint { colour, material }
     }
 

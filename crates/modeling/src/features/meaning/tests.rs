@@ -157,6 +157,7 @@ fn outlines_of_what_is_man_made_have_walls() {
         assert_eq!((found.walled.walls, found.round.height_m), (found.round.paint, top), "{tags}");
         assert!(matches!(meaning(tags, false), Meaning::Upright(_)), "{tags}");
     }
+
     // A lattice has no walls.
     assert!(matches!(meaning("man_made=tower tower:construction=lattice", true), Meaning::Upright(_)));
     let twice = interpret(&row("man_made=tower height=tall", true), &LayerOptions::default());
@@ -178,6 +179,7 @@ fn what_is_stated_of_levels_areas_and_pylons_counts() {
         Meaning::Barrier(barrier) => barrier.is_filled,
         other => panic!("{tags}: {other:?}"),
     };
+
     for (tags, area, expected) in [
         ("barrier=hedge area=yes", true, true),
         ("barrier=wall area=yes", true, true),
@@ -188,6 +190,7 @@ fn what_is_stated_of_levels_areas_and_pylons_counts() {
     ] {
         assert_eq!(is_filled(tags, area), expected, "{tags}");
     }
+
     for (tags, height_m, is_stated) in [("power=tower height=45", 45.0, true), ("power=tower", 28.0, false)] {
         let Meaning::Pylon(pylon, stated) = meaning(tags, false) else { panic!("{tags}") };
         assert_eq!((pylon.height_m, stated), (height_m, is_stated), "{tags}");
@@ -220,6 +223,7 @@ fn values_out_of_sense_are_doubts_of_file_and_row() {
         .iter()
         .enumerate()
         .map(|(index, tags)| Row { place: format!("row {}", index + 1), ..row(tags, true) });
+
     let layer = Layer {
         path: "/maps/town.shp".into(),
         crs: hedgehop_geo::Crs::local(),
@@ -228,6 +232,7 @@ fn values_out_of_sense_are_doubts_of_file_and_row() {
     };
     let (meanings, notes) = interpret_all(&layer, &LayerOptions::default());
     assert_eq!(meanings.iter().map(|(index, _)| *index).collect::<Vec<_>>(), [0, 1]);
+
     assert_eq!(
         notes,
         [
@@ -297,6 +302,7 @@ proptest! {
             let value = if value.is_empty() { &junk } else { value };
             row.attributes.push(key, Value::Text(value.to_owned()));
         }
+
         match interpret(&row, &LayerOptions::default()).meaning {
             Meaning::Building(building) => {
                 let (Top::Ridge(top) | Top::Eaves(top)) = building.top;

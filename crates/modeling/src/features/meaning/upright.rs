@@ -27,6 +27,7 @@ fn paint(tags: &mut Tags<'_>, otherwise: Paint) -> Paint {
 pub(super) fn man_made(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
     let lattice = tags.is("tower:construction", &["lattice", "guyed_lattice"]);
     let cooling = tags.is("tower:type", &["cooling"]);
+
     // Height, diameter, taper, cap, opacity, paint.
     let (height, diameter, taper, cap, opacity, usual) = match kind {
         "mast" | "communications_tower" | "antenna" => {
@@ -46,12 +47,15 @@ pub(super) fn man_made(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         "flagpole" | "street_cabinet_mast" => (10.0, 0.2, 0.6, Cap::Flat, 1.0, STEEL),
         _ => return None,
     };
+
     let usual = Upright { height_m: height, diameter_m: Some(diameter), taper, cap, opacity, paint: usual };
     let round = upright(tags, usual);
+
     // What lets light through, or is waisted, has no straight walls to draw.
     if !tags.has_area() || opacity < 1.0 || cap == Cap::Waisted {
         return Some(Meaning::Upright(round));
     }
+
     Some(Meaning::Structure(Structure { round, walled: building::structure(tags, &usual) }))
 }
 
@@ -90,6 +94,7 @@ fn wires(count: usize, height_m: f64, arm_m: f64, volts: f64) -> Vec<Wire> {
         let first = if count > 1 { -reach } else { 0.0 };
         wires.extend((0..count).map(|index| Wire { offset_m: first + step * index as f64, height_m }));
     };
+
     // Insulators hang from the arms.
     let (lower, upper) = (0.72 * height_m, 0.88 * height_m);
     if volts < 60_000.0 {
@@ -102,9 +107,11 @@ fn wires(count: usize, height_m: f64, arm_m: f64, volts: f64) -> Vec<Wire> {
         level(&mut wires, below, lower, arm_m);
         level(&mut wires, count - below, upper, 0.7 * arm_m);
     }
+
     if volts >= 60_000.0 {
         wires.push(Wire { offset_m: 0.0, height_m });
     }
+
     wires
 }
 
@@ -119,10 +126,12 @@ pub(super) fn power(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         "pole" | "portal" => (volts.unwrap_or(1000.0), false),
         _ => return None,
     };
+
     let (usual_height, arm_m, usual_count, sag_per_m) = usual_line(volts);
     let stated = tags.length(columns.height.as_ref(), &["height"]);
     let height_m = stated.unwrap_or(usual_height);
     let is_tall = volts >= 60_000.0;
+
     let pylon = if is_tall {
         Upright {
             height_m,
@@ -136,10 +145,12 @@ pub(super) fn power(tags: &mut Tags<'_>, kind: &str) -> Option<Meaning> {
         let wood = Paint { colour: [112, 92, 70], material: Material::Wood };
         Upright { height_m, diameter_m: Some(0.3), taper: 0.7, cap: Cap::Flat, opacity: 1.0, paint: wood }
     };
+
     if !is_line {
         let pylon = Upright { paint: paint(tags, pylon.paint), ..pylon };
         return Some(Meaning::Pylon(pylon, stated.is_some()));
     }
+
     let count = tags.count(None, &["cables"], &(1.0..=36.0)).unwrap_or(usual_count as f64) as usize;
     let wires = wires(count, height_m, arm_m, volts);
     Some(Meaning::PowerLine(PowerLine { wires, sag_per_m, pylon, stated: Vec::new() }))

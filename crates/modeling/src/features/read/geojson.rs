@@ -85,6 +85,7 @@ impl<'de> Visitor<'de> for ItemVisitor {
                 Item::Nest(nest) => list.push(nest),
             }
         }
+
         Ok(Item::Nest(match (count, list.is_empty()) {
             _ if wrong => Nest::Wrong,
             (0, _) => Nest::List(list),
@@ -139,6 +140,7 @@ impl Object {
     /// Another format in JSON than GeoJSON, and what helps.
     fn foreign(&self) -> Option<(&'static str, &'static str)> {
         const CONVERT: &str = "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE";
+
         Some(match self.kind() {
             "Topology" => ("is TopoJSON", CONVERT),
             "CityJSON" | "CityJSONFeature" => {
@@ -169,6 +171,7 @@ pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<Found> {
     let text = unmarked(path, &text)?;
     let mut found = Found::default();
     let (mut count, mut stated) = (0, None);
+
     for object in serde_json::Deserializer::from_slice(text).into_iter::<Object>() {
         let object = object.map_err(|error| {
             Error::invalid(path, format!("{}: this is no GeoJSON", super::plain(&error.to_string())))
@@ -176,6 +179,7 @@ pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<Found> {
         if let Some(crs) = &object.crs {
             stated = Some(crs.clone());
         }
+
         match object.kind() {
             "FeatureCollection" => {
                 for feature in object.features.unwrap_or_default() {
@@ -188,11 +192,13 @@ pub(super) fn read(path: &std::path::Path, mut text: Vec<u8>) -> Result<Found> {
             },
         }
     }
+
     if count == 0 && found.rows.is_empty() {
         found.notes.push("has no features".to_owned());
     }
     found.crs = system(path, stated.as_ref(), &mut found.notes)?;
     found.otherwise = Some(Crs::wgs84());
+
     Ok(found)
 }
 
@@ -238,12 +244,14 @@ fn geometry_of(object: &Object) -> Result<Geometry, String> {
         }
         return Ok(geometry);
     }
+
     let wrong = || format!("its coordinates are not those of a {kind}");
     let nest = object.coordinates.as_ref();
     let known = ["Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"];
     if !known.contains(&kind) {
         return Err("its geometry has a type that GeoJSON does not have".to_owned());
     }
+
     let nest = nest.ok_or_else(wrong)?;
     match kind {
         "Point" => {
@@ -269,6 +277,7 @@ fn geometry_of(object: &Object) -> Result<Geometry, String> {
             }
         }
     }
+
     Ok(geometry)
 }
 

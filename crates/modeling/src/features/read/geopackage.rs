@@ -33,6 +33,7 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Found> {
         found.otherwise = Some(Crs::wgs84());
         return Ok(found);
     };
+
     if let Some(other) = chosen.iter().find(|features| features.system != first.system) {
         return Err(Error::unsupported(
             path,
@@ -43,6 +44,7 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Found> {
             "read them one by one: say which with layer = \"…\"",
         ));
     }
+
     found.crs = system(path, &mut database, &tables, first.system)?;
     let several = chosen.len() > 1 || name.is_none();
     for Features { table, column, .. } in &chosen {
@@ -61,6 +63,7 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Found> {
             Ok(())
         })?;
     }
+
     Ok(found)
 }
 
@@ -79,6 +82,7 @@ fn features(
             "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE",
         )
     })?;
+
     let (mut found, mut names) = (Vec::new(), Vec::new());
     database.rows(columns, |_, values| {
         let of = |column: &str| {
@@ -90,6 +94,7 @@ fn features(
         if name.is_some_and(|name| name != owner) {
             return Ok(());
         }
+
         let table = tables.iter().find(|table| table.name.eq_ignore_ascii_case(owner));
         let at =
             table.and_then(|table| table.columns.iter().position(|name| name.eq_ignore_ascii_case(column)));
@@ -102,8 +107,10 @@ fn features(
                 "table \"{owner}\" is left out: it is a view, or is stored in a way that is not read here"
             )),
         }
+
         Ok(())
     })?;
+
     match name {
         Some(name) if !names.iter().any(|known| known == name) => Err(Error::invalid(
             path,
@@ -118,6 +125,7 @@ fn system(path: &Path, database: &mut Database, tables: &[Table], wanted: i64) -
     if wanted <= 0 {
         return Ok(None);
     }
+
     let mut found = None;
     if let Some(table) = tables.iter().find(|table| table.name == "gpkg_spatial_ref_sys") {
         database.rows(table, |_, values| {
@@ -132,17 +140,20 @@ fn system(path: &Path, database: &mut Database, tables: &[Table], wanted: i64) -
             Ok(())
         })?;
     }
+
     let Some((organization, code, definition, newer)) = found else {
         return Err(Error::invalid(
             path,
             format!("table gpkg_spatial_ref_sys does not say what system {wanted} is"),
         ));
     };
+
     let code =
         code.filter(|_| organization.eq_ignore_ascii_case("epsg")).and_then(|code| u32::try_from(code).ok());
     if let Some(crs) = code.and_then(|code| Crs::from_epsg(code).ok()) {
         return Ok(Some(crs));
     }
+
     let wkt = if definition.is_empty() || definition == "undefined" { newer } else { definition };
     Crs::from_user(&wkt)
         .map(Some)
@@ -159,11 +170,14 @@ fn geometry(value: &Cell) -> Result<Geometry, String> {
     let [b'G', b'P', _, flags, _, _, _, _, rest @ ..] = bytes.as_slice() else {
         return Err("its geometry is none of a GeoPackage".to_owned());
     };
+
     const EMPTY: u8 = 1 << 4;
     const EXTENDED: u8 = 1 << 5;
+
     if flags & EXTENDED != 0 {
         return Err("its geometry is of an extension that is not read here".to_owned());
     }
+
     let envelope = match flags >> 1 & 7 {
         0 => 0,
         1 => 32,
@@ -171,9 +185,11 @@ fn geometry(value: &Cell) -> Result<Geometry, String> {
         4 => 64,
         _ => return Err("its geometry has a box that is none".to_owned()),
     };
+
     if flags & EMPTY != 0 {
         return Ok(Geometry::default());
     }
+
     wkb::geometry(rest.get(envelope..).ok_or("its geometry is cut off")?)
 }
 

@@ -71,6 +71,7 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
         };
         return Err(Error::invalid(path, format!("{all} {are} of no use: {reason}")));
     }
+
     let file = super::super::inputs::file_name(path);
     let mut notes: Vec<String> = found.notes.iter().map(|note| format!("{file}: {note}")).collect();
     let crs = match (&found.crs, &options.crs, found.otherwise) {
@@ -92,10 +93,12 @@ pub fn read(path: &Path, options: &LayerOptions) -> Result<Layer> {
             ));
         }
     };
+
     if let Some(bounds) = bounds(found.rows.iter().flat_map(|row| row.geometry.places())) {
         notes.extend(crs.doubt(bounds).map(|doubt| format!("{file}: {doubt}")));
         plausible(path, &crs, bounds)?;
     }
+
     notes.extend(found.left_out.into_notes(&file));
     Ok(Layer { path: path.to_owned(), crs, rows: found.rows, notes })
 }
@@ -117,11 +120,13 @@ fn kind_of(path: &Path) -> Result<Kind> {
     if head.starts_with(&shapefile::MAGIC) {
         return Ok(Kind::Shapefile);
     }
+
     let text = unmarked(path, &head)?;
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace() && **byte != 0x1e);
     if first == Some(&b'{') {
         return Ok(Kind::GeoJson);
     }
+
     let extension =
         path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
     if ["dbf", "shx", "prj", "cpg"].contains(&extension.as_str()) {
@@ -130,6 +135,7 @@ fn kind_of(path: &Path) -> Result<Kind> {
     if extension == "csv" && first.is_some() {
         return Ok(Kind::Outlines);
     }
+
     let convert = "convert it: ogr2ogr -f GPKG FEATURES.gpkg FILE";
     Err(match first {
         None => Error::invalid(
@@ -179,6 +185,7 @@ fn plausible(path: &Path, crs: &Crs, [west, south, east, north]: [f64; 4]) -> Re
             "it was written in another system, or with northings first: say so in the file (ogr2ogr -a_srs EPSG:…), or, of one that states none, with `crs` of [[features]]",
         ));
     }
+
     if !crs.is_local() && in_degrees {
         return Err(Error::unsupported(
             path,
@@ -186,6 +193,7 @@ fn plausible(path: &Path, crs: &Crs, [west, south, east, north]: [f64; 4]) -> Re
             "say the right system in the file (ogr2ogr -a_srs EPSG:4326), or, of one that states none, with `crs` of [[features]]",
         ));
     }
+
     Ok(())
 }
 

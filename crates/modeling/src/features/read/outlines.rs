@@ -45,9 +45,11 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
             }
         }
     }
+
     if table.records.is_empty() {
         found.notes.push("has no rows".to_owned());
     }
+
     Ok(found)
 }
 
@@ -71,6 +73,7 @@ impl Table {
         let bytes = unmarked(path, bytes)?;
         let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let count = |separator: u8| first.iter().filter(|byte| **byte == separator).count();
+
         // Of equals the last wins: comma.
         let delimiter =
             [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',');
@@ -88,6 +91,7 @@ impl Table {
             Error::invalid(path, what)
         })?;
         let mut records = Vec::new();
+
         for record in reader.records() {
             let record = record.map_err(damaged)?;
             let line = record.position().map_or(0, csv::Position::line);
@@ -101,6 +105,7 @@ impl Table {
             }
             records.push((format!("line {line}"), record));
         }
+
         Ok(Self { header, outline, records, delimiter })
     }
 }

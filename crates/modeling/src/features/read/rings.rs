@@ -62,9 +62,11 @@ pub(super) fn areas(rings: Vec<Path>) -> Vec<Area> {
     if rings.len() > MOST_COMPARED {
         return by_direction(rings);
     }
+
     let boxes: Vec<[f64; 4]> = rings.iter().filter_map(|ring| bounds(ring.places.iter().copied())).collect();
     let sizes: Vec<f64> = rings.iter().map(|ring| doubled_area(&ring.places).abs()).collect();
     let within = |a: &[f64; 4], b: &[f64; 4]| a[0] >= b[0] && a[1] >= b[1] && a[2] <= b[2] && a[3] <= b[3];
+
     // Of every ring, those that hold it.
     let holders: Vec<Vec<usize>> = (0..rings.len())
         .map(|inner| {
@@ -73,6 +75,7 @@ pub(super) fn areas(rings: Vec<Path>) -> Vec<Area> {
             (0..rings.len()).filter(may).filter(does).collect()
         })
         .collect();
+
     let mut found: Vec<Option<Area>> = vec![None; rings.len()];
     let mut holes = Vec::new();
     for (index, ring) in rings.into_iter().enumerate() {
@@ -83,11 +86,13 @@ pub(super) fn areas(rings: Vec<Path>) -> Vec<Area> {
             holes.push((smallest, ring));
         }
     }
+
     for (owner, hole) in holes {
         if let Some(area) = owner.and_then(|owner| found[owner].as_mut()) {
             area.holes.push(hole);
         }
     }
+
     found.into_iter().flatten().collect()
 }
 
@@ -129,10 +134,12 @@ mod tests {
                 square(20.0, 0.0, 4.0, way(3)),
                 square(21.0, 1.0, 1.0, way(4)),
             ];
+
             let mut areas = areas(rings);
             areas.sort_by(|a, b| {
                 doubled_area(&a.outer.places).abs().total_cmp(&doubled_area(&b.outer.places).abs())
             });
+
             let sides: Vec<(f64, Vec<f64>)> = areas
                 .iter()
                 .map(|area| {
@@ -140,6 +147,7 @@ mod tests {
                     (side(&area.outer), area.holes.iter().map(side).collect())
                 })
                 .collect();
+
             assert_eq!(sides, [(2.0, vec![]), (4.0, vec![1.0]), (10.0, vec![5.0])]);
         }
     }

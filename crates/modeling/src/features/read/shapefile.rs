@@ -43,6 +43,7 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
             return Err(Error::invalid(path, format!("byte 28: version {other} instead of {VERSION}")));
         }
     }
+
     let mut found = Found { crs: system(path)?, ..Found::default() };
     let table = match sibling(path, "dbf") {
         Some(file) => Some(Table::open(&file, sibling(path, "cpg").as_deref(), whole(&file)?)?),
@@ -51,6 +52,7 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
             None
         }
     };
+
     found.notes.extend(table.iter().flat_map(Table::notes));
     let mut index = 0;
     while rest.len() > 0 {
@@ -59,15 +61,18 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
         if rest.len() < 8 || bytes[at..].iter().take(8).all(|byte| *byte == 0) {
             break;
         }
+
         let place = format!("row {}", index + 1);
         let words = rest.u32(Order::Big).and_then(|_| rest.u32(Order::Big));
         let content = words.and_then(|words| rest.take((words as usize).checked_mul(2)?));
+
         let Some(content) = content else {
             return Err(Error::invalid(
                 path,
                 format!("byte {at}: {place} is cut off or damaged; copy the file again"),
             ));
         };
+
         match (shape(content), table.as_ref().map(|table| table.row(index))) {
             (_, Some(Err(reason))) | (Err(reason), _) => found.left_out.add(&place, reason),
             (Ok(geometry), _) if geometry.is_empty() => found.left_out.add(&place, "it has no geometry"),
@@ -76,11 +81,14 @@ pub(super) fn read(path: &FilePath, bytes: &[u8]) -> Result<Found> {
                 found.rows.push(Row { place, geometry, attributes });
             }
         }
+
         index += 1;
     }
+
     if let Some(table) = table.filter(|table| table.len() != index) {
         found.notes.push(format!("has {index} rows, but its .dbf {}; they are taken in order", table.len()));
     }
+
     Ok(found)
 }
 
@@ -108,6 +116,7 @@ fn shape(content: &[u8]) -> Result<Geometry, String> {
     let kind = rest.u32(Order::Little).ok_or_else(cut)?;
     let has_z = (11..20).contains(&kind);
     let mut geometry = Geometry::default();
+
     match kind {
         0 => {}
         1 | 11 | 21 => {
@@ -135,6 +144,7 @@ fn shape(content: &[u8]) -> Result<Geometry, String> {
         31 => return Err("it is a multipatch, which is not read here".to_owned()),
         other => return Err(format!("its shape type {other} is none")),
     }
+
     Ok(geometry)
 }
 
@@ -171,6 +181,7 @@ fn parts(rest: &mut Bytes<'_>, has_z: bool) -> Option<Result<Vec<Path>, String>>
     if parts.checked_mul(4)?.checked_add(points.checked_mul(16)?)? > counts.len() {
         return None;
     }
+
     *rest = counts;
     let mut firsts: Vec<usize> =
         (0..parts).map(|_| rest.u32(Order::Little).map(|first| first as usize)).collect::<Option<_>>()?;
@@ -183,9 +194,11 @@ fn parts(rest: &mut Bytes<'_>, has_z: bool) -> Option<Result<Vec<Path>, String>>
     if firsts.windows(2).any(|pair| pair[0] > pair[1]) || firsts[0] != 0 {
         return Some(Err("its parts are out of order".to_owned()));
     }
+
     let part = |pair: &[usize]| Path {
         places: path.places[pair[0]..pair[1]].to_vec(),
         heights: path.heights.get(pair[0]..pair[1]).unwrap_or_default().to_vec(),
     };
+
     Some(Ok(firsts.windows(2).map(part).collect()))
 }

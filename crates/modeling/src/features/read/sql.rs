@@ -25,6 +25,7 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
     {
         return None;
     }
+
     let (mut definitions, mut depth) = (vec![Vec::new()], 1);
     let mut rest = tokens[open + 1..].iter();
     for token in rest.by_ref() {
@@ -39,9 +40,11 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
             _ => definitions.last_mut()?.push(token.clone()),
         }
     }
+
     if depth != 0 || rest.any(|token| token.is("rowid")) {
         return None;
     }
+
     let (mut names, mut id) = (Vec::new(), None);
     let mut key = None;
     for definition in definitions {
@@ -69,10 +72,12 @@ pub(super) fn columns(sql: &str) -> Option<(Vec<String>, Option<usize>)> {
             Token::Sign(_) => return None,
         }
     }
+
     // A key of one integer column is the row's id as well, wherever it is said.
     let keyed =
         |key: &String| names.iter().position(|(name, integer)| *integer && name.eq_ignore_ascii_case(key));
     let id = id.or_else(|| key.as_ref().and_then(keyed));
+
     Some((names.into_iter().map(|(name, _)| name).collect(), id))
 }
 
@@ -104,6 +109,7 @@ fn tokens(sql: &str) -> Vec<Token> {
                     }
                     text.push(next);
                 }
+
                 tokens.push(Token::Quoted(text));
             }
             '-' if rest.next_if_eq(&'-').is_some() => while rest.next_if(|next| *next != '\n').is_some() {},
@@ -129,6 +135,7 @@ fn tokens(sql: &str) -> Vec<Token> {
             sign => tokens.push(Token::Sign(sign)),
         }
     }
+
     tokens
 }
 

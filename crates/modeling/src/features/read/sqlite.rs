@@ -99,6 +99,7 @@ impl Database {
                 return Err(Error::unsupported(path, what, remedy));
             }
         }
+
         let mut file = File::open(path).map_err(io)?;
         let length = file.metadata().map_err(io)?.len();
         let mut header = [0; HEADER];
@@ -115,6 +116,7 @@ impl Database {
                 "byte 16: its pages cannot have {page_size} bytes, {usable} of them in use"
             )));
         }
+
         let encoding = match u32::from_be_bytes([header[56], header[57], header[58], header[59]]) {
             0 | 1 => Encoding::Utf8,
             2 => Encoding::Utf16(Order::Little),
@@ -122,6 +124,7 @@ impl Database {
             other => return Err(wrong(format!("byte 56: text encoding {other} is none"))),
         };
         let pages = length / page_size as u64;
+
         Ok(Self { path: path.to_owned(), file, length, page_size, usable, pages, encoding })
     }
 
@@ -162,12 +165,14 @@ impl Database {
     pub fn rows(&mut self, table: &Table, mut each: impl FnMut(i64, Vec<Cell>) -> Result<()>) -> Result<()> {
         let mut seen = HashSet::new();
         let mut budget = self.length;
+
         // Pages to go through, the last one first, with their depth.
         let mut stack = vec![(table.root, 0)];
         while let Some((number, depth)) = stack.pop() {
             if depth > DEEPEST || !seen.insert(number) {
                 return Err(self.damaged(number, "its tree goes round in circles"));
             }
+
             let page = self.page(number)?;
             let start = if number == 1 { HEADER } else { 0 };
             let cells = u16::from_be_bytes([page[start + 3], page[start + 4]]);
@@ -176,6 +181,7 @@ impl Database {
             let Some(offsets) = page.get(offsets..offsets + 2 * usize::from(cells)) else {
                 return Err(self.damaged(number, "it has more cells than room"));
             };
+
             let offsets =
                 offsets.chunks_exact(2).map(|pair| usize::from(u16::from_be_bytes([pair[0], pair[1]])));
             match kind {
@@ -205,6 +211,7 @@ impl Database {
                 other => return Err(self.damaged(number, &format!("kind {other} is none of a table"))),
             }
         }
+
         Ok(())
     }
 
@@ -220,6 +227,7 @@ impl Database {
         let mut record =
             here.get(..local).ok_or_else(|| self.damaged(page, "a row lies beyond it"))?.to_vec();
         let mut next = u32_at(here, local);
+
         while record.len() < length {
             let number = next.filter(|number| *number != 0);
             let number = number.ok_or_else(|| self.damaged(page, "a row ends too early"))?;
@@ -228,6 +236,7 @@ impl Database {
             let part = (length - record.len()).min(usable - 4);
             record.extend_from_slice(&bytes[4..4 + part]);
         }
+
         Ok(record)
     }
 

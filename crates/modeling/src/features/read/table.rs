@@ -63,6 +63,7 @@ impl Table {
             (rows.unwrap_or(0) as usize, usize::from(first.unwrap_or(0)), usize::from(stride.unwrap_or(0)));
         let letters = letters(code_page, header[29])?;
         let (mut fields, mut offset) = (Vec::new(), 1);
+
         while let Some(record) = head.take(32) {
             // The mark of the end stands where a name would begin.
             if record[0] == 0x0d || bytes.len() - head.len() > first {
@@ -76,15 +77,18 @@ impl Table {
             fields.push(Field { name: Arc::from(name), kind, offset, length });
             offset += length;
         }
+
         if stride == 0 || offset > stride || first > bytes.len() {
             return Err(wrong(format!(
                 "its fields take {offset} bytes, but its header says {stride} a row from byte {first} on"
             )));
         }
+
         let present = (bytes.len() - first) / stride;
         if rows > present {
             return Err(wrong(format!("byte 4 says {rows} rows, but there are {present}")));
         }
+
         Ok(Self { bytes, fields, rows, first, stride, letters })
     }
 
@@ -106,11 +110,13 @@ impl Table {
         if index >= self.rows {
             return Ok(attributes);
         }
+
         let from = self.first + index * self.stride;
         let row = &self.bytes[from..from + self.stride];
         if row[0] == b'*' {
             return Err("it is marked as deleted".to_owned());
         }
+
         for field in &self.fields {
             let bytes = &row[field.offset..field.offset + field.length];
             match field.value(bytes, self.letters) {
@@ -121,6 +127,7 @@ impl Table {
                 None => {}
             }
         }
+
         Ok(attributes)
     }
 }
@@ -152,6 +159,7 @@ impl Field {
 fn letters(code_page: Option<&Path>, language: u8) -> Result<Letters> {
     /// A `.cpg` holds one name.
     const LONGEST: u64 = 1000;
+
     if let Some(path) = code_page {
         let length = fs::metadata(path).map_err(|error| Error::io(path, "read", error))?.len();
         if length <= LONGEST {
@@ -169,6 +177,7 @@ fn letters(code_page: Option<&Path>, language: u8) -> Result<Letters> {
             });
         }
     }
+
     Ok(match language {
         0 => Letters::Guess,
         0x03 | 0x57 | 0x58 | 0x59 => Letters::Western,

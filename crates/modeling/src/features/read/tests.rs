@@ -41,6 +41,7 @@ fn buildings_are_the_same_in_each_format() {
         read(&sample("buildings.geojson"), &LayerOptions::default()).unwrap(),
         read(&sample("town.gpkg"), &of_table("buildings")).unwrap(),
     ];
+
     for layer in &files {
         assert_eq!(layer.crs.epsg().unwrap_or(25832), 25832, "{:?}", layer.path);
         assert!(layer.crs.is_equivalent(&hedgehop_geo::Crs::from_epsg(25832).unwrap()));
@@ -75,12 +76,14 @@ fn all_tables_of_a_geopackage_and_heights() {
         assert_eq!(row.geometry, other.geometry);
         assert_eq!(number(row, "lanes"), number(other, "LANES"));
     }
+
     assert_eq!(all.rows[3].geometry.lines[0].heights, [600.0, 604.0, 610.0]);
     for (index, tree) in all.rows[5..].iter().enumerate() {
         let place = dvec2(612_000.0 + 3.0 * index as f64, 5_241_000.0 + 7.0 * (index % 9) as f64);
         assert_eq!(tree.geometry.points.places, [place]);
         assert_eq!(number(tree, "height"), Some(5.0 + index as f64 / 4.0));
     }
+
     let error = read(&sample("town.gpkg"), &of_table("Strassen")).unwrap_err().to_string();
     assert!(
         error.ends_with("has no table \"Strassen\" of features; it has buildings, roads, trees"),
@@ -159,6 +162,7 @@ fn one_bad_feature_costs_itself_alone() {
         {"type":"Feature","geometry":{"type":"Point","coordinates":[1,2]},"properties":{"height":"12 m"}}]}"#,
     )
     .unwrap();
+
     assert_eq!(layer.rows.len(), 1);
     assert_eq!(layer.rows[0].place, "feature 8");
     assert_eq!(layer.notes.len(), 5, "{:?}", layer.notes);
@@ -242,6 +246,7 @@ fn other_files_are_told_what_to_do() {
         let error = read(&path, &LayerOptions::default()).unwrap_err().to_string();
         assert!(error.contains(sentence), "{error}");
     }
+
     let error = read(&sample("roads.dbf"), &LayerOptions::default()).unwrap_err().to_string();
     assert!(error.contains("name the .shp file"), "{error}");
 }
@@ -252,6 +257,7 @@ fn damage(name: &str, beside: &[&str], rounds: u64, touched: &str) {
     for other in beside {
         fs::copy(sample(other), folder.path().join(other)).unwrap();
     }
+
     let sound = fs::read(sample(touched)).unwrap();
     let mut random = 0x9e37_79b9_7f4a_7c15_u64;
     let mut next = |below: usize| {
@@ -261,6 +267,7 @@ fn damage(name: &str, beside: &[&str], rounds: u64, touched: &str) {
         (random % below.max(1) as u64) as usize
     };
     let (mut read_well, mut refused) = (0, 0);
+
     for round in 0..rounds {
         let mut bytes = sound.clone();
         match round % 8 {
@@ -277,6 +284,7 @@ fn damage(name: &str, beside: &[&str], rounds: u64, touched: &str) {
                 }
             }
         }
+
         written(folder.path(), touched, &bytes);
         match read(&folder.path().join(name), &LayerOptions::default()) {
             Ok(_) => read_well += 1,
@@ -286,6 +294,7 @@ fn damage(name: &str, beside: &[&str], rounds: u64, touched: &str) {
             }
         }
     }
+
     assert!(read_well > 0 && refused > 0, "{touched}: {read_well} read, {refused} refused");
 }
 

@@ -32,6 +32,7 @@ fn add(rest: &mut Bytes<'_>, geometry: &mut Geometry, depth: u32) -> Result<(), 
         None => return Err(cut()),
     };
     let (kind, reader) = Reader::of(rest.u32(order).ok_or_else(cut)?, order);
+
     match kind {
         1 => {
             let point = reader.places(rest, 1)?;
@@ -60,6 +61,7 @@ fn add(rest: &mut Bytes<'_>, geometry: &mut Geometry, depth: u32) -> Result<(), 
         }
         _ => return Err("its geometry has a type that is none".to_owned()),
     }
+
     Ok(())
 }
 

@@ -181,6 +181,7 @@ impl Bound {
     pub fn reach(&self, spacing: f64) -> [f64; 4] {
         // A mitre reaches half as far again; what is thin takes a voxel.
         const MITRE: f64 = 1.5;
+
         let around = |places: &[DVec2], reach: f64| {
             grown(bounds(places.iter().copied()).unwrap_or([0.0; 4]), MITRE * (reach + spacing))
         };
@@ -226,10 +227,12 @@ impl Bound {
                 let square = Square { origin, first, spacing, columns, rows };
                 let mut solids = Vec::new();
                 self.raise(&square, &|_: DVec2| None, &mut solids);
+
                 // Slopes rise from the voxel's centre to its corners.
                 let top = |solid: &Solid| {
                     solid.high_m + 0.5 * spacing * (solid.slope[0].abs() + solid.slope[1].abs())
                 };
+
                 solids.iter().map(|(_, solid)| top(solid)).fold(ground, f64::max)
             }
         }

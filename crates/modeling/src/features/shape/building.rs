@@ -110,19 +110,23 @@ impl BoundBuilding {
         if floor.area() <= 0.0 {
             return Vec::new();
         }
+
         let roof = self.roof.planes_over(centre, &floor);
         let least = |place: DVec2| {
             let heights = roof.iter().map(|planes| roof::greatest(planes, centre + place));
             heights.fold(f64::INFINITY, f64::min)
         };
+
         // Of each, the plane that counts at the centre.
         let at_centre = |planes: &Vec<Plane>| {
             planes.iter().copied().max_by(|a, b| a.height(centre).total_cmp(&b.height(centre)))
         };
         let ends: Vec<Option<Plane>> = roof.iter().map(at_centre).collect();
+
         let part = |number: usize, plane: &Plane| {
             let others = ends.iter().enumerate().filter(|(other, _)| *other != number);
             let hips = others.filter_map(|(_, other)| plane.below(other.as_ref()?, centre));
+
             // In a valley the higher one counts: they do not lie in each other.
             let valleys = roof[number].iter().filter_map(|other| other.below(plane, centre));
             let joints = hips.chain(valleys);
@@ -131,20 +135,24 @@ impl BoundBuilding {
             if part.area() < NOTHING * spacing * spacing {
                 return None;
             }
+
             let is_joint = |number: usize| number >= walls.len();
             let mut bounds = part.bounded_by(NOTHING * spacing);
+
             // A third wall is a joint: footprints leave no more than two in a voxel.
             if bounds.len() > 3 {
                 bounds = least_harm(&bounds, &halves, spacing, |place| {
                     plane.height(centre + place) - least(place)
                 });
             }
+
             // A wall that passes beside the voxel, or in another part of it, lights what stands out there.
             for wall in 0..walls.len() {
                 if bounds.len() < 3 && !bounds.contains(&wall) {
                     bounds.push(wall);
                 }
             }
+
             bounds.sort_unstable();
             let kept = |number: usize| {
                 let half = &halves[number];
@@ -159,10 +167,12 @@ impl BoundBuilding {
                 if !is_joint(number) || count == 0.0 {
                     return (half.facing(), half.distance);
                 }
+
                 // Directions are stored in steps: where planes meet they still do.
                 let facing = stored_facing(half.facing());
                 (facing, DVec2::from_angle(facing).dot(sum / count))
             };
+
             let (wall, joined) = match bounds[..] {
                 [] => (Wall::Whole, [false; 2]),
                 [one] => {
@@ -174,13 +184,16 @@ impl BoundBuilding {
                     (Wall::Wedge([one, other, third].map(kept)), [one, other].map(is_joint))
                 }
             };
+
             let stored = plane.no_steeper(self.steepest(spacing), centre + part.middle());
             Some(self.with_top(centre, stored, wall, joined, walls.is_empty()))
         };
+
         let all = roof
             .iter()
             .enumerate()
             .flat_map(|(number, planes)| planes.iter().map(move |plane| (number, plane)));
+
         all.filter_map(|(number, plane)| part(number, plane)).collect()
     }
 

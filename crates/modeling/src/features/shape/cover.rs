@@ -157,11 +157,13 @@ impl BoundWood {
         if covers.is_empty() {
             return Vec::new();
         }
+
         let mut shares = vec![0.0; grown.columns * grown.rows];
         covers.iter().for_each(|cover| shares[grown.index(cover.column, cover.row)] = cover.share);
         let [west, south, east, north] = grown.bounds();
         let range = |low: f64, high: f64| (low / cell).floor() as i64..=(high / cell).floor() as i64;
         let mut trees = Vec::new();
+
         for j in range(south, north) {
             for i in range(west, east) {
                 let hash = mix((i as u64) ^ mix(j as u64));
@@ -174,12 +176,14 @@ impl BoundWood {
                 if shares[grown.index(column, row)] < 0.5 {
                     continue;
                 }
+
                 if let Some(base_m) = ground.height_at(place) {
                     let kind = TreeKind::of(&self.wood.tree(hash, cell), hash);
                     trees.push(PlacedTree { kind, place, base_m, hash });
                 }
             }
         }
+
         trees
     }
 }
@@ -247,6 +251,7 @@ mod tests {
                 Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT, is_filled: false };
             let line = of_line(&[middle - along * 15.0, middle + along * 15.0]);
             let solids = raised(&bind(&Meaning::Barrier(barrier), &line, 1, &level), &square, &level);
+
             for place in 0..400 {
                 let (from, off) = (0.06 * f64::from(place) - 12.0, 0.031 * f64::from(place % 60) - 0.93);
                 let place = middle + along * from + along.perp() * off;
@@ -254,6 +259,7 @@ mod tests {
                 let (column, row) = (local.x as usize, local.y as usize);
                 let index = square.index(column, row);
                 let from_centre = place - square.centre(column, row);
+
                 let is_there = solids.iter().filter(|(over, _)| *over == index).any(|(_, solid)| {
                     let span = solid.encode(&HEIGHTS, square.spacing);
                     span.is_some_and(|span| {
@@ -263,6 +269,7 @@ mod tests {
                         })
                     })
                 });
+
                 // It is a voxel thick.
                 if (off.abs() - 0.5).abs() > 0.02 {
                     assert_eq!(is_there, off.abs() < 0.5, "{step}: {off} m beside the line");

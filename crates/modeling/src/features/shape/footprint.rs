@@ -150,6 +150,7 @@ impl Part {
             self.halves().iter().for_each(|half| half.cover(&near, covers));
             return;
         }
+
         for row in rows.clone() {
             let (bottom, top) = (row as f64, row as f64 + 1.0);
             let band = clip_all(&near, dvec2(low.x, bottom), dvec2(high.x, top));
@@ -158,6 +159,7 @@ impl Part {
                 if margin > 0.0 { Beside::new(&near, [bottom, top], margin) } else { Beside::default() };
             let crossing = crossing(&band, bottom, top);
             let first = (west.floor().max(low.x) as usize).min(columns.end);
+
             for column in first..(east.ceil().max(0.0) as usize).min(columns.end) {
                 let left = column as f64;
                 let centre = dvec2(left + 0.5, bottom + 0.5);
@@ -168,14 +170,17 @@ impl Part {
                     }
                     continue;
                 }
+
                 let rings = clip_all(&band, dvec2(left, bottom), dvec2(left + 1.0, top));
                 let covered = Covered { rings: &rings, centre, half: 0.5 };
                 let Some((share, wall)) = covered.wall(spacing) else { continue };
+
                 // Where no edge crosses the voxel but by rounding, one may still lie along its border.
                 let wall = match wall {
                     Wall::Whole => beside.wall(centre, spacing).unwrap_or(Wall::Whole),
                     wall => wall,
                 };
+
                 match covered.inward_corner(share, spacing).filter(|_| margin > 0.0) {
                     // What two walls bound one by one.
                     Some(walls) => covers.extend(walls.map(|wall| Cover { column, row, share, wall })),
@@ -192,6 +197,7 @@ impl Part {
             let middle = range.start.midpoint(range.end);
             [range.start..middle, middle..range.end]
         };
+
         match columns.len() >= rows.len() {
             true => split(columns).map(|columns| Self {
                 columns,
@@ -238,11 +244,14 @@ impl Beside {
         if !self.crossing.iter().any(|(from, to)| *from < right && *to > left) {
             return None;
         }
+
         let rings = clip_all(&self.rings, centre - half, centre + half);
         let mut edges = Covered { rings: &rings, centre, half }.edges();
+
         // Beyond its end, where a corner points inward, a wall's line may run through the voxel, and leaves none of it out.
         edges.retain(|(_, normal, distance)| *distance >= 0.5 * normal.abs().element_sum() - BY_ROUNDING);
         edges.sort_by(|a, b| a.2.total_cmp(&b.2));
+
         // Whichever page asks.
         let kept = |distance: f64| (distance * STEPS).round() / STEPS * spacing;
         match edges[..] {
@@ -344,10 +353,12 @@ impl Covered<'_> {
         if share < LEAST {
             return None;
         }
+
         let mut edges = self.edges();
         if edges.is_empty() {
             return Some((1.0, Wall::Whole));
         }
+
         edges.sort_by(|a, b| b.0.total_cmp(&a.0));
         let sum: DVec2 = edges.iter().map(|(length, normal, _)| *normal * *length).sum();
         let mut tried = Vec::new();
@@ -357,6 +368,7 @@ impl Covered<'_> {
                 tried.push((*normal, distance_of_share(*normal, share)));
             }
         }
+
         if let (true, Some(normal)) = (edges.len() > 1, sum.try_normalize()) {
             tried.push((normal, distance_of_share(normal, share)));
         }
@@ -368,6 +380,7 @@ impl Covered<'_> {
             .enumerate()
             .flat_map(|(at, one)| longest.clone().skip(at + 1).map(move |other| [one, other]));
         let two = pairs.min_by(|a, b| self.error(a, share).total_cmp(&self.error(b, share)));
+
         // A wall through the centre holds it, whichever page asks: that decides on the surface there.
         let kept = |distance: f64| (distance * STEPS).round() / STEPS * spacing;
         match two.filter(|two| self.error(two, share) + BETTER < error(best)) {
@@ -396,6 +409,7 @@ impl Covered<'_> {
     fn edges(&self) -> Vec<(f64, DVec2, f64)> {
         /// Size of what clipping leaves beside the border, voxels.
         const SLACK: f64 = 1e-9;
+
         let on_border = |a: DVec2, b: DVec2| {
             let (a, b) = (a - self.centre, b - self.centre);
             let (same, far) = ((a - b).abs(), (a.abs() - self.half).abs());
@@ -403,13 +417,16 @@ impl Covered<'_> {
         };
         let pairs = self.rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
         let mut edges: Vec<(f64, DVec2, f64)> = Vec::new();
+
         for (&a, &b) in pairs {
             let Some(along) = (b - a).try_normalize() else { continue };
             if on_border(a, b) {
                 continue;
             }
+
             let normal = dvec2(along.y, -along.x);
             let (length, distance) = (a.distance(b), normal.dot(a - self.centre));
+
             // Parts of one straight edge count as one.
             let same = |edge: &&mut (f64, DVec2, f64)| {
                 edge.1.distance(normal) < 1e-6 && (edge.2 - distance).abs() < 1e-6
@@ -419,6 +436,7 @@ impl Covered<'_> {
                 None => edges.push((length, normal, distance)),
             }
         }
+
         edges
     }
 

@@ -65,6 +65,7 @@ fn walls_of_any_direction_are_straight_and_corners_sharp() {
         let ring = rectangle(centre, dvec2(9.0, 5.0), 0.1 * step);
         let footprint = Footprint::of(&area(ring.clone(), vec![])).unwrap();
         worst = worst.max(error(&footprint, &square));
+
         // Away from corners, a wall is the edge itself.
         for cover in footprint.cover(&square) {
             let place = square.centre(cover.column, cover.row);
@@ -79,6 +80,7 @@ fn walls_of_any_direction_are_straight_and_corners_sharp() {
             }
         }
     }
+
     assert!(worst < 0.02, "{worst}");
 }
 
@@ -129,6 +131,7 @@ fn areas_add_up_whatever_the_form() {
         })
         .collect();
     let touching = vec![at(2.0, 2.0), at(8.0, 2.0), at(8.0, 8.0), at(5.0, 2.0), at(2.0, 8.0)];
+
     let doubled = vec![
         at(2.0, 2.0),
         at(2.0, 2.0),
@@ -138,11 +141,13 @@ fn areas_add_up_whatever_the_form() {
         at(2.0, 7.7),
         at(2.0, 2.0),
     ];
+
     let tiny = rectangle(at(7.3, 9.4), dvec2(0.2, 0.3), 0.4);
     let holed = area(
         rectangle(at(20.0, 15.0), dvec2(12.0, 9.0), 0.3),
         vec![rectangle(at(20.0, 15.0), dvec2(5.0, 3.0), 1.0)],
     );
+
     for area in [area(star, vec![]), area(touching, vec![]), area(doubled, vec![]), area(tiny, vec![]), holed]
     {
         let mut turned = area.clone();
@@ -177,6 +182,7 @@ fn voxels_do_not_depend_on_the_square_that_asks() {
         .map(|cover| Cover { column: cover.column - 16, row: cover.row - 8, ..*cover })
         .collect();
     assert_eq!(shifted.len(), some.len());
+
     for (a, b) in shifted.iter().zip(&some) {
         assert_eq!((a.column, a.row), (b.column, b.row));
         assert!((a.share - b.share).abs() < 1e-9);

@@ -35,6 +35,7 @@ impl Frame {
                 best = Some((area, frame));
             }
         }
+
         best.filter(|(area, _)| *area > 0.0).map(|(_, frame)| frame)
     }
 }
@@ -81,6 +82,7 @@ pub(super) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     let mut sorted = places.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     sorted.dedup();
+
     let half = |places: &mut dyn Iterator<Item = DVec2>| {
         let mut chain: Vec<DVec2> = Vec::new();
         for place in places {
@@ -94,6 +96,7 @@ pub(super) fn hull(places: &[DVec2]) -> Vec<DVec2> {
         chain.pop();
         chain
     };
+
     let mut hull = half(&mut sorted.iter().copied());
     hull.extend(half(&mut sorted.iter().rev().copied()));
     hull

@@ -26,12 +26,14 @@ fn join_bridges(features: &mut [Feature]) {
         Meaning::Way(way) if way.is_bridge => Some((way.kind, way.layer)),
         _ => None,
     };
+
     for (index, Feature { meaning, geometry, .. }) in features.iter().enumerate() {
         let (Some((kind, layer)), [line]) = (key(meaning), &geometry.lines[..]) else { continue };
         for place in [line.places.first(), line.places.last()].into_iter().flatten() {
             ends.entry((kind, layer, node(*place))).or_default().push(index);
         }
     }
+
     // Each joint of just two ways, in an order that does not depend on the map's.
     let mut joints: Vec<[usize; 2]> = ends
         .into_values()
@@ -40,6 +42,7 @@ fn join_bridges(features: &mut [Feature]) {
         .collect();
     joints.sort_unstable();
     let mut owner: Vec<usize> = (0..features.len()).collect();
+
     for [a, b] in joints {
         let (a, b) = (root(&owner, a), root(&owner, b));
         let (first, second) = (a.min(b), a.max(b));
@@ -78,10 +81,12 @@ fn chained(first: &Geometry, second: &Geometry) -> Option<Path> {
     if end(&first) != start(&second) {
         return None;
     }
+
     first.extend(second.into_iter().skip(1));
     if is_before {
         first.reverse();
     }
+
     Some(Path::flat(first))
 }
 
@@ -103,6 +108,7 @@ fn carry_lines(features: &mut [Feature]) {
         vertices
             .extend(feature.geometry.lines.iter().flat_map(|line| &line.places).map(|place| node(*place)));
     }
+
     let mut stated: HashMap<Node, Upright> = HashMap::new();
     for feature in features.iter_mut() {
         let Meaning::Pylon(pylon, is_stated) = feature.meaning else { continue };
@@ -136,6 +142,7 @@ fn join_roads(features: &mut [Feature]) {
         half_m: f64,
         has_end: bool,
     }
+
     let mut meetings: HashMap<Node, Meeting> = HashMap::new();
     for feature in features.iter() {
         let Some(way) = road(feature) else { continue };
@@ -150,6 +157,7 @@ fn join_roads(features: &mut [Feature]) {
             }
         }
     }
+
     for feature in features.iter_mut() {
         let Some(way) = road(feature).filter(|way| !way.is_bridge) else { continue };
         let joints = feature.geometry.lines.iter().flat_map(|line| &line.places).filter_map(|place| {
@@ -171,6 +179,7 @@ fn drop_outlines(features: &mut [Feature]) {
     };
     let of_parts = features.iter().filter(|feature| is_part(feature) == Some(true));
     let footprints = of_parts.flat_map(|feature| feature.geometry.areas.iter().filter_map(Footprint::of));
+
     let mut parts: Vec<(DVec2, f64)> = footprints
         .filter_map(|footprint| {
             let frame = Frame::around(&hull(&footprint.rings[0]))?;
@@ -180,6 +189,7 @@ fn drop_outlines(features: &mut [Feature]) {
     if parts.is_empty() {
         return;
     }
+
     parts.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
     let is_covered = |area: &Area| {
         let Some(footprint) = Footprint::of(area) else { return false };
@@ -191,6 +201,7 @@ fn drop_outlines(features: &mut [Feature]) {
         let covered: f64 = inside.map(|(_, area)| area).sum();
         covered >= COVERED * footprint.area()
     };
+
     for feature in features.iter_mut().filter(|feature| is_part(feature) == Some(false)) {
         feature.geometry.areas.retain(|area| !is_covered(area));
     }
@@ -215,6 +226,7 @@ mod tests {
         let bridge = Meaning::Way(Way { is_bridge: true, ..road(8.0) });
         let feature = |meaning: &Meaning, geometry| Feature { meaning: meaning.clone(), geometry, hash: 1 };
         let piece = |from: f64, to: f64| feature(&bridge, of_line(&[at(from, 24.0), at(to, 24.0)]));
+
         // The middle one runs the other way; one crosses at a node of three.
         for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
             let pieces = [piece(10.0, 25.0), piece(40.0, 25.0), piece(40.0, 54.0)];
@@ -260,6 +272,7 @@ mod tests {
         });
         settle(graded.collect(), &mut heights, |_, _, _, _| ());
         let steps = (8..24).map(|row| heights[square.index(31, row + 1)] - heights[square.index(31, row)]);
+
         // 6 m higher over the 18 m to the wider road, and twice as steep at most, to its edge, which the cross-slope has lower; from the ground beside that it would
         // be a step of 1.5 m.
         let most = 2.0 * 6.0 / 18.0 + 0.02 * 6.0;
@@ -277,6 +290,7 @@ mod tests {
         let left = |features: &[Feature]| -> Vec<usize> {
             features.iter().map(|feature| feature.geometry.areas.len()).collect()
         };
+
         let mut features = [
             building(10.0, 0.0, false),
             building(5.0, -5.0, true),
@@ -285,6 +299,7 @@ mod tests {
         ];
         prepare(&mut features);
         assert_eq!(left(&features), [0, 1, 1, 1]);
+
         // A part that covers little leaves the outline.
         let mut features = [building(10.0, 0.0, false), building(2.0, 6.0, true)];
         prepare(&mut features);
@@ -301,10 +316,12 @@ mod tests {
             opacity: 0.35,
             paint: PAINT,
         };
+
         let wires = vec![Wire { offset_m: 0.0, height_m: 28.0 }, Wire { offset_m: 4.0, height_m: 21.0 }];
         let line = PowerLine { wires, sag_per_m: 0.0, pylon: pylon(28.0), stated: vec![] };
         let vertices = [at(2.0, 20.0), at(20.0, 20.0), at(40.0, 20.0), at(60.0, 20.0)];
         let feature = |meaning, geometry| Feature { meaning, geometry, hash: 1 };
+
         let mut features = [
             feature(Meaning::Pylon(pylon(56.0), true), of_point(vertices[1])),
             feature(Meaning::PowerLine(line), of_line(&vertices)),
@@ -312,6 +329,7 @@ mod tests {
             feature(Meaning::Pylon(pylon(50.0), false), of_point(vertices[2])),
             feature(Meaning::Pylon(pylon(50.0), false), of_point(at(30.0, 40.0))),
         ];
+
         prepare(&mut features);
         let points = features.iter().map(|feature| feature.geometry.points.places.len());
         assert_eq!(points.collect::<Vec<_>>(), [0, 0, 0, 1]);
@@ -326,6 +344,7 @@ mod tests {
             .iter()
             .filter_map(|bound| if let Bound::Wire(wire) = bound { Some(wire.ends_m) } else { None })
             .collect();
+
         // Two wires of each span, then arms.
         let spans = [[128.0, 156.0], [121.0, 142.0], [156.0, 128.0], [142.0, 121.0], [128.0; 2], [121.0; 2]];
         assert_eq!(ends, [&spans[..], &[[121.0; 2], [142.0; 2], [121.0; 2], [121.0; 2]]].concat());

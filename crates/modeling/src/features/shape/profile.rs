@@ -66,6 +66,7 @@ impl Profile {
         if is_turned {
             self.heights.reverse();
         }
+
         let mut lowest = f64::INFINITY;
         let least: Vec<f64> = self
             .heights
@@ -75,6 +76,7 @@ impl Profile {
                 lowest
             })
             .collect();
+
         let mut highest = f64::NEG_INFINITY;
         let back = self.heights.iter().rev().map(|height| {
             highest = highest.max(*height);
@@ -86,6 +88,7 @@ impl Profile {
         if is_turned {
             self.heights.reverse();
         }
+
         self
     }
 
@@ -112,6 +115,7 @@ fn grade_part(heights: &mut [f64], (window, grade): (f64, f64), level: [f64; 2])
     let ends = [heights[0], heights[last]];
     let room = (last as f64 - level[0] - level[1]).max(1.0);
     let most = grade.max(STEEPER * (ends[1] - ends[0]).abs() / room);
+
     // What is too steep from an end on.
     for (station, height) in smooth.iter_mut().enumerate() {
         for (end, distance) in [station, last - station].into_iter().enumerate() {
@@ -119,12 +123,14 @@ fn grade_part(heights: &mut [f64], (window, grade): (f64, f64), level: [f64; 2])
             *height = height.min(ends[end] + room).max(ends[end] - room);
         }
     }
+
     let (mut above, mut below) = (smooth.clone(), smooth);
     let forward = (0..last).map(|station| (station, station + 1));
     for (from, to) in forward.chain((0..last).rev().map(|station| (station + 1, station))) {
         above[to] = above[to].max(above[from] - most);
         below[to] = below[to].min(below[from] + most);
     }
+
     for ((height, above), below) in heights.iter_mut().zip(above).zip(below) {
         *height = above.midpoint(below);
     }

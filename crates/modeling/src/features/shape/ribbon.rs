@@ -106,6 +106,7 @@ impl Line {
         let Some([west, south, east, north]) = bounds(self.places.iter().copied()) else { return Vec::new() };
         let (columns, rows) = square.touched(around(DVec2::new(west, south), DVec2::new(east, north)));
         let mut found: Vec<Option<Cross>> = vec![None; columns.len() * rows.len()];
+
         for (segment, ends_of) in self.places.windows(2).enumerate() {
             let (a, b) = (ends_of[0], ends_of[1]);
             for (column, row) in square.voxels(around(a.min(b), a.max(b))) {
@@ -117,6 +118,7 @@ impl Line {
                 }
             }
         }
+
         found.into_iter().flatten().collect()
     }
 
@@ -135,6 +137,7 @@ impl Line {
         if (0.0..=length).contains(&along) {
             return cross(across.abs(), start + along, right * side(across), tangent);
         }
+
         let round = |end: DVec2, along: f64| {
             let away = place - end;
             let outward = away.try_normalize().unwrap_or(right);
@@ -143,19 +146,23 @@ impl Line {
         if along < 0.0 {
             return if segment == 0 { round(a, start) } else { None };
         }
+
         let Some(next) = self.places.get(segment + 2) else { return round(b, start + length) };
         let after = (*next - b).try_normalize()?;
         let from = place - b;
         if from.dot(after) > 0.0 {
             return None;
         }
+
         let right_after = DVec2::new(after.y, -after.x);
         let second = from.dot(right_after);
+
         // Back the way that it came, there is no outside of the bend.
         let Some(middle) = (right + right_after).try_normalize() else { return round(b, start + length) };
         // The outside of the bend, which is to the right where it turns left.
         let outer = if tangent.perp_dot(after) >= 0.0 { 1.0 } else { -1.0 };
         let (first, second) = (across * outer, second * outer);
+
         // The edge that is nearest is that of the segment which is farther off.
         let (mut off, mut outward) =
             if first >= second { (first, right * outer) } else { (second, right_after * outer) };
@@ -164,6 +171,7 @@ impl Line {
         if tangent.dot(after) < 0.0 && bevelled > off {
             (off, outward) = (bevelled, tip);
         }
+
         let tangent = (tangent + after).try_normalize().unwrap_or(tangent);
         cross(off.max(0.0), start + length, outward, tangent)
     }

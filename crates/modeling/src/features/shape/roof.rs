@@ -105,6 +105,7 @@ impl Bound {
             RoofShape::Gabled if roof.is_guess && fill < 0.75 => RoofShape::Hipped,
             shape => shape,
         };
+
         // Across the ridge.
         let across = match roof.direction {
             Some(degrees) => DVec2::from_angle((90.0 - degrees).to_radians()),
@@ -114,12 +115,14 @@ impl Bound {
         let (low, high) = extent(&hull, across, frame.middle);
         let half = 0.5 * (high - low);
         let walls = LazyCell::new(|| Walls::of(footprint));
+
         // Larger planes of a hipped roof rise from two sides of its rectangle.
         let is_across = across.dot(frame.along).abs() > across.dot(frame.along.perp()).abs();
         let (main, main_half, beside) = match is_across {
             true => (frame.along, frame.half.x, frame.half.y),
             false => (frame.along.perp(), frame.half.y, frame.half.x),
         };
+
         let run = match shape {
             RoofShape::Skillion => 2.0 * half,
             RoofShape::Gabled | RoofShape::Flat => half,
@@ -128,6 +131,7 @@ impl Bound {
             RoofShape::Hipped => main_half,
             _ => frame.half.y,
         };
+
         let rise = match roof.rise {
             Rise::Height(height) => height,
             Rise::Angle(degrees) if shape == RoofShape::Dome => run * (0.5 * degrees).to_radians().tan(),
@@ -138,12 +142,14 @@ impl Bound {
         if !(height > 0.0 && run > 0.0) || shape == RoofShape::Flat {
             return Self::level();
         }
+
         let middle = frame.middle + across * low.midpoint(high);
         let facing = |normal: DVec2, far: f64, slope: f64| Plane {
             at: frame.middle + normal * far,
             height: 0.0,
             slope: -normal * slope,
         };
+
         let form = match shape {
             RoofShape::Skillion => Form::Planes(vec![Plane {
                 at: frame.middle + across * high,
@@ -180,6 +186,7 @@ impl Bound {
             }
             _ => Form::around(&hull, frame.middle, dome(&hull, frame.middle, height)),
         };
+
         Self { form, height_m: height }
     }
 
@@ -216,6 +223,7 @@ impl Bound {
             }
             Form::FromWalls { walls, slope, most } => from_walls(walls, [*slope, *most], centre, part),
         };
+
         all = least_somewhere(all, &corners);
         if all.len() > MOST {
             // A little within, where of two that meet in a corner one is the least.
@@ -223,6 +231,7 @@ impl Bound {
             let places = corners.iter().map(|corner| corner.lerp(middle, 1e-3)).chain([middle]);
             all = least_at(all, places);
         }
+
         for planes in &mut all {
             let is_below = |one: &Plane, other: &Plane| {
                 corners.iter().all(|corner| one.height(*corner) <= other.height(*corner))
@@ -230,6 +239,7 @@ impl Bound {
             let known = planes.clone();
             planes.retain(|one| !known.iter().any(|other| other != one && is_below(one, other)));
         }
+
         all
     }
 }
@@ -291,6 +301,7 @@ fn from_walls(walls: &Walls, [slope, most]: [f64; 2], centre: DVec2, part: &Patc
     // Away from corners, where two walls are as near.
     let places = part.corners().map(|corner| corner.lerp(middle, 0.125)).chain([middle]);
     let mut all: Vec<Vec<Plane>> = Vec::new();
+
     for place in places {
         let Some((distance, eaves)) = walls.eaves(centre + place) else { continue };
         let mut found: Vec<Plane> = match distance * slope < most {
@@ -300,22 +311,27 @@ fn from_walls(walls: &Walls, [slope, most]: [f64; 2], centre: DVec2, part: &Patc
                 .collect(),
             false => vec![Plane { at: centre, height: most, slope: DVec2::ZERO }],
         };
+
         // What runs down into a valley on one side of it runs on beside it.
         let (same, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|known: &Vec<Plane>| {
             known.iter().any(|known| found.iter().any(|plane| plane.is_same(known, centre)))
         });
+
         for plane in same.into_iter().flatten() {
             if !found.iter().any(|known| known.is_same(&plane, centre)) {
                 found.push(plane);
             }
         }
+
         all = others;
         all.push(found);
     }
+
     if all.is_empty() {
         // Walls are rounded: it may lie beside them.
         all.push(vec![Plane { at: centre, height: 0.0, slope: DVec2::ZERO }]);
     }
+
     all
 }
 

@@ -32,6 +32,7 @@ fn roof_error(shape: RoofShape, half: DVec2, formula: impl Fn(DVec2) -> f64) -> 
         for (index, solid) in raised(&bound, &square, &level) {
             over[index].extend(solid.encode(&HEIGHTS, square.spacing));
         }
+
         for (index, spans) in over.iter().enumerate() {
             let centre = square.centre(index % square.columns, index / square.columns);
             for sample in 0..23 * 23 {
@@ -47,6 +48,7 @@ fn roof_error(shape: RoofShape, half: DVec2, formula: impl Fn(DVec2) -> f64) -> 
             }
         }
     }
+
     worst
 }
 
@@ -70,10 +72,12 @@ fn roofs_are_within_a_step_of_their_height() {
     let flat = roof_error(RoofShape::Flat, half, |_| 0.0);
     let hips = |half: DVec2| move |p: DVec2| 3.0 * ((half.x - p.x.abs()).min(4.0 - p.y.abs()) / 4.0).min(1.0);
     let hipped = roof_error(RoofShape::Hipped, half, hips(half));
+
     // A ridge of 0.2 m, less than a voxel: each side has three joints.
     let short = roof_error(RoofShape::Hipped, wide, hips(wide));
     let pyramid =
         roof_error(RoofShape::Pyramidal, half, |p| 3.0 * (1.0 - (p.x.abs() / 8.0).max(p.y.abs() / 4.0)));
+
     // Straight between rings of the ellipsoid.
     let dome = roof_error(RoofShape::Dome, half, |p| {
         let out = (p.x.abs() / 8.0).max(p.y.abs() / 4.0);
@@ -83,6 +87,7 @@ fn roofs_are_within_a_step_of_their_height() {
         };
         3.0 * rings.windows(2).map(between).fold(f64::INFINITY, f64::min)
     });
+
     println!(
         "flat {flat:.3} m, gabled {gabled:.3}, hipped {hipped:.3}, a short ridge {short:.3}, pyramid {pyramid:.3}, dome {dome:.3}"
     );
@@ -112,6 +117,7 @@ fn surfaces_of_houses_do_not_depend_on_the_square_that_asks() {
         RoofShape::Skillion,
         RoofShape::Dome,
     ];
+
     // On borders and centres of voxels, and thin, where ties are.
     let halves = [dvec2(6.0, 6.0), dvec2(4.0, 0.5), dvec2(0.25, 3.0), dvec2(2.5, 1.0)];
     let places = [dvec2(12.0, 9.0), dvec2(10.0, 8.5), dvec2(11.13, 7.77)];
@@ -123,6 +129,7 @@ fn surfaces_of_houses_do_not_depend_on_the_square_that_asks() {
                 let bound = bind(&building, &of_area(outline), 7, &level);
                 let whole = Square { columns: 100, rows: 80, ..square(spacing) };
                 let all = surfaces(&bound, &whole);
+
                 for from in [11, 30, 48] {
                     let part = Square { first: [from, from - 9], columns: 37, rows: 29, ..whole };
                     let some = surfaces(&bound, &part);
@@ -175,12 +182,14 @@ fn ridges_and_eaves_have_the_height_that_is_said() {
         let [Bound::Building(house)] = &bound[..] else { panic!() };
         assert!((house.top_m() - ridge).abs() < 1e-9, "{building:?}: {}", house.top_m());
         let solids = raised(&bound, &square(0.5), &level);
+
         // Of a ridge, the side that holds the voxel's centre.
         let holds =
             |solid: &&Solid| !matches!(solid.wall, Wall::Plane { distance_m, .. } if distance_m < 0.0);
         let high =
             solids.iter().map(|(_, solid)| solid).filter(holds).map(|solid| solid.high_m).fold(0.0, f64::max);
         let low = solids.iter().map(|(_, solid)| solid.high_m).fold(f64::INFINITY, f64::min);
+
         // Centres of voxels lie up to a quarter of a metre from ridge and eaves.
         assert!(ridge - high < 0.3 && high <= ridge + 1e-9, "{building:?}: {high}");
         let is_dome = building.roof.shape == RoofShape::Dome;
@@ -203,12 +212,14 @@ fn roofs_look_where_they_are_said_to() {
             let centre = square.centre(index % square.columns, index / square.columns);
             (centre - place).abs().max_element() < 0.26
         };
+
         raised(&bound, &square, &level)
             .iter()
             .find(inside)
             .map(|(_, solid)| DVec2::from(solid.slope))
             .unwrap()
     };
+
     let roof = house(RoofShape::Skillion, Rise::Height(2.0)).roof;
     // Water runs off to the east.
     let east = slope_at(Roof { direction: Some(90.0), ..roof }, at(15.1, 12.1));
@@ -227,6 +238,7 @@ fn roofs_look_where_they_are_said_to() {
             assert!((slope - expected).length() < 1e-9, "{place}: {slope}");
         }
     }
+
     for along in [hipped, Roof { direction: Some(0.0), ..hipped }] {
         for (place, expected) in [(at(15.1, 14.1), dvec2(0.0, -0.5)), (at(22.6, 12.1), dvec2(-0.5, 0.0))] {
             let slope = slope_at(along, place);
@@ -242,11 +254,13 @@ fn crooked_houses_have_hips_from_their_walls() {
     let bound =
         bind(&Meaning::Building(building), &of_area(corners.map(|(x, y)| at(x, y)).into()), 1, &level);
     let [Bound::Building(house)] = &bound[..] else { panic!() };
+
     // As high over both wings, each 8 m wide.
     assert!((house.top_m() - 110.0).abs() < 0.02, "{}", house.top_m());
     let mut worst: f64 = 0.0;
     let square = square(0.5);
     let mut tops = std::collections::BTreeMap::new();
+
     for (index, solid) in raised(&bound, &square, &level) {
         let centre = square.centre(index % 64, index / 64);
         let Some(span) = solid.encode(&HEIGHTS, square.spacing) else { continue };
@@ -260,6 +274,7 @@ fn crooked_houses_have_hips_from_their_walls() {
             }
         }
     }
+
     for (place, top) in tops.into_values() {
         let (x, y) = (place - at(0.0, 0.0)).into();
         // Walls are stored in steps.
@@ -270,6 +285,7 @@ fn crooked_houses_have_hips_from_their_walls() {
             worst = worst.max((top - expected).abs());
         }
     }
+
     assert!(worst < HEIGHTS.scale, "{worst}");
 }
 

@@ -86,6 +86,7 @@ impl BoundUpright {
         if 2.0 * self.radius < square.spacing {
             return self.thin(square, self.radius, (None, self.top_m()), out);
         }
+
         let (broad, narrow): (Vec<Section>, Vec<Section>) = self
             .sections(square.spacing)
             .into_iter()
@@ -258,6 +259,7 @@ impl BoundTree {
         let reach = DVec2::splat(radius.max(0.5 * square.spacing));
         let (low, high) = (self.place - reach, self.place + reach);
         let half_crown = 0.5 * (1.0 - STEM) * height_m;
+
         for (column, row) in square.voxels([low.x, low.y, high.x, high.y]) {
             let (centre, index) = (square.centre(column, row), square.index(column, row));
             let from_axis = centre - self.place;
@@ -265,6 +267,7 @@ impl BoundTree {
             let holds_stem =
                 from_axis.x > -half && from_axis.x <= half && from_axis.y > -half && from_axis.y <= half;
             let share = (from_axis.length() / radius).min(if holds_stem { 0.7 } else { f64::INFINITY });
+
             if share < 1.0 {
                 let (low_m, high_m, fall) = match leaf {
                     Leaf::Needle => {
@@ -278,11 +281,13 @@ impl BoundTree {
                         (middle - half_crown * rest, middle + half_crown * rest, fall)
                     }
                 };
+
                 let outward = from_axis.try_normalize().unwrap_or(DVec2::X);
                 // A ring of shade: less light reaches what lies further out and below, and leaves are no smooth surface.
                 let light = 1.0 - 0.22 * share;
                 let shaded = |light: f64| paint.colour.map(|code| (f64::from(code) * light).round() as u8);
                 let rough = rough_of(centre, self.hash);
+
                 let solid = Solid {
                     slope: (outward * fall.max(STEEPEST)).into(),
                     wall: Wall::Round(outward.to_angle()),
@@ -291,6 +296,7 @@ impl BoundTree {
                     opacity: if share > 0.75 { 0.75 } else { 1.0 },
                     ..Solid::level(Some(low_m), high_m, paint)
                 };
+
                 match leaf {
                     Leaf::Needle if holds_stem => {
                         let sides = tip(&solid, fall.max(STEEPEST), from_axis, self.top_m());
@@ -299,6 +305,7 @@ impl BoundTree {
                     _ => out.push((index, solid)),
                 }
             }
+
             if holds_stem {
                 let width = (0.03 * height_m / square.spacing).clamp(FAINTEST, 1.0);
                 let stem = Solid {

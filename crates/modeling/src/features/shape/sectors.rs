@@ -44,6 +44,7 @@ impl Sectors {
             .map(|corner| ((*corner - self.middle).to_angle() - self.first).rem_euclid(TAU))
             .collect();
         turns.sort_by(f64::total_cmp);
+
         // The widest gap between directions lies on the other side; a patch around the middle leaves none of half a turn.
         let next = |index: usize| match turns.get(index + 1) {
             Some(next) => *next,
@@ -51,6 +52,7 @@ impl Sectors {
         };
         let gap = (0..turns.len()).max_by(|a, b| (next(*a) - turns[*a]).total_cmp(&(next(*b) - turns[*b])));
         let range = gap.filter(|gap| next(*gap) - turns[*gap] > PI).map(|gap| (next(gap), turns[gap]));
+
         let (start, length) = match range {
             Some((from, to)) => {
                 let edge = |turn: f64| {
@@ -62,6 +64,7 @@ impl Sectors {
             }
             None => (0, count),
         };
+
         (start..start + length).map(move |edge| edge % count)
     }
 }
@@ -81,9 +84,11 @@ mod tests {
         let patch = |middle: DVec2| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| middle + dvec2(x, y) * 0.1)
         };
+
         for turn in 0..360 {
             let place = dvec2(3.0, 4.0) + 5.0 * DVec2::from_angle(f64::from(turn).to_radians());
             let found: Vec<usize> = sectors.over(&patch(place)).collect();
+
             // All edges whose planes are the least at a corner of the patch.
             for corner in patch(place) {
                 let outward = |edge: usize| {
@@ -94,8 +99,10 @@ mod tests {
                 let least = (0..360).max_by(|a, b| outward(*a).total_cmp(&outward(*b)));
                 assert!(least.is_some_and(|least| found.contains(&least)), "{turn}");
             }
+
             assert!(found.len() < 10, "{turn}: {found:?}");
         }
+
         assert_eq!(sectors.over(&patch(dvec2(3.0, 4.0))).count(), 360);
         assert!(
             Sectors::of(&hull, dvec2(30.0, 4.0)).is_none()

@@ -182,10 +182,12 @@ impl Solid {
             low = high.saturating_sub(steps as u16).max(1);
             opacity *= if thickness < 0.5 { thickness } else { 1.0 };
         }
+
         let opacity = (opacity * f64::from(Span::OPAQUE)).round().clamp(0.0, f64::from(Span::OPAQUE)) as u8;
         if self.high_m.is_nan() || low >= high || opacity == 0 {
             return None;
         }
+
         let (cuts, joined) = self.cuts(spacing)?;
         let bit = |is: bool, bit: u8| if is { bit } else { 0 };
         Some(Span {
@@ -205,13 +207,16 @@ impl Solid {
         if let Wall::Round(facing) = self.wall {
             return Some(([Cut::round(turn(facing)), Cut::NONE, Cut::NONE], 0));
         }
+
         let (mut cuts, mut count) = ([(false, Cut::NONE); 3], 0);
         // Planes of a roof that meet in a point are stored in steps, and no longer do: they overlap by as much, or there would be a hole.
         let lap = if self.joined == [true; 2] { LAP } else { 0.0 };
         let joined = self.joined.into_iter().chain([true]);
+
         for ((facing, distance_m), is_joined) in self.wall.planes().zip(joined) {
             let (normal, distance) = (DVec2::from_angle(facing).abs(), distance_m / spacing);
             let reach = 0.5 * (normal.x + normal.y);
+
             // One beside the voxel leaves all of it, and says how its corner is lit.
             if !self.strip && distance >= reach + if is_joined { 0.0 } else { Cut::BESIDE } {
                 continue;
@@ -219,16 +224,19 @@ impl Solid {
             if !self.strip && distance <= -reach {
                 return None;
             }
+
             // Casts saturate.
             let steps = (distance * f64::from(Cut::STEPS) + lap).round() as i32;
             cuts[count] = (is_joined, Cut::wall(turn(facing), steps));
             count += 1;
         }
+
         // The order in which they were found says nothing, but that a third one is a joint.
         if !self.strip {
             cuts[..count].sort_unstable();
         }
         let bits = [0, 1].map(|index| if cuts[index].0 { Span::JOINED[index] } else { 0 });
+
         Some((cuts.map(|(_, cut)| cut), bits[0] | bits[1]))
     }
 }
@@ -332,6 +340,7 @@ mod tests {
                 wall: Wall::plane(dvec2(1.0, 0.0), 0.1),
                 ..block()
             };
+
             let span = wire.encode(&heights, 1.25).unwrap();
             assert_eq!(
                 (span.high - span.low, span.state & Span::OPACITY),

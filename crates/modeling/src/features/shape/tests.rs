@@ -20,6 +20,7 @@ fn roads_are_as_wide_as_they_are_said_to_be() {
             let square = square(spacing);
             let middle = square.corner() + (dvec2(32.0, 24.0) + (0.31 * f64::from(step)).fract()) * spacing;
             let direction = DVec2::from_angle(0.2 * f64::from(step)) * 500.0;
+
             let bound = bind(
                 &Meaning::Way(road(width)),
                 &of_line(&[middle - direction, middle + direction]),
@@ -27,6 +28,7 @@ fn roads_are_as_wide_as_they_are_said_to_be() {
                 &level,
             );
             let graded = bound[0].grade(&square, &natural(&square, &level));
+
             // Across the road, in the columns or rows that it crosses most steeply.
             let is_flat = direction.x.abs() > direction.y.abs();
             let foreshortened = direction.normalize().abs().max_element();
@@ -42,6 +44,7 @@ fn roads_are_as_wide_as_they_are_said_to_be() {
             }
         }
     }
+
     // In voxels; 0.5 is what is asked for.
     assert!(worst < 1e-6, "{worst}");
 }
@@ -61,14 +64,17 @@ fn bends_are_mitred_and_sharp_ones_bevelled() {
             .and_then(|graded| graded.paint)
             .is_some_and(|(_, share)| share > 0.99)
     };
+
     // A right angle: its outer corner is there, 4 m to either side.
     let right = [at(2.0, 6.0), at(22.0, 6.0), at(22.0, 22.0)];
     assert!(painted(&right, at(25.6, 2.4)));
     assert!(!painted(&right, at(26.4, 2.4)) && !painted(&right, at(25.6, 1.6)));
+
     // Almost back: a mitre would reach 20 m ahead, the bevel ends with the edges.
     let sharp = [at(2.0, 10.0), at(15.0, 10.0), at(2.0, 15.0)];
     assert!(painted(&sharp, at(14.4, 6.5)) && painted(&sharp, at(15.3, 10.0)));
     assert!(!painted(&sharp, at(16.6, 10.0)) && !painted(&sharp, at(16.1, 6.4)));
+
     // A runway ends with its line.
     assert!(painted(&right, at(2.4, 6.0)) && !painted(&right, at(1.4, 6.0)));
 }
@@ -82,12 +88,14 @@ fn ground_is_graded_to_the_road_and_its_shoulders() {
     let mut heights = ground.clone();
     graded.iter().for_each(|graded| heights[graded.index] = graded.height_m.unwrap_or(heights[graded.index]));
     let row = |row: usize, column: usize| heights[square.index(column, row)];
+
     for column in 0..63 {
         // Along the road no steeper than a tenth; across it, only the cross-slope.
         assert!((row(24, column + 1) - row(24, column)).abs() <= 0.1 + 1e-9);
         let fall = row(24, column) - row(22, column);
         assert!((fall - 0.02 * (1.7 - 0.3)).abs() < 1e-9, "{fall}");
     }
+
     for column in 0..64 {
         for line in 0..20 {
             // Beyond the road, shoulders of 1:1.5, or the ground as it was.
@@ -99,6 +107,7 @@ fn ground_is_graded_to_the_road_and_its_shoulders() {
             }
         }
     }
+
     assert!(graded.iter().any(|graded| graded.height_m.is_some() && graded.paint.is_none()));
 }
 
@@ -111,6 +120,7 @@ fn shoulders_lie_below_ways_and_ways_below_higher_ones() {
     let upper = Way { layer: 1, paint: other, ..road(4.0) };
     let upper = bind(&Meaning::Way(upper), &of_line(&[at(30.2, 0.0), at(30.2, 48.0)]), 2, &hills);
     let alone = upper[0].grade(&square, &ground);
+
     for order in [[&lower[0], &upper[0]], [&upper[0], &lower[0]]] {
         let (mut heights, mut surfaces) = (ground.clone(), vec![None; ground.len()]);
         let graded = order.into_iter().flat_map(|bound| bound.grade(&square, &ground)).collect();
@@ -122,6 +132,7 @@ fn shoulders_lie_below_ways_and_ways_below_higher_ones() {
         for graded in alone.iter().filter(|graded| graded.paint.is_some_and(|(_, share)| share > 0.99)) {
             assert_eq!((Some(heights[graded.index]), surfaces[graded.index]), (graded.height_m, Some(other)));
         }
+
         // Where both have shoulders or one its surface, the surface stays.
         assert_eq!(surfaces[square.index(34, 24)], Some(PAINT));
         assert_eq!(surfaces[square.index(34, 40)], None);
@@ -140,6 +151,7 @@ fn wires_hang_by_the_formula() {
         opacity: 0.3,
         paint: PAINT,
     };
+
     let wires = vec![Wire { offset_m: 0.0, height_m: 20.0 }];
     let power = PowerLine { wires, sag_per_m: 1e-3, pylon, stated: vec![] };
     let ground = |place: DVec2| Some(100.0 + if place.distance(b) < 20.0 { 7.0 } else { 0.0 });
@@ -152,6 +164,7 @@ fn wires_hang_by_the_formula() {
     let mut strips = Vec::new();
     wire.raise(&square, &mut strips);
     let mut along: Vec<f64> = Vec::new();
+
     for (index, solid) in &strips {
         let span = solid.encode(&HEIGHTS, 1.0).unwrap();
         let (normal, distance) = span.walls().next().unwrap();
@@ -163,11 +176,13 @@ fn wires_hang_by_the_formula() {
         assert!((middle - expected).abs() < 0.02, "{share}: {middle} {expected}");
         let (low, high) = (HEIGHTS.decode(span.low).unwrap(), HEIGHTS.decode(span.high).unwrap());
         assert!(low <= expected + 0.05 && high >= expected - 0.05, "{low} {expected} {high}");
+
         // It runs where the line does.
         assert!((nearest - a).perp_dot((b - a) / length).abs() < 0.03);
         assert!(span.is(Span::STRIP) && span.is(Span::PARALLEL));
         along.push(share * length);
     }
+
     // No voxel that it crosses is left out: those follow each other closely.
     along.sort_by(f64::total_cmp);
     assert!(along.windows(2).all(|pair| pair[1] - pair[0] < 1.5), "{along:?}");
@@ -208,6 +223,7 @@ fn wires_have_no_gaps_whatever_their_direction() {
             let middle = square.corner() + dvec2(32.37, 24.21) * spacing;
             let length = 2.0 * along.length();
             let ends = [middle - along, middle + along];
+
             let wire = super::BoundWire {
                 ends,
                 ends_m: [120.0, 123.0],
@@ -217,6 +233,7 @@ fn wires_have_no_gaps_whatever_their_direction() {
             let mut strips = Vec::new();
             wire.raise(&square, &mut strips);
             let steps = (16.0 * length / spacing) as u32;
+
             for step in 1..steps {
                 let share = f64::from(step) / f64::from(steps);
                 let (place, height) = (ends[0].lerp(ends[1], share), wire.height(share).0);
@@ -268,16 +285,19 @@ fn bridges_span_valleys_and_leave_the_ground() {
     let bridge = Way { is_bridge: true, ..road(8.0) };
     let bound = bind(&Meaning::Way(bridge), &of_line(&[at(10.0, 24.0), at(54.0, 24.0)]), 1, &valley);
     let square = square(1.0);
+
     // Where its ends lie on the banks, these lie below its deck.
     let ground = natural(&square, &valley);
     let mut heights = ground.clone();
     settle(bound[0].grade(&square, &ground), &mut heights, |_, _, _, _| ());
+
     for (index, (height, natural)) in heights.iter().zip(&ground).enumerate() {
         let centre = square.centre(index % 64, index / 64) - at(0.0, 0.0);
         let is_deck = (10.0..54.0).contains(&centre.x) && (20.0..28.0).contains(&centre.y);
         let expected = if is_deck && *natural > 90.0 { 99.9 } else { *natural };
         assert!((height - expected).abs() < 1e-9, "{centre}: {height}");
     }
+
     let solids = raised(&bound, &square, &valley);
     let decks: Vec<&Solid> =
         solids.iter().map(|(_, solid)| solid).filter(|solid| (solid.high_m - 100.0).abs() < 1e-9).collect();
@@ -287,6 +307,7 @@ fn bridges_span_valleys_and_leave_the_ground() {
     );
     assert!(solids.iter().any(|(_, solid)| solid.low_m.is_none() && solid.high_m < 99.6), "no pier");
     assert!(solids.iter().any(|(_, solid)| (solid.high_m - 101.0).abs() < 1e-9), "no parapet");
+
     // On level ground it is raised for what passes below.
     let bound = bind(&Meaning::Way(bridge), &of_line(&[at(-100.0, 24.0), at(160.0, 24.0)]), 1, &level);
     let highest = raised(&bound, &square, &level).iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
@@ -301,12 +322,14 @@ fn bridges_have_parapets_along_both_edges_whatever_their_direction() {
             for degrees in [0.0_f64, 20.0, 45.0, 90.0, 117.0] {
                 let direction = DVec2::from_angle(degrees.to_radians());
                 let middle = square.corner() + (dvec2(32.0, 24.0) + aside) * spacing;
+
                 // Beyond the square at both ends: the level deck is raised towards its middle.
                 let ends = [middle - direction * 200.0, middle + direction * 200.0];
                 let bridge = Way { is_bridge: true, ..road(width) };
                 let solids =
                     raised(&bind(&Meaning::Way(bridge), &of_line(&ends), 1, &level), &square, &level);
                 let deck = solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max) - 1.0;
+
                 for step in -60..=60 {
                     let along = direction * (0.11 * f64::from(step) * spacing);
                     for side in [-1.0, 1.0] {
@@ -318,6 +341,7 @@ fn bridges_have_parapets_along_both_edges_whatever_their_direction() {
                             "no parapet at {along} of {width} m at {degrees}°, voxels of {spacing} m"
                         );
                     }
+
                     // Between them one drives.
                     assert!(!is_within(&square, &solids, &HEIGHTS, middle + along, deck + 0.5));
                 }
@@ -346,16 +370,19 @@ fn tanks_domes_and_poles_are_round() {
     let area: f64 = flat.iter().map(|(_, solid)| share(solid.wall)).sum();
     assert!((area - std::f64::consts::PI * 100.0).abs() < 2.0, "{area}");
     assert!(flat.iter().all(|(_, solid)| solid.high_m == 112.0 && solid.low_m.is_none()));
+
     for (index, solid) in &flat {
         let outward = square(1.0).centre(index % 64, index / 64) - at(30.3, 24.6);
         let (Wall::Round(facing) | Wall::Plane { facing, .. }) = solid.wall else { continue };
         assert!(DVec2::from_angle(facing).dot(outward) > 0.99 * outward.length(), "{outward}");
     }
+
     let dome = tank(Cap::Dome, 20.0, 1.0);
     let highest = dome.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
     assert!((highest - 112.0).abs() < 0.05);
     let highest =
         |solids: &[(usize, Solid)]| solids.iter().map(|(_, solid)| solid.high_m).fold(0.0, f64::max);
+
     let plan = |solids: &[(usize, Solid)], height: f64| -> f64 {
         let there = |solid: &&(usize, Solid)| {
             solid.1.low_m.is_none_or(|low| low <= height) && solid.1.high_m > height
@@ -369,11 +396,13 @@ fn tanks_domes_and_poles_are_round() {
     for (radius, expected) in radii.into_iter().zip([9.9, 5.9, 5.0, 6.8]) {
         assert!((radius - expected).abs() < 0.4, "{radii:?}");
     }
+
     let chimney = narrowing(Cap::Flat);
     let radii = [0.1, 6.0, 11.9].map(|height| (plan(&chimney, 100.0 + height) / std::f64::consts::PI).sqrt());
     for (radius, expected) in radii.into_iter().zip([10.0, 7.5, 5.0]) {
         assert!((radius - expected).abs() < 0.4, "{radii:?}");
     }
+
     assert!((highest(&tower) - 112.0).abs() < 1e-9 && (highest(&chimney) - 112.0).abs() < 1e-9);
     // Half a metre thick in voxels of a metre: one voxel that hides half.
     let pole = tank(Cap::Flat, 0.5, 1.0);
@@ -389,6 +418,7 @@ fn trees_have_crowns_above_their_stems() {
             &square(0.5),
             &level,
         );
+
         // The sides of a conifer's tip are as high as at their centres only where they go on to these.
         let highest = |solid: &Solid| match solid.wall {
             Wall::Corner(walls) => {
@@ -398,6 +428,7 @@ fn trees_have_crowns_above_their_stems() {
             }
             _ => solid.high_m,
         };
+
         let highest = solids.iter().map(|(_, solid)| highest(solid)).fold(0.0, f64::max);
         assert!((115.0..=116.0 + 1e-9).contains(&highest), "{highest}");
         assert_eq!(solids.iter().filter(|(_, solid)| solid.low_m.is_none()).count(), 1);
@@ -414,6 +445,7 @@ fn everything(middle: DVec2, turn: DVec2) -> Vec<Bound> {
     let ring = rectangle(middle, dvec2(9.0, 5.0), turn);
     let bend = [middle - turn * 30.0, middle, middle + turn.perp() * 25.0];
     let wood = Wood { height_m: 12.0, density: 400.0, leaf: Leaf::Mixed };
+
     let tower = Upright {
         height_m: 20.0,
         diameter_m: Some(9.0),
@@ -422,6 +454,7 @@ fn everything(middle: DVec2, turn: DVec2) -> Vec<Bound> {
         opacity: 1.0,
         paint: PAINT,
     };
+
     let barrier = Barrier { height_m: 2.0, thickness_m: 0.4, opacity: 1.0, paint: PAINT, is_filled: false };
     let power = PowerLine {
         wires: vec![Wire { offset_m: -3.0, height_m: 15.0 }, Wire { offset_m: 3.0, height_m: 15.0 }],
@@ -430,6 +463,7 @@ fn everything(middle: DVec2, turn: DVec2) -> Vec<Bound> {
         stated: vec![],
     };
     let tree = Tree { height_m: 9.0, crown_m: 5.0, leaf: Leaf::Broad, paint: PAINT };
+
     [
         (Meaning::Building(house(RoofShape::Gabled, Rise::Angle(40.0))), of_area(ring.clone())),
         (Meaning::Lake, of_area(ring.clone())),
@@ -460,6 +494,7 @@ proptest! {
                 (centre.x as usize, centre.y as usize)
             };
             let shared = |(column, row): &(usize, usize)| (from..(from + size).min(64)).contains(column) && (13..30).contains(row);
+
             let spans = |square: &Square| {
                 let mut out = Vec::new();
                 bound.raise(square, &hills, &mut out);
@@ -468,12 +503,14 @@ proptest! {
                 spans.sort_by_key(|(place, span)| (*place, span.low, span.high, span.cuts));
                 spans
             };
+
             let (all, some) = (spans(&whole), spans(&part));
             prop_assert_eq!(all.len(), some.len(), "{:?}", bound);
             for (a, b) in all.iter().zip(&some) {
                 // Corners of squares differ in their last bits, and codes with them by a step.
                 prop_assert!(a.0 == b.0 && a.1.high.abs_diff(b.1.high) <= 1 && a.1.top == b.1.top, "{:?} {:?}", a, b);
             }
+
             let graded = |square: &Square| {
                 let graded = bound.grade(square, &natural(square, &hills));
                 let mut graded: Vec<_> = graded.iter().map(|graded| (place(square, graded.index), graded.height_m)).collect();
@@ -481,15 +518,18 @@ proptest! {
                 graded.sort_by_key(|(place, _)| *place);
                 graded
             };
+
             let (all, some) = (graded(&whole), graded(&part));
             prop_assert_eq!(all.len(), some.len());
             for (a, b) in all.iter().zip(&some) {
                 prop_assert!(a.0 == b.0 && (a.1.unwrap_or(0.0) - b.1.unwrap_or(0.0)).abs() < 1e-6);
             }
+
             // Nothing happens beyond the reach.
             let [west, south, east, north] = bound.reach(1.0);
             let mut out = Vec::new();
             bound.raise(&whole, &hills, &mut out);
+
             for (index, solid) in out.iter().filter(|(_, solid)| solid.encode(&HEIGHTS, 1.0).is_some()) {
                 let centre = whole.centre(index % 64, index / 64);
                 prop_assert!(centre.x > west - 0.5 && centre.x < east + 0.5 && centre.y > south - 0.5 && centre.y < north + 0.5);

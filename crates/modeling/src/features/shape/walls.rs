@@ -148,6 +148,7 @@ impl Cells {
         let [columns, rows] = [size.x, size.y].map(|size| (size / side).floor() as usize + 1);
         let is_sharp = |wall: &Wall| wall.share() < LEAST_SHARE;
         let shares = walls.iter().filter(|wall| !is_sharp(wall)).map(Wall::share);
+
         let mut cells = Self {
             corner: DVec2::new(west, south),
             side,
@@ -158,9 +159,11 @@ impl Cells {
             // A little less, for rounding.
             share: shares.fold(1.0, f64::min) - 1e-6,
         };
+
         for (number, wall) in (0..).zip(walls) {
             cells.enter(number, wall.from, wall.to);
         }
+
         cells
     }
 
@@ -189,15 +192,18 @@ impl Cells {
         for corner in &self.sharp {
             least = look(*corner as usize);
         }
+
         let local = (place - self.corner) / self.side;
         let [x, y] = [(local.x, self.columns), (local.y, self.rows)]
             .map(|(at, count)| at.floor().clamp(0.0, count as f64 - 1.0) as i64);
         let (columns, rows) = (self.columns as i64, self.rows as i64);
+
         for ring in 0..columns.max(rows) {
             // All that is left lies beyond the rings that are done.
             if least < self.share * (ring - 1) as f64 * self.side {
                 return;
             }
+
             for row in (y - ring).max(0)..=(y + ring).min(rows - 1) {
                 let is_end = (row - y).abs() == ring;
                 let step = if is_end || ring == 0 { 1 } else { 2 * ring };

@@ -108,11 +108,13 @@ impl BoundWay {
             .collect();
         let profile = natural.clone().graded(window, way.most_grade, &fixed);
         let half = 0.5 * way.width_m;
+
         // A slope across the way has higher and lower ground at its sides.
         let deep = profile.difference(&natural) + 0.5 * half + 1.0;
         let reach = half + (deep / SHOULDER).min(MOST_REACH);
         let cross_slope = if way.kind == WayKind::Road { CROSS_SLOPE } else { 0.0 };
         let ends = if way.kind == WayKind::Runway { Ends::Butt } else { Ends::Round };
+
         Some(Self {
             line,
             half,
@@ -216,9 +218,11 @@ impl BoundBridge {
         let straight = |along: f64| ends_m[0] + (ends_m[1] - ends_m[0]) * along / length;
         let below = |along: f64| ground.height_at(line.at(along).0).map(|height| straight(along) - height);
         let room = (1..8).filter_map(|part| below(length * f64::from(part) / 8.0)).fold(0.0, f64::max);
+
         // No steeper at its ends than a way may be.
         let arch_m = (CLEARANCE + thickness_m - room).clamp(0.0, 0.25 * way.most_grade * length);
         let spans = (length / PIER_STEP).ceil().clamp(1.0, 1000.0);
+
         let mut bridge = Self {
             line,
             half: 0.5 * way.width_m,
@@ -228,12 +232,14 @@ impl BoundBridge {
             piers: Vec::new(),
             paint: way.paint,
         };
+
         let pier = |index: usize| length * index as f64 / spans;
         let stands = |along: &f64| {
             let ground = ground.height_at(bridge.line.at(*along).0);
             ground.is_some_and(|ground| bridge.deck(*along).0 - ground > PIER_LEAST)
         };
         bridge.piers = (1..spans as usize).map(pier).filter(stands).collect();
+
         Some(bridge)
     }
 
@@ -284,9 +290,11 @@ impl BoundBridge {
             let slope = (cross.tangent * grade).into();
             let wall = Wall::plane(cross.outward, self.half - cross.off);
             let low = high - self.thickness_m;
+
             // Below a parapet no road is seen; as wide as a wall is thick it would be, at the face.
             let has_parapet = self.has_parapet(&cross, square.spacing);
             let paint = if has_parapet { CONCRETE } else { self.paint };
+
             let deck = Solid {
                 slope,
                 wall,
@@ -294,11 +302,13 @@ impl BoundBridge {
                 parallel: true,
                 ..Solid::level(Some(low), high, paint)
             };
+
             out.push((index, deck));
             if has_parapet {
                 let parapet = Solid::level(Some(high), high + PARAPET, CONCRETE);
                 out.push((index, Solid { slope, wall, parallel: true, ..parapet }));
             }
+
             let half_pier = PIER_HALF.max(0.5 * square.spacing);
             let near = |pier: &&f64| (cross.along - **pier).abs() <= half_pier;
             if cross.off <= PIER_WIDTH * self.half && self.piers.iter().any(|pier| near(&pier)) {

@@ -46,18 +46,21 @@ impl BoundWire {
     pub fn raise(&self, square: &Square, out: &mut Vec<(usize, Solid)>) {
         let [a, b] = self.ends;
         let Some(tangent) = (b - a).try_normalize() else { return };
+
         // Directions and slopes are stored in steps. In the middle of its way through a voxel a wire is where it should be, whatever they make of
         // its ends; else it would lie beside a voxel of which it cuts a corner.
         let facing = stored_facing((-tangent.x).atan2(tangent.y));
         let length = a.distance(b);
         let (low, high) = (a.min(b), a.max(b));
         let (columns, rows) = square.touched([low.x, low.y, high.x, high.y]);
+
         for row in rows {
             // Of each row, the voxels that the line crosses.
             let south = square.centre(0, row).y - 0.5 * square.spacing;
             let Some((from, to)) = within(a.y, tangent.y, length, south, south + square.spacing) else {
                 continue;
             };
+
             let (x0, x1) = (a.x + tangent.x * from, a.x + tangent.x * to);
             let (touched, _) = square.touched([x0.min(x1), a.y, x0.max(x1), a.y]);
             for column in touched.start.max(columns.start)..touched.end.min(columns.end) {
@@ -66,16 +69,19 @@ impl BoundWire {
                 let Some((enter, leave)) = within(a.x, tangent.x, length, west, west + square.spacing) else {
                     continue;
                 };
+
                 let (enter, leave) = (enter.max(from), leave.min(to));
                 if leave - enter <= 1e-9 * square.spacing {
                     continue;
                 }
+
                 let along = enter.midpoint(leave);
                 let (middle_m, grade) = self.height(along / length);
                 let middle = a + tangent * along - centre;
                 let slope = stored_grade(tangent, grade);
                 let height = middle_m - middle.dot(slope.into());
                 let half = 0.5 * self.thickness_m;
+
                 let solid = Solid {
                     slope,
                     wall: Wall::Plane { facing, distance_m: middle.dot(DVec2::from_angle(facing)) },
@@ -83,6 +89,7 @@ impl BoundWire {
                     strip: true,
                     ..Solid::level(Some(height - half), height + half, WIRE)
                 };
+
                 out.push((square.index(column, row), solid));
             }
         }
@@ -131,6 +138,7 @@ pub(super) fn bind(
 ) -> (Vec<BoundWire>, Vec<BoundUpright>) {
     let places = line.places();
     let foot: Vec<Option<f64>> = places.iter().map(|place| ground.height_at(*place)).collect();
+
     // Arms halve the angle of the line.
     let right: Vec<DVec2> = (0..places.len())
         .map(|index| {
@@ -144,6 +152,7 @@ pub(super) fn bind(
             DVec2::new(along.y, -along.x)
         })
         .collect();
+
     // What stands at a vertex by a row of its own is as high as that says, and so are its arms.
     let pylons: Vec<&Upright> = places
         .iter()
@@ -152,6 +161,7 @@ pub(super) fn bind(
             own.map_or(&power.pylon, |(_, pylon)| pylon)
         })
         .collect();
+
     let scale: Vec<f64> = pylons.iter().map(|pylon| pylon.height_m / power.pylon.height_m).collect();
     let mut wires = Vec::new();
     for index in 0..places.len() - 1 {
@@ -169,6 +179,7 @@ pub(super) fn bind(
             });
         }
     }
+
     for index in 0..places.len() {
         let Some(foot) = foot[index] else { continue };
         for (height_m, offset) in arms(power) {
@@ -178,9 +189,11 @@ pub(super) fn bind(
             wires.push(BoundWire { ends, ends_m, sag_m: 0.0, thickness_m: ARM });
         }
     }
+
     let pylon = |((place, foot), upright): ((&DVec2, &Option<f64>), &&Upright)| {
         let radius = 0.5 * upright.diameter_m.unwrap_or(0.3);
         foot.map(|base_m| BoundUpright { middle: *place, radius, base_m, upright: **upright })
     };
+
     (wires, places.iter().zip(&foot).zip(&pylons).filter_map(pylon).collect())
 }

@@ -77,6 +77,7 @@ impl ChunkedTiff {
         if self.layout.compression == compression::NONE && stored != 0 {
             return Ok((offset, decoded));
         }
+
         // No codec here makes incompressible samples twice as long.
         if stored > decoded.saturating_mul(2).saturating_add(1 << 16) {
             let what = format!(
@@ -84,6 +85,7 @@ impl ChunkedTiff {
             );
             return Err(Error::invalid(self.file.path(), what));
         }
+
         Ok((offset, stored))
     }
 
@@ -97,6 +99,7 @@ impl ChunkedTiff {
         if self.layout.compression == compression::ZSTD {
             check_zstd_window(&stored, size.most as u64)?;
         }
+
         let mut stored = codec::unpack(self.layout.compression, &stored, size)?;
 
         // What is left is the predictor's, and the order of bytes.
@@ -108,12 +111,14 @@ impl ChunkedTiff {
         let decoder = Decoder::new(Cursor::new(image)).map_err(|e| e.to_string())?;
         let mut bytes = vec![0; needed];
         decoder.with_limits(limits).read_chunk_bytes(0, &mut bytes).map_err(|e| e.to_string())?;
+
         Ok(if self.layout.packed { unpack(&bytes, pixels.width, shape.width) } else { bytes })
     }
 
     /// A classic TIFF header and directory in front of one chunk of `length` bytes.
     fn directory(&self, shape: Shape, length: usize) -> std::result::Result<Vec<u8>, String> {
         const ENTRIES: u32 = 11;
+
         let data = 8 + 2 + ENTRIES * 12 + 4;
         let format = match self.layout.sample {
             SampleType::U8 | SampleType::U16 | SampleType::U32 => 1,
@@ -121,6 +126,7 @@ impl ChunkedTiff {
             SampleType::F32 | SampleType::F64 => 3,
         };
         let length = u32::try_from(length).map_err(|_| "it exceeds 4 GiB".to_owned())?;
+
         let values: [(u16, u32); ENTRIES as usize] = [
             (tag::IMAGE_WIDTH, shape.width),
             (tag::IMAGE_LENGTH, shape.rows),
@@ -134,12 +140,14 @@ impl ChunkedTiff {
             (tag::PREDICTOR, self.layout.predictor),
             (tag::SAMPLE_FORMAT, format),
         ];
+
         let mut image =
             Writer { bytes: Vec::with_capacity(data as usize + length as usize), order: self.order };
         image.bytes.extend(if self.order == ByteOrder::Little { b"II" } else { b"MM" });
         image.short(42);
         image.long(8);
         image.short(ENTRIES as u16);
+
         for (tag, value) in values {
             const LONG: u16 = 4;
             image.short(tag);
@@ -147,6 +155,7 @@ impl ChunkedTiff {
             image.long(1);
             image.long(value);
         }
+
         image.long(0);
         Ok(image.bytes)
     }

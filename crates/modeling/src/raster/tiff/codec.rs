@@ -101,6 +101,7 @@ fn pack_bits(stored: &[u8], most: usize) -> Result<Vec<u8>, String> {
             }
         };
     }
+
     bytes.truncate(most + 1);
     Ok(bytes)
 }

@@ -65,10 +65,12 @@ impl<'a> Directory<'a> {
                 format!("states {count} tags in its directory at byte {at}; it is damaged, fetch it again");
             return Err(Error::invalid(file.path(), what));
         }
+
         let first = at + count_bytes;
         let bytes = file.bytes_at(first, count * entry_bytes + inline)?;
         let (records, next) = bytes.split_at((count * entry_bytes) as usize);
         let mut entries = BTreeMap::new();
+
         for (index, record) in records.chunks_exact(entry_bytes as usize).enumerate() {
             let (kind, tag) = (order.unsigned(&record[2..4]) as u16, order.unsigned(&record[..2]) as u16);
             let (number, value) = record[4..].split_at(inline as usize);
@@ -78,6 +80,7 @@ impl<'a> Directory<'a> {
             let at = if count.saturating_mul(*size) <= inline { own } else { order.unsigned(value) };
             entries.entry(tag).or_insert(Entry { kind, count, at });
         }
+
         Ok(Self { file, order, entries, next: order.unsigned(next), big })
     }
 

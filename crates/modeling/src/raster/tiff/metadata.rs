@@ -21,6 +21,7 @@ pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<(
         let keys: Vec<u16> = keys.into_iter().map(|key| key as u16).collect();
         let doubles = directory.doubles(tag::GEO_DOUBLES, 65_535)?.unwrap_or_default();
         let ascii = directory.text(tag::GEO_ASCII, 1 << 20)?.unwrap_or_default();
+
         // Whether pixels are points matters for the place even if the rest is not understood.
         info.pixel_is_point =
             keys.get(4..).unwrap_or_default().chunks_exact(4).any(|key| *key == PIXEL_IS_POINT);
@@ -33,15 +34,18 @@ pub(super) fn fill(info: &mut RasterInfo, directory: &Directory<'_>) -> Result<(
             Err(problem) => info.crs_problem = Some(problem),
         }
     }
+
     info.geo = geo(info, directory)?;
     if let Some(text) = directory.text(tag::GDAL_NODATA, 4096)? {
         info.nodata = nodata::parse(&text, info.sample).map_err(|text| {
             directory.wrong(tag::GDAL_NODATA, format!("states {text:?}, which is no number"))
         })?;
     }
+
     if let Some(xml) = directory.text(tag::GDAL_METADATA, LONGEST_METADATA)? {
         apply_items(info, &xml)?;
     }
+
     Ok(())
 }
 
@@ -50,6 +54,7 @@ fn geo(info: &RasterInfo, directory: &Directory<'_>) -> Result<Option<GeoTransfo
     let scale = directory.doubles(tag::MODEL_PIXEL_SCALE, 65_535)?;
     let tiepoints = directory.doubles(tag::MODEL_TIEPOINT, MOST_TIEPOINTS)?;
     let matrix = directory.doubles(tag::MODEL_TRANSFORMATION, 65_535)?;
+
     let mut geo = match (scale.as_deref(), tiepoints.as_deref(), matrix.as_deref()) {
         // A negative scale in y means north up all the same, as in GDAL.
         (Some([sx, sy, ..]), Some([i, j, _, x, y, ..]), _) if *sx != 0.0 && *sy != 0.0 => {
@@ -62,10 +67,12 @@ fn geo(info: &RasterInfo, directory: &Directory<'_>) -> Result<Option<GeoTransfo
         }
         _ => return Ok(None),
     };
+
     if info.pixel_is_point {
         geo[0] -= (geo[1] + geo[2]) / 2.0;
         geo[3] -= (geo[4] + geo[5]) / 2.0;
     }
+
     if side::is_sound(&geo) {
         Ok(Some(geo))
     } else {
@@ -85,6 +92,7 @@ fn apply_items(info: &mut RasterInfo, xml: &str) -> Result<()> {
             Some("colorinterp") => Subject::Role,
             _ => continue,
         };
+
         let sample = attribute(attributes, "sample").map_or(Some(0), |sample| sample.trim().parse().ok());
         let Some(band) = sample else {
             return Err(Error::invalid(
@@ -92,8 +100,10 @@ fn apply_items(info: &mut RasterInfo, xml: &str) -> Result<()> {
                 "its GDAL metadata (TIFF tag 42112) name a band that is no number",
             ));
         };
+
         info.state("its GDAL metadata", &Statement { band, subject, text })?;
     }
+
     Ok(())
 }
 

@@ -77,6 +77,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
     let directory = Directory::first(&file)?;
     let layout = Layout::parse(&file, &directory, options, Meaning::Picture)?;
     let mask = mask::find(&file, &directory, options)?;
+
     let mut info = RasterInfo {
         width: layout.width,
         height: layout.height,
@@ -87,11 +88,13 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
         block: layout.chunk,
         ..RasterInfo::blank(file.path(), "GeoTIFF")
     };
+
     metadata::fill(&mut info, &directory)?;
     side::complete(&mut info)?;
     info.is_premultiplied = info.alpha_band.is_some_and(|band| layout.is_associated(band));
     let order = directory.order;
     drop(directory);
+
     let raster: Box<dyn Raster> = match layout.placement(order) {
         Some(placement) => {
             info.block = (info.width, info.block.1.min(64));
@@ -103,6 +106,7 @@ pub(super) fn open(file: InputFile, options: &OpenOptions) -> Result<Box<dyn Ras
             AS_TILES,
         )?),
     };
+
     Ok(match mask {
         Some(mask) => Box::new(Masked::new(raster, mask)),
         None => raster,
@@ -162,6 +166,7 @@ impl Layout {
         if bands == 0 || bands > 65_535 {
             return Err(directory.wrong(tag::SAMPLES_PER_PIXEL, "states no sound number of bands"));
         }
+
         let compression = directory.unsigned(tag::COMPRESSION)?.unwrap_or(compression::NONE);
         refuse_compression(file, compression)?;
         let photometric = directory.unsigned(tag::PHOTOMETRIC)?.unwrap_or(1);
@@ -169,10 +174,12 @@ impl Layout {
         if meaning == Meaning::Picture && !is_palette_of_classes {
             refuse_photometric(file, photometric)?;
         }
+
         let packed = meaning == Meaning::Mask && directory.unsigned(tag::BITS_PER_SAMPLE)?.unwrap_or(1) == 1;
         if directory.unsigned(tag::FILL_ORDER)?.unwrap_or(1) != 1 {
             return Err(Error::unsupported(file.path(), "has its bits in reverse order", AS_DEFLATE));
         }
+
         let tiled = directory.has(tag::TILE_OFFSETS);
         let chunk = if tiled {
             (size(tag::TILE_WIDTH)?, size(tag::TILE_LENGTH)?)
@@ -183,6 +190,7 @@ impl Layout {
             }
             (width, rows)
         };
+
         let mut layout = Self {
             width,
             height,
@@ -201,6 +209,7 @@ impl Layout {
             compression,
             predictor: predictor(directory, compression)?,
         };
+
         layout.read_table(file, directory, options)?;
         layout.check_table(file)?;
         Ok(layout)
@@ -241,6 +250,7 @@ impl Layout {
         let (across, down) = self.grid();
         let planes = if self.planar { u64::from(self.bands) } else { 1 };
         let count = u64::from(across) * u64::from(down);
+
         let Some(count) = count.checked_mul(planes).filter(|n| n.saturating_mul(16) <= options.cache_bytes)
         else {
             let what = format!(
@@ -253,11 +263,13 @@ impl Layout {
                 format!("raise --memory, or convert it: {AS_TILES}"),
             ));
         };
+
         let (offsets, byte_counts) = if self.tiled {
             (tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS)
         } else {
             (tag::STRIP_OFFSETS, tag::STRIP_BYTE_COUNTS)
         };
+
         let table = |tag| {
             if directory.count(tag) != count {
                 let what = format!("lists {} chunks where {count} are needed", directory.count(tag));
@@ -265,10 +277,12 @@ impl Layout {
             }
             Ok(directory.unsigneds(tag, count)?.unwrap_or_default())
         };
+
         self.offsets = table(offsets)?;
         if directory.has(byte_counts) || self.tiled || self.compression != compression::NONE {
             self.byte_counts = table(byte_counts)?;
         }
+
         Ok(())
     }
 
@@ -318,6 +332,7 @@ fn sample_type(file: &InputFile, directory: &Directory<'_>) -> Result<SampleType
         }
         Ok(first)
     };
+
     match (same(tag::SAMPLE_FORMAT, 1)?, same(tag::BITS_PER_SAMPLE, 1)?) {
         (1 | 4, 8) => Ok(SampleType::U8),
         (1 | 4, 16) => Ok(SampleType::U16),
@@ -356,6 +371,7 @@ fn extra(directory: &Directory<'_>, bands: u32) -> Result<Vec<u64>> {
 
 fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
     use compression::{DEFLATE, LZW, NONE, OLD_DEFLATE, PACK_BITS, ZSTD};
+
     let name = match code {
         NONE | LZW | DEFLATE | OLD_DEFLATE | PACK_BITS | ZSTD => return Ok(()),
         2..=4 => "CCITT fax",
@@ -374,6 +390,7 @@ fn refuse_compression(file: &InputFile, code: u32) -> Result<()> {
             ));
         }
     };
+
     Err(Error::unsupported(file.path(), format!("is compressed with {name}"), AS_DEFLATE))
 }
 

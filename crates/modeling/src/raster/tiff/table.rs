@@ -57,6 +57,7 @@ impl Layout {
                 }
                 _ => {}
             }
+
             let needed = needed(chunk);
             let length = match count {
                 Some(count) if is_plain && count < needed => {
@@ -65,6 +66,7 @@ impl Layout {
                 Some(count) if !is_plain => count,
                 _ => needed,
             };
+
             extents.push((*offset, length, chunk));
         }
 
@@ -76,6 +78,7 @@ impl Layout {
                 return Err(wrong(chunk, format!("is said to lie at byte {after}, within another one")));
             }
         }
+
         Ok(())
     }
 }

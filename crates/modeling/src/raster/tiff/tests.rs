@@ -27,6 +27,7 @@ fn tiff(directories: Vec<Vec<(u16, Value)>>) -> Vec<u8> {
         let mut directory = (entries.len() as u16).to_le_bytes().to_vec();
         let end = bytes.len() + 2 + entries.len() * 12 + 4;
         let mut data = Vec::new();
+
         for (tag, value) in entries {
             let (kind, number, value) = match value {
                 Short(values) => (3u16, values.len(), values.iter().flat_map(|v| v.to_le_bytes()).collect()),
@@ -43,6 +44,7 @@ fn tiff(directories: Vec<Vec<(u16, Value)>>) -> Vec<u8> {
                     (4, chunks.len(), offsets)
                 }
             };
+
             directory.extend(tag.to_le_bytes());
             directory.extend(kind.to_le_bytes());
             directory.extend((number as u32).to_le_bytes());
@@ -53,11 +55,13 @@ fn tiff(directories: Vec<Vec<(u16, Value)>>) -> Vec<u8> {
                 data.extend(value);
             }
         }
+
         let next = if number + 1 < count { (end + data.len()) as u32 } else { 0 };
         directory.extend(next.to_le_bytes());
         bytes.extend(directory);
         bytes.extend(data);
     }
+
     bytes
 }
 
@@ -261,6 +265,7 @@ fn threads_read_the_same() {
     let file = write(&tiff(vec![entries]));
     let raster: Box<dyn Raster> =
         open(&file.path, &OpenOptions { cache_bytes: 2048, raw: None, classes: false }).unwrap();
+
     std::thread::scope(|scope| {
         for thread in 0..4u32 {
             let raster = &raster;
@@ -288,10 +293,12 @@ fn slope(size: (u32, u32), block: (u32, u32), is_deflated: bool) -> Vec<u8> {
         let bytes: Vec<u8> = places.flat_map(|(x, y)| ((17 * x + 31 * y) as u16).to_le_bytes()).collect();
         if is_deflated { stored_deflate(&bytes) } else { bytes }
     };
+
     let (columns, rows) = (size.0.div_ceil(block.0), size.1.div_ceil(block.1));
     let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
     let chunks: Vec<Vec<u8>> = places.map(|(column, row)| chunk(column, row)).collect();
     let mut entries = image(size, 1, block.1, chunks);
+
     if is_tiled {
         for entry in &mut entries {
             entry.0 = match entry.0 {
@@ -304,6 +311,7 @@ fn slope(size: (u32, u32), block: (u32, u32), is_deflated: bool) -> Vec<u8> {
         set(&mut entries, tag::TILE_WIDTH, Long(vec![block.0]));
         set(&mut entries, tag::TILE_LENGTH, Long(vec![block.1]));
     }
+
     set(&mut entries, tag::BITS_PER_SAMPLE, Short(vec![16]));
     set(&mut entries, tag::COMPRESSION, Short(vec![if is_deflated { 8 } else { 1 }]));
     tiff(vec![entries])
@@ -320,12 +328,15 @@ fn strips_and_tiles_are_stretched_alike() {
         let note = imagery.notes()[0].replace(&file.path.display().to_string(), "");
         (note, pixels)
     };
+
     let (note, pixels) = colours((700, 64), false);
     assert!(note.contains("stretched"), "{note}");
+
     // About 2 of 100 pixels are black, and 2 white.
     let share =
         |byte: u8| pixels.iter().filter(|pixel| pixel[0] == byte).count() as f64 / pixels.len() as f64;
     assert!([0, 255].into_iter().all(|byte| (0.001..0.05).contains(&share(byte))), "{note}");
+
     for (block, is_deflated) in
         [((700, 1), false), ((700, 900), false), ((700, 10), true), ((128, 64), false), ((256, 48), true)]
     {

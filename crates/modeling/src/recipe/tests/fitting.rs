@@ -32,6 +32,7 @@ fn files_on_earth_and_plain_metres_do_not_go_together() {
     let features = "[[features]]\nfile = \"woods.geojson\"\nkind = \"wood\"\n";
     let scatter = "[[scatter]]\nobjects = \"shrub\"\nspacing_m = 9\narea = \"woods.geojson\"\n";
     let apart = "do not go together";
+
     site.refuses(
         &format!("{MADE}{features}{scatter}"),
         &[
@@ -39,6 +40,7 @@ fn files_on_earth_and_plain_metres_do_not_go_together() {
             (11, &[apart, "`crs` of [[scatter]] local"]),
         ],
     );
+
     let local = "crs = \"local\"\n";
     site.refuses(&format!("{ELEVATION}{features}{local}"), &[(4, &[apart, "`crs` of [[features]]"])]);
     site.refuses(&format!("{ELEVATION}{scatter}{local}"), &[(4, &[apart, "`crs` of [[scatter]]"])]);
@@ -47,6 +49,7 @@ fn files_on_earth_and_plain_metres_do_not_go_together() {
         &format!("[place]\nlocal = true\n{ELEVATION}{second}"),
         &[(6, &[apart, "`crs` of [[elevation]]"])],
     );
+
     // What goes together is no mistake.
     assert!(site.read(&format!("{MADE}{features}{local}")).outline().is_ok());
 }
@@ -94,6 +97,7 @@ fn corridors_that_make_no_sense_are_told_by_their_tables() {
     let corridor =
         |spacing: f64| format!("[[corridor]]\npath = \"flight.csv\"\nwidth_m = 20\nspacing_m = {spacing}\n");
     let two = |spacing: f64| format!("{ELEVATION}{}{}", corridor(2.5), corridor(spacing));
+
     site.refuses(
         &two(10.0),
         &[(
@@ -105,6 +109,7 @@ fn corridors_that_make_no_sense_are_told_by_their_tables() {
             ],
         )],
     );
+
     site.refuses(
         &two(5.0),
         &[(8, &["a corridor of `spacing_m` = 5 is not 1, 4, 16, 64", "2.5 or 10 would do"])],
@@ -143,6 +148,7 @@ fn what_is_most_often_a_mistake_is_told_beside() {
         .replace("xllcorner 500000", "xllcorner 600000");
     site.write("far.asc", &far);
     let houses = "[[features]]\nfile = \"houses.geojson\"\n";
+
     for (text, words) in [
         (format!("{made}[[cloud]]\nfile = {scan:?}\n"), "valley-scan.laz lies outside the area"),
         (format!("{made}{houses}attributes = {{ height = \"HOEHE\" }}\n"), "no row has the attribute HOEHE"),
@@ -152,6 +158,7 @@ fn what_is_most_often_a_mistake_is_told_beside() {
         let notes = site.read(&text).outline().unwrap().notes;
         assert!(notes.iter().any(|note| note.contains(words)), "{words}: {notes:?}");
     }
+
     let plain = site.read(&format!("{made}{houses}crs = \"EPSG:32632\"\n")).outline().unwrap().notes;
     assert!(!plain.iter().any(|note| note.contains("which counts")), "{plain:?}");
 }

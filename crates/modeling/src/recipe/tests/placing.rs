@@ -28,6 +28,7 @@ fn what_lies_outside_the_area_is_told_with_its_line() {
     let sound = [dome(inside), waves(inside), object(inside), bushes(within)].concat();
     assert_eq!(told(&site, &format!("{ELEVATION}{sound}")), Vec::<String>::new());
     let swap = "with x and y the other way round";
+
     for (table, line, words) in [
         (dome(swapped), 4, ["[[terrain]] number 1 lies outside the area", swap]),
         (dome(inside) + &dome(far), 9, ["[[terrain]] number 2 lies outside", "around x 700000, y 5000040"]),
@@ -94,10 +95,12 @@ fn outputs_that_cannot_be_are_told_with_their_line() {
         let is_told = |mistake: &Mistake| mistake.line == 3 && mistake.what.contains(words);
         assert!(mistakes.len() == 1 && is_told(&mistakes[0]), "{output}: {mistakes:?}");
     }
+
     // Together with all else.
     let text = "[place]\noutput = \"there\"\n[[elevation]]\nfile = \"text.tif\"\n";
     let mistakes = site.mistakes(text);
     assert!(mistakes.len() == 2 && (mistakes[0].line, mistakes[1].line) == (2, 3), "{mistakes:?}");
+
     // No more than a check does a build begin with it.
     let text = format!("[place]\noutput = \"not_there/\"\n{ELEVATION}");
     let error = build(&site.read(&text).options, &Silent).unwrap_err().to_string();
@@ -119,11 +122,13 @@ fn errors_that_a_build_meets_have_their_lines() {
         told.contains("line 4: ") && told.contains("bands 1 to 3, not 4 (`bands` of [[imagery]])"),
         "{told}"
     );
+
     // Of several it tells the one that was met.
     let recipe = site.read(&format!("[place]\noutput = \"absent/a.hop\"\n{ELEVATION}{imagery}"));
     let options = BuildOptions { output: site.folder.path().join("a.hop"), ..recipe.options.clone() };
     let told = recipe.located(build(&options, &Silent).unwrap_err()).to_string();
     assert!(told.contains("line 6: ") && told.contains("and 1 more"), "{told}");
+
     // What is no matter of the recipe stays as it is, in its words.
     let other = recipe.located(Error::Configuration("a.hop exists; take another -o".into())).to_string();
     assert_eq!(other, "a.hop exists; take another `output` of [place]");

@@ -32,6 +32,7 @@ fn fifty_buildings_under_five_suns() {
             (ring(&mut random, middle), 5.0 + 55.0 * f64::from(number) / 49.0)
         })
         .collect();
+
     let under = |sun: (f64, f64)| -> Vec<(f64, f64, f64)> {
         let measured = (0..).zip(&buildings).map(|(seed, (ring, height))| {
             let roof = foot(ring, hills) + height;
@@ -43,6 +44,7 @@ fn fifty_buildings_under_five_suns() {
         });
         measured.collect()
     };
+
     let all: Vec<(f64, f64, f64)> = std::thread::scope(|scope| {
         let suns = SUNS.map(|sun| scope.spawn(move || under(sun)));
         suns.into_iter().flat_map(|sun| sun.join().unwrap()).collect()
@@ -54,6 +56,7 @@ fn fifty_buildings_under_five_suns() {
         assert!(error.abs() <= (0.03 * height).max(1.0), "{height} m: {error} m off");
         assert!(error.abs() <= 3.0 * said, "{height} m: {error} m off, said to be ± {said} m");
     }
+
     assert!(mean < 0.1, "{mean}");
 }
 
@@ -100,6 +103,7 @@ fn rows_of_houses_do_not_disturb_each_other() {
             (corners.map(|corner| middle + turn.rotate(corner * half)).to_vec(), random.between(6.0, 22.0))
         })
         .collect();
+
     let prism =
         |(ring, height): &(Vec<DVec2>, f64)| Prism { roof: foot(ring, hills) + height, ring: ring.clone() };
     let prisms: Vec<Prism> = houses.iter().map(prism).collect();
@@ -108,6 +112,7 @@ fn rows_of_houses_do_not_disturb_each_other() {
         .iter()
         .map(|(ring, _)| Neighbour { base: foot(ring, |place| dem(place).unwrap()), height: None })
         .collect();
+
     for (number, (ring, height)) in houses.iter().enumerate() {
         let others = (0_u32..).zip(&houses).filter(|(other, _)| *other as usize != number);
         let others: Vec<(u32, Vec<DVec2>)> =

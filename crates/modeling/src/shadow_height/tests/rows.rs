@@ -43,6 +43,7 @@ fn geojson_stays_as_it_was_but_for_the_heights() {
             r#"{{"id":7.10,"type":"Feature","geometry":{{"type":"Polygon","coordinates":{RING}}},"properties":{properties}}}"#
         )
     };
+
     let rows = [
         feature(r#"{"zeta":1e2,"shadow_length":12.50,"name":"a\u00e9","shadow_note":"old"}"#),
         feature(r#"{"shadow_tip":[500010,5200035],"height":null}"#),
@@ -51,6 +52,7 @@ fn geojson_stays_as_it_was_but_for_the_heights() {
         feature(r#"{"shadow_length":"long"}"#),
         r#"{"type":"Feature","properties":{"shadow_length":4},"geometry":{"type":"Point","coordinates":[500000,5200000]}}"#.to_owned(),
     ];
+
     let text = format!(r#"{{"type":"FeatureCollection",{CRS},"features":[{}]}}"#, rows.join(","));
     let report = report(&folder, "a.geojson", &text);
     let written = report.geojson().unwrap();
@@ -59,6 +61,7 @@ fn geojson_stays_as_it_was_but_for_the_heights() {
     let wanted =
         feature(r#"{"zeta":1e2,"shadow_length":12.50,"name":"a\u00e9","height":12.5,"height_error":0.5}"#);
     assert_eq!(lines[1], format!("{wanted},"));
+
     // The grid's scale there is 0.9996: 15 m of it are 15.006 m.
     let wanted =
         feature(r#"{"shadow_tip":[500010,5200035],"height":15.01,"height_error":0.5,"shadow_length":15.01}"#);
@@ -68,6 +71,7 @@ fn geojson_stays_as_it_was_but_for_the_heights() {
     assert!(lines[5].contains(r#"its shadow_length is \"long\""#), "{}", lines[5]);
     assert!(lines[6].contains("it has no area"), "{}", lines[6]);
     assert!(report.notes.iter().any(|note| note.contains("ground is taken as level")), "{:?}", report.notes);
+
     // A second time nothing changes: all that could be measured has a height.
     let again = folder.path().join("b.geojson");
     fs::write(&again, &written).unwrap();
@@ -123,6 +127,7 @@ fn shapefiles_become_geojson_in_their_own_system() {
     assert!(report.answers.iter().all(|answer| !matches!(answer, Answer::Height(_))));
     let folder = tempfile::tempdir().unwrap();
     let before = features::read(&sample, &LayerOptions::default()).unwrap();
+
     for (name, text) in [("a.geojson", report.geojson().unwrap()), ("a.csv", report.csv().unwrap())] {
         let path = folder.path().join(name);
         fs::write(&path, text).unwrap();
@@ -130,6 +135,7 @@ fn shapefiles_become_geojson_in_their_own_system() {
             LayerOptions { crs: Some(before.crs.proj().unwrap().to_owned()), ..LayerOptions::default() };
         let after = features::read(&path, &options).unwrap();
         assert!(after.crs.is_equivalent(&before.crs));
+
         for (a, b) in before.rows.iter().zip(&after.rows) {
             assert_eq!(
                 a.geometry.areas.iter().map(|area| area.outer.places.clone()).collect::<Vec<_>>(),

@@ -117,6 +117,7 @@ impl World {
         if self.prisms.iter().any(|prism| prism.holds(place)) {
             return [0.42, 0.3, 0.26];
         }
+
         // Meadows, soil and ploughing.
         let patch = noise(place, 37.0, self.seed) - 0.5;
         let grain = noise(place, 3.0, self.seed ^ 1) - 0.5 + 0.7 * (noise(place, 0.9, self.seed ^ 2) - 0.5);
@@ -126,6 +127,7 @@ impl World {
         let ground = 0.22 * (self.texture * (1.2 * patch + 1.3 * grain + stripes)).exp();
         let sky = 1.0 - self.direct;
         let from = place.extend(hills(place) + 1e-3);
+
         // A place on the sun's disc.
         let (r, turn) = (0.2666 * jitter.share().sqrt(), jitter.between(0.0, std::f64::consts::TAU));
         let (azimuth, elevation) =
@@ -133,6 +135,7 @@ impl World {
         let direction =
             DVec3::new(azimuth.sin() * elevation.cos(), azimuth.cos() * elevation.cos(), elevation.sin());
         let e = 0.5;
+
         let normal = DVec3::new(
             hills(place - DVec2::X * e) - hills(place + DVec2::X * e),
             hills(place - DVec2::Y * e) - hills(place + DVec2::Y * e),
@@ -144,6 +147,7 @@ impl World {
         if self.prisms.iter().any(|prism| prism.stops(from, direction)) {
             sun = 0.0;
         }
+
         [0.95, 1.0, 0.8]
             .map(|hue| ground * hue * sun)
             .into_iter()
@@ -156,10 +160,12 @@ impl World {
 
     fn pixel(&self, column: u32, row: u32) -> [u8; 4] {
         const PARTS: u32 = 3;
+
         let mut jitter = Random(
             self.seed ^ (u64::from(column) << 32 | u64::from(row)).wrapping_mul(0x2545_f491_4f6c_dd1d),
         );
         let mut sum = [0.0; 3];
+
         for part in 0..PARTS * PARTS {
             let offset =
                 |number: u32, jitter: &mut Random| (f64::from(number) + jitter.share()) / f64::from(PARTS);
@@ -168,6 +174,7 @@ impl World {
             let light = self.brightness(place, &mut jitter);
             (0..3).for_each(|i| sum[i] += light[i]);
         }
+
         let gain = 1.0 + 0.06 * (jitter.share() + jitter.share() + jitter.share() - 1.5);
         let code = |light: f64| {
             let light = (light / f64::from(PARTS * PARTS) * 1.6 * gain).clamp(0.0, 1.0);
@@ -175,6 +182,7 @@ impl World {
                 if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
             (encoded * 255.0).round() as u8
         };
+
         [code(sum[0]), code(sum[1]), code(sum[2]), 255]
     }
 }

@@ -70,6 +70,7 @@ fn glb(path: PathBuf, cuboids: &[Cuboid]) -> PathBuf {
     let (low, high) = ([0, 1, 2].map(least), [0, 1, 2].map(most));
     let buffer: Vec<u8> = places.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
     let (count, length) = (places.len(), buffer.len());
+
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
 "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"buffers":[{{"byteLength":{length}}}],
@@ -83,6 +84,7 @@ fn glb(path: PathBuf, cuboids: &[Cuboid]) -> PathBuf {
     let rest = [chunk(b"JSON", json.into_bytes()), chunk(b"BIN\0", buffer)].concat();
     let size = 12 + rest.len() as u32;
     fs::write(&path, [&b"glTF"[..], &2_u32.to_le_bytes(), &size.to_le_bytes(), &rest].concat()).unwrap();
+
     path
 }
 
@@ -94,6 +96,7 @@ fn vox(path: PathBuf, cuboids: &[Cuboid]) -> PathBuf {
     let low = corners(0).reduce(IVec3::min).unwrap();
     let size = corners(1).reduce(IVec3::max).unwrap() - low;
     let mut cells = Vec::new();
+
     for [from, to] in cuboids {
         for (x, y) in (from[0]..to[0]).flat_map(|x| (from[1]..to[1]).map(move |y| (x, y))) {
             cells.extend((from[2]..to[2]).map(|z| {
@@ -102,6 +105,7 @@ fn vox(path: PathBuf, cuboids: &[Cuboid]) -> PathBuf {
             }));
         }
     }
+
     let chunks = [
         chunk(b"SIZE", words(&size.to_array().map(|side| side as u32))),
         chunk(b"XYZI", [words(&[cells.len() as u32]), cells.concat()].concat()),
@@ -109,6 +113,7 @@ fn vox(path: PathBuf, cuboids: &[Cuboid]) -> PathBuf {
     .concat();
     let head = [&b"VOX "[..], &words(&[150]), b"MAIN", &words(&[0, chunks.len() as u32])].concat();
     fs::write(&path, [head, chunks].concat()).unwrap();
+
     path
 }
 
@@ -211,16 +216,19 @@ fn a_post_with_a_hat_is_laid_down() {
         built(folder.path(), standing(std::slice::from_ref(&path), EVEN, stance))
     };
     heights("upright", &laid(0.0, 0.0), &[(99, 139, 108.0), (101, 141, 108.0), (100, 143, 100.0)]);
+
     // Its front goes up, and its top to the south. The hat lies on the ground, and the post a metre above it.
     let pitched = laid(90.0, 0.0);
     let hat = [(98, 136, 104.0), (101, 137, 104.0), (97, 136, 100.0), (99, 135, 100.0)];
     let post = [(99, 138, 103.0), (100, 143, 103.0), (98, 140, 100.0), (101, 140, 100.0), (99, 144, 100.0)];
     heights("pitch", &pitched, &[&hat[..], &post].concat());
+
     // Its right side goes down, and its top to the east.
     let rolled = laid(0.0, 90.0);
     let hat = [(102, 138, 104.0), (103, 141, 104.0), (102, 137, 100.0), (104, 140, 100.0)];
     let post = [(96, 139, 103.0), (101, 140, 103.0), (99, 138, 100.0), (99, 141, 100.0), (95, 140, 100.0)];
     heights("roll", &rolled, &[&hat[..], &post].concat());
+
     for (what, area, [x, y], hat) in
         [("pitch", &pitched, [99, 141], [99, 136]), ("roll", &rolled, [98, 140], [102, 140])]
     {
@@ -304,16 +312,19 @@ fn many_places_of_an_object_share_its_form() {
         let object = standing(std::slice::from_ref(&path), PLACE, Stance::default());
         built(folder.path(), ObjectFile { places, ..object })
     };
+
     // One alone, in the middle of a voxel.
     let middle = of(vec![[20.5, 40.5]]);
     let (shared, exact) = (of((0..65).map(place).collect()), of((0..64).map(place).collect()));
     assert_eq!((shared.pages.header().objects.len(), exact.pages.header().objects.len()), (1, 0));
+
     for index in 0..65 {
         let shift = [index % 13 * 18, index / 13 * 40];
         // Neighbours stand 18 m apart.
         let [x, y] = [20 + shift[0], 40 + shift[1]];
         let tower = [(x + 3, y + 2, 107.0), (x - 3, y + 2, 102.0), (x + 3, y - 2, 102.0)];
         heights("shared", &shared, &[&tower[..], &[(x + 7, y, 100.0), (x, y + 5, 100.0)]].concat());
+
         for (x, y) in (y - 5..y + 6).flat_map(|y| (x - 7..x + 8).map(move |x| (x, y))) {
             let wanted = spans(&middle, x - shift[0], y - shift[1]);
             let found = spans(&shared, x, y);
@@ -323,6 +334,7 @@ fn many_places_of_an_object_share_its_form() {
             assert!(found.iter().zip(&wanted).all(near), "{index}: {x} {y}: {found:?} {wanted:?}");
         }
     }
+
     // Exactly where they are said to be, walls lie elsewhere in their voxels.
     assert_ne!(spans(&exact, 25, 40), spans(&middle, 25, 40));
 }

@@ -21,6 +21,7 @@ fn damaged_files_are_told_in_a_sentence() {
     let marks: Vec<Mark> = (0..1500)
         .map(|_| (dvec3(40.0 * chance.next(), 40.0 * chance.next(), 90.0 + chance.next()), 2, [9, 99, 199]))
         .collect();
+
     for (name, format) in [("a.las", 3), ("b.laz", 3), ("c.laz", 7), ("d.las", 6), ("e.laz", 1)] {
         let path = folder.path().join(name);
         write(&path, format, &marks);
@@ -28,6 +29,7 @@ fn damaged_files_are_told_in_a_sentence() {
         let sound = fs::read(&path).unwrap();
         let mut told = 0;
         let count = 900;
+
         for round in 0..count {
             let mut bytes = sound.clone();
             let mut at = |below: usize| (chance.next() * below as f64) as usize;
@@ -39,11 +41,13 @@ fn damaged_files_are_told_in_a_sentence() {
                     bytes[place] = at(256) as u8;
                 }
             }
+
             fs::write(&path, &bytes).unwrap();
             let Some(what) = fault(&path) else { continue };
             told += 1;
             assert!(what.contains(name) && !what.contains('\n'), "{what}");
         }
+
         assert!(told > count / 6 - 20, "{name}: {told} of {count}");
     }
 }
@@ -83,6 +87,7 @@ fn the_extent_is_that_of_the_points_whatever_the_header_says() {
     let marks: Vec<Mark> = (0..1600)
         .map(|index| (dvec3(f64::from(index % 40) + 0.5, f64::from(index / 40) + 0.5, 90.0), 2, [9; 3]))
         .collect();
+
     let boxes: [(&str, [f64; 6]); 6] = [
         ("small", [500_010.0, 500_000.0, 5_000_010.0, 5_000_000.0, 90.0, 90.0]),
         ("large", [900_000.0, 100_000.0, 9_000_000.0, 0.0, 90.0, 90.0]),
@@ -91,6 +96,7 @@ fn the_extent_is_that_of_the_points_whatever_the_header_says() {
         ("turned", [500_000.0, 500_040.0, 5_000_000.0, 5_000_040.0, 90.0, 90.0]),
         ("endless", [f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 90.0, 90.0]),
     ];
+
     for name in ["a.las", "b.laz"] {
         let path = folder.path().join(name);
         write(&path, 3, &marks);
@@ -98,6 +104,7 @@ fn the_extent_is_that_of_the_points_whatever_the_header_says() {
         let plain = outline(&options(&path, folder.path().join("area.hop"))).unwrap();
         assert_eq!([plain.grid.nx, plain.grid.ny], [40, 40]);
         assert!(!plain.notes.iter().any(|note| note.contains("the points count")), "{:?}", plain.notes);
+
         for (what, sides) in boxes {
             let doubles: Vec<_> = (0..).step_by(8).zip(sides).map(|(at, side)| (BOX + at, side)).collect();
             fs::write(&path, forged(&sound, &doubles)).unwrap();
@@ -115,6 +122,7 @@ fn scales_and_counts_that_cannot_be_are_told() {
     let marks: Vec<Mark> = (0..500).map(|index| (dvec3(f64::from(index), 1.0, 90.0), 2, [9; 3])).collect();
     write(&path, 3, &marks);
     let sound = fs::read(&path).unwrap();
+
     for (at, axis) in [(131, "x"), (139, "y"), (147, "z")] {
         for scale in [0.0, -0.001, f64::NAN, f64::INFINITY, 1e-310] {
             fs::write(&path, forged(&sound, &[(at, scale)])).unwrap();

@@ -77,12 +77,14 @@ fn a_surface_of_points_is_that_of_its_raster() {
     let Some(data) = realdata() else { return };
     let folder = tempfile::tempdir().unwrap();
     let surface = Surface::read(&data, folder.path());
+
     // Never classified, and unclassified.
     for class in [0, 1] {
         let marks = surface.marks(|_| class);
         assert!(marks.len() > 100_000);
         let points = surface.cloud(folder.path(), &marks);
         let (mut off, mut count): (f64, f64) = (0.0, 0.0);
+
         for (place, ..) in marks.iter().step_by(7) {
             assert_eq!(top(&points, place.truncate()), None, "nothing stands on a surface");
             if let Some(height) = ground(&points, place.truncate()) {
@@ -92,6 +94,7 @@ fn a_surface_of_points_is_that_of_its_raster() {
                 count += 1.0;
             }
         }
+
         assert!(count > 0.99 * marks.len() as f64 / 7.0, "{count}");
         let mean = off / count;
         assert!(mean < 0.02, "heights are {mean} m off");
@@ -108,6 +111,7 @@ fn houses_and_trees_of_a_real_surface_stand_on_its_ground() {
     let folder = tempfile::tempdir().unwrap();
     let surface = Surface::read(&data, folder.path());
     let bare = surface.bare(24);
+
     let class = |index: usize| {
         let (place, high) = (surface.place(index), surface.heights[index] - bare[index]);
         let is_in = |[west, south, east, north]: &[f64; 4]| {
@@ -119,8 +123,10 @@ fn houses_and_trees_of_a_real_surface_stand_on_its_ground() {
             _ => 5,
         }
     };
+
     let marks = surface.marks(class);
     let pages = surface.cloud(folder.path(), &marks);
+
     // By class: points, those with something standing there, the sum of how far its top is off, and the sum of how high it stands.
     let mut tallies = [(0.0, 0.0, 0.0, 0.0); 7];
     for index in (0..surface.heights.len()).step_by(3).filter(|index| surface.heights[*index].is_finite()) {
@@ -129,24 +135,29 @@ fn houses_and_trees_of_a_real_surface_stand_on_its_ground() {
         if x < 3 || y < 3 || x + 3 >= surface.columns || y + 3 >= surface.rows {
             continue;
         }
+
         let about = (0..25).map(|near| (y + near / 5 - 2) * surface.columns + x + near % 5 - 2);
         if about.into_iter().any(|near| surface.heights[near].is_nan() || class(near) != own) {
             continue;
         }
+
         let tally = &mut tallies[usize::from(own)];
         tally.0 += 1.0;
         let ground = ground(&pages, place).unwrap();
+
         // An opening is no survey: slopes are steeper than what it leaves of them.
         assert!(
             own == 5 || (ground - bare[index]).abs() < 3.0,
             "{place}: the ground of class {own} lies at {ground}"
         );
+
         if let Some(top) = top(&pages, place) {
             tally.1 += 1.0;
             tally.2 += (top - surface.heights[index]).abs();
             tally.3 += top - ground;
         }
     }
+
     let [.., ground, _, _, trees, houses] = tallies;
     assert!(ground.0 > 10_000.0 && ground.1 == 0.0, "{ground:?}");
     assert!(trees.0 > 10_000.0 && trees.1 > 0.95 * trees.0 && trees.2 < 0.25 * trees.1, "{trees:?}");

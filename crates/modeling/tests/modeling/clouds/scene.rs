@@ -44,6 +44,7 @@ pub fn write(path: &Path, format: u8, marks: &[Mark]) {
     builder.vlrs.push(keys);
     let file = BufWriter::new(File::create(path).unwrap());
     let mut writer = Writer::new(file, builder.into_header().unwrap()).unwrap();
+
     for (place, class, colour) in marks {
         let [red, green, blue] = colour.map(|code| u16::from(code) << 8);
         let point = Point {
@@ -57,8 +58,10 @@ pub fn write(path: &Path, format: u8, marks: &[Mark]) {
             number_of_returns: 1,
             ..Point::default()
         };
+
         writer.write_point(point).unwrap();
     }
+
     writer.close().unwrap();
 }
 
@@ -93,6 +96,7 @@ impl Village {
                 marks.push((place.extend(Self::ROOF), 6, [180, 60, 50]));
                 continue;
             }
+
             let is_hidden = place.distance(Self::TREE) < Self::RADIUS && chance.next() < 0.7;
             if is_hidden {
                 let height = Self::CROWN[0] + (Self::CROWN[1] - Self::CROWN[0]) * chance.next();
@@ -101,11 +105,14 @@ impl Village {
                 marks.push((place.extend(ground), 2, [120, 130, 90]));
             }
         }
+
         let along = (0..400).map(|step| 0.2 * f64::from(step));
         marks.extend(along.map(|y| (dvec3(Self::WIRE[0], y, Self::WIRE[1]), 14, [40, 40, 40])));
+
         // Noise: a bird, and a multipath echo below the ground.
         marks.push((dvec3(40.0, 40.0, 300.0), 18, [0; 3]));
         marks.push((dvec3(41.0, 40.0, 20.0), 7, [0; 3]));
+
         marks
     }
 }

@@ -74,6 +74,7 @@ fn one_sees_through_below_a_crown_and_not_through_it() {
     let first = crown.first().expect("a crown").range;
     assert!((first - (20.0 - Village::RADIUS)).abs() <= 1.5, "{first}");
     assert!(through(3.0).is_empty(), "{:?}", through(3.0));
+
     // It has no holes.
     let inner = places(0.5).filter(|place| place.distance(Village::TREE) < Village::RADIUS - 1.5);
     for place in inner {
@@ -81,6 +82,7 @@ fn one_sees_through_below_a_crown_and_not_through_it() {
         let height = top - Village::ground(place);
         assert!((9.0..=13.0).contains(&height), "{place}: {height}");
     }
+
     // And nothing stands where there is nothing.
     let open = places(0.9).filter(|place| {
         place.distance(Village::TREE) > Village::RADIUS + 2.0

@@ -22,6 +22,7 @@ fn san_francisco() {
     let Some(folder) = realdata() else { return };
     // Column 1730, row 684 of a tile whose first post is at 123° west, 38° north.
     let second = 1.0 / 3600.0;
+
     let elevation = Lattice {
         file: "sf_srtm1_landsat7/srtm1_sf_485x349_int16.tif",
         crs: 4326,
@@ -29,6 +30,7 @@ fn san_francisco() {
         north: 38.0 - (684.0 - 0.5) * second,
         pixel: [second; 2],
     };
+
     let imagery = Lattice {
         file: "sf_srtm1_landsat7/landsat7_sf.tif",
         crs: 3857,
@@ -36,9 +38,11 @@ fn san_francisco() {
         north: 4_576_290.0,
         pixel: [30.0; 2],
     };
+
     // A pixel whose infrared is 0 may still be water; the nearest-lying rule is all three.
     let light = |pixel: &[f64]| if pixel.iter().all(|&band| band == 0.0) { f64::NAN } else { byte(pixel[0]) };
     let area = check_pair(&folder, &elevation, &imagery, |_| {}, |pixel| valid(pixel[0], -32768.0), light);
+
     // Near infrared, which water swallows, is shown as red.
     let land = |voxel| Some(area.height(voxel)).filter(|height| !height.is_nan()).map(|height| height > 1.0);
     assert_coast(&area, land, |voxel| area.light(voxel, 0).sqrt(), 0.6);
@@ -104,6 +108,7 @@ fn santa_barbara() {
 fn crater_lake() {
     let Some(folder) = realdata() else { return };
     let side = 0.000_269_965_978_544_445;
+
     // The heights' tie point is a pixel's centre, the picture's a pixel's corner.
     let elevation = Lattice {
         file: "craterlake/craterlake-elev-16bit-30m.tif",
@@ -112,6 +117,7 @@ fn crater_lake() {
         north: 42.979_316_644_842_47 + 0.5 * side,
         pixel: [side; 2],
     };
+
     let imagery = Lattice {
         file: "craterlake/craterlake-imagery-30m.tif",
         crs: 4326,
@@ -119,6 +125,7 @@ fn crater_lake() {
         north: 42.979_451_627_831_74,
         pixel: [side; 2],
     };
+
     let light = |pixel: &[f64]| if pixel[3] < 255.0 { f64::NAN } else { byte(pixel[0]) };
     check_pair(&folder, &elevation, &imagery, |_| {}, |pixel| valid(pixel[0], -32767.0), light);
 }
@@ -128,6 +135,7 @@ fn the_whole_earth() {
     let Some(folder) = realdata() else { return };
     // Posts at the poles and at multiples of 5′; the picture's world file names its first pixel's centre.
     let arc = 5.0 / 60.0;
+
     let elevation = Lattice {
         file: "global_etopo5_bmng/etopo5_4320x2161_int16.tif",
         crs: 4326,
@@ -135,6 +143,7 @@ fn the_whole_earth() {
         north: 90.0 + 0.5 * arc,
         pixel: [arc; 2],
     };
+
     let imagery = Lattice {
         file: "global_etopo5_bmng/bmng.jpg",
         crs: 4326,
@@ -142,11 +151,13 @@ fn the_whole_earth() {
         north: 90.0,
         pixel: [1.0 / 15.0; 2],
     };
+
     let adjust = |options: &mut BuildOptions| {
         options.imagery[0].crs = Some("EPSG:4326".into());
         options.spacing = Some(40_000.0);
     };
     let area = check_pair(&folder, &elevation, &imagery, adjust, |pixel| pixel[0], |pixel| byte(pixel[0]));
+
     // Between 60° north and south, where the sea does not freeze: it is blue, and land is not.
     let sea = |voxel| {
         let temperate = area.centre(voxel).y.abs() < 60.0 * 111_320.0;

@@ -122,6 +122,7 @@ impl Band {
         if first.min_element() < 0.0 || last.cmpge(size).any() {
             return None;
         }
+
         let (mut sum, mut weights) = (0.0, 0.0);
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for row in first.y as usize..=last.y as usize {
@@ -134,6 +135,7 @@ impl Band {
                 (least, most) = (least.min(value), most.max(value));
             }
         }
+
         (!sum.is_nan()).then_some((sum / weights, most - least))
     }
 }
@@ -180,6 +182,7 @@ fn assert_registered(name: &str, probes: &[Probe], band: &Band, step: f64, share
             assert!(wrong <= allowed, "{name}: {} for {mean} (± {allowed}) at {}", probe.value, probe.place);
         }
     }
+
     assert!(checked > 2000 && checked * 2 > probes.len(), "{name}: only {checked} of {}", probes.len());
 
     // Mean square differences, if the raster lay half a pixel to either side: their parabola's foot is where it lies.
@@ -190,6 +193,7 @@ fn assert_registered(name: &str, probes: &[Probe], band: &Band, step: f64, share
             .collect();
         differences.iter().map(|difference| difference * difference).sum::<f64>() / differences.len() as f64
     };
+
     let here = misfit(DVec2::ZERO);
     for (axis, half) in [("east", DVec2::X * 0.5), ("south", DVec2::Y * 0.5)] {
         let (before, after) = (misfit(-half), misfit(half));

@@ -13,6 +13,7 @@ fn a_database_keeps_its_steps_under_another_name() {
     let name = |name: &str| folder.path().join(name);
     let new = BuildOptions { threads: 1, ..options(folder.path(), "a.hop") };
     let old = BuildOptions { output: name("b.hop"), kept_for: Some(name("a.hop")), ..new.clone() };
+
     // Of a build of the new name nothing stays, finished or not; of one of the old name neither.
     build(&new, &Silent).unwrap();
     forget_steps(&new.output);
@@ -27,6 +28,7 @@ fn a_database_keeps_its_steps_under_another_name() {
     take_over(&old.output, &new.output).unwrap();
     assert_eq!(left(folder.path()), ["a.hop", "a.hop.steps"]);
     assert!(!is_kept_for(&old.output, &new.output) && !folder.path().join("b.hop.steps").exists());
+
     // The log knows the file as it is: to the system a new name is a change of it.
     #[cfg(unix)]
     {
@@ -41,6 +43,7 @@ fn a_database_keeps_its_steps_under_another_name() {
     let third = BuildOptions { output: name("c.hop"), kept_for: Some(name("a.hop")), ..new.clone() };
     assert!(interrupted(&third, 20).is_err() && is_kept_for(&third.output, &new.output));
     assert!(!third.output.exists());
+
     // What a build left that it was not for is its own.
     let other = BuildOptions { output: name("d.hop"), kept_for: None, ..new.clone() };
     updated(&other);

@@ -152,6 +152,7 @@ fn only_what_changed_is_written() {
     assert_eq!((updated(&options).reused, number()), (PAGES - 4, first), "changed in place");
     assert_eq!((updated(&options).reused, number()), (PAGES, first), "nothing to write");
     assert_eq!(left(folder.path()), ["a.hop", "a.hop.steps"]);
+
     // One that reads it sees the old one to the end.
     let reader = PageFile::open(&options.output).unwrap();
     town[1].2 = 14.5;
@@ -160,17 +161,20 @@ fn only_what_changed_is_written() {
     assert_ne!(number(), first, "replaced");
     assert!(reader.verify(&Silent).unwrap().problems.is_empty() && reader.intact().is_ok());
     drop(reader);
+
     // More spans than fit where the page lies: all that follows moves.
     let second = number();
     let many: Vec<_> = (0..400).map(|k| (f64::from(k % 20) * 12.0, f64::from(k / 20) * 12.0, 8.0)).collect();
     houses(folder.path(), &[&town[..], &many[..]].concat());
     assert!(updated(&options).reused > 0);
     assert_ne!(number(), second, "replaced");
+
     // A build that is stopped leaves what it has made, though it was not to be written there.
     let third = (number(), bytes(&options.output));
     let alone = BuildOptions { threads: 1, ..options.clone() };
     town[1].2 = 11.5;
     houses(folder.path(), &[&town[..], &many[..]].concat());
+
     // Surveys and features count as well.
     let after = 2 + 403 + 27;
     assert!(matches!(interrupted(&alone, after), Err(Error::Interrupted(what)) if what.contains("goes on")));
@@ -201,16 +205,19 @@ fn files_change_what_they_reach() {
     updated(&options);
     raster(folder.path(), "east.asc", 64, 64, 0);
     assert_eq!(updated(&options).reused, PAGES, "written anew, but the same");
+
     // Another colour in the south-west: an image reaches everywhere.
     let mut image = image::open(folder.path().join("photo.png")).unwrap().to_rgb8();
     image.put_pixel(2, 61, image::Rgb([1, 2, 3]));
     image.save(folder.path().join("photo.png")).unwrap();
     assert!(updated(&options).reused < PAGES);
+
     // A height in the east, of no consequence for the range of heights: the west stays.
     let text = fs::read_to_string(folder.path().join("east.asc")).unwrap();
     fs::write(folder.path().join("east.asc"), text.replacen(" 120 ", " 121 ", 1)).unwrap();
     let reused = updated(&options).reused;
     assert!((5..PAGES).contains(&reused), "{reused}");
+
     for changed in [
         BuildOptions { nodata_fill: NodataFill::Interpolate, ..options.clone() },
         BuildOptions { spacing: Some(2.0), ..options.clone() },
@@ -274,6 +281,7 @@ fn an_interrupted_build_goes_on() {
     let options = BuildOptions { threads: 1, features: Vec::new(), ..options(folder.path(), "a.hop") };
     let surveys: u64 = 2;
     let mut stopped = 0;
+
     for after in [20, 24, 28].map(|pages| pages + surveys) {
         match interrupted(&options, after) {
             Err(Error::Interrupted(what)) => {
@@ -285,8 +293,10 @@ fn an_interrupted_build_goes_on() {
             other => panic!("{other:?}"),
         }
     }
+
     assert_eq!(stopped, 3);
     let report = updated(&options);
+
     // All that was made before the last request to stop, but for pages that a worker had in hand.
     assert!(report.reused >= 27, "{report:?}");
     assert_eq!(left(folder.path()), ["a.hop", "a.hop.steps"]);
@@ -342,6 +352,7 @@ fn pages_without_a_surface_are_taken_over_as_others_are() {
         crs: Some("EPSG:32632".into()),
         ..ElevationFile::default()
     };
+
     let options = BuildOptions {
         threads: 1,
         elevation: ["west.asc", "far.asc", "end.asc"].map(elevation).into(),
@@ -349,16 +360,19 @@ fn pages_without_a_surface_are_taken_over_as_others_are() {
         imagery: Vec::new(),
         ..options(folder.path(), "a.hop")
     };
+
     let surveys = 3;
     for after in [40, 100, 115] {
         assert!(matches!(interrupted(&options, after + surveys), Err(Error::Interrupted(_))), "{after}");
     }
+
     let report = updated(&options);
     let file = PageFile::open(&options.output).unwrap();
     let empty = file.directory().present().filter(|(_, entry)| entry.empty().is_some()).count() as u64;
     assert!(report.pages > 120 && empty > 80, "{empty} of {report:?}");
     assert!(report.reused > 105, "{report:?}");
     drop(file);
+
     // Nothing changed: nothing is made, and nothing read.
     assert_eq!(updated(&options).reused, report.pages);
     // The far file comes nearer: what it leaves has no bytes any more.
@@ -396,6 +410,7 @@ fn times_in(log: &[u8]) -> usize {
 #[cfg(unix)]
 fn pages_of_a_file_that_nobody_changed_are_not_read() {
     use std::os::unix::fs::MetadataExt;
+
     let folder = site();
     let options = options(folder.path(), "a.hop");
     updated(&options);
@@ -403,6 +418,7 @@ fn pages_of_a_file_that_nobody_changed_are_not_read() {
     let mut damaged = bytes(&options.output);
     damaged[40_000] ^= 1;
     fs::write(&options.output, &damaged).unwrap();
+
     // The log of a build that left it like that.
     let file = fs::metadata(&options.output).unwrap();
     let times =
@@ -415,10 +431,12 @@ fn pages_of_a_file_that_nobody_changed_are_not_read() {
     for number in [6, record.len() as u32, crc32fast::hash(record.as_bytes())] {
         forged.extend(number.to_ne_bytes());
     }
+
     forged.extend(record.as_bytes());
     fs::write(&log, &forged).unwrap();
     assert_eq!(build(&options, &Silent).unwrap().reused, PAGES);
     assert!(bytes(&options.output) == damaged, "nobody looked at the page");
+
     // Once more it is as it was left; then somebody touches it.
     fs::write(&options.output, &damaged).unwrap();
     assert_eq!(updated(&options).reused, PAGES - 1);
@@ -431,11 +449,13 @@ fn damaged_files_cost_time_and_no_more() {
     updated(&options);
     let log = folder.path().join("a.hop.steps");
     let (good, good_log) = (bytes(&options.output), bytes(&log));
+
     // A page.
     let mut damaged = good.clone();
     damaged[40_000] ^= 1;
     fs::write(&options.output, damaged).unwrap();
     assert_eq!(updated(&options).reused, PAGES - 1);
+
     // The log, anywhere. Without what the file was, which comes last, all is read, and as good.
     let last = times_in(&good_log);
     for at in (0..good_log.len()).step_by(1201) {
@@ -447,11 +467,13 @@ fn damaged_files_cost_time_and_no_more() {
         assert!(bytes(&options.output) == good, "byte {at}: {report:?}");
         assert!(report.reused < PAGES || at >= last, "byte {at}: {report:?}");
     }
+
     for length in (0..good_log.len()).step_by(1999) {
         fs::write(&log, &good_log[..length]).unwrap();
         build(&options, &Silent).unwrap();
         assert!(bytes(&options.output) == good, "{length} bytes");
     }
+
     // Somebody else's database.
     fs::write(&options.output, &good[..good.len() / 2]).unwrap();
     assert!(!is_own_work(&options.output));

@@ -40,6 +40,7 @@ fn shadows_are_baked_again_where_they_fall_otherwise() {
     let first = shaded(&options, sun);
     assert_eq!(first.reused, 0);
     assert_eq!(shaded(&options, sun).reused, first.pages);
+
     // A house in the easternmost pages: its own with bare ground, those about it and the coarser ones, whose aprons may have it. Rays to others pass over it,
     // and nothing comes of that.
     let mut town = TOWN;
@@ -48,6 +49,7 @@ fn shadows_are_baked_again_where_they_fall_otherwise() {
     let edited = shaded(&options, sun);
     let baked = edited.pages - edited.reused;
     assert!((1..=11).contains(&baked) && edited.pages > PAGES, "{baked} of {}", edited.pages);
+
     // It lies in the light of all that is north of it.
     let low = Sun { azimuth: 180.0, elevation: 1.0 };
     assert_eq!(shaded(&options, low).reused, 0, "another sun");
@@ -55,6 +57,7 @@ fn shadows_are_baked_again_where_they_fall_otherwise() {
     houses(folder.path(), &town);
     let long = shaded(&options, low);
     assert!(long.pages - long.reused > baked && long.reused > 0, "{} of {}", long.reused, long.pages);
+
     // Where coarse pages have no finer ones.
     let place = |x: f64, y: f64| Place::Xy(CORNER.0 + x, CORNER.1 + y);
     let route =
@@ -75,6 +78,7 @@ fn interrupted_shadows_go_on() {
     build(&options, &Silent).unwrap();
     let source = PageFile::open(&options.output).unwrap();
     let output = options.output.with_extension("shaded");
+
     let baking = Baking {
         source: &source,
         directory: source.directory(),
@@ -84,6 +88,7 @@ fn interrupted_shadows_go_on() {
         steps: true,
         threads: 2,
     };
+
     let stopped = bake_shadows(&baking, &Impatient { left: AtomicU64::new(12) });
     assert!(matches!(stopped, Err(Error::Interrupted(_))) && !output.exists());
     let baked = bake_shadows(&baking, &Silent).unwrap();

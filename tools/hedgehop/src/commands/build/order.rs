@@ -72,6 +72,7 @@ impl Order {
         let begun = Instant::now();
         check_output(&self.options)?;
         self.check_sun(sun)?;
+
         // Where steps are kept, so is what shadows are baked into: the next build changes that, and bakes what changed.
         let aside = if *steps { Aside::kept(output)? } else { Aside::temporary(output)? };
         let kept_for = steps.then(|| output.clone());
@@ -80,6 +81,7 @@ impl Order {
         let report = build(&options, observer)?;
         let source = built(&options.output, &report)?;
         let sun = area::sky(sun, source.header())?.sun;
+
         let baking = Baking {
             source: &source,
             directory: source.directory(),
@@ -89,6 +91,7 @@ impl Order {
             steps: *steps,
             threads: *threads,
         };
+
         let Baked { content_hash, bytes, pages, reused } = bake_shadows(&baking, observer)?;
         let seconds = begun.elapsed().as_secs_f64();
         Ok(BuildReport { content_hash, bytes, pages, reused, seconds, ..report })
@@ -108,15 +111,18 @@ impl Order {
             }
             return Ok(report);
         }
+
         check_output(&self.options)?;
         let kept_for = Some(output.clone());
         let options =
             BuildOptions { output: kept.clone(), overwrite: true, kept_for, ..self.options.clone() };
         let report = build(&options, observer)?;
         built(&kept, &report)?;
+
         // Somebody may have put something there meanwhile.
         check_output(&self.options)?;
         take_over(&kept, output)?;
+
         Ok(report)
     }
 

@@ -56,6 +56,7 @@ pub fn check(
     let place =
         if folder.as_os_str().is_empty() { "this folder".into() } else { folder.display().to_string() };
     let earlier = Earlier::read(files, folder)?;
+
     if !files.are_listed() {
         // A picture of its own has no entry, and may be given anew, but not in the place of a frame.
         let is_taken = |frame: &FrameRecord| {
@@ -79,6 +80,7 @@ pub fn check(
                 frame.file.as_ref().map(|name| folder.join(name)) == Some(files.path(frame.frame))
             };
             let left = frames.iter().filter(|frame| !wanted.contains(&frame.frame)).count();
+
             if args.overwrite {
                 if left > 0 {
                     observer.note(&format!(
@@ -101,11 +103,13 @@ pub fn check(
     if args.overwrite || args.skip_existing {
         return Ok(is_listed);
     }
+
     for (number, camera) in cameras.iter().filter(|(number, _)| !known.contains(number)) {
         if let Existing::Different(what) = files.state(*number, camera) {
             return Err(refused(&format!("{} is of another render: {what}", files.path(*number).display())));
         }
     }
+
     Ok(is_listed)
 }
 

@@ -85,6 +85,7 @@ fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, 
         let (file, number) = (folder.join(name), Some(record.frame));
         all.push(Candidate { file, number, blake3: record.blake3.clone() });
     }
+
     let known: BTreeSet<PathBuf> = all.iter().map(|candidate| candidate.file.clone()).collect();
 
     let pictures = match pictures::in_folder(folder) {
@@ -98,6 +99,7 @@ fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, 
         kind.is_some_and(|kind| kind == "png" || kind == "exr") && !known.contains(path)
     };
     let before = all.len();
+
     for file in pictures.into_iter().filter(is_frame) {
         let number = pictures::label(&file).parse().ok();
         // A map or a sheet beside the frames is none of them, and is checked where it is alone.
@@ -105,10 +107,12 @@ fn candidates(folder: &Path, listed: &[FrameRecord]) -> Result<(Vec<Candidate>, 
             all.push(Candidate { file, number, blake3: None });
         }
     }
+
     if all.is_empty() {
         let what = "it holds no frames, which end in .png or .exr; name a folder that `render` wrote to";
         return Err(Error::invalid(folder, what));
     }
+
     let unlisted = if listed.is_empty() { 0 } else { all.len() - before };
     Ok((all, unlisted))
 }
@@ -119,6 +123,7 @@ fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<
     found.resize_with(candidates.len(), Mutex::default);
     let (next, threads) = (AtomicUsize::new(0), available_cores().min(candidates.len()));
     observer.begin("frames", candidates.len() as u64, "frames");
+
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
@@ -131,9 +136,11 @@ fn each(candidates: &[Candidate], observer: &dyn Observer) -> Result<Vec<Option<
             });
         }
     });
+
     if observer.cancelled() {
         return Err(Error::Interrupted("not all frames were checked".into()));
     }
+
     observer.end();
     Ok(found.into_iter().map(|found| found.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
@@ -184,6 +191,7 @@ fn lines(folder: &Path, report: &Report) -> String {
         let plural = if report.unlisted == 1 { " is" } else { "s are" };
         text += &format!("note: {} frame{plural} not listed in the manifest\n", report.unlisted);
     }
+
     let verdict = match (report.problems.len(), report.again()) {
         (0, _) => "sound".to_owned(),
         (count, again) if again.is_empty() => format!("{count} with problems"),
@@ -191,6 +199,7 @@ fn lines(folder: &Path, report: &Report) -> String {
     };
     let beside = if report.has_manifest { "" } else { " (there is no manifest)" };
     text += &format!("{}: {} frames checked{beside}, {verdict}\n", folder.display(), report.checked);
+
     text
 }
 
